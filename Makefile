@@ -1,0 +1,111 @@
+# make demo, make test: both set up whatever is missing in .venv first.  make help: all commands.
+
+PYTHON ?= python3
+VENV := $(if $(SPIRAL_WITHOUT_ROS),.venv-without-ros,.venv)
+BIN := $(VENV)/bin
+STEP := sh packaging/step.sh
+LOGS := .make
+
+# What is compiled or copied at installation; Python sources are used in place (pip install -e).
+INSTALL_SOURCES := pyproject.toml LICENSE $(wildcard packaging/*.cmake packaging/ros_metadata.py packaging/ros2_run_stub.sh) \
+  $(wildcard */package.xml */resource/* spiral_gripper_ros/launch/*) \
+  $(wildcard spiral_gripper_msgs/CMakeLists.txt spiral_gripper_msgs/msg/* spiral_gripper_msgs/srv/* spiral_gripper_msgs/action/*)
+INSTALLED := $(VENV)/.installed
+INSTALLED_DEV := $(VENV)/.installed-dev
+
+# Another Python's or another ROS installation's settings must not reach our environment.
+unexport PYTHONHOME PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH
+ifneq ($(ROS_DISTRO)$(_ROS_WHEELS_BOOTSTRAP_COMPLETE),)
+unexport LD_LIBRARY_PATH
+endif
+unexport ROS_DISTRO _ROS_WHEELS_BOOTSTRAP_COMPLETE
+
+# yes where the node can run: Linux x86-64, and not SPIRAL_WITHOUT_ROS=1
+WITH_ROS = $(shell $(BIN)/python packaging/ros_metadata.py)
+TESTS = $(if $(filter yes,$(WITH_ROS)),,spiral_core/spiral_core spiral_gripper/spiral_gripper tests/core tests/edge)
+VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
+
+.PHONY: help demo test check colcon pure lower-bounds format figures validation bench install clean distclean
+.DELETE_ON_ERROR:
+
+help:
+	@echo 'make demo          start the node, feed it a recorded stream of radii, show what it answers'
+	@echo 'make test          format check, lint, types, tests, doctests'
+	@echo 'make check         what CI runs: test, pure and colcon'
+	@echo 'make pure          build and test the mechanics alone, where there is no ROS'
+	@echo 'make colcon        colcon build (isolated, merged, symlinked) and a smoke check of each'
+	@echo 'make lower-bounds  tests with the oldest dependencies that pyproject.toml allows'
+	@echo 'make format        put the sources into the form that make test checks'
+	@echo 'make figures       draw the pictures of the documentation'
+	@echo 'make validation    compute docs/validation.md: what the paper states, what we compute'
+	@echo 'make bench         measure the figures that the documentation states (ONLY="solves wraps": some)'
+	@echo 'make install       set up .venv only (an editable installation)'
+	@echo 'make clean         remove logs, caches and scratch workspaces; make distclean: .venv too'
+	@echo
+	@echo 'PYTHON=python3.12 chooses the interpreter (3.10 or newer), SPIRAL_WITHOUT_ROS=1 leaves ROS out.'
+
+# pip is the last thing that venv installs: an interrupted environment is made again.
+$(BIN)/pip:
+	@sh packaging/check_tools.sh $(PYTHON)
+	@$(STEP) $(LOGS)/venv.log "Creating the virtual environment $(VENV)" $(PYTHON) -m venv $(VENV)
+
+$(INSTALLED): $(INSTALL_SOURCES) | $(BIN)/pip
+	@sh packaging/check_tools.sh $(BIN)/python
+	@$(STEP) $(LOGS)/install.log "Installing the dependencies and compiling the ROS 2 messages (1 to 3 minutes)" \
+	  $(BIN)/python -m pip install -e .
+	@touch $@
+
+# The installed distribution is found first, so that only what the extra adds is installed.
+$(INSTALLED_DEV): $(INSTALLED)
+	@$(STEP) $(LOGS)/install-dev.log "Installing the tools for tests, lint and types" \
+	  $(BIN)/python -m pip install 'spiral-gripper[dev]'
+	@touch $@
+
+install: $(INSTALLED)
+
+# The empty trap lets the demo end in its own way on Ctrl-C and keeps make from calling that an error.
+demo: $(INSTALLED)
+	@[ "$(WITH_ROS)" = yes ] || { echo 'The demo needs ROS 2: Linux x86-64, Python 3.10 to 3.13,' \
+	  'SPIRAL_WITHOUT_ROS not set.' >&2; exit 1; }
+	@trap ':' INT; $(BIN)/spiral_gripper_demo || [ $$? -eq 130 ]
+
+test: $(INSTALLED_DEV)
+	$(BIN)/ruff format --check . || { echo 'make format mends this.'; exit 1; }
+	$(BIN)/ruff check .
+	$(if $(filter 3.10,$(VERSION)),@echo 'types: checked with Python 3.11 and newer only; numpy and scipy for 3.10 come with older ones',$(BIN)/mypy $(TYPED))
+	$(BIN)/pytest $(TESTS)
+
+format: $(INSTALLED_DEV)
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+check: test pure colcon
+
+pure:
+	@PYTHON="$(PYTHON)" sh packaging/pure_check.sh
+
+colcon:
+	@PYTHON="$(PYTHON)" bash packaging/colcon_check.sh
+
+lower-bounds:
+	@PYTHON="$(PYTHON)" sh packaging/pure_check.sh lower-bounds
+
+figures: $(INSTALLED_DEV)
+	$(BIN)/python docs/figures.py
+
+validation: $(INSTALLED_DEV)
+	$(BIN)/python docs/validation.py
+
+# The peer is optional: where it cannot be installed its section says so.
+bench: $(INSTALLED_DEV)
+	-@$(STEP) $(LOGS)/install-bench.log "Installing PyElastica, to compare with" \
+	  $(BIN)/python -m pip install 'spiral-gripper[bench]'
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks $(ONLY)
+
+clean:
+	rm -rf $(LOGS) .colcon .hypothesis .mypy_cache .pytest_cache .ruff_cache build install log dist
+	find spiral_core spiral_gripper spiral_gripper_ros tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf .venv .venv-without-ros

@@ -1,0 +1,82 @@
+"""What this project aims at (medians on a 2-core machine), next to what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from benchmarks.results import Table, micro, milli
+
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """One goal: where its figure is found, and whether a smaller one is better."""
+
+    what: str
+    section: str
+    key: str
+    bound: float
+    at_most: bool
+    show: Callable[[float], str]
+
+    def met(self, value: float) -> bool:
+        """Return whether a measured value meets the goal; never for NaN."""
+        return value <= self.bound if self.at_most else value >= self.bound
+
+
+def times(value: float) -> str:
+    """Return a ratio as text."""
+    return f"{value:,.0f} ×"
+
+
+def count(value: float) -> str:
+    """Return a count as text."""
+    return f"{value:,.0f}"
+
+
+GOALS = (
+    Goal("warm solve, N = 100", "solves", "warm_100", 50e-6, True, micro),
+    Goal("cold ramp, N = 100", "solves", "cold_100", 0.5e-3, True, milli),
+    Goal("warm solve, tip error 1e-5 L", "solves", "warm_equal", 60e-6, True, micro),
+    Goal("cold ramp, tip error 1e-5 L", "solves", "cold_equal", 0.6e-3, True, milli),
+    Goal("perfect-wrap inversion, slowest gripper", "wraps", "invert", 0.5e-3, True, milli),
+    Goal("solve_bvp, textbook equations, cold", "bvp", "bvp_plain_cold_ratio", 20.0, False, times),
+    Goal("solve_bvp, textbook equations, warm", "bvp", "bvp_plain_warm_ratio", 200.0, False, times),
+    Goal("solve_bvp at its best, cold", "bvp", "bvp_best_cold_ratio", 20.0, False, times),
+    Goal("solve_bvp at its best, warm", "bvp", "bvp_best_warm_ratio", 200.0, False, times),
+    Goal(
+        "PyElastica to rest, plain",
+        "elastica",
+        "elastica_plain_rest_ratio_equal",
+        5e3,
+        False,
+        times,
+    ),
+    Goal(
+        "PyElastica to rest, tuned",
+        "elastica",
+        "elastica_tuned_rest_ratio_equal",
+        5e3,
+        False,
+        times,
+    ),
+)
+
+
+def goal_table(values: Mapping[str, Values]) -> Table:
+    """Return the table of the goals whose sections were measured."""
+    rows = []
+    for goal in GOALS:
+        value = values.get(goal.section, {}).get(goal.key)
+        if value is not None:
+            bound = ("≤ " if goal.at_most else "≥ ") + goal.show(goal.bound)
+            rows.append((goal.what, bound, goal.show(value), "yes" if goal.met(value) else "no"))
+    if sample := values.get("robustness"):
+        solved, rods = sample["solved"], sample["rods"]
+        share = f"{count(solved)} of {count(rods)}"
+        rows.append(
+            ("random rods solved and certified", "all", share, "yes" if solved == rods else "no")
+        )
+    return Table("Goals", ("what", "goal", "measured", "met"), tuple(rows))

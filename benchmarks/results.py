@@ -1,0 +1,66 @@
+"""What a section of the benchmark gives: tables to read, and values for goals and JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How much is measured: repeats of short calls and long ones, and sizes of samples."""
+
+    short: int = 2000
+    long: int = 300
+    batch: int = 1000
+    rods: int = 10_000
+    collocation_rods: int = 60
+    starts: int = 5
+    simulated: float = 4.0
+    compile_anew: bool = True
+
+
+SMOKE = Effort(
+    short=3,
+    long=2,
+    batch=64,
+    rods=6,
+    collocation_rods=1,
+    starts=1,
+    simulated=0.01,
+    compile_anew=False,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Cells are texts, ready to be shown."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Tables, and figures by name (times in seconds)."""
+
+    tables: tuple[Table, ...]
+    values: dict[str, float] = field(default_factory=dict)
+
+
+def micro(seconds: float) -> str:
+    """Return a time in microseconds, to three digits."""
+    return f"{three_digits(seconds * 1e6)} µs"
+
+
+def milli(seconds: float) -> str:
+    """Return a time in milliseconds, to three digits."""
+    return f"{three_digits(seconds * 1e3)} ms"
+
+
+def three_digits(value: float) -> str:
+    """Return a positive number to three significant digits, without an exponent."""
+    if value >= 100.0:
+        return f"{value:.0f}"
+    return f"{value:.1f}" if value >= 10.0 else f"{value:.2f}"

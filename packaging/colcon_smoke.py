@@ -1,0 +1,67 @@
+"""Check one colcon installation, in a shell that has sourced its setup.bash.
+
+What ros2 run and ros2 launch look up, the imports, the description files, and that the demo, which
+starts the node, runs to its end.  Usage: colcon_smoke.py INSTALL_FOLDER REPOSITORY
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+
+from ament_index_python.packages import get_package_prefix
+
+PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_msgs", "spiral_gripper_ros")
+EXECUTABLES = ("spiral_gripper_demo", "spiral_gripper_node")
+
+
+def require(condition: bool, complaint: str) -> None:
+    """Stop with the complaint unless the condition holds."""
+    if not condition:
+        raise SystemExit(complaint)
+
+
+def check_package(name: str, install: Path, root: Path) -> None:
+    """Check where the index, the share folder and the import of a package lead."""
+    prefix = Path(get_package_prefix(name)).resolve()
+    require(prefix.is_relative_to(install), f"{name}: the index says {prefix}, not in {install}")
+    require((prefix / "share" / name / "package.xml").is_file(), f"{name}: no package.xml in share")
+    module = Path(str(importlib.import_module(name).__file__)).resolve()
+    # A symlinked build leads to the sources and the build folder; none to what pip installed.
+    from_workspace = module.is_relative_to(install.parent) or module.is_relative_to(root / name)
+    require(from_workspace, f"{name}: imported from {module}")
+
+
+def check_files(root: Path) -> None:
+    """Check that all description files, launch files and executables are there."""
+    shipped = sorted(path.name for path in (root / "config").glob("*.yaml"))
+    folder = resources.files("spiral_gripper") / "config"
+    found = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+    require(shipped != [] and found == shipped, f"description files: {found}, not {shipped}")
+    prefix = Path(get_package_prefix("spiral_gripper_ros"))
+    launch_files = [path.name for path in (root / "spiral_gripper_ros" / "launch").glob("*.py")]
+    for name in launch_files:
+        path = prefix / "share" / "spiral_gripper_ros" / "launch" / name
+        require(path.is_file(), f"no {path}")
+    for name in EXECUTABLES:
+        path = prefix / "lib" / "spiral_gripper_ros" / name
+        require(os.access(path, os.X_OK), f"no executable {path}")
+
+
+def main() -> None:
+    """Check the installation named on the command line."""
+    install, root = (Path(argument).resolve() for argument in sys.argv[1:])
+    os.chdir("/")
+    for name in PACKAGES:
+        check_package(name, install, root)
+    check_files(root)
+    demo = Path(get_package_prefix("spiral_gripper_ros"), "lib/spiral_gripper_ros", EXECUTABLES[0])
+    subprocess.run([demo], check=True, timeout=120)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,22 @@
+"""For colcon build only: `pip install .` uses the pyproject.toml of the repository's root."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+NAME = "spiral_core"
+
+setup(
+    name=NAME,
+    version=ElementTree.parse("package.xml").findtext("version"),
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+)

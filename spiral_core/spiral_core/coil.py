@@ -1,0 +1,135 @@
+"""What a rod's shape is as a coil: its axis, its turns about it, the cylinder it would touch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from spiral_core.rod import Array, RodState, Vector
+
+# Tangents taken from the last turn to fit its axis; more change the axis by less than the rod's own
+# error.
+AXIS_SAMPLES = 33
+# Parts of a rod count as coiled where their tangent's sine to the axis is at least this fraction of
+# the tip's.
+LEAST_SINE = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coil:
+    """A shape seen along an axis.
+
+    Args:
+        axis: unit vector in the base frame, pointing the way the coil advances from base to tip.
+        tip_angle: angle between the tip's tangent and the axis [rad].
+        turns: turns of the tangent about the axis, up to each node (n,); grows whichever way the
+        coil winds.
+        advances: length covered along the axis, up to each node (n,) [m].
+        arc_lengths: of the nodes (n,) [m].
+    """
+
+    axis: Vector
+    tip_angle: float
+    turns: Array
+    advances: Array
+    arc_lengths: Array
+
+    @property
+    def total_turns(self) -> float:
+        """Turns of the whole length."""
+        return float(self.turns[-1])
+
+    def length_for_turns(self, turns: float) -> float | None:
+        """Return the length from the tip that makes so many turns [m]; None if there are fewer."""
+        start = self._start_of_last(turns)
+        return None if start is None else float(self.arc_lengths[-1]) - start
+
+    def advance_for_turns(self, turns: float) -> float | None:
+        """Return the object length that the last turns cover [m]; None if there are fewer."""
+        start = self._start_of_last(turns)
+        if start is None:
+            return None
+        return abs(
+            float(self.advances[-1]) - float(np.interp(start, self.arc_lengths, self.advances))
+        )
+
+    def _start_of_last(self, turns: float) -> float | None:
+        """Return the arc length where the last ``turns`` turns begin [m]."""
+        left = self.total_turns - turns
+        if not left >= 0.0:
+            return None
+        below = np.nonzero(self.turns <= left)[0]
+        i = int(below[-1])
+        if i == len(self.turns) - 1:
+            return float(self.arc_lengths[-1])
+        fraction = (left - self.turns[i]) / (self.turns[i + 1] - self.turns[i])
+        return float(
+            self.arc_lengths[i] + fraction * (self.arc_lengths[i + 1] - self.arc_lengths[i])
+        )
+
+
+def coil_from_state(state: RodState, axis: Vector) -> Coil:
+    r"""Return the coil that a shape makes about an axis.
+
+    The turns are the tangent's azimuth about the axis, unwrapped, over :math:`2\pi`. A part that
+    still hangs along the axis, its sine to it less than half the tip's, wraps nothing and is not
+    counted; it would add or lose a whole turn as the tangent passes the axis on one side or the
+    other.
+
+    Args:
+        state: the shape.
+        axis: unit vector in the base frame, pointing the way the coil advances
+            (:func:`coil_axis`).
+    """
+    from spiral_core.coil_kernels import turns_about  # compile only when a coil is asked for
+
+    angle = tip_angle(state, axis)
+    turns = turns_about(state.orientations, axis, LEAST_SINE * math.sin(angle))
+    return Coil(
+        axis=axis,
+        tip_angle=angle,
+        turns=turns if turns[-1] >= 0.0 else -turns,
+        advances=state.positions @ np.asarray(axis),
+        arc_lengths=state.arc_lengths,
+    )
+
+
+def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vector:
+    """Return the axis of a coil (unit vector), pointing the way it advances from base to tip.
+
+    A given axis keeps its direction; otherwise it is fitted to the coil's end: the direction in
+    which the tangents of the last turn vary least, the eigenvector of the smallest eigenvalue of
+    their covariance. For a helix that is exactly its axis.
+
+    Args:
+        state: the shape.
+        axis: unit vector in the base frame, in either sense; None fits it.
+        turn_length: arc length of one turn at the tip [m], the window of that fit.
+    """
+    if axis is None:
+        from spiral_core.coil_kernels import tangent_covariance
+
+        length = float(state.arc_lengths[-1])
+        step = length / (len(state.arc_lengths) - 1)
+        covariance = tangent_covariance(
+            state.orientations, state.strains, step, min(turn_length, length), AXIS_SAMPLES
+        )
+        _, vectors = np.linalg.eigh(covariance)
+        axis = (float(vectors[0, 0]), float(vectors[1, 0]), float(vectors[2, 0]))
+    tip = state.positions[-1]
+    if axis[0] * tip[0] + axis[1] * tip[1] + axis[2] * tip[2] < 0.0:
+        return (-axis[0], -axis[1], -axis[2])
+    return axis
+
+
+def tip_angle(state: RodState, axis: Vector) -> float:
+    """Return the angle between the tip's tangent and a unit axis [rad]."""
+    x, y, z, w = state.orientations[-1].tolist()
+    along = (
+        axis[0] * (1.0 - 2.0 * (y * y + z * z))
+        + axis[1] * 2.0 * (x * y + z * w)
+        + axis[2] * 2.0 * (x * z - y * w)
+    )
+    return math.acos(min(1.0, max(-1.0, along)))

@@ -1,0 +1,83 @@
+"""Tangents along a rod and their turns about an axis (compiled)."""
+
+import math
+
+import numpy as np
+
+from spiral_core.kernel import compiled, inlined
+from spiral_core.rod_algebra import Vec, add, cross, dot, scale, to_base
+from spiral_core.rod_newton import TANGENT, Array, quaternion_at, vector_at
+
+
+@inlined
+def tangent_at(orientations: Array, i: int) -> Vec:
+    """Return the unit tangent of node i in the base frame."""
+    return to_base(quaternion_at(orientations, i), TANGENT)
+
+
+@compiled
+def tangent_covariance(
+    orientations: Array, strains: Array, h: float, window: float, samples: int
+) -> Array:
+    """Return the covariance (3, 3) of the tangents over the last ``window`` [m] of a rod.
+
+    The tangents are sampled evenly, between nodes by cubic Hermite interpolation with the slope
+    t' = R (u x e_x): right to the order of the rod itself, and a smooth function of the shape.
+    """
+    n = orientations.shape[0] - 1
+    mean = (0.0, 0.0, 0.0)
+    tangents = np.empty((samples, 3))
+    for j in range(samples):
+        place = (n * h - window + window * j / (samples - 1)) / h
+        i = max(0, min(n - 1, int(place)))
+        f = place - i
+        q0, q1 = quaternion_at(orientations, i), quaternion_at(orientations, i + 1)
+        slope0 = to_base(q0, cross(vector_at(strains, i), TANGENT))
+        slope1 = to_base(q1, cross(vector_at(strains, i + 1), TANGENT))
+        g = 1.0 - f
+        ends = add(
+            scale((1.0 + 2.0 * f) * g * g, to_base(q0, TANGENT)),
+            scale((3.0 - 2.0 * f) * f * f, to_base(q1, TANGENT)),
+        )
+        t = add(ends, scale(h * f * g, add(scale(g, slope0), scale(-f, slope1))))
+        mean = add(mean, scale(1.0 / samples, t))
+        for k in range(3):
+            tangents[j, k] = t[k]
+    covariance = np.zeros((3, 3))
+    for j in range(samples):
+        for k in range(3):
+            for m in range(3):
+                covariance[k, m] += (tangents[j, k] - mean[k]) * (tangents[j, m] - mean[m])
+    return covariance
+
+
+@inlined
+def counted_share(before: float, after: float) -> float:
+    """Return which share of an element is positive when its ends are ``before`` and ``after``."""
+    if before >= 0.0 and after >= 0.0:
+        return 1.0
+    if before < 0.0 and after < 0.0:
+        return 0.0
+    return max(before, after) / abs(after - before)
+
+
+@compiled
+def turns_about(orientations: Array, axis: Vec, least_sine: float) -> Array:
+    """Return the turns of the tangent about an axis up to each node (n,), right-handed positive.
+
+    Where the tangent is within asin(``least_sine``) of the axis its azimuth is not counted.
+    """
+    n = orientations.shape[0]
+    turns = np.zeros(n)
+    tangent = tangent_at(orientations, 0)
+    before = add(tangent, scale(-dot(tangent, axis), axis))
+    excess_before = math.sqrt(dot(before, before)) - least_sine
+    for i in range(1, n):
+        tangent = tangent_at(orientations, i)
+        after = add(tangent, scale(-dot(tangent, axis), axis))
+        excess = math.sqrt(dot(after, after)) - least_sine
+        angle = math.atan2(dot(axis, cross(before, after)), dot(before, after))
+        share = counted_share(excess_before, excess)
+        turns[i] = turns[i - 1] + share * angle / (2.0 * math.pi)
+        before, excess_before = after, excess
+    return turns

@@ -1,0 +1,101 @@
+"""Constraints of a design, and how much room each leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+# Relative rounding of the searches behind the figures; a limit met to this is met.
+TOLERANCE = 1e-9
+
+
+class Constraint(Enum):
+    """What may forbid a design; the value is its name for people."""
+
+    STRAIN = "strain limit"
+    PRESSURE = "pressure limit"
+    OBJECT_LENGTH = "object length"
+    LENGTH = "gripper length"
+    TURN_CLEARANCE = "clearance between turns"
+    SMALLEST_RADIUS = "smallest radius of the actuator"
+    LARGEST_RADIUS = "largest radius of the coil"
+    TURNS = "turns"
+
+    @property
+    def unit(self) -> str:
+        """SI unit of its figures."""
+        return _UNITS.get(self, "m")
+
+    @property
+    def is_upper(self) -> bool:
+        """Whether the figure must stay below its bound (or else above)."""
+        return self not in _LOWER
+
+    @property
+    def wanted(self) -> str:
+        """How the figure must compare with its bound, in words."""
+        return "at most" if self.is_upper else "at least"
+
+    @property
+    def is_set_by_length(self) -> bool:
+        """Whether the choice of length meets it just so, and its margin says nothing."""
+        return self in (Constraint.TURNS, Constraint.LARGEST_RADIUS)
+
+
+_UNITS = {Constraint.STRAIN: "1", Constraint.PRESSURE: "Pa", Constraint.TURNS: "1"}
+_LOWER = (Constraint.TURN_CLEARANCE, Constraint.LARGEST_RADIUS, Constraint.TURNS)
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """A figure of a design next to its bound.
+
+    Args:
+        constraint: what is compared.
+        value: the design's figure, in the constraint's unit.
+        bound: the limit it must keep, > 0.
+
+    Example:
+        >>> margin = Margin(Constraint.PRESSURE, value=120.0e3, bound=100.0e3)
+        >>> margin.room, margin.relative, margin.is_met
+        (-20000.0, -0.2, False)
+    """
+
+    constraint: Constraint
+    value: float
+    bound: float
+
+    @property
+    def room(self) -> float:
+        """Distance to the bound in the constraint's unit; negative: violated."""
+        return self.bound - self.value if self.constraint.is_upper else self.value - self.bound
+
+    @property
+    def relative(self) -> float:
+        """``room`` as a fraction of the bound."""
+        return self.room / self.bound
+
+    @property
+    def is_met(self) -> bool:
+        """Whether the bound is kept."""
+        return self.relative >= -TOLERANCE
+
+    @property
+    def sentence(self) -> str:
+        """The comparison in words, for reports."""
+        unit = "" if self.constraint.unit == "1" else f" {self.constraint.unit}"
+        verdict = "met" if self.is_met else "violated"
+        bound = f"{self.constraint.wanted} {self.bound:.5g}{unit}"
+        return (
+            f"{self.constraint.value}: {self.value:.5g}{unit}, {bound} "
+            f"({verdict}, {100.0 * self.relative:+.1f} %)"
+        )
+
+
+def tightest(margins: tuple[Margin, ...]) -> Margin:
+    """Return the margin that binds: the smallest relative one of those that the design can choose.
+
+    A constraint that the length is chosen to meet just so counts only when it is violated.
+    """
+    counted = [m for m in margins if not (m.constraint.is_set_by_length and m.is_met)]
+    return min(counted or margins, key=lambda margin: margin.relative)

@@ -1,0 +1,176 @@
+"""One tree of errors: each carries the figures behind its message as attributes.
+
+Every error keeps its arguments in ``args``, so it survives pickling between processes, and puts
+them into one line that says what was wrong, which value, and what would be right.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class ActuationLimit(Enum):
+    """What ends the useful range of an actuation model; the value is the advice to the user."""
+
+    FIBER_LOCKING = (
+        "a fiber family has turned as far towards the axis as it can and locks; "
+        "wind it at an angle farther from the axis or ask for less stretch"
+    )
+    STRAIGHT_FIBER_LOCKING = (
+        "the straight fiber is too short for the twist; "
+        "use an angle nearer 90 degrees, a smaller straight-fiber radius or less stretch"
+    )
+    VOLUME_MAXIMUM = (
+        "the enclosed volume has reached its maximum, where more pressure extends no further; "
+        "wind the fibers at angles farther from the axis or ask for less stretch"
+    )
+    LIMIT_POINT = (
+        "the actuator balloons: past this stretch the pressure falls; "
+        "use a stiffer or thicker wall, a fiber angle nearer 90 degrees, or less pressure"
+    )
+    MATERIAL_LIMIT = (
+        "the elastomer's chains are fully extended; "
+        "use a material with a larger extension limit or ask for less stretch"
+    )
+    DATA_END = "the measured actuation data end here; measure farther or ask for less pressure"
+
+
+class SpiralError(Exception):
+    """Root of every error this package raises on purpose."""
+
+
+class InvalidInputError(SpiralError, ValueError):
+    """A value that a caller gave does not meet its requirement.
+
+    Attributes:
+        field: name of the offending argument or field.
+        value: the value as it was given.
+        requirement: what would have been accepted, in words.
+
+    Example:
+        >>> print(InvalidInputError("wall_thickness", -1.0, "a positive finite number"))
+        wall_thickness must be a positive finite number, got -1.0
+    """
+
+    def __init__(self, field: str, value: object, requirement: str) -> None:
+        super().__init__(field, value, requirement)
+        self.field = field
+        self.value = value
+        self.requirement = requirement
+
+    def __str__(self) -> str:
+        return f"{self.field} must be {self.requirement}, got {_short_repr(self.value)}"
+
+
+class ActuationLimitError(SpiralError):
+    """A pressure or stretch lies past the end of the actuator's useful range.
+
+    Attributes:
+        limit: what ends the range; its value is advice.
+        quantity: what was asked for: ``"pressure"`` [Pa], ``"stretch"`` or ``"first_invariant"``.
+        value: the value asked for.
+        bound: the largest value that is allowed.
+
+    Example:
+        >>> print(ActuationLimitError(ActuationLimit.DATA_END, "pressure", 2.0e5, 1.5e5))
+        ... # doctest: +ELLIPSIS
+        pressure 200000 Pa is past its limit 150000 Pa: the measured actuation data end here; ...
+    """
+
+    def __init__(self, limit: ActuationLimit, quantity: str, value: float, bound: float) -> None:
+        super().__init__(limit, quantity, value, bound)
+        self.limit = limit
+        self.quantity = quantity
+        self.value = value
+        self.bound = bound
+
+    def __str__(self) -> str:
+        unit = " Pa" if self.quantity == "pressure" else ""
+        return (
+            f"{self.quantity} {self.value:.9g}{unit} is past its limit {self.bound:.9g}{unit}: "
+            f"{self.limit.value}"
+        )
+
+
+class SolverError(SpiralError):
+    """An iteration ended without an answer that can be trusted.
+
+    Attributes:
+        status: why it ended; the value of this enumeration member is the user's message.
+        residual: what was left of the equation solved, in its own unit.
+        iterations: how many iterations were spent.
+    """
+
+    def __init__(self, status: Enum, residual: float, iterations: int) -> None:
+        super().__init__(status, residual, iterations)
+        self.status = status
+        self.residual = residual
+        self.iterations = iterations
+
+    def __str__(self) -> str:
+        return f"{self.status.value} (residual {self.residual:.3g}, {self.iterations} iterations)"
+
+
+class NoCoilError(SpiralError):
+    """No pressure within the limits coils the gripper often enough to wrap anything.
+
+    Attributes:
+        turns: the most turns it makes.
+        turns_required: the turns that count as a wrap.
+        pressure: where it makes them [Pa].
+    """
+
+    def __init__(self, turns: float, turns_required: float, pressure: float) -> None:
+        super().__init__(turns, turns_required, pressure)
+        self.turns = turns
+        self.turns_required = turns_required
+        self.pressure = pressure
+
+    def __str__(self) -> str:
+        return (
+            f"the gripper makes {self.turns:.3g} turns at most (at {self.pressure:.6g} Pa) but "
+            f"{self.turns_required:.3g} are required; "
+            "lengthen it, raise the pressure limit or ask for fewer turns"
+        )
+
+
+class NotGrippableError(SpiralError):
+    """No pressure wraps the gripper around an object of this radius.
+
+    Attributes:
+        radius: the object's radius [m].
+        constraint: the condition that binds, in words.
+        margin: how far that condition is missed, in the unit the words give (negative: missed).
+        nearest_radius: the nearest radius that can be gripped [m]; None if there is none.
+
+    Example:
+        >>> print(NotGrippableError(0.005, "too thin for the pressure limit", -0.004, 0.009))
+        radius 0.005 m cannot be gripped: too thin for the pressure limit (margin -0.004); \
+the nearest that can is 0.009 m
+    """
+
+    def __init__(
+        self, radius: float, constraint: str, margin: float, nearest_radius: float | None
+    ) -> None:
+        super().__init__(radius, constraint, margin, nearest_radius)
+        self.radius = radius
+        self.constraint = constraint
+        self.margin = margin
+        self.nearest_radius = nearest_radius
+
+    def __str__(self) -> str:
+        nearest = (
+            "no radius can be gripped"
+            if self.nearest_radius is None
+            else f"the nearest that can is {self.nearest_radius:.6g} m"
+        )
+        return (
+            f"radius {self.radius:.6g} m cannot be gripped: {self.constraint} "
+            f"(margin {self.margin:.6g}); {nearest}"
+        )
+
+
+def _short_repr(value: object) -> str:
+    """Return ``repr(value)`` on one line of at most 120 characters."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 120 else text[:117] + "..."

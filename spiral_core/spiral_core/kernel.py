@@ -1,0 +1,76 @@
+"""The one way this package compiles a numerical kernel.
+
+Every compiled function goes through here, so that the options are stated once: cached on disk (the
+second process starts warm), running outside Python's lock, division as numpy does it (no branch on
+zero), fused multiply-adds, no care for the sign of zero. Reordering of sums is *not* allowed, so
+that results do not depend on the compiler's taste.
+
+numba keeps a cached kernel for as long as the file that defines it is untouched, even if a kernel
+that it calls has changed in another file. Here the cache is stamped with the kernel's content
+instead: its bytecode, the constants it reads and, through their stamps, all kernels it calls.
+"""
+
+import builtins
+import dis
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from typing import Any, ParamSpec, TypeVar, cast
+
+import numba
+from numba.core.registry import CPUDispatcher
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+FAST_MATH = {"contract", "nsz"}
+
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """Return ``function`` compiled on first use, its machine code cached on disk."""
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)(
+        function
+    )
+    return cast("Callable[P, R]", _stamped(dispatcher))
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Return ``function`` compiled into its callers: where a call costs more than the work."""
+    dispatcher = numba.njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST_MATH)(
+        function
+    )
+    return cast("Callable[P, R]", _stamped(dispatcher))
+
+
+@cache
+def content_stamp(function: Callable[..., object]) -> str:
+    """Return a digest of all that a kernel's machine code depends on, its callees included.
+
+    Raises:
+        NameError: the kernel reads a name that is not defined yet; define callees above callers.
+    """
+    code = function.__code__
+    digest = hashlib.sha256(code.co_code)
+    digest.update(repr((code.co_consts, code.co_names, code.co_varnames)).encode())
+    for name in sorted(_global_names(function)):
+        value = function.__globals__[name]
+        if isinstance(value, CPUDispatcher):
+            digest.update(content_stamp(value.py_func).encode())
+        elif isinstance(value, (bool, int, float, str, tuple)):
+            digest.update(repr(value).encode())
+    return digest.hexdigest()
+
+
+def _global_names(function: Callable[..., object]) -> set[str]:
+    """Return the module-level names that a kernel reads."""
+    read = {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
+    missing = read - function.__globals__.keys() - vars(builtins).keys()
+    if missing:
+        raise NameError(f"{function.__name__} is compiled before {', '.join(sorted(missing))}")
+    return read - vars(builtins).keys()
+
+
+def _stamped(dispatcher: Any) -> Any:  # noqa: ANN401 - numba's dispatchers are untyped
+    """Return the dispatcher, its cache valid only for this content."""
+    dispatcher._cache._cache_file._source_stamp = content_stamp(dispatcher.py_func)
+    return dispatcher

@@ -1,0 +1,139 @@
+"""Solve a rod along its loading path or from a state nearby, and estimate the error."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from spiral_core.rod import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState, RodStatus
+from spiral_core.rod_discretization import RodArrays, discretize, floats
+from spiral_core.rod_follow import path_elements, resample, settle, walk, walk_and_refine
+from spiral_core.rod_newton import Solution, minimize
+from spiral_core.rod_shape import shape_from_orientations
+from spiral_core.rod_uniform import settle_uniform
+
+# In the order of the kernels' outcomes.
+STATUSES = (
+    RodStatus.CONVERGED,
+    RodStatus.ITERATION_LIMIT,
+    RodStatus.LINE_SEARCH_FAILED,
+    RodStatus.NOT_FINITE,
+    RodStatus.UNSTABLE,
+    RodStatus.LEFT_BRANCH,
+)
+# At the very end of a branch the equilibrium is ill-conditioned: there it is found less sharply.
+PATH_TOLERANCE = 1e-4
+SETTLING_ITERATIONS = 10
+# A scheme of fourth order: halving the elements multiplies the error by 16.
+RICHARDSON = 15.0
+
+
+def solve(rod: Rod, load: RodLoad, count: int, start: RodState | None) -> RodState:
+    """Return the state reached from ``start`` or, without one, along the loading path."""
+    if start is not None:
+        q = start.orientations
+        q = q.copy() if len(q) == count + 1 else resample(np.ascontiguousarray(q), count)
+        return _settled(rod, load, q)
+    arrays = discretize(rod, load, count)
+    tolerance = DEFAULT_TOLERANCE * arrays.moment_scale
+    turned = float(np.linalg.norm(arrays.rest_strain, axis=1).max()) * rod.length
+    coarse_count = path_elements(count, turned)
+    if coarse_count == count:
+        q, folds, solution = walk(arrays.system, tolerance)
+    else:
+        coarse = discretize(rod, load, coarse_count)
+        q, folds, solution = walk_and_refine(coarse.system, arrays.system, tolerance)
+    return state_from_solution(arrays, q, folds, solution)
+
+
+def _settled(rod: Rod, load: RodLoad, q: Array) -> RodState:
+    """Return the state that q (N + 1, 4) settles into; q is used up."""
+    bending, torsional = rod.bending_stiffness, rod.torsional_stiffness
+    rest, weight = rod.rest_strain, load.distributed
+    count = len(q) - 1
+    if callable(bending) or callable(torsional) or callable(rest) or callable(weight):
+        arrays = discretize(rod, load, count)
+        folds, solution = settle(q, arrays.system, DEFAULT_TOLERANCE * arrays.moment_scale)
+        return state_from_solution(arrays, q, folds, solution)
+    folds, solution, forces, positions, moments, strains = settle_uniform(
+        q,
+        float(rod.length),
+        float(torsional),
+        float(bending),
+        floats(rest),
+        floats(weight),
+        floats(load.tip_force),
+        floats(load.tip_moment),
+    )
+    outcome, iterations, energy, residual, pivot = solution
+    return RodState(
+        status=STATUSES[outcome],
+        arc_lengths=_arc_lengths(rod.length / count, count),
+        positions=positions,
+        orientations=q,
+        forces=forces,
+        moments=moments,
+        strains=strains,
+        energy=energy,
+        residual=residual,
+        smallest_pivot=pivot,
+        iterations=iterations,
+        folds=folds,
+    )
+
+
+def state_from_solution(arrays: RodArrays, q: Array, folds: int, solution: Solution) -> RodState:
+    """Return the state with orientations q (N + 1, 4) and the evidence a kernel gave for it."""
+    outcome, iterations, energy, residual, pivot = solution
+    scale = arrays.moment_scale
+    positions, moments = shape_from_orientations(
+        q, arrays.force, arrays.distributed, arrays.elements, arrays.step
+    )
+    return RodState(
+        status=STATUSES[outcome],
+        arc_lengths=_arc_lengths(arrays.step, arrays.count),
+        positions=positions,
+        orientations=q,
+        forces=arrays.force,
+        moments=moments,
+        strains=moments / arrays.stiffness + arrays.rest_strain,
+        energy=energy + arrays.rest_energy,
+        residual=residual / scale,
+        smallest_pivot=pivot / scale,
+        iterations=iterations,
+        folds=folds,
+    )
+
+
+@lru_cache(maxsize=64)
+def _arc_lengths(step: float, count: int) -> Array:
+    """Return the nodes' arc lengths; control loops ask for the same ones over and over."""
+    arc_lengths = np.linspace(0.0, step * count, count + 1)
+    arc_lengths.flags.writeable = False
+    return arc_lengths
+
+
+def state_at(arrays: RodArrays, q: Array) -> RodState:
+    """Return the equilibrium at or next to orientations q; for a state just before a fold."""
+    at = q.copy()
+    tolerance = PATH_TOLERANCE * arrays.moment_scale
+    solution = minimize(at, arrays.system, tolerance, SETTLING_ITERATIONS, True)
+    return state_from_solution(arrays, at, 0, solution)
+
+
+def with_error_estimate(rod: Rod, load: RodLoad, state: RodState) -> RodState:
+    """Return ``state`` with its error estimated from a solve on half as many elements."""
+    count = max(2, (len(state.arc_lengths) - 1) // 2)
+    coarse = solve(rod, load, count, state)
+    if coarse.status is not RodStatus.CONVERGED:
+        return replace(state, discretization_error=rod.length)
+    at = coarse.arc_lengths
+    fine = np.column_stack([np.interp(at, state.arc_lengths, x) for x in state.positions.T])
+    if (len(state.arc_lengths) - 1) % 2:  # nodes do not coincide: compare where both have one
+        fine, coarse_positions = state.positions[[-1]], coarse.positions[[-1]]
+    else:
+        coarse_positions = coarse.positions
+    distance = np.linalg.norm(fine - coarse_positions, axis=1).max()
+    return replace(state, discretization_error=float(distance) / RICHARDSON)

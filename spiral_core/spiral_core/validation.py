@@ -1,0 +1,148 @@
+"""Checks at the border: each returns the value as a plain float, or names what is wrong.
+
+Written so that NaN, infinities, booleans and strings are refused everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from numbers import Real
+
+from spiral_core.errors import InvalidInputError
+
+# A direction read from a file with seven or so digits still counts as a unit vector.
+UNIT_NORM_TOLERANCE = 1e-6
+
+
+def require_finite(field: str, value: object) -> float:
+    """Return ``value`` as a float if it is a finite real number.
+
+    Args:
+        field: name to put into the error.
+        value: any object; a bool is not a number here.
+
+    Returns:
+        The value as a float, unchanged.
+
+    Raises:
+        InvalidInputError: not a real number, NaN or infinite.
+
+    Example:
+        >>> require_finite("torsion", -3)
+        -3.0
+    """
+    return _checked(field, value, "a finite number")
+
+
+def require_positive(field: str, value: object) -> float:
+    """Return ``value`` as a float if it is finite and > 0; otherwise raise InvalidInputError.
+
+    Example:
+        >>> require_positive("length", 0.36)
+        0.36
+    """
+    requirement = "a positive finite number"
+    number = _checked(field, value, requirement)
+    if not number > 0.0:
+        raise InvalidInputError(field, value, requirement)
+    return number
+
+
+def require_non_negative(field: str, value: object) -> float:
+    """Return ``value`` as a float if it is finite and >= 0; otherwise raise InvalidInputError.
+
+    Example:
+        >>> require_non_negative("pressure", 0)
+        0.0
+    """
+    requirement = "a non-negative finite number"
+    number = _checked(field, value, requirement)
+    if not number >= 0.0:
+        raise InvalidInputError(field, value, requirement)
+    return number
+
+
+def require_in_range(field: str, value: object, low: float, high: float) -> float:
+    """Return ``value`` as a float if ``low <= value <= high``; otherwise raise InvalidInputError.
+
+    Example:
+        >>> require_in_range("friction_coefficient", 0.5, 0.0, 2.0)
+        0.5
+    """
+    requirement = f"a number from {low:.9g} to {high:.9g}"
+    number = _checked(field, value, requirement)
+    if not low <= number <= high:
+        raise InvalidInputError(field, value, requirement)
+    return number
+
+
+def require_vector(field: str, value: object, size: int) -> tuple[float, ...]:
+    """Return ``value`` as a tuple of ``size`` floats.
+
+    Args:
+        field: name to put into the error.
+        value: a list, tuple or one-dimensional array of finite real numbers.
+        size: how many components it must have.
+
+    Returns:
+        The components, unchanged.
+
+    Raises:
+        InvalidInputError: another number of components, or one that is not a finite number.
+
+    Example:
+        >>> require_vector("gravity", [0, 0, -9.81], 3)
+        (0.0, 0.0, -9.81)
+    """
+    if type(value) is tuple and len(value) == size and _all_finite_floats(value):
+        return value
+    requirement = f"{size} finite numbers"
+    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+        raise InvalidInputError(field, value, requirement)
+    try:
+        components = tuple(_checked(field, item, requirement) for item in value)
+    except (InvalidInputError, TypeError):  # numpy refuses to iterate a 0-d array with TypeError
+        raise InvalidInputError(field, value, requirement) from None
+    if len(components) != size:
+        raise InvalidInputError(field, value, requirement)
+    return components
+
+
+def require_unit_vector(field: str, value: object, size: int = 3) -> tuple[float, ...]:
+    """Return ``value`` as a tuple of norm 1 to rounding; it must have norm 1 to 1e-6 already.
+
+    Raises:
+        InvalidInputError: not ``size`` finite numbers, or of another norm.
+
+    Example:
+        >>> require_unit_vector("object_axis", (0.6, 0.0, 0.8))
+        (0.6, 0.0, 0.8)
+    """
+    components = require_vector(field, value, size)
+    norm = math.hypot(*components)
+    if not abs(norm - 1.0) <= UNIT_NORM_TOLERANCE:
+        raise InvalidInputError(field, value, f"{size} numbers whose norm is 1")
+    return tuple(component / norm for component in components)
+
+
+def _all_finite_floats(values: tuple[object, ...]) -> bool:
+    """Return whether these are finite floats: the usual case, told without a call for each."""
+    return all(type(value) is float and -math.inf < value < math.inf for value in values)
+
+
+def _checked(field: str, value: object, requirement: str) -> float:
+    """Return ``value`` as a finite float, or raise with the caller's ``requirement``."""
+    if type(value) is float:  # almost always, and much faster to tell than the general case
+        if not math.isfinite(value):
+            raise InvalidInputError(field, value, requirement)
+        return value
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InvalidInputError(field, value, requirement)
+    try:
+        number = float(value)
+    except OverflowError:  # an int past the largest float
+        raise InvalidInputError(field, value, requirement) from None
+    if not math.isfinite(number):
+        raise InvalidInputError(field, value, requirement)
+    return number

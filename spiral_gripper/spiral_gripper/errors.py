@@ -1,0 +1,99 @@
+"""What is wrong with a gripper description file: every problem found, each with its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from spiral_core import SpiralError
+
+
+class Complaint(Enum):
+    """The kinds of problems; the value is the sentence that reports one."""
+
+    WRONG = "{field} must be {requirement}, got {value}"
+    MISSING = "{field} is missing; it must be {requirement}"
+    UNKNOWN = "{field} is not a field here; {requirement}"
+    DUPLICATE = "{field} is given twice; {requirement}"
+    NOT_YAML = "this is not valid YAML: {requirement}"
+    UNREADABLE = "this file cannot be read: {requirement}"
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing wrong in one place of a file.
+
+    Attributes:
+        complaint: the kind of problem.
+        file: the file's path as it was asked for, or the name if there is no such file.
+        line: line in the file, from 1; None where no line is to blame.
+        column: column in that line, from 1; None where no line is to blame.
+        field: dotted name of the field, such as ``"tube.inner_radius"``; empty for the whole file.
+        value: what the file says there, on one line; None if it says nothing.
+        requirement: what would be right.
+
+    Example:
+        >>> print(Problem(Complaint.WRONG, "mine.yaml", 4, 17, "tube.length", "0 mm", "positive"))
+        mine.yaml:4:17: tube.length must be positive, got 0 mm
+    """
+
+    complaint: Complaint
+    file: str
+    line: int | None
+    column: int | None
+    field: str
+    value: str | None
+    requirement: str
+
+    def __str__(self) -> str:
+        place = [self.file, *(str(part) for part in (self.line, self.column) if part is not None)]
+        sentence = self.complaint.value.format(
+            field=self.field, value=self.value, requirement=self.requirement
+        )
+        return f"{':'.join(place)}: {sentence}"
+
+
+class DescriptionError(SpiralError, ValueError):
+    """A gripper description file cannot be used; one line of text for each problem in it.
+
+    Attributes:
+        problems: every problem found, in the order of the file; at least one.
+
+    Example:
+        >>> place = Problem(Complaint.WRONG, "a.yaml", 4, 17, "tube.length", "0 mm", "positive")
+        >>> DescriptionError([place]).line
+        4
+    """
+
+    def __init__(self, problems: list[Problem]) -> None:
+        ordered = sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0))
+        super().__init__(ordered)
+        self.problems = tuple(ordered)
+
+    def __str__(self) -> str:
+        return "\n".join(str(problem) for problem in self.problems)
+
+    @property
+    def file(self) -> str:
+        """File of the first problem."""
+        return self.problems[0].file
+
+    @property
+    def line(self) -> int | None:
+        """Line of the first problem, from 1."""
+        return self.problems[0].line
+
+    @property
+    def field(self) -> str:
+        """Dotted field of the first problem."""
+        return self.problems[0].field
+
+    @property
+    def value(self) -> str | None:
+        """What the file says at the first problem."""
+        return self.problems[0].value
+
+    @property
+    def requirement(self) -> str:
+        """What would be right at the first problem."""
+        return self.problems[0].requirement

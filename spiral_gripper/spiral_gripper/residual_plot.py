@@ -1,0 +1,121 @@
+"""A picture of a calibration: what was measured and fitted, and what is left over.
+
+Needs matplotlib (the ``plot`` extra), which is loaded only here.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from spiral_core import (
+    BendReading,
+    Calibration,
+    ExtensionReading,
+    GripReading,
+    Reading,
+    ShapeReading,
+    TwistReading,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+# Name of the axis, and the factor from SI to its unit.
+_AXES: dict[type[Reading], tuple[str, float]] = {
+    ExtensionReading: ("extension [mm]", 1e3),
+    TwistReading: ("twist [deg]", float(np.degrees(1.0))),
+    BendReading: ("bend angle [deg]", float(np.degrees(1.0))),
+    ShapeReading: ("coordinate [mm]", 1e3),
+    GripReading: ("object radius [mm]", 1e3),
+}
+# Dark enough on white, and distinct for the color-blind (Okabe and Ito).
+_MEASURED, _FITTED = "#0072B2", "#D55E00"
+_COORDINATES = ("#0072B2", "#009E73", "#CC79A7")
+
+
+def residual_figure(calibration: Calibration) -> Figure:
+    """Return a figure with a row for each kind of reading: the fit on the left, residuals right.
+
+    Residuals are in units of the stated standard errors; the band is two of them after the errors
+    were scaled to the scatter, and holds about 95 % of good readings.
+
+    Args:
+        calibration: the fit to show.
+    """
+    from matplotlib.figure import Figure
+
+    kinds = [kind for kind in _AXES if any(isinstance(r, kind) for r in calibration.readings)]
+    figure = Figure(figsize=(10.0, 0.6 + 3.0 * len(kinds)), layout="constrained")
+    rows = figure.subplots(len(kinds), 2, squeeze=False)
+    for kind, (fit, left_over) in zip(kinds, rows, strict=True):
+        _draw_kind(calibration, kind, fit, left_over)
+    law = calibration.model.fitted_law.__name__
+    figure.suptitle(f"{law}: {len(calibration.readings)} readings")
+    return figure
+
+
+def save_residual_plot(calibration: Calibration, path: str | os.PathLike[str]) -> None:
+    """Write the picture of a calibration to a file; its suffix chooses the format (png, svg, pdf).
+
+    Args:
+        calibration: the fit to show.
+        path: where to write.
+
+    Raises:
+        OSError: the file cannot be written.
+        ValueError: the suffix is none that matplotlib knows.
+    """
+    residual_figure(calibration).savefig(path, dpi=150)
+
+
+def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_over: Axes) -> None:
+    """Draw one kind of reading into the two panels of its row."""
+    label, factor = _AXES[kind]
+    readings = calibration.readings
+    chosen = np.repeat([isinstance(r, kind) for r in readings], [len(r.measured) for r in readings])
+    pressures = np.repeat([r.pressure for r in readings], [len(r.measured) for r in readings])
+    kilopascals = pressures[chosen] * 1e-3
+    predicted = calibration.predictions[chosen] * factor
+    errors = calibration.errors[chosen] * factor
+    residuals = calibration.residuals[chosen]
+    measured = predicted - residuals * errors
+    _draw_fit(fit, kind, kilopascals, measured, predicted, errors * calibration.error_scale)
+    band = 2.0 * calibration.error_scale
+    left_over.axhspan(-band, band, color="#DDDDDD", label="± 2 scaled standard errors")
+    left_over.axhline(0.0, color="black", linewidth=0.8)
+    left_over.plot(kilopascals, residuals, "o", color=_MEASURED, markersize=5)
+    fit.set(xlabel="pressure [kPa]", ylabel=label)
+    left_over.set(xlabel="pressure [kPa]", ylabel="(fitted - measured) / stated error")
+    left_over.legend(loc="best", fontsize="small")
+    fit.legend(loc="best", fontsize="small")
+
+
+def _draw_fit(
+    axes: Axes,
+    kind: type[Reading],
+    kilopascals: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    predicted: NDArray[np.float64],
+    errors: NDArray[np.float64],
+) -> None:
+    """Draw measured values with error bars, and the fitted ones as a line (shapes: as crosses)."""
+    if kind is ShapeReading:
+        for offset, (name, color) in enumerate(zip("xyz", _COORDINATES, strict=True)):
+            one = slice(offset, None, 3)
+            axes.errorbar(
+                kilopascals[one], measured[one], errors[one],
+                fmt="o", color=color, markersize=4, label=f"{name}, measured",
+            )  # fmt: skip
+            axes.plot(kilopascals[one], predicted[one], "x", color="black", markersize=7)
+        axes.plot([], [], "x", color="black", label="fitted")
+        return
+    axes.errorbar(
+        kilopascals, measured, errors, fmt="o", color=_MEASURED, markersize=5, label="measured"
+    )
+    order = np.argsort(kilopascals, kind="stable")
+    axes.plot(kilopascals[order], predicted[order], "-", color=_FITTED, label="fitted")

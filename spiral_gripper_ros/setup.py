@@ -1,0 +1,30 @@
+"""For colcon build only: `pip install .` uses the pyproject.toml of the repository's root."""
+
+from __future__ import annotations
+
+from glob import glob
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+NAME = "spiral_gripper_ros"
+
+setup(
+    name=NAME,
+    version=ElementTree.parse("package.xml").findtext("version"),
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed", "data/*.csv"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/launch", sorted(glob("launch/*.py"))),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "spiral_gripper_node = spiral_gripper_ros.gripper_node:main",
+            "spiral_gripper_demo = spiral_gripper_ros.demo:main",
+        ]
+    },
+)

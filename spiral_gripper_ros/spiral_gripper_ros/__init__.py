@@ -1,0 +1,1 @@
+"""spiral_gripper_ros."""

@@ -1,0 +1,102 @@
+"""The table of parameters on a real node: declared, read, and guarded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.exceptions import ParameterUninitializedException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from spiral_gripper_ros.parameters import (
+    PARAMETERS,
+    ParameterSpec,
+    ParameterValue,
+    refusal_of_values,
+)
+
+
+class DeclaredParameters:
+    """Declares the table on a node and keeps bad values out.
+
+    Args:
+        node: a node whose parameters these become.
+        is_unconfigured: says whether the node is in the lifecycle state "unconfigured".
+        changed: called with the names after good values were set.
+
+    Raises:
+        ValueError: a value given at start (file or command line) is bad; the message says why.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        is_unconfigured: Callable[[], bool],
+        changed: Callable[[set[str]], None],
+    ) -> None:
+        self._node = node
+        self._is_unconfigured = is_unconfigured
+        self._changed = changed
+        for spec in PARAMETERS:
+            node.declare_parameter(spec.name, _ros_default(spec.default), _descriptor(spec))
+        problem = refusal_of_values(self.values(), unconfigured=True)
+        if problem is not None:
+            raise ValueError(problem)
+        node.add_on_set_parameters_callback(self._judge)
+        node.add_post_set_parameters_callback(self._report)
+
+    def values(self) -> dict[str, ParameterValue]:
+        """Return the value of every parameter in the table."""
+        return {spec.name: self._value(spec) for spec in PARAMETERS}
+
+    def _value(self, spec: ParameterSpec) -> ParameterValue:
+        try:
+            return _plain_value(self._node.get_parameter(spec.name).value)
+        except ParameterUninitializedException:
+            return spec.default
+
+    def _judge(self, parameters: Iterable[Any]) -> SetParametersResult:
+        proposed = {parameter.name: _plain_value(parameter.value) for parameter in parameters}
+        problem = refusal_of_values(proposed, unconfigured=self._is_unconfigured())
+        return SetParametersResult(successful=problem is None, reason=problem or "")
+
+    def _report(self, parameters: Iterable[Any]) -> None:
+        self._changed({parameter.name for parameter in parameters})
+
+
+def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(
+        name=spec.name,
+        description=spec.description,
+        read_only=spec.read_only,
+        additional_constraints=f"one of {', '.join(spec.choices)}" if spec.choices else "",
+    )
+    if spec.low is not None and spec.high is not None:
+        if isinstance(spec.default, float):
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=spec.low, to_value=spec.high)
+            ]
+        else:
+            descriptor.integer_range = [
+                IntegerRange(from_value=int(spec.low), to_value=int(spec.high), step=1)
+            ]
+    return descriptor
+
+
+def _ros_default(value: ParameterValue) -> Any:  # noqa: ANN401
+    """Return a default for rclpy, which cannot tell the type of an empty array: it stays unset."""
+    return Parameter.Type.DOUBLE_ARRAY if value == () else value
+
+
+def _plain_value(value: Any) -> ParameterValue:  # noqa: ANN401
+    """Return a value with arrays as tuples of floats."""
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    return tuple(float(component) for component in value)

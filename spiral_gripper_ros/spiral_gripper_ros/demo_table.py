@@ -1,0 +1,108 @@
+"""What the demo shows: a live table on a terminal, plain lines elsewhere. Knows no ROS."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+from rich.console import Console
+from rich.live import Live
+from rich.markup import escape
+from rich.table import Table
+
+ROWS_SHOWN = 16
+# Time between two plain lines without news [s].
+LINE_PERIOD = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the table, in the units people read: mm, kPa."""
+
+    time: float
+    label: str
+    radius_mm: float
+    pressure_kpa: float
+    turns: float
+    regime: str
+    tip_mm: tuple[float, float, float]
+    state: str
+    reason: str
+
+    def cells(self) -> tuple[str, ...]:
+        """Return the text of each column."""
+        x, y, z = self.tip_mm
+        return (
+            f"{self.time:5.1f}",
+            self.label,
+            f"{self.radius_mm:6.2f}" if self.radius_mm > 0.0 else "-",
+            f"{self.pressure_kpa:6.2f}",
+            f"{self.turns:4.2f}" if self.turns > 0.0 else "-",
+            self.regime,
+            f"{x:4.0f} {y:4.0f} {z:4.0f}",
+            self.state,
+            self.reason,
+        )
+
+
+COLUMNS = (
+    "t [s]",
+    "in front of the gripper",
+    "radius [mm]",
+    "pressure [kPa]",
+    "turns",
+    "regime",
+    "tip x y z [mm]",
+    "state",
+    "refused because",
+)
+_WIDTHS = (5, 26, 11, 14, 5, 12, 14, 9, 0)
+
+
+class DemoTable:
+    """Shows rows as they come; use it as a context manager.
+
+    Args:
+        console: where to; a terminal gets a live table.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._rows: deque[Row] = deque(maxlen=ROWS_SHOWN)
+        self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
+
+    def __enter__(self) -> DemoTable:
+        if self._live is None:
+            self._line(COLUMNS)
+        else:
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def show(self, row: Row) -> None:
+        """Show one more row if it has news, or if the last one is old."""
+        if self._rows and not _worth_a_line(self._rows[-1], row):
+            return
+        self._rows.append(row)
+        if self._live is None:
+            self._line(row.cells())
+        else:
+            self._live.update(self._table(), refresh=True)
+
+    def _line(self, cells: tuple[str, ...]) -> None:
+        text = "  ".join(cell.ljust(width) for cell, width in zip(cells, _WIDTHS, strict=True))
+        self._console.print(text.rstrip(), soft_wrap=True, highlight=False, markup=False)
+
+    def _table(self) -> Table:
+        table = Table(*map(escape, COLUMNS))  # "[mm]" would be taken for markup
+        for row in self._rows:
+            table.add_row(*map(escape, row.cells()), style="yellow" if row.reason else None)
+        return table
+
+
+def _worth_a_line(last: Row, row: Row) -> bool:
+    news = (last.label, last.state, last.reason) != (row.label, row.state, row.reason)
+    return news or row.time - last.time >= LINE_PERIOD

@@ -1,0 +1,157 @@
+"""A design question as plain values, and its answer: what a worker process is given. No ROS."""
+
+from __future__ import annotations
+
+import math
+import signal
+from dataclasses import dataclass
+
+from spiral_core.design import design_gripper
+from spiral_core.design_report import DesignReport
+from spiral_core.design_requirement import (
+    DEFAULT_BETAS,
+    DEFAULT_END_ALLOWANCE,
+    DesignRequirement,
+    Elastomer,
+    Preference,
+    TubeSize,
+)
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod import Vector
+from spiral_core.validation import require_positive, require_vector
+from spiral_gripper import GripperDescription, load_tubing
+
+
+@dataclass(frozen=True, slots=True)
+class DesignQuestion:
+    """What a ``DesignGripper`` request says; see the service's file for the meaning of 0 and empty.
+
+    Args:
+        object_radius_min: [m].
+        object_radius_max: [m].
+        object_length: [m].
+        length_max: [m].
+        pressure_max: [Pa].
+        strain_max: axial strain.
+        turns_required: turns about the largest object.
+        tubing: name of a shipped list of tubing.
+        tube_inner_radii: [m].
+        tube_wall_thicknesses: [m].
+        fiber_angles_beta: [rad].
+        fiber_angle_alpha: [rad].
+        end_allowance: [m].
+        gravity: [m/s^2].
+        object_axis: direction, of any length; None: the gripper's own.
+        preference: name of a :class:`Preference` in lower case.
+    """
+
+    object_radius_min: float
+    object_radius_max: float
+    object_length: float
+    length_max: float
+    pressure_max: float
+    strain_max: float
+    turns_required: float
+    tubing: str
+    tube_inner_radii: tuple[float, ...]
+    tube_wall_thicknesses: tuple[float, ...]
+    fiber_angles_beta: tuple[float, ...]
+    fiber_angle_alpha: float
+    end_allowance: float
+    gravity: Vector
+    object_axis: Vector | None
+    preference: str
+
+
+def requirement_from_question(
+    question: DesignQuestion, description: GripperDescription
+) -> DesignRequirement:
+    """Return the requirement that a question states, the gripper's own values where it is silent.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+        DescriptionError: there is no such list of tubing.
+    """
+    gripper, actuator = description.gripper, description.actuator
+    own = Elastomer(gripper.name, actuator.material, description.density)
+    tubes, elastomer = _on_offer(question, description, own)
+    return DesignRequirement(
+        radius_min=question.object_radius_min,
+        radius_max=question.object_radius_max,
+        tubes=tubes,
+        elastomers=(elastomer,),
+        fiber_angles_beta=question.fiber_angles_beta or DEFAULT_BETAS,
+        fiber_angle_alpha=_given(question.fiber_angle_alpha, actuator.fibers.alpha),
+        turns_required=_given(question.turns_required, gripper.turns_required),
+        object_length=_limit(question.object_length),
+        length_max=_limit(question.length_max),
+        pressure_max=_given(question.pressure_max, gripper.pressure_max),
+        strain_max=_limit(question.strain_max),
+        gravity=question.gravity,
+        object_axis=_axis(question.object_axis, gripper.object_axis),
+        curvature_form=actuator.curvature_form,
+        extra_mass_per_length=description.extra_mass_per_length,
+        end_allowance=_given(question.end_allowance, DEFAULT_END_ALLOWANCE),
+        preference=_preference(question.preference),
+    )
+
+
+def answer_in_worker(requirement: DesignRequirement) -> DesignReport:
+    """Return the procedure's answer; what a worker process calls."""
+    return design_gripper(requirement)
+
+
+def ignore_interrupts() -> None:
+    """Leave stop signals to the node: Ctrl-C reaches every process of a terminal."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _on_offer(
+    question: DesignQuestion, description: GripperDescription, own: Elastomer
+) -> tuple[tuple[TubeSize, ...], Elastomer]:
+    """Return the tubes on offer and their material."""
+    radii, walls = question.tube_inner_radii, question.tube_wall_thicknesses
+    if len(radii) != len(walls):
+        raise InvalidInputError(
+            "tube_wall_thicknesses", walls, f"as many as tube_inner_radii, {len(radii)}"
+        )
+    if question.tubing and radii:
+        raise InvalidInputError("tubing", question.tubing, "empty where tube_inner_radii are given")
+    if question.tubing:
+        tubing = load_tubing(question.tubing)
+        return tubing.sizes, tubing.elastomer
+    tube = description.actuator.tube
+    sizes = tuple(zip(radii, walls, strict=True)) or ((tube.inner_radius, tube.wall_thickness),)
+    return tuple(TubeSize(_size_name(r, t), r, t) for r, t in sizes), own
+
+
+def _size_name(inner_radius: float, wall_thickness: float) -> str:
+    return f"{2e3 * inner_radius:.4g} x {1e3 * wall_thickness:.4g} mm"
+
+
+def _limit(value: float) -> float | None:
+    """Return a limit, or None for the 0 that stands for "none given"."""
+    return None if value == 0.0 else value
+
+
+def _given(value: float, default: float) -> float:
+    """Return a value, or the default for the 0 that stands for "none given"."""
+    return default if value == 0.0 else value
+
+
+def _axis(wanted: Vector | None, own: Vector | None) -> Vector | None:
+    """Return the unit vector along the axis wanted, or the gripper's own."""
+    if wanted is None:
+        return own
+    x, y, z = require_vector("object_axis", wanted, 3)
+    norm = require_positive("norm of object_axis", math.hypot(x, y, z))
+    return (x / norm, y / norm, z / norm)
+
+
+def _preference(name: str) -> Preference:
+    names = {preference.name.lower(): preference for preference in Preference}
+    if not name:
+        return Preference.LEAST_STRAIN
+    if name not in names:
+        raise InvalidInputError("preference", name, f"one of {', '.join(names)}")
+    return names[name]

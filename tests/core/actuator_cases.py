@@ -1,0 +1,56 @@
+"""Actuators, strategies and settings that the tests of the actuator share."""
+
+from __future__ import annotations
+
+import math
+
+from hypothesis import settings
+from hypothesis import strategies as st
+
+from spiral_core import Actuator, CurvatureForm, FiberAngles, HyperelasticLaw, MooneyRivlin, Tube
+from spiral_core.volume import initial_volume_slope
+
+# The same examples in every run, and no wall clock: a failure repeats.
+repeatable = settings(derandomize=True, deadline=None, database=None, max_examples=150)
+
+PAPER_TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)
+LATEX = MooneyRivlin(c1=130.0e3, c2=15.0e3)
+
+
+def degrees(alpha: float, beta: float) -> FiberAngles:
+    return FiberAngles(alpha=math.radians(alpha), beta=math.radians(beta))
+
+
+def actuator(
+    alpha: float = 88.0,
+    beta: float = 60.0,
+    material: HyperelasticLaw = LATEX,
+    tube: Tube = PAPER_TUBE,
+    straight_fiber_radius: float | None = None,
+    curvature_form: CurvatureForm = CurvatureForm.FIRST_ORDER,
+    twist_shear: bool = True,
+) -> Actuator:
+    return Actuator(
+        tube, degrees(alpha, beta), material, straight_fiber_radius, curvature_form, twist_shear
+    )
+
+
+def _crossing(pair: tuple[float, float]) -> bool:
+    return abs(math.sin(math.radians(pair[0] - pair[1]))) > 1.1e-4
+
+
+# From 0.1 degrees off the axis to 90, both hands, 90 itself and its neighbors well represented.
+angles = st.one_of(
+    st.floats(0.1, 90.0),
+    st.floats(-90.0, -0.1),
+    st.sampled_from([90.0, -90.0, 89.9999999, 88.0, 54.735610317245346]),
+)
+near_pairs = st.tuples(st.floats(5.0, 85.0), st.floats(0.01, 1.0)).map(lambda p: (p[0], sum(p)))
+pairs = st.one_of(st.tuples(angles, angles), near_pairs).filter(_crossing)
+fiber_pairs = pairs.map(lambda pair: degrees(*pair))
+extending_pairs = fiber_pairs.filter(lambda fibers: initial_volume_slope(fibers) > 1e-3)
+
+# How far from rest (0) to fiber locking (1): close to both ends too.
+fractions = st.one_of(
+    st.floats(1e-3, 0.99), st.sampled_from([1e-12, 1e-9, 1e-6, 1.0 - 1e-6, 1.0 - 1e-9])
+)

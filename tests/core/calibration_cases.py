@@ -1,0 +1,65 @@
+"""Actuators and synthetic bench tests that the calibration tests share."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from spiral_core import (
+    Actuator,
+    ExtensionReading,
+    FiberAngles,
+    FreeActuation,
+    Gent,
+    MooneyRivlin,
+    NeoHookean,
+    Tube,
+    Yeoh,
+)
+
+TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.361)
+LAWS = (
+    NeoHookean(c1=130.0e3),
+    MooneyRivlin(c1=90.0e3, c2=40.0e3),
+    Yeoh(c1=130.0e3, c2=-10.0e3, c3=20.0e3),
+    Gent(shear_modulus=260.0e3, extension_limit=3.0),
+)
+
+
+def actuator(material, alpha=75.0, beta=-75.0, **choices):
+    """Return an actuator; angles in degrees, by default a pair that tells C1 and C2 apart."""
+    fibers = FiberAngles(alpha=math.radians(alpha), beta=math.radians(beta))
+    return Actuator(tube=TUBE, fibers=fibers, material=material, **choices)
+
+
+def spiral(material):
+    """Return the actuator of a spiral gripper, whose C1 and C2 act nearly alike."""
+    return actuator(material, 88.0, 70.0)
+
+
+def extensions(truth, pressures, error=2.0e-4, noise=None, pressure_noise=0.0):
+    """Return readings of a 100 mm section; ``noise`` is the generator of the random errors."""
+    actuation = FreeActuation(truth)
+    readings = []
+    for pressure in pressures:
+        true_pressure, mistake = pressure, 0.0
+        if noise is not None:
+            true_pressure += pressure_noise * noise.standard_normal()
+            mistake = error * noise.standard_normal()
+        extension = 0.1 * (actuation.stretch_from_pressure(true_pressure) - 1.0) + mistake
+        readings.append(ExtensionReading(pressure, extension, 0.1, error, pressure_noise))
+    return readings
+
+
+def start_from(truth, factor=1.4):
+    """Return the same actuator with a material that is off by a factor."""
+    material = truth.material
+    pressures = {
+        name: factor * getattr(material, name)
+        for name in material.__dataclass_fields__
+        if name != "extension_limit"
+    }
+    return replace(truth, material=replace(material, **pressures))
+
+
+PRESSURES = tuple(np.linspace(8.0e3, 96.0e3, 12).tolist())

@@ -1,0 +1,77 @@
+"""The paper's grippers, built by hand (the shipped files belong to the layer above)."""
+
+from __future__ import annotations
+
+import math
+
+from spiral_core import (
+    ActuationLimit,
+    Actuator,
+    FiberAngles,
+    Gripper,
+    MooneyRivlin,
+    RestShape,
+    RodStiffness,
+    Tube,
+    gripper_from_actuator,
+)
+
+PRESSURE_MAX = 137_895.0  # 20 psi
+DESIGNS = {"P1": (50.0, 0.5), "P2": (60.0, 0.5), "70 degrees": (70.0, 0.361)}
+
+
+def paper_gripper(
+    name: str,
+    gravity: tuple[float, float, float] = (9.80665, 0.0, 0.0),
+    object_axis: tuple[float, float, float] | None = None,
+) -> Gripper:
+    """Return one of the paper's grippers in some mount."""
+    beta, length = DESIGNS[name]
+    actuator = Actuator(
+        tube=Tube(4.7625e-3, 0.79375e-3, length),
+        fibers=FiberAngles(math.radians(88.0), math.radians(beta)),
+        material=MooneyRivlin(130.0e3, 15.0e3),
+    )
+    return gripper_from_actuator(
+        name,
+        actuator,
+        density=930.0,
+        pressure_max=PRESSURE_MAX,
+        gravity=gravity,
+        object_axis=object_axis,
+    )
+
+
+class LinearActuation:
+    """A made-up actuator: curvature and torsion proportional to pressure."""
+
+    pressure_limit = 1.0e5
+    limit = ActuationLimit.DATA_END
+
+    def __init__(self, curvature: float, torsion: float, length: float) -> None:
+        """Take the values at the limit."""
+        self.curvature, self.torsion, self.length = curvature, torsion, length
+
+    def rest_shape(self, pressure: float) -> RestShape:
+        """Return the shape at a pressure."""
+        x = pressure / self.pressure_limit
+        return RestShape(self.curvature * x, self.torsion * x, self.length)
+
+
+def linear_gripper(
+    curvature: float = 50.0,
+    torsion: float = -20.0,
+    length: float = 0.5,
+    weight: float = 0.0,
+    **options: object,
+) -> Gripper:
+    """Return a gripper whose helix is known in closed form."""
+    return Gripper(
+        name="linear",
+        tube=Tube(4.7625e-3, 0.79375e-3, length),
+        actuation=LinearActuation(curvature, torsion, length),
+        stiffness=RodStiffness(3.0e-4, 2.0e-4),
+        weight_per_length=weight,
+        pressure_max=1.0e5,
+        **options,  # type: ignore[arg-type]
+    )

@@ -1,0 +1,43 @@
+"""The actuator's defaults and what it refuses."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+from core.actuator_cases import LATEX, PAPER_TUBE, degrees
+
+from spiral_core import Actuator, CurvatureForm, InvalidInputError
+
+ACTUATOR = Actuator(PAPER_TUBE, degrees(88.0, 60.0), LATEX)
+
+
+def test_defaults_are_the_papers_form_with_the_twist_shear() -> None:
+    assert ACTUATOR.curvature_form is CurvatureForm.FIRST_ORDER
+    assert ACTUATOR.twist_shear is True
+
+
+def test_straight_fiber_follows_the_tube_unless_placed() -> None:
+    wider = dataclasses.replace(PAPER_TUBE, inner_radius=6.0e-3)
+    assert dataclasses.replace(ACTUATOR, tube=wider).fiber_radius == 6.0e-3
+    placed = dataclasses.replace(ACTUATOR, straight_fiber_radius=5.5e-3)
+    assert dataclasses.replace(placed, tube=wider).fiber_radius == 5.5e-3
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("tube", 4.7625e-3),
+        ("fibers", (1.5, 1.0)),
+        ("material", 870.0e3),
+        ("curvature_form", "exact"),
+        ("twist_shear", 1),
+        ("straight_fiber_radius", 0.0),
+        ("straight_fiber_radius", math.nan),
+    ],
+)
+def test_wrong_values_are_named(field: str, value: object) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        dataclasses.replace(ACTUATOR, **{field: value})  # type: ignore[arg-type]
+    assert caught.value.field == field

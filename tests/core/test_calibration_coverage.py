@@ -1,0 +1,100 @@
+"""Whether 95 % intervals hold the true value in 93 to 97 % of repeated bench tests.
+
+``benchmarks/calibration_coverage.py`` runs the same study with more laws and more tests.
+"""
+
+import numpy as np
+import pytest
+from core.calibration_cases import LAWS, PRESSURES, actuator, extensions
+
+from spiral_core import (
+    CalibrationModel,
+    ExtensionReading,
+    Gent,
+    MooneyRivlin,
+    NeoHookean,
+    calibrate,
+    profile_interval,
+)
+
+TESTS = 500
+
+
+def share_of_hits(truth, readings_of, tests):
+    """Return for each parameter how many of the tests have it in their interval."""
+    model = CalibrationModel(truth)
+    expected = [getattr(truth.material, name) for name in model.names]
+    hits = np.zeros(len(expected))
+    for _ in range(tests):
+        fit = calibrate(model, readings_of())
+        intervals = [fit.interval(name) for name in fit.names]
+        hits += [low <= true <= high for true, (low, high) in zip(expected, intervals, strict=True)]
+    return hits / tests
+
+
+@pytest.mark.parametrize("law", [NeoHookean(c1=130.0e3), MooneyRivlin(c1=90.0e3, c2=40.0e3)])
+def test_intervals_hold_the_truth_as_often_as_they_say(law):
+    truth = actuator(law)
+    noise = np.random.default_rng(20260101)
+    shares = share_of_hits(truth, lambda: extensions(truth, PRESSURES, noise=noise), TESTS)
+    assert ((shares >= 0.93) & (shares <= 0.97)).all(), shares
+
+
+def test_intervals_of_few_readings_with_noisy_pressures_are_right_too():
+    truth = actuator(LAWS[0])
+    noise = np.random.default_rng(20260102)
+
+    def readings():
+        return extensions(truth, PRESSURES[::3], noise=noise, pressure_noise=1.0e3)
+
+    # Of 100 tests, 95 % +- 3 standard deviations of such a share.
+    (share,) = share_of_hits(truth, readings, 100)
+    assert 0.885 <= share <= 1.0
+
+
+def test_profile_is_the_t_interval_where_the_model_is_nearly_linear():
+    truth = actuator(LAWS[0])
+    fit = calibrate(
+        CalibrationModel(truth),
+        extensions(truth, PRESSURES, noise=np.random.default_rng(3)),
+    )
+    # The extension bends a little over the constant: the two differ in the third digit.
+    half = 0.5 * (fit.interval("c1").high - fit.interval("c1").low)
+    assert profile_interval(fit, "c1") == pytest.approx(fit.interval("c1"), abs=0.03 * half)
+
+
+def test_profile_is_open_where_the_readings_bound_nothing():
+    truth = actuator(NeoHookean(c1=130.0e3))  # chains that never run out
+    model = CalibrationModel(truth, law=Gent)
+    fit = calibrate(model, extensions(truth, PRESSURES, noise=np.random.default_rng(11)))
+    low, high = profile_interval(fit, "extension_limit")
+    assert 0.0 < low < fit.value("extension_limit")
+    assert high > 20.0 * low
+
+
+def test_profile_does_not_answer_for_a_robust_fit():
+    truth = actuator(LAWS[0])
+    fit = calibrate(
+        CalibrationModel(truth),
+        extensions(truth, PRESSURES, noise=np.random.default_rng(3)),
+        robust=True,
+    )
+    with pytest.raises(ValueError, match="least squares"):
+        profile_interval(fit, "c1")
+
+
+def test_a_level_of_one_or_zero_is_refused():
+    truth = actuator(LAWS[0])
+    fit = calibrate(CalibrationModel(truth), extensions(truth, PRESSURES))
+    for level in (0.0, 1.0, 1.5, float("nan")):
+        with pytest.raises(ValueError, match="level"):
+            fit.interval("c1", level)
+    with pytest.raises(ValueError, match="name must be one of c1"):
+        fit.value("c2")
+
+
+def test_exactly_met_readings_have_a_zero_width():
+    truth = actuator(LAWS[0])
+    readings = [ExtensionReading(0.0, 0.0, 0.1, 1e-4), *extensions(truth, PRESSURES)]
+    low, high = calibrate(CalibrationModel(truth), readings).interval("c1")
+    assert high - low < 1.0

@@ -1,0 +1,108 @@
+"""Charts as data: closed forms, agreement with the wrap curve, and what gravity does."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from core.gripper_cases import linear_gripper, paper_gripper
+
+from spiral_core import (
+    Actuator,
+    FiberAngles,
+    InvalidInputError,
+    MooneyRivlin,
+    NotGrippableError,
+    Tube,
+    WrapCurve,
+    design_space,
+    helix_range,
+    pressure_range,
+    regime_chart,
+    without_gravity,
+)
+from spiral_core.wrap import PERFECT_BAND
+
+TUBE = Tube(4.7625e-3, 0.79375e-3, 0.361)
+HOOP = Actuator(TUBE, FiberAngles(math.pi / 2, math.radians(60.0)), MooneyRivlin(130e3, 15e3))
+
+
+def test_design_space_of_hoop_windings_in_closed_form() -> None:
+    beta = math.radians(70.0)
+    (curve,) = design_space(HOOP, [beta], turns=1.5, stretch_max=1.4, points=21)
+    assert curve.fiber_angle_beta == beta
+    assert curve.stretch[-1] == 1.4
+    # kappa r = lambda - 1, tau r = sqrt(sec^2 beta - lambda^2) - tan beta.
+    bend = curve.stretch - 1.0
+    twist = np.sqrt(1.0 / math.cos(beta) ** 2 - curve.stretch**2) - math.tan(beta)
+    square = bend**2 + twist**2
+    outer = TUBE.outer_radius / TUBE.inner_radius
+    np.testing.assert_allclose(curve.radius_ratio, bend / square - outer, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        curve.object_length_ratio, 1.5 * 2.0 * np.pi * np.abs(twist) / square, rtol=1e-9
+    )
+    np.testing.assert_allclose(curve.length_ratio, 1.5 * 2.0 * np.pi / np.sqrt(square), rtol=1e-9)
+
+
+def test_design_space_ends_where_fibers_lock() -> None:
+    (curve,) = design_space(HOOP, [math.radians(20.0)], stretch_max=1.5)
+    assert 1.06 < curve.stretch[-1] < 1.0 / math.cos(math.radians(20.0))
+    with pytest.raises(InvalidInputError, match="turns"):
+        design_space(HOOP, [1.0], turns=0.0)
+
+
+def test_without_weight_rod_and_helix_agree() -> None:
+    gripper = without_gravity(paper_gripper("P1"))
+    assert gripper.gravity == (0.0, 0.0, 0.0)
+    rod = pressure_range(gripper, points=9)
+    helix = helix_range(gripper, rod.pressure)
+    # The rod's discretization and the axis fitted to it.
+    np.testing.assert_allclose(rod.radius, helix.radius, atol=2e-5)
+    np.testing.assert_allclose(rod.free_length, helix.free_length, rtol=1e-3)
+    np.testing.assert_allclose(rod.object_length, helix.object_length, rtol=5e-3)
+
+
+def test_gravity_opens_the_coil_at_low_pressure() -> None:
+    gripper = paper_gripper("P2")
+    heavy = pressure_range(gripper, points=33)
+    light = helix_range(gripper, heavy.pressure)
+    assert heavy.radius[0] > 1.05 * light.radius[0]
+    assert heavy.free_length[0] > 1.2 * light.free_length[0]
+    assert heavy.radius[-1] == pytest.approx(light.radius[-1], abs=1e-4)
+    assert np.diff(heavy.radius).max() < 0.0
+
+
+def test_helix_range_refuses_no_pressure() -> None:
+    with pytest.raises(InvalidInputError, match="pressure"):
+        helix_range(linear_gripper(), np.array([0.0]))
+
+
+def test_regimes_are_those_of_the_wrap_curve() -> None:
+    curve = WrapCurve(paper_gripper("70 degrees"))
+    chart = regime_chart(curve, 0.012, 0.028, points=5)
+    assert (chart.lower < chart.perfect).all()
+    assert (chart.perfect < chart.upper).all()
+    for radius, lower, upper in zip(chart.radius, chart.lower, chart.upper, strict=True):
+        regimes = [curve.regime(f * lower, float(radius)).name for f in (0.999, 1.001)]
+        assert regimes == ["OVERHANG", "PERFECT_WRAP"]
+        regimes = [curve.regime(f * upper, float(radius)).name for f in (0.999, 1.001)]
+        assert regimes == ["PERFECT_WRAP", "CURLING"]
+    assert chart.radius[0] * (1.0 + PERFECT_BAND) == pytest.approx(
+        curve.radius_from_pressure(float(chart.lower[0]))
+    )
+
+
+def test_regime_chart_ends_with_the_range_and_refuses_beyond() -> None:
+    curve = WrapCurve(paper_gripper("70 degrees"))
+    chart = regime_chart(curve, curve.radius_min, curve.radius_max, points=3)
+    assert chart.lower[0] == pytest.approx(chart.perfect[0])
+    with pytest.raises(NotGrippableError):
+        regime_chart(curve, 0.012, 1.01 * curve.radius_max)
+
+
+def test_charts_scale_with_the_pressure_limit() -> None:
+    gripper = paper_gripper("P1")
+    half = replace(gripper, pressure_max=0.5 * gripper.pressure_max)
+    assert pressure_range(half, points=5).pressure[-1] == pytest.approx(half.pressure_max)

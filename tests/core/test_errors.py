@@ -1,0 +1,106 @@
+"""Every error carries its figures, says them in one line, and travels between processes."""
+
+from __future__ import annotations
+
+import pickle
+from enum import Enum
+
+import pytest
+
+from spiral_core import errors
+from spiral_core.errors import (
+    ActuationLimit,
+    ActuationLimitError,
+    InvalidInputError,
+    NoCoilError,
+    NotGrippableError,
+    SolverError,
+    SpiralError,
+)
+
+
+class Status(Enum):
+    STALLED = "the line search stalled; use fewer elements"
+
+
+EXAMPLES = [
+    InvalidInputError("length", float("nan"), "a positive finite number"),
+    ActuationLimitError(ActuationLimit.LIMIT_POINT, "pressure", 9.0e4, 8.0e4),
+    SolverError(Status.STALLED, 3.0e-4, 17),
+    NoCoilError(0.8, 1.05, 1.0e5),
+    NotGrippableError(0.005, "the tube fills the coil", -0.004, 0.009),
+    NotGrippableError(0.005, "the tube fills the coil", -0.004, None),
+]
+
+
+def test_every_error_of_the_tree_has_an_example() -> None:
+    defined = {kind for kind in vars(errors).values() if isinstance(kind, type)}
+    errors_defined = {kind for kind in defined if issubclass(kind, SpiralError)} - {SpiralError}
+    assert errors_defined == {type(error) for error in EXAMPLES}
+
+
+@pytest.mark.parametrize("error", EXAMPLES, ids=lambda error: type(error).__name__)
+def test_message_is_one_line(error: SpiralError) -> None:
+    assert str(error)
+    assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("error", EXAMPLES[1:], ids=lambda error: type(error).__name__)
+def test_survives_pickling_with_its_attributes(error: SpiralError) -> None:
+    copy = pickle.loads(pickle.dumps(error))
+    assert type(copy) is type(error)
+    assert vars(copy) == vars(error)
+    assert str(copy) == str(error)
+
+
+def test_invalid_input_names_field_value_and_requirement() -> None:
+    error = InvalidInputError("wall_thickness", -1.0, "a positive finite number")
+    assert (error.field, error.value, error.requirement) == (
+        "wall_thickness",
+        -1.0,
+        "a positive finite number",
+    )
+    assert str(error) == "wall_thickness must be a positive finite number, got -1.0"
+    assert isinstance(error, ValueError)
+
+
+def test_long_and_multiline_values_are_shortened() -> None:
+    message = str(InvalidInputError("positions", "a\n" * 500, "3 finite numbers"))
+    assert len(message) < 180
+    assert message.endswith("...")
+
+
+@pytest.mark.parametrize("limit", ActuationLimit)
+def test_actuation_limit_advises(limit: ActuationLimit) -> None:
+    error = ActuationLimitError(limit, "pressure", 9.0e4, 8.0e4)
+    assert (error.limit, error.quantity, error.value, error.bound) == (
+        limit,
+        "pressure",
+        9.0e4,
+        8.0e4,
+    )
+    assert str(error) == f"pressure 90000 Pa is past its limit 80000 Pa: {limit.value}"
+    assert len(limit.value.split()) > 8
+
+
+def test_a_stretch_has_no_unit() -> None:
+    error = ActuationLimitError(ActuationLimit.FIBER_LOCKING, "stretch", 2.1, 2.0)
+    assert str(error).startswith("stretch 2.1 is past its limit 2: a fiber family")
+
+
+def test_solver_error_gives_advice_residual_and_iterations() -> None:
+    error = SolverError(Status.STALLED, 3.0e-4, 17)
+    assert (error.status, error.residual, error.iterations) == (Status.STALLED, 3.0e-4, 17)
+    assert str(error) == f"{Status.STALLED.value} (residual 0.0003, 17 iterations)"
+
+
+def test_not_grippable_names_the_nearest_that_is() -> None:
+    error = NotGrippableError(0.005, "too thin", -0.004, 0.009)
+    assert (error.radius, error.constraint, error.margin, error.nearest_radius) == (
+        0.005,
+        "too thin",
+        -0.004,
+        0.009,
+    )
+    assert "the nearest that can is 0.009 m" in str(error)
+    assert "no radius can be gripped" in str(NotGrippableError(0.005, "too thin", -0.004, None))

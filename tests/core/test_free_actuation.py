@@ -1,0 +1,262 @@
+"""The inverse to rounding over the whole branch, its limits, and that it never answers wrongly."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import pickle
+
+import numpy as np
+import pytest
+from core.actuator_cases import (
+    PAPER_TUBE,
+    actuator,
+    extending_pairs,
+    repeatable,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+import spiral_core.free_actuation as module
+from spiral_core import (
+    ActuationLimit,
+    ActuationLimitError,
+    Actuator,
+    FiberAngles,
+    FreeActuation,
+    Gent,
+    HyperelasticLaw,
+    InvalidInputError,
+    InvariantDerivatives,
+    MooneyRivlin,
+    SolverError,
+    Yeoh,
+    pressure_from_stretch,
+    rest_shape_from_stretch,
+)
+from spiral_core.pressure import PressurePoint, pressure_point
+
+LAWS: list[HyperelasticLaw] = [
+    MooneyRivlin(c1=130.0e3, c2=15.0e3),
+    Yeoh(c1=145.0e3, c2=-30.0e3, c3=3.0e3),
+    Gent(shear_modulus=290.0e3, extension_limit=0.5),
+]
+# One actuator for each kind of limit.
+ENDS = {
+    ActuationLimit.FIBER_LOCKING: actuator(88.0, 60.0),
+    ActuationLimit.VOLUME_MAXIMUM: actuator(70.0, -65.0),
+    ActuationLimit.LIMIT_POINT: actuator(88.0, 70.0, LAWS[1]),
+    ActuationLimit.MATERIAL_LIMIT: actuator(88.0, 70.0, LAWS[2]),
+}
+EPSILON = 2.0**-52
+
+
+def rounding_of_pressure(case: Actuator, stretch: float) -> float:
+    """Return what a few last bits of the stretch and the energy mean in pressure [Pa]."""
+    point = pressure_point(case, stretch)
+    return 8.0 * EPSILON * (stretch * point.slope + abs(point.pressure))
+
+
+@repeatable
+@given(
+    fibers=extending_pairs,
+    law=st.sampled_from(LAWS),
+    fraction=st.one_of(st.floats(0.0, 1.0), st.sampled_from([1e-12, 1e-6, 1 - 1e-12, 1 - 1e-6])),
+)
+def test_inverse_is_exact_to_rounding(
+    fibers: FiberAngles, law: HyperelasticLaw, fraction: float
+) -> None:
+    case = Actuator(PAPER_TUBE, fibers, law)
+    actuation = FreeActuation(case)
+    stretch = 1.0 + fraction * (actuation.stretch_limit - 1.0)
+    pressure = actuation.pressure_from_stretch(min(stretch, actuation.stretch_limit))
+    found = actuation.stretch_from_pressure(pressure)
+    residual = actuation.pressure_from_stretch(found) - pressure
+    crossing = abs(math.sin(fibers.alpha - fibers.beta))
+    assert abs(residual) <= rounding_of_pressure(case, found) / crossing
+
+
+@pytest.mark.parametrize("beta", [50.0, 60.0, 70.0])
+def test_round_trip_of_the_papers_pressures(beta: float) -> None:
+    actuation = FreeActuation(actuator(88.0, beta))
+    for pressure in np.geomspace(100.0, 400.0e3, 200):
+        back = actuation.pressure_from_stretch(actuation.stretch_from_pressure(float(pressure)))
+        # Rounding of the stretch alone is 2e-16 * 5e5 Pa, 1e-12 of the smallest pressure here.
+        assert back == pytest.approx(pressure, rel=2e-12)
+
+
+@pytest.mark.parametrize("case", ENDS.values(), ids=lambda case: repr(case.material)[:8])
+def test_inverse_agrees_with_bracketing(case: Actuator) -> None:
+    actuation = FreeActuation(case)
+    for stretch in np.linspace(1.001, actuation.stretch_limit * 0.999, 23):
+        pressure = pressure_from_stretch(case, float(stretch))
+        root = brentq(
+            lambda s, p=pressure: pressure_from_stretch(case, s) - p,
+            1.0,
+            actuation.stretch_limit,
+            xtol=1e-15,
+            rtol=1e-15,
+        )
+        assert actuation.stretch_from_pressure(pressure) == pytest.approx(root, rel=1e-13)
+
+
+@pytest.mark.parametrize("limit", ENDS)
+def test_limit_is_reached_and_not_passed(limit: ActuationLimit) -> None:
+    actuation = FreeActuation(ENDS[limit])
+    assert actuation.limit is limit
+    top = actuation.pressure_limit
+    assert actuation.stretch_from_pressure(top) == actuation.stretch_limit
+    assert actuation.pressure_from_stretch(actuation.stretch_limit) == top
+    assert actuation.rest_shape(top).stretch == actuation.stretch_limit
+    above = math.nextafter(top, math.inf)
+    for past in (above, 2.0 * top, 1e300):
+        with pytest.raises(ActuationLimitError) as caught:
+            actuation.rest_shape(past)
+        assert (caught.value.limit, caught.value.quantity) == (limit, "pressure")
+        assert (caught.value.value, caught.value.bound) == (past, top)
+    with pytest.raises(ActuationLimitError) as caught:
+        actuation.pressure_from_stretch(math.nextafter(actuation.stretch_limit, 9.0))
+    assert (caught.value.limit, caught.value.quantity) == (limit, "stretch")
+
+
+@pytest.mark.parametrize("limit", ENDS)
+def test_stretch_rises_with_pressure_up_to_the_limit(limit: ActuationLimit) -> None:
+    actuation = FreeActuation(ENDS[limit])
+    top = actuation.pressure_limit
+    pressures = np.concatenate(
+        [np.linspace(0.0, 0.999 * top, 400), top * (1 - np.logspace(-4, -9))]
+    )
+    stretches = [actuation.stretch_from_pressure(float(p)) for p in pressures]
+    assert stretches[0] == 1.0
+    assert np.all(np.diff(stretches) > 0.0)
+
+
+def test_limit_point_is_approached_as_a_square_root() -> None:
+    case = ENDS[ActuationLimit.LIMIT_POINT]
+    actuation = FreeActuation(case)
+    h = 1e-4
+    bend = -pressure_point(case, actuation.stretch_limit - h).slope / h
+    for missing in (1e-4, 1e-6, 1e-8):
+        pressure = actuation.pressure_limit * (1.0 - missing)
+        gap = actuation.stretch_limit - actuation.stretch_from_pressure(pressure)
+        # Leading order only: the next is the relative gap itself, up to 1 % here.
+        assert gap == pytest.approx(
+            math.sqrt(2.0 * missing * actuation.pressure_limit / -bend), rel=0.02
+        )
+
+
+def test_rest_is_straight_and_unstretched() -> None:
+    shape = FreeActuation(actuator()).rest_shape(0.0)
+    assert (shape.curvature, shape.torsion, shape.stretch) == (0.0, 0.0, 1.0)
+    assert shape.backbone_length == PAPER_TUBE.length
+
+
+@pytest.mark.parametrize("pressure", [1e-300, 1e-12, 1e-3, 1.0])
+def test_tiny_pressures_are_linear(pressure: float) -> None:
+    case = actuator()
+    stretch = FreeActuation(case).stretch_from_pressure(pressure)
+    linear = pressure / pressure_point(case, 1.0).slope
+    # The stretch next to 1 has a last bit of 2e-16; 1 Pa is 2e-6 of strain, its square 5e-12.
+    assert stretch - 1.0 == pytest.approx(linear, rel=1e-5, abs=3e-16)
+
+
+def test_rest_shape_is_the_curvature_at_the_inverse() -> None:
+    actuation = FreeActuation(actuator())
+    stretch = actuation.stretch_from_pressure(55.0e3)
+    assert actuation.rest_shape(55.0e3) == rest_shape_from_stretch(actuation.actuator, stretch)
+
+
+def test_mirrored_fibers_mirror_the_torsion() -> None:
+    case = actuator()
+    mirrored = dataclasses.replace(case, fibers=case.fibers.mirrored())
+    shape, image = (FreeActuation(a).rest_shape(55.0e3) for a in (case, mirrored))
+    assert shape.torsion < 0.0
+    assert image == dataclasses.replace(shape, torsion=-shape.torsion)
+
+
+@pytest.mark.parametrize("pressure", [-1.0, -1e-300, math.nan, math.inf, True, "55 kPa"])
+def test_bad_pressures_are_refused(pressure: float) -> None:
+    with pytest.raises(InvalidInputError, match="pressure must be a non-negative finite number"):
+        FreeActuation(actuator()).rest_shape(pressure)
+
+
+@pytest.mark.parametrize("stretch", [0.9, math.nan, math.inf])
+def test_bad_stretches_are_refused(stretch: float) -> None:
+    with pytest.raises(InvalidInputError, match="stretch"):
+        FreeActuation(actuator()).pressure_from_stretch(stretch)
+
+
+def test_what_is_no_actuator_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="an Actuator"):
+        FreeActuation(PAPER_TUBE)  # type: ignore[arg-type]
+
+
+@dataclasses.dataclass(frozen=True)
+class WrongDerivative:
+    """A law whose second derivative contradicts its first: the pressure falls unannounced."""
+
+    small_strain_modulus: float = 870.0e3
+    first_invariant_limit: float = math.inf
+
+    def energy_density(self, first_invariant: float, second_invariant: float) -> float:
+        return 145.0e3 * math.sin(9.0 * (first_invariant - second_invariant)) / 9.0
+
+    def invariant_derivatives(
+        self, first_invariant: float, second_invariant: float
+    ) -> InvariantDerivatives:
+        first = 145.0e3 * math.cos(2.0 * (first_invariant - 3.0))
+        return InvariantDerivatives(first, 0.0 * second_invariant, 1e9, 0.0, 0.0)
+
+
+def test_pressure_that_falls_behind_the_derivative_is_noticed() -> None:
+    with pytest.raises(InvalidInputError, match="pressure rises up to its stretch limit"):
+        FreeActuation(actuator(material=WrongDerivative()))
+
+
+def test_values_compare_and_pickle() -> None:
+    actuation = FreeActuation(actuator())
+    copy = pickle.loads(pickle.dumps(actuation))
+    assert copy == actuation == FreeActuation(actuator())
+    assert copy != FreeActuation(actuator(beta=50.0))
+    assert copy.rest_shape(55.0e3) == actuation.rest_shape(55.0e3)
+    assert hash(copy) == hash(actuation)
+
+
+def test_few_evaluations_suffice(monkeypatch: pytest.MonkeyPatch) -> None:
+    actuation = FreeActuation(actuator())
+    calls = 0
+
+    def counted(case: Actuator, stretch: float) -> PressurePoint:
+        nonlocal calls
+        calls += 1
+        return pressure_point(case, stretch)
+
+    monkeypatch.setattr(module, "pressure_point", counted)
+    pressures = np.linspace(1.0e3, 200.0e3, 500)
+    for pressure in pressures:
+        actuation.stretch_from_pressure(float(pressure))
+    assert calls <= 2.2 * len(pressures)
+
+
+@pytest.mark.parametrize("slope", [0.0, -1.0, math.nan, 1e-30])
+def test_bisection_rescues_useless_derivatives(
+    slope: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    actuation = FreeActuation(actuator())
+    expected = actuation.stretch_from_pressure(55.0e3)
+    monkeypatch.setattr(
+        module,
+        "pressure_point",
+        lambda case, stretch: PressurePoint(pressure_point(case, stretch).pressure, slope),
+    )
+    assert actuation.stretch_from_pressure(55.0e3) == pytest.approx(expected, rel=1e-14)
+
+
+def test_no_answer_is_an_error_with_its_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    actuation = FreeActuation(actuator())
+    monkeypatch.setattr(module, "ITERATIONS_MAX", 1)
+    with pytest.raises(SolverError, match="1 iterations") as caught:
+        actuation.stretch_from_pressure(0.5 * actuation.pressure_limit)
+    assert caught.value.status is module.InversionStatus.ITERATION_LIMIT
+    assert math.isfinite(caught.value.residual)

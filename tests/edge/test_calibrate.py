@@ -1,0 +1,369 @@
+"""From files to a calibrated gripper file: the run, the file, the picture and the command."""
+
+import contextlib
+import io
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from spiral_core import (
+    FittedQuantity,
+    FreeActuation,
+    InvalidInputError,
+    MeasuredActuation,
+    MooneyRivlin,
+    NeoHookean,
+    ShapeReading,
+    WrapCurve,
+    measured_actuation_from_readings,
+)
+from spiral_core.calibration_result import DEFAULT_LEVEL
+from spiral_core.calibration_uncertainty import DRAWS_MIN
+from spiral_gripper import DescriptionError, cli, cli_calibrate, load_description, load_gripper
+from spiral_gripper.calibrated_file import (
+    calibrated_text,
+    write_calibrated_description,
+    write_measured_description,
+)
+from spiral_gripper.calibration_report import outlier_lines, report_lines
+from spiral_gripper.calibration_run import CalibrationRequest, run_calibration
+from spiral_gripper.fields import LAWS
+from spiral_gripper.measurement_errors import MeasurementError
+from spiral_gripper.measurements import Measurements, load_measurements
+from spiral_gripper.residual_plot import residual_figure, save_residual_plot
+
+PSI = 6894.757293168361
+TRUE_C1 = 160.0e3
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with a gripper file of wrong constants and a bench test of the right ones."""
+    source = load_description("paper_design_70").source
+    shutil.copy(source, tmp_path / "mine.yaml")
+    (tmp_path / "bench.csv").write_text(bench_test(), encoding="utf-8")
+    return tmp_path
+
+
+def bench_test(unit="psi"):
+    """Return a synthetic bench test: extension of a 100 mm section, noise of 0.1 mm."""
+    actuator = load_description("paper_design_70").actuator
+    truth = FreeActuation(replace(actuator, material=NeoHookean(c1=TRUE_C1)))
+    noise = np.random.default_rng(8)
+    lines = [f"pressure [{unit}],extension [mm],extension_error [mm],section_length [mm]"]
+    for psi in range(1, 15):
+        extension = 100.0 * (truth.stretch_from_pressure(psi * PSI) - 1.0)
+        lines.append(f"{psi},{extension + 0.1 * noise.standard_normal():.3f},0.1,100")
+    return "\n".join(lines) + "\n"
+
+
+def fitted(folder, **request):
+    """Return the description, the measurements and the choice of laws."""
+    description = load_description(folder / "mine.yaml")
+    measurements = load_measurements(folder / "bench.csv", description.actuator.tube.length)
+    return (
+        description,
+        measurements,
+        run_calibration(description, [measurements], CalibrationRequest(**request)),
+    )
+
+
+class Result(NamedTuple):
+    """What a command did: its exit code, and what it wrote to both streams."""
+
+    exit_code: int
+    output: str
+
+
+def run(folder, *arguments):
+    """Run the command on the files of the folder."""
+    files = [str(folder / "mine.yaml"), str(folder / "bench.csv")]
+    written = io.StringIO()
+    with contextlib.redirect_stdout(written), contextlib.redirect_stderr(written):
+        exit_code = cli.run(["calibrate", *files, *arguments])
+    return Result(exit_code, written.getvalue())
+
+
+def test_the_description_gives_law_start_and_mount(folder):
+    description, _, choice = fitted(folder)
+    assert choice.best.model.fitted_law is MooneyRivlin
+    assert choice.best.model.gripper is description.gripper
+    _, _, choice = fitted(folder, laws=("neo_hookean", "mooney_rivlin"))
+    assert choice.best.model.fitted_law is NeoHookean
+    low, high = choice.best.interval("c1")
+    assert low < TRUE_C1 < high
+
+
+def test_stiffness_is_kept_only_where_the_file_states_it(folder):
+    _, _, choice = fitted(folder)
+    assert choice.best.model.bending_stiffness is None
+    path = folder / "mine.yaml"
+    path.write_text(path.read_text() + "\nstiffness:\n  bending: 5e-4 N m^2\n")
+    _, _, choice = fitted(folder)
+    assert choice.best.model.bending_stiffness == 5.0e-4
+    assert choice.best.model.torsional_stiffness is None
+
+
+def test_a_mix_up_of_units_is_refused_unless_accepted(folder):
+    (folder / "bench.csv").write_text(bench_test("kPa"))
+    with pytest.raises(MeasurementError) as caught:
+        fitted(folder)
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.heading) == (2, "pressure")
+    assert "psi taken for kPa" in problem.reason
+    _, _, choice = fitted(folder, accept_implausible=True, laws=("neo_hookean",))
+    assert choice.best.value("c1") == pytest.approx(TRUE_C1 * 1000.0 / PSI, rel=0.02)
+
+
+def test_laws_that_fail_are_reported_and_all_failing_is_an_error(folder):
+    request = {"laws": ("mooney_rivlin", "neo_hookean"), "fixed": {"c2": 0.0}}
+    _, _, choice = fitted(folder, **request)
+    assert [name for name, _ in choice.failures] == ["neo_hookean"]
+    with pytest.raises(InvalidInputError):
+        fitted(folder, fixed={"c3": 0.0})
+    with pytest.raises(InvalidInputError, match="one of neo_hookean"):
+        CalibrationRequest(laws=("ogden",))
+
+
+def test_the_calibrated_file_keeps_comments_and_gives_back_the_fit(folder):
+    description, measurements, choice = fitted(folder, laws=("neo_hookean",))
+    path = write_calibrated_description(description, choice.best, [measurements.source])
+    assert path == folder / "mine_calibrated.yaml"
+    text = path.read_text(encoding="utf-8")
+    opening, _, rest = text.partition("\n")
+    assert opening.startswith("# Calibrated: neo_hookean fitted to bench.csv, 14 readings")
+    original = (folder / "mine.yaml").read_text(encoding="utf-8")
+    changed = {"law:", "c1:", "c2:"}
+    kept = [line for line in original.splitlines() if not changed & set(line.split())]
+    assert [line for line in rest.splitlines() if not changed & set(line.split())] == kept
+    assert "  law: neo_hookean" in rest
+    assert "c2" not in rest
+    calibrated = load_description(path)
+    assert calibrated.actuator.material.c1 == pytest.approx(choice.best.value("c1"), rel=1e-9)
+    low, high = (f"{end * 1e-3:.4g} kPa" for end in choice.best.interval("c1"))
+    assert f"# fitted; {low} to {high}" in rest
+
+
+def test_no_file_is_overwritten(folder):
+    description, measurements, choice = fitted(folder)
+    before = (folder / "mine.yaml").read_bytes()
+    names = [write_calibrated_description(description, choice.best).name for _ in range(3)]
+    assert names == ["mine_calibrated.yaml", "mine_calibrated_2.yaml", "mine_calibrated_3.yaml"]
+    assert (folder / "mine.yaml").read_bytes() == before
+    with pytest.raises(FileExistsError):
+        write_calibrated_description(
+            description, choice.best, [measurements.source], folder / "mine.yaml"
+        )
+    assert (folder / "mine.yaml").read_bytes() == before
+
+
+def test_nothing_is_written_into_the_package(folder, monkeypatch):
+    _, _, choice = fitted(folder)
+    shipped = load_description("paper_design_70")
+    monkeypatch.chdir(folder)
+    path = write_calibrated_description(shipped, choice.best)
+    assert path == Path("paper_design_70_calibrated.yaml")
+    assert (folder / path).is_file()
+    assert not shipped.source.with_name(path.name).exists()
+
+
+def test_other_quantities_get_their_fields_and_units(folder):
+    description, _, choice = fitted(folder)
+    quantities = tuple(FittedQuantity)
+    model = replace(choice.best.model, quantities=quantities)
+    values = np.array([*choice.best.values, 3.0e-4, 2.0e-4, 5.0e-3])
+    calibration = replace(
+        choice.best,
+        model=model,
+        values=values,
+        covariance=np.diag((0.01 * values) ** 2),
+        actuation=FreeActuation(model.actuator_from(values.tolist())),
+    )
+    path = folder / "all.yaml"
+    path.write_text(calibrated_text(description, calibration))
+    found = load_description(path)
+    assert found.gripper.stiffness == calibration.stiffness
+    assert found.actuator.straight_fiber_radius == pytest.approx(5.0e-3)
+
+
+def test_a_fit_that_does_not_reach_the_pressure_limit_is_not_written(folder):
+    description, _, choice = fitted(folder)
+    soft = replace(choice.best, values=np.array([1.0e3, 0.0]))
+    soft = replace(soft, actuation=FreeActuation(soft.model.actuator_from([1.0e3, 0.0])))
+    with pytest.raises(DescriptionError) as caught:
+        write_calibrated_description(description, soft)
+    assert caught.value.field == "limits.pressure_max"
+    assert not (folder / "mine_calibrated.yaml").exists()
+
+
+def test_a_measured_curve_goes_into_the_file_and_comes_back(folder):
+    description = load_description(folder / "mine.yaml")
+    pressures = np.linspace(0.0, 16.0 * PSI, 9).tolist()
+    shapes = [description.gripper.rest_shape(min(p, 16.0 * PSI)) for p in pressures]
+    actuation = MeasuredActuation(
+        pressures=pressures,
+        curvatures=[shape.curvature for shape in shapes],
+        torsions=[shape.torsion for shape in shapes],
+        backbone_length=description.actuator.tube.length,
+    )
+    path = write_measured_description(description, actuation, [Path("bend.csv")])
+    assert path.name == "mine_measured.yaml"
+    assert path.read_text().startswith("# The actuation curve was measured in bend.csv; ")
+    gripper = load_gripper(path)
+    assert isinstance(gripper.actuation, MeasuredActuation)
+    assert gripper.actuation.curvatures == pytest.approx(actuation.curvatures, rel=1e-9)
+    assert gripper.actuation.torsions == pytest.approx(actuation.torsions, rel=1e-9)
+    assert gripper.stiffness == description.gripper.stiffness
+    # Eight intervals interpolate the law's curve to a few parts in a thousand.
+    lawful = WrapCurve(description.gripper).pressure_from_radius(0.02)
+    assert WrapCurve(gripper).pressure_from_radius(0.02) == pytest.approx(lawful, rel=5e-3)
+
+
+def test_incomplete_measured_curves_are_refused(folder):
+    path = folder / "mine.yaml"
+    path.write_text(path.read_text() + "\nmeasured:\n  pressures: [0 kPa, 60 kPa, 120 kPa]\n")
+    with pytest.raises(DescriptionError) as caught:
+        load_description(path)
+    assert [p.field for p in caught.value.problems] == ["measured.curvatures", "measured.torsions"]
+    text = path.read_text().replace("120 kPa]", "120]")
+    path.write_text(text)
+    with pytest.raises(DescriptionError, match=r"measured\.pressures must be a list of pressures"):
+        load_description(path)
+    path.write_text(text.replace("[0 kPa, 60 kPa, 120]", "60 kPa"))
+    with pytest.raises(DescriptionError, match=r"measured\.pressures must be a list of pressures"):
+        load_description(path)
+
+
+def test_the_picture_shows_what_was_measured_and_fitted(folder):
+    _, measurements, choice = fitted(folder, laws=("neo_hookean",))
+    figure = residual_figure(choice.best)
+    fit, left_over = figure.axes
+    assert fit.get_ylabel() == "extension [mm]"
+    assert fit.get_xlabel() == left_over.get_xlabel() == "pressure [kPa]"
+    measured, curve = fit.lines[0], fit.lines[-1]
+    extensions = [1e3 * reading.extension for reading in measurements.readings]
+    assert measured.get_ydata() == pytest.approx(extensions)
+    assert curve.get_ydata() == pytest.approx(1e3 * choice.best.predictions)
+    assert left_over.lines[-1].get_ydata() == pytest.approx(choice.best.residuals)
+    save_residual_plot(choice.best, folder / "residuals.png")
+    assert (folder / "residuals.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_picture_of_shapes_has_three_coordinates(folder):
+    description = load_description(folder / "mine.yaml")
+    curve = WrapCurve(description.gripper)
+    readings = tuple(
+        ShapeReading(p, tuple(curve.state_at_pressure(p).tip_position.tolist()), None, 1e-3)
+        for p in (3.0e4, 6.0e4, 9.0e4)
+    )
+    measurements = Measurements(Path("shape.csv"), readings, (2, 3, 4))
+    shapes = run_calibration(description, [measurements])
+    figure = residual_figure(shapes.best)
+    assert figure.axes[0].get_ylabel() == "coordinate [mm]"
+    texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert texts == ["fitted", "x, measured", "y, measured", "z, measured"]
+
+
+def test_the_report_warns_of_weak_directions_bounds_and_outliers(folder):
+    text = bench_test().splitlines()
+    cells = text[5].split(",")
+    text[5] = ",".join([cells[0], f"{float(cells[1]) + 3.0:.3f}", *cells[2:]])
+    (folder / "bench.csv").write_text("\n".join(text) + "\n")
+    _, measurements, choice = fitted(folder)
+    assert any(
+        "c1 and c2 cannot be told apart" in line for line in report_lines(choice, 0.95, None)
+    )
+    (outlier,) = outlier_lines(choice.best, [measurements])
+    assert f"bench.csv:6: the reading at {5 * PSI * 1e-3:.4g} kPa" in outlier
+
+
+def test_the_command_goes_from_csv_to_file_and_picture(folder):
+    result = run(
+        folder, "--law", "neo_hookean", "--law", "mooney_rivlin", "--radius", "20 mm",
+        "--plot", str(folder / "residuals.png"),
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    lines = result.output.splitlines()
+    assert lines[0] == "law: NeoHookean"
+    assert any(line.startswith("c1: 1") and "95 % interval" in line for line in lines)
+    assert any(line.startswith("leave-one-out error: ") for line in lines)
+    assert any(line.startswith("20 mm: ") for line in lines)
+    assert lines[-1] == f"wrote {folder / 'mine_calibrated.yaml'}"
+    assert (folder / "residuals.png").exists()
+    c1 = load_description(folder / "mine_calibrated.yaml").actuator.material.c1
+    assert c1 == pytest.approx(TRUE_C1, rel=0.02)
+
+
+def test_the_command_reports_only_if_asked(folder):
+    result = run(folder, "--law", "neo_hookean", "--no-output", "--draws", "40",
+                 "--radius", "2 cm", "--level", "0.9", "--hold", "c1=150 kPa")  # fmt: skip
+    assert result.exit_code == 2  # nothing is left to fit
+    result = run(folder, "--hold", "c2=0 kPa", "--no-output", "--draws", "40", "--radius", "2 cm",
+                 "--level", "0.9", "--robust")  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert "90 % interval" in result.output
+    assert not list(folder.glob("*_calibrated*"))
+
+
+def test_the_command_writes_a_measured_curve(folder):
+    description = load_description(folder / "mine.yaml")
+    lines = ["pressure [kPa],bend_angle [deg],twist [deg]"]
+    length = description.actuator.tube.length
+    for kilopascals in (20, 40, 60, 80, 100, 111):
+        shape = FreeActuation(description.actuator).rest_shape(kilopascals * 1e3)
+        bend, twist = np.degrees([shape.curvature * length, shape.torsion * length])
+        lines.append(f"{kilopascals},{bend:.4f},{twist:.4f}")
+    (folder / "bench.csv").write_text("\n".join(lines) + "\n")
+    result = run(
+        folder, "--measured-curve", "--error", "bend_angle=1 deg", "--error", "twist=1 deg"
+    )
+    assert result.exit_code == 0, result.output
+    assert result.output.splitlines()[0] == "measured up to 111 kPa"
+    expected = description.gripper.rest_shape(50.0e3).curvature
+    found = load_gripper(folder / "mine_measured.yaml").rest_shape(50.0e3).curvature
+    assert found == pytest.approx(expected, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--hold", "c2"], "of the form NAME=VALUE"),
+        (["--hold", "density=1 kPa"], "a constant of the law"),
+        (["--hold", "c2=1 mm"], "--hold c2"),
+        (["--unit", "pressure=psi", "--unit", "pressure=kPa"], "given once"),
+        (["--section-length", "100"], "--section-length"),
+        (["--radius", "20"], "length"),
+        (["--ignore", "remark"], "no such heading"),
+        (["--radius", "1 m"], "cannot be gripped"),
+        (["--output", "{folder}/mine.yaml"], "File exists"),
+    ],
+)
+def test_the_command_explains_what_is_wrong(folder, arguments, message):
+    result = run(folder, *(text.format(folder=folder) for text in arguments))
+    assert result.exit_code == 2
+    assert message in result.output
+    assert "Traceback" not in result.output
+
+
+def test_a_bad_file_is_reported_by_the_command_with_its_place(folder):
+    (folder / "bench.csv").write_text(bench_test().replace("\n3,", "\nthree,"))
+    result = run(folder)
+    assert result.exit_code == 2
+    assert f'{folder / "bench.csv"}:4: column 1 "pressure [psi]": must be' in result.output
+
+
+def test_curves_need_bend_angles(folder):
+    description = load_description(folder / "mine.yaml")
+    with pytest.raises(InvalidInputError):
+        measured_actuation_from_readings([], description.actuator.tube.length)
+
+
+def test_the_commands_choices_are_those_of_the_code():
+    assert tuple(LAWS) == cli_calibrate.LAWS
+    assert tuple(quantity.value for quantity in FittedQuantity) == cli_calibrate.QUANTITIES
+    assert cli_calibrate.DEFAULT_LEVEL == DEFAULT_LEVEL
+    assert cli_calibrate.DRAWS_MIN == DRAWS_MIN

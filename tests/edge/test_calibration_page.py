@@ -1,0 +1,155 @@
+"""docs/calibration.md, its example and the study of public measurements against the code."""
+
+import importlib.util
+import re
+import runpy
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spiral_core import FreeActuation, MooneyRivlin
+from spiral_gripper import load_description
+from spiral_gripper.measurement_table import COLUMNS
+from spiral_gripper.measurements import parse_measurements
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")
+
+
+def module(path):
+    """Return a script of the repository as a module, without running its ``main``."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    loaded = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = loaded  # dataclasses look their module up
+    spec.loader.exec_module(loaded)
+    return loaded
+
+
+@pytest.fixture(scope="module")
+def study():
+    return module(ROOT / "docs" / "validate_bending.py")
+
+
+@pytest.fixture(scope="module")
+def coverage_study():
+    return module(ROOT / "benchmarks" / "calibration_coverage.py")
+
+
+def test_every_column_is_on_the_page():
+    named = set(re.findall(r"`([a-z_]+)", PAGE))
+    unnamed = {name for name in COLUMNS if name not in named}
+    # The errors of the other columns go by the rule that the page states with extension_error.
+    assert unnamed == {"twist_error", "bend_angle_error", "object_radius_error"}
+    assert "extension_error" in named
+
+
+def test_the_python_example_prints_what_the_page_says(capsys):
+    code, output = re.search(r"```python\n(.*?)```\n\n```text\n(.*?)```", PAGE, re.DOTALL).groups()
+    exec(compile(code, "calibration.md", "exec"), {})
+    assert capsys.readouterr().out == output
+
+
+def test_the_error_example_is_what_the_code_says():
+    block = re.search(r"```text\n(bench\.csv.*?)```", PAGE, re.DOTALL)[1]
+    rows = ["1,1,1,1", "2,1,1,1", "three,1,1,1", *["4,1,1,1"] * 4, "5,1,1"]
+    header = "pressure [psi],extension [mm],extension_error [mm],section_length [mm]"
+    with pytest.raises(ValueError, match="bench") as caught:
+        parse_measurements("\n".join([header, *rows]), Path("bench.csv"), 0.1)
+    assert str(caught.value) == block.strip()
+
+
+def test_stated_coverage_is_within_93_and_97_percent(coverage_study):
+    rows = re.findall(r"^\| (.*?) \| (.*? %) \| (\d+) \|", PAGE, re.MULTILINE)
+    assert [name for name, *_ in rows] == list(coverage_study.CASES)
+    for _, cells, failed in rows:
+        assert failed == "0"
+        shares = [float(share) for share in re.findall(r"([\d.]+) %", cells)]
+        assert all(93.0 <= share <= 97.0 for share in shares)
+
+
+def test_the_coverage_study_counts_hits_and_failures(coverage_study):
+    case = coverage_study.CASES["neo-Hookean"]
+    shares, failed, seconds = coverage_study.coverage(case, 20)
+    assert shares.keys() == {"c1"}
+    assert 0.7 < shares["c1"] <= 1.0
+    assert failed == 0
+    assert seconds > 0.0
+
+
+def test_the_synthetic_bench_test_is_what_its_script_computes():
+    script = module(ROOT / "examples" / "synthetic_bench_test.py")
+    text = script.FILE.read_text(encoding="utf-8")
+    assert text == script.bench_test()
+    assert text.startswith("# SYNTHETIC")
+    assert f"seed {script.SEED}" in text
+
+
+def test_the_example_goes_from_csv_to_gripper_file_and_plot(tmp_path, monkeypatch, capsys):
+    path = ROOT / "examples" / "calibrate_from_csv.py"
+    monkeypatch.setattr(sys, "argv", [str(path), str(tmp_path)])
+    values = runpy.run_path(str(path))
+    actuator = load_description("paper_design_70").actuator
+    truth = FreeActuation(replace(actuator, material=MooneyRivlin(c1=152.0e3, c2=8.0e3)))
+    assert capsys.readouterr().out.splitlines()[0] == "NeoHookean: weight 0.82"
+    low, high = values["best"].interval("c1")
+    assert low < 160.0e3 < high  # C1 + C2: nearly all that the tube's pressures depend on
+    for result in values["results"]:
+        assert result.standard_error < 0.01 * result.pressure
+    shape = values["calibrated"].rest_shape(60.0e3)
+    assert shape.curvature == pytest.approx(truth.rest_shape(60.0e3).curvature, rel=0.01)
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"my_gripper.yaml", "my_gripper_calibrated.yaml", "residuals.png"}
+
+
+def synthetic_specimens(study, tmp_path, scatter):
+    """Return specimens read from a file like the public one, of one rubber and known scatter."""
+    noise = np.random.default_rng(5)
+    lines = ["fiber_angle_alpha_deg,fiber_angle_beta_deg,length_cm,pressure_psi,bend_angle_rad"]
+    for angle in (65, 70, 80):
+        rubber = MooneyRivlin(c1=500.0e3, c2=100.0e3)
+        actuation = FreeActuation(study.bending_actuator(angle, 0.18, rubber))
+        for psi in (10, 15, 20, 25, 30, 35):
+            bend = actuation.rest_shape(psi * study.PSI).curvature * 0.18
+            bend *= 1.0 + scatter * noise.standard_normal()
+            lines.append(f"{angle},-{angle},18,{psi},{bend!r}")
+    path = tmp_path / "bending.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return study.read_specimens(path)
+
+
+def test_the_study_finds_no_error_where_there_is_none(study, tmp_path):
+    specimens = synthetic_specimens(study, tmp_path, scatter=0.0)
+    outcomes = study.fit_all(specimens)
+    for laws in outcomes.values():
+        one = laws[MooneyRivlin]
+        assert one.cross_validation.relative_error < 1e-6
+        assert np.abs(study.extrapolation_errors(one.calibration, 4)).max() < 1e-5
+    carried = study.transfer_error(outcomes[65][MooneyRivlin].calibration, 80, specimens[80])
+    assert carried == "0.0 %"
+    # Six points of a nearly straight curve interpolate well.
+    assert study.rms(study.interpolation_errors(specimens[70])) < 0.02
+
+
+def test_the_studys_page_holds_its_figures(study, tmp_path):
+    specimens = synthetic_specimens(study, tmp_path, scatter=0.02)
+    page = study.page(specimens)
+    assert page.count("\n| --- |") == 4
+    assert "| law | 65° | 70° | 80° |" in page
+    figure = study.draw(specimens)
+    assert [axes.get_title() for axes in figure.axes] == [f"fibers at ±{a}°" for a in specimens]
+    assert "{" not in page
+
+
+def test_the_committed_page_is_of_the_study(study):
+    committed = study.PAGE.read_text(encoding="utf-8")
+    opening = study.HEAD.partition("{summary}")[0]
+    assert committed.startswith(opening)
+    assert study.FIGURE.is_file()
+    row = re.search(r"^\| MooneyRivlin \| (.*) \|$", committed, re.MULTILINE)[1]
+    errors = [float(x) for x in re.findall(r"([\d.]+) % \(", row)]
+    assert len(errors) == 3
+    assert errors[0] < 10.0  # 65 degrees
+    assert errors[1] < 10.0  # 70 degrees

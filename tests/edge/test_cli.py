@@ -1,0 +1,298 @@
+"""The command line: answers, JSON, files, and one clear line for whatever is wrong."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from spiral_gripper import convert_from_si, load_description
+from spiral_gripper.cli import COMMANDS, run
+from spiral_gripper.units import Dimension
+
+EXAMPLE = [
+    "design", "--radius-min", "11 mm", "--radius-max", "30 mm", "--tube", "3/8 in x 1/32 in",
+    "--turns", "1.5", "--object-length", "250 mm", "--pressure-max", "16 psi",
+    "--strain-max", "0.3",
+]  # fmt: skip
+
+WRAP = ["wrap", "prototype_p1", "--radius", "9 mm"]
+
+
+def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
+    """Return the JSON that a command prints."""
+    assert run([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Return the one line that a command complains with."""
+    assert run(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.endswith("\n")
+    assert captured.err.count("\n") == 1
+    assert captured.err.startswith("spiral-gripper: ")
+    return captured.err
+
+
+def test_help_loads_nothing_heavy() -> None:
+    for arguments in (["--help"], *([name, "--help"] for name in COMMANDS)):
+        code = (
+            "import sys; from spiral_gripper.cli import run; run(sys.argv[1:]); "
+            "print(*{name.split('.')[0] for name in sys.modules}, file=sys.stderr)"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True
+        )
+        assert "Usage: spiral-gripper" in done.stdout
+        loaded = set(done.stderr.split())
+        assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "rich", "pint", "spiral_core"}
+
+
+def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(f"  {name} " in text and entry.help in text for name, entry in COMMANDS.items())
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("spiral-gripper 0.")
+
+
+def test_design_prints_the_steps_and_the_answer(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(EXAMPLE) == 0
+    text = capsys.readouterr().out
+    for expected in ("1 tube", "7 exact design space", "70 deg", "364 mm", "feasible"):
+        assert expected in text
+
+
+def test_design_in_json_is_the_call_in_python(capsys: pytest.CaptureFixture[str]) -> None:
+    from spiral_core import DesignRequirement, design_gripper
+    from spiral_gripper import load_tubing, parse_tube_size
+
+    document = answer(capsys, *EXAMPLE)
+    report = design_gripper(
+        DesignRequirement(
+            radius_min=0.011,
+            radius_max=0.030,
+            tubes=(parse_tube_size("3/8 in x 1/32 in"),),
+            elastomers=(load_tubing("natural_latex").elastomer,),
+            turns_required=1.5,
+            object_length=0.25,
+            pressure_max=16.0 / convert_from_si(1.0, "psi", Dimension.PRESSURE),
+            strain_max=0.3,
+        )
+    )
+    assert report.design is not None
+    assert document["feasible"] is True
+    assert document["design"]["length"] == report.design.length
+    assert document["design"]["smallest"]["pressure"] == pytest.approx(
+        report.design.smallest.pressure, rel=1e-12
+    )
+    assert [step["number"] for step in document["steps"]] == [1, 2, 3, 4, 5, 6, 7]
+    assert document["design"]["windings"][1]["hand"] == "right"
+    assert document["binding"]["constraint"] in {"strain", "object_length"}
+
+
+def test_infeasible_design_exits_with_1_and_says_what_would_do(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run([*EXAMPLE, "--pressure-max", "50 kPa"]) == 1
+    text = " ".join(capsys.readouterr().out.split())
+    assert "not feasible: pressure limit" in text
+    assert "would do: pressure_max = 78.19 kPa instead of 50 kPa" in text
+
+
+@pytest.mark.parametrize("suffix", [".md", ".html"])
+def test_report_holds_steps_figures_and_picture(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"report{suffix}"
+    assert run([*EXAMPLE, "--json", "--report", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert "Step 7" in text
+    assert "364 mm" in text
+    assert "data:image/png;base64,iVBOR" in text
+    assert "src=" not in text.replace('src="data:', "")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
+)
+def test_plots_in_every_format(suffix: str, start: bytes, tmp_path: Path) -> None:
+    path = tmp_path / f"plot{suffix}"
+    assert run(["chart", "design-space", "paper_design_70", "--plot", str(path)]) == 0
+    assert path.read_bytes().startswith(start)
+
+
+def test_saved_description_is_the_design(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.yaml"
+    document = answer(capsys, *EXAMPLE, "--save", str(path))
+    description = load_description(path)
+    assert description.gripper.name == "mine"
+    assert description.gripper.tube.length == document["design"]["length"]
+    assert description.actuator.fibers.beta == document["design"]["fiber_angle_beta"]
+    assert description.gripper.pressure_max == document["design"]["pressure_max"]
+    assert description.gripper.turns_required == 1.5
+    wrapped = answer(capsys, "wrap", str(path), "--radius", "11 mm")
+    # The search sampled another pressure range: other elements, 1e-4 of the figures.
+    assert wrapped["pressure"] == pytest.approx(
+        document["design"]["smallest"]["pressure"], rel=1e-4
+    )
+
+
+def test_nothing_is_saved_that_is_not_feasible(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.yaml"
+    assert run([*EXAMPLE, "--pressure-max", "50 kPa", "--save", str(path)]) == 2
+    assert "nothing is saved: not feasible" in capsys.readouterr().err
+    assert not path.exists()
+
+
+def test_shape_and_wrap_agree_with_python(capsys: pytest.CaptureFixture[str]) -> None:
+    from spiral_core import WrapCurve
+    from spiral_gripper import load_gripper
+
+    curve = WrapCurve(load_gripper("prototype_p1"))
+    wrapped = answer(capsys, "wrap", "prototype_p1", "--radius", "20 mm", "--pressure", "60 kPa")
+    assert wrapped["pressure"] == curve.pressure_from_radius(0.02)
+    assert wrapped["regime"] == "curling"
+    assert wrapped["line_force"] > 0.0
+    shape = answer(capsys, "shape", "prototype_p1", "--pressure", "8 psi")
+    assert shape["stable"] is True
+    assert shape["positions"][0] == [0.0, 0.0, 0.0]
+    assert len(shape["positions"]) == len(shape["orientations"]) == len(shape["arc_lengths"])
+    assert shape["pressure"] == pytest.approx(55158.058, rel=1e-7)  # eight digits as written
+
+
+def test_mount_options_turn_gravity(capsys: pytest.CaptureFixture[str]) -> None:
+    hanging = answer(capsys, "shape", "prototype_p1", "--pressure", "0 kPa")
+    assert hanging["positions"][-1] == pytest.approx([0.5, 0.0, 0.0], abs=1e-9)
+    sideways = answer(
+        capsys,
+        "shape",
+        "prototype_p1",
+        "--pressure",
+        "0 kPa",
+        "--gravity-direction",
+        "0",
+        "0",
+        "-2",
+    )
+    assert sideways["gravity"] == [0.0, 0.0, -9.80665]
+    assert sideways["positions"][-1][2] < -0.4
+    free = answer(
+        capsys, "shape", "prototype_p1", "--pressure", "0 kPa",
+        "--gravity-direction", "0", "0", "-1", "--gravity-magnitude", "0 m/s^2",
+    )  # fmt: skip
+    assert free["positions"][-1] == pytest.approx([0.5, 0.0, 0.0], abs=1e-9)
+
+
+def test_profile_from_csv(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "cone.csv"
+    path.write_text("position [cm], radius [mm]\n0, 30\n30, 11\n", encoding="utf-8")
+    wrapped = answer(capsys, "wrap", "paper_design_70", "--profile", str(path))
+    assert 0.011 <= wrapped["radius_min"] < wrapped["radius_max"] <= 0.030
+    assert wrapped["stations"][-1]["regime"] == "perfect_wrap"
+    assert run(["wrap", "paper_design_70", "--profile", str(path)]) == 0
+    assert "perfect wrap" in capsys.readouterr().out
+
+
+def test_charts_as_data(capsys: pytest.CaptureFixture[str]) -> None:
+    curves = answer(capsys, "chart", "design-space", "prototype_p1", "--beta", "50 deg")
+    assert len(curves) == 1
+    assert len(curves[0]["stretch"]) == len(curves[0]["length_ratio"])
+    gravity = answer(capsys, "chart", "gravity", "prototype_p1")
+    assert gravity["with_gravity"]["radius"][0] > gravity["without_gravity"]["radius"][0]
+    regimes = answer(capsys, "chart", "pressure", "prototype_p1", "--radius-max", "30 mm")
+    assert regimes["radius"][0] == pytest.approx(0.03)
+
+
+def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    plot = tmp_path / "map.png"
+    wanted = [*EXAMPLE[1:], "--jobs", "1"]
+    room = answer(
+        capsys, "sweep", "map", *wanted, "--angles", "2", "--tube-radii", "2",
+        "--tube-radius-min", "4 mm", "--tube-radius-max", "5 mm", "--plot", str(plot),
+    )  # fmt: skip
+    assert len(room["room"]) == len(room["binding"]) == 2
+    assert plot.stat().st_size > 0
+    best = answer(capsys, "sweep", "pareto", *wanted, "--plot", str(plot))
+    assert {round(point["fiber_angle_beta"], 4) for point in best} <= {1.2217, 1.3963}
+    assert run(["sweep", "pareto", *wanted]) == 0
+    assert "feasible designs (4 candidates)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["shape", "prototype_p1", "--pressure", "55"], 'write "55 kPa" or "55 psi"'),
+        (["shape", "prototype_p1", "--pressure", "5 mm"], "reduces to m"),
+        (["shape", "prototype_p1", "--pressure", "-5 kPa"], "from 0 to"),
+        (["shape", "prototype_p1", "--pressure", "900 kPa"], "from 0 to"),
+        (["shape", "prototype_p3", "--pressure", "5 kPa"], "did you mean prototype_p"),
+        (["shape", "nowhere/mine.yaml", "--pressure", "5 kPa"], "there is no such file"),
+        (["shape", "prototype_p1"], "--pressure"),
+        (["wrap", "prototype_p1"], "either --radius or --profile"),
+        (["wrap", "prototype_p1", "--radius", "90 mm"], "too thick"),
+        (["wrap", "prototype_p1", "--radius", "nan mm"], "must be a length"),
+        ([*WRAP, "--object-axis", "0", "0", "0"], "all be zero"),
+        ([*WRAP, "--object-axis", "0", "0", "inf"], "finite"),
+        (["wrap", "prototype_p1", "--profile", "no.csv"], "no.csv"),
+        (["chart", "gravity", "prototype_p1"], "--plot FILE"),
+        (["chart", "gravity", "prototype_p1", "--plot", "x.bmp"], ".png, .svg, .pdf"),
+        (["chart", "gravity", "prototype_p1", "--plot", "no/where/x.png"], "there is no folder"),
+        (["frobnicate"], "No such command"),
+        (["design", "--radius-min", "1 mm"], "--radius-max"),
+        ([*EXAMPLE, "--radius-max", "5 mm"], "radius_max"),
+        ([*EXAMPLE, "--strain-max", "30 %"], "plain finite number"),
+        ([*EXAMPLE, "--turns", "nan"], "plain finite number"),
+        ([*EXAMPLE, "--tube", "3/8 x 1/32"], "bore and wall"),
+        ([*EXAMPLE, "--tubing", "latex"], "natural_latex"),
+        ([*EXAMPLE, "--beta", "88 deg"], "cross"),
+        ([*EXAMPLE, "--report", "x.doc"], ".md, .html"),
+        (["sweep", "map", *EXAMPLE[1:], "--angles", "1"], "2<=x<=181"),
+    ],
+)  # fmt: skip
+def test_one_line_says_what_is_wrong(
+    arguments: list[str], expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert expected in complaint(capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("position, radius\n0, 1\n", "header with units"),
+        ("position [mm], radius [kPa]\n0, 1\n", "reduces to"),
+        ("position [mm], radius [mm]\n0, a\n", "number"),
+        ("position [mm], radius [mm]\n0\n", "two numbers"),
+        ("", "header with units"),
+    ],
+)
+def test_a_bad_profile_is_named(
+    text: str, expected: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "profile.csv"
+    path.write_text(text, encoding="utf-8")
+    assert expected in complaint(capsys, "wrap", "prototype_p1", "--profile", str(path))
+
+
+def test_no_arguments_show_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([]) == 2
+    assert "Usage: spiral-gripper" in capsys.readouterr().err
+
+
+def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("a defect")
+
+    monkeypatch.setattr("spiral_gripper.shape_document.solve_shape", broken)
+    with pytest.raises(ZeroDivisionError, match="a defect"):
+        run(["shape", "prototype_p1", "--pressure", "5 kPa"])

@@ -1,0 +1,236 @@
+"""docs/gripper_files.md against the code: the format stands once, the page follows it."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from spiral_gripper import DescriptionError, available_grippers, load_description
+from spiral_gripper.description import parse_description
+from spiral_gripper.fields import FIELDS, LAWS, Kind, constants_of
+from spiral_gripper.units import Dimension, parse_quantity
+
+PAGE = (Path(__file__).parents[2] / "docs" / "gripper_files.md").read_text(encoding="utf-8")
+
+
+def table_after(heading):
+    section = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    rows = [line.strip()[1:-1].split("|") for line in section.splitlines() if line[:1] == "|"]
+    return [[cell.strip() for cell in row] for row in rows[2:]]
+
+
+def codes(cell):
+    return re.findall(r"`([^`]+)`", cell)
+
+
+ROWS = {codes(row[0])[0]: row[1:] for row in table_after("Fields")}
+SMALLEST = re.search(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[1]
+
+
+# The lists of a measured curve go together: one of them is tried with the others as here.
+MEASURED = {
+    "pressures": "[0 kPa, 100 kPa, 200 kPa]",
+    "curvatures": "[0 rad/m, 8 rad/m, 18 rad/m]",
+    "torsions": "[0 rad/m, -4 rad/m, -9 rad/m]",
+}
+
+
+def with_field(name, value):
+    """Return the smallest file with one field added or replaced."""
+    section, _, key = name.rpartition(".")
+    if section == "measured":
+        lists = MEASURED | {key: value}
+        limited = SMALLEST.replace("pressure_max: 16 psi", "pressure_max: 30 kPa")
+        return limited + "measured:\n" + "".join(f"  {k}: {v}\n" for k, v in lists.items())
+    lines = [line for line in SMALLEST.splitlines() if line.strip().partition(":")[0] != key]
+    if not section:
+        return "\n".join([*lines, f"{key}: {value}"])
+    if f"{section}:" not in lines:
+        lines.append(f"{section}:")
+    at = lines.index(f"{section}:") + 1
+    return "\n".join([*lines[:at], f"  {key}: {value}", *lines[at:]])
+
+
+def read(text):
+    return parse_description(text, Path("page.yaml"))
+
+
+def test_the_fields_are_those_of_the_code_in_their_order():
+    assert list(ROWS) == list(FIELDS)
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_kind_of_each_field(name):
+    field = FIELDS[name]
+    kind = field.dimension.quantity if field.dimension else field.kind.name.lower()
+    assert ROWS[name][0] == kind
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_which_fields_are_required(name):
+    constants = {constant for law in LAWS for constant in constants_of(law)}
+    required = "yes" if FIELDS[name].required else "no"
+    of_law = name.startswith("material.") and name.partition(".")[2] in constants
+    assert ROWS[name][1] == ("by the law" if of_law else required)
+
+
+@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row[2][:1] == ">"])
+def test_allowed_numbers(name):
+    unit = f" {FIELDS[name].dimension.si_unit}" if FIELDS[name].dimension else ""
+    with pytest.raises(DescriptionError) as caught:
+        read(with_field(name, f"-1{unit}"))
+    assert [problem.field for problem in caught.value.problems] == [name]
+    if ROWS[name][2] == ">= 0":
+        read(with_field(name, f"0{unit}"))
+    else:
+        assert ROWS[name][2] == "> 0"
+        with pytest.raises(DescriptionError) as caught:
+            read(with_field(name, f"0{unit}"))
+        assert [problem.field for problem in caught.value.problems] == [name]
+
+
+@pytest.mark.parametrize("name", ["fibers.alpha", "fibers.beta"])
+def test_allowed_angles(name):
+    assert ROWS[name][2] == "-90 to 90 deg, not 0"
+    for angle in ("90 deg", "-90 deg"):
+        read(with_field(name, angle))
+    for angle in ("90.1 deg", "-90.1 deg", "0 deg"):
+        with pytest.raises(DescriptionError) as caught:
+            read(with_field(name, angle))
+        assert caught.value.field == name
+
+
+@pytest.mark.parametrize("name", ["mount.gravity_direction", "mount.object_axis"])
+def test_allowed_directions(name):
+    assert ROWS[name][2] == "not zero"
+    with pytest.raises(DescriptionError):
+        read(with_field(name, "[0, 0, 0]"))
+
+
+@pytest.mark.parametrize("name", [name for name in FIELDS if FIELDS[name].choices])
+def test_allowed_choices(name):
+    assert tuple(codes(ROWS[name][2])) == FIELDS[name].choices
+
+
+def test_allowed_switches():
+    assert codes(ROWS["model.twist_shear"][2]) == ["true", "false"]
+    for text, value in (("true", True), ("false", False)):
+        assert read(with_field("model.twist_shear", text)).actuator.twist_shear is value
+
+
+@pytest.mark.parametrize(
+    ("name", "allowed", "refused"),
+    [
+        ("measured.pressures", "rising from 0", "[0 kPa, 100 kPa, 100 kPa]"),
+        ("measured.pressures", "rising from 0", "[10 kPa, 100 kPa, 200 kPa]"),
+        ("measured.curvatures", "never falling", "[0 rad/m, 8 rad/m, 7 rad/m]"),
+    ],
+)
+def test_allowed_lists(name, allowed, refused):
+    assert ROWS[name][2] == allowed
+    assert read(with_field(name, MEASURED[name.partition(".")[2]])).gripper.rest_shape(0.0)
+    with pytest.raises(DescriptionError) as caught:
+        read(with_field(name, refused))
+    assert [problem.field for problem in caught.value.problems] == [name]
+
+
+def test_every_statement_of_what_is_allowed_is_tested():
+    tested = {
+        "rising from 0",
+        "never falling",
+        "> 0",
+        ">= 0",
+        "-90 to 90 deg, not 0",
+        "not zero",
+        "by the law",
+        "any",
+    }
+    stated = {row[2] for name, row in ROWS.items() if not codes(row[2])}
+    assert stated == tested
+
+
+@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if codes(row[3])])
+def test_stated_default_is_what_leaving_out_means(name):
+    (default,) = codes(ROWS[name][3])
+    if default in FIELDS:  # another field's value
+        default = "4.7625 mm"
+    left_out, stated = read(SMALLEST), read(with_field(name, default))
+    assert stated.actuator.fiber_radius == left_out.actuator.fiber_radius
+    assert stated.actuator.curvature_form == left_out.actuator.curvature_form
+    assert stated.actuator.twist_shear == left_out.actuator.twist_shear
+    assert stated.extra_mass_per_length == left_out.extra_mass_per_length
+    for attribute in ("gravity", "object_axis", "turns_required", "weight_per_length"):
+        assert getattr(stated.gripper, attribute) == getattr(left_out.gripper, attribute)
+
+
+def test_other_defaults_are_stated_in_words():
+    words = {name: row[3] for name, row in ROWS.items() if row[3] and not codes(row[3])}
+    assert words == {
+        "description": "empty",
+        "stiffness.bending": "from tube and material",
+        "stiffness.torsional": "from tube and material",
+        "grip.friction_coefficient": "unknown",
+    }
+    without = {name for name, row in ROWS.items() if row[3] == "" and row[1] == "no"}
+    assert without == {name for name in FIELDS if name.startswith("measured.")}
+    assert all(row[3] == "" for name, row in ROWS.items() if row[1] != "no")
+
+
+def test_laws_and_their_constants():
+    stated = {
+        codes(law)[0]: tuple(codes(constants))
+        for law, constants in table_after("Laws and their constants")
+    }
+    assert stated == {law: constants_of(law) for law in LAWS}
+
+
+EXAMPLE_FIELDS = {
+    Kind.NUMBER: "grip.turns_required",
+    Kind.NAME: "name",
+    Kind.TEXT: "description",
+    Kind.CHOICE: "material.law",
+    Kind.SWITCH: "model.twist_shear",
+    Kind.DIRECTION: "mount.gravity_direction",
+    Kind.PRESSURES: "measured.pressures",
+    Kind.CURVATURES: "measured.curvatures",
+    Kind.AXIS: "mount.object_axis",
+}
+
+
+def test_kinds_and_their_examples():
+    rows = {
+        kind: codes(first) + codes(others) for kind, first, others in table_after("Kinds of values")
+    }
+    dimensions = {dimension.quantity: dimension for dimension in Dimension}
+    plain = {kind.name.lower(): name for kind, name in EXAMPLE_FIELDS.items()}
+    assert rows.keys() == dimensions.keys() | plain.keys()
+    for kind, examples in rows.items():
+        if kind in dimensions:
+            assert examples[0] == dimensions[kind].example
+            assert len(examples) >= 2
+            for example in examples:
+                assert parse_quantity(example, dimensions[kind]) > 0.0
+        else:
+            for example in examples:
+                read(with_field(plain[kind], example))
+
+
+def test_the_shipped_grippers_are_named():
+    opening = PAGE.split("\n## ")[0]
+    assert tuple(codes(opening))[: len(available_grippers())] == available_grippers()
+
+
+def test_the_python_example_runs(capsys):
+    example = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1]
+    exec(compile(example, "gripper_files.md", "exec"), {})
+    length = load_description("prototype_p1").gripper.tube.length
+    assert capsys.readouterr().out.splitlines() == [str(available_grippers()), str(length)]
+
+
+def test_the_error_example_is_what_the_code_says():
+    block = re.search(r"```text\n(.*?)```", PAGE, re.DOTALL)[1]
+    text = SMALLEST.replace("inner_radius: 4.7625 mm", "inner_radius: 4.7625")
+    text = text.replace("500 mm", "500 mm\n  colour: red").replace("88 deg", "88 %")
+    with pytest.raises(DescriptionError) as caught:
+        parse_description(text, Path("mine.yaml"))
+    assert str(caught.value) == block.strip()

@@ -1,0 +1,209 @@
+"""Files of measurements: what is read, and each kind of bad file with its line and column."""
+
+import dataclasses
+import math
+import pickle
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spiral_core import BendReading, ExtensionReading, GripReading, ShapeReading, TwistReading
+from spiral_gripper.measurement_errors import MeasurementError
+from spiral_gripper.measurements import (
+    MeasurementOptions,
+    load_measurements,
+    parse_measurements,
+)
+
+PSI = 6894.757293168361
+GOOD = "pressure [kPa],extension [mm],extension_error [mm]\n20,4.0,0.2\n40,9.5,0.2\n"
+
+
+def parse(text, **options):
+    return parse_measurements(text, Path("bench.csv"), 0.361, MeasurementOptions(**options))
+
+
+def problems(text, **options):
+    """Return (line, column, heading, reason) of every problem with a text."""
+    with pytest.raises(MeasurementError) as caught:
+        parse(text, **options)
+    return [(p.line, p.column, p.heading, p.reason) for p in caught.value.problems]
+
+
+def same(found, expected):
+    """Return whether readings agree in kind, and in their numbers to rounding."""
+    return len(found) == len(expected) and all(
+        type(a) is type(b)
+        and all(
+            getattr(a, name) == (value if value is None else pytest.approx(value, rel=1e-12))
+            for name, value in dataclasses.asdict(b).items()
+        )
+        for a, b in zip(found, expected, strict=True)
+    )
+
+
+@pytest.mark.parametrize("heading", ["pressure [psi]", "pressure (psi)", "pressure_psi"])
+def test_units_in_the_heading(heading):
+    text = f"{heading},extension [in],extension_error_mm\n4,0.1,0.2\n"
+    (reading,) = parse(text).readings
+    expected = ExtensionReading(4.0 * PSI, 0.00254, 0.361, 2.0e-4)
+    assert same([reading], [expected])
+
+
+def test_units_beside_the_file():
+    text = "pressure,bend_angle,bend_angle_error\n1.5,90,2\n"
+    units = {"pressure": "bar", "bend_angle": "deg", "bend_angle_error": "deg"}
+    (reading,) = parse(text, units=units).readings
+    assert reading.pressure == pytest.approx(1.5e5)
+    assert reading.bend_angle == pytest.approx(math.pi / 2.0)
+    assert reading.error == pytest.approx(math.radians(2.0))
+
+
+def test_every_kind_of_reading_and_the_lines_they_come_from():
+    text = (
+        "# synthetic\n"
+        "pressure [kPa],extension [mm],twist [deg],bend_angle [rad],"
+        "x [mm],y [mm],z [mm],arc_length [mm],object_radius [mm],section_length [mm]\n"
+        "20,4,-10,,,,,,,100\n"
+        "\n"
+        "30,,,1.5,,,,,,\n"
+        "40,,,,100,20,-3,150,,\n"
+        "40,,,,200,40,-6,,,\n"
+        "50,,,,,,,,21,\n"
+    )
+    errors = {
+        "extension": "0.2 mm", "twist": "2 %", "bend_angle": "0.02 rad", "position": "1 mm",
+        "object_radius": "0.1 mm", "pressure": "1 kPa",
+    }  # fmt: skip
+    measurements = parse(text, errors=errors, section_length=0.2)
+    expected = [
+        ExtensionReading(2e4, 4e-3, 0.1, 2e-4, 1e3),
+        TwistReading(2e4, math.radians(-10), 0.1, 0.02 * math.radians(10), 1e3),
+        BendReading(3e4, 1.5, 0.2, 0.02, 1e3),
+        ShapeReading(4e4, (0.1, 0.02, -0.003), 0.15, 1e-3, 1e3),
+        ShapeReading(4e4, (0.2, 0.04, -0.006), None, 1e-3, 1e3),
+        GripReading(5e4, 0.021, 1e-4, 1e3),
+    ]
+    assert same(measurements.readings, expected)
+    assert measurements.lines == (3, 3, 5, 6, 7, 8)
+
+
+def test_length_defaults_to_the_tubes():
+    assert parse(GOOD).readings[0].section_length == 0.361
+
+
+def test_a_column_may_be_ignored_by_its_heading():
+    text = GOOD.replace("_error [mm]", "_error [mm],remark").replace("0.2\n", "0.2,fine\n")
+    assert parse(text, ignored=("remark",)).readings == parse(GOOD).readings
+
+
+HEADER = "pressure [kPa],extension [mm],extension_error [mm]"
+
+BAD_FILES = {
+    "no number": (f"{HEADER}\n20,abc,0.2\n", 2, 2, "must be a plain number"),
+    "unit in a cell": (f"{HEADER}\n20 kPa,4,0.2\n", 2, 1, "with its unit in the heading"),
+    "nan": (f"{HEADER}\n20,nan,0.2\n", 2, 2, "must be a plain number"),
+    "infinite": (f"{HEADER}\ninf,4,0.2\n", 2, 1, "must be a plain number"),
+    "decimal comma": (f'{HEADER}\n20,"4,5",0.2\n', 2, 2, "must be a plain number"),
+    "overflow": (f"{HEADER}\n1e400,4,0.2\n", 2, 1, "must be a plain number"),
+    "negative pressure": (f"{HEADER}\n-20,4,0.2\n", 2, 1, "non-negative"),
+    "zero error": (f"{HEADER}\n20,4,0\n", 2, 3, "a positive finite number"),
+    "blank error": (f"{HEADER}\n20,4,\n", 2, 3, "a positive finite number"),
+    "blank pressure": (f"{HEADER}\n,4,0.2\n", 2, 1, "is blank, but extension is nothing"),
+    "blank row": (f"{HEADER}\n20,,\n", 2, 2, "holds no measurement"),
+    "short row": (f"{HEADER}\n20,4,0.2\n40,9\n", 3, None, "has 2 cells, but the header has 3"),
+    "long row": (f"{HEADER}\n20,4,0.2,7\n", 2, None, "has 4 cells, but the header has 3"),
+    "open quote": (f'{HEADER}\n20,"4,0.2\n', 2, None, "not a line of comma-separated values"),
+    "no unit": ("pressure,extension [mm],extension_error [mm]\n", 1, 1, "has no unit"),
+    "unknown unit": (
+        "pressure [kpsi2],extension [mm],extension_error [mm]\n", 1, 1, "unit of pressure",
+    ),
+    "unit of another kind": (
+        "pressure [mm],extension [mm],extension_error [mm]\n", 1, 1, "unit of pressure",
+    ),
+    "unknown column": (
+        "presure [kPa],extension [mm],extension_error [mm]\n", 1, 1, "did you mean pressure",
+    ),
+    "column twice": (
+        "pressure [kPa],extension [mm],extension [in]\n", 1, 2, "stands in column 3 again",
+    ),
+    "no pressure": ("extension [mm],extension_error [mm]\n4,0.2\n", 1, None, "is missing"),
+    "no error": ("pressure [kPa],extension [mm]\n20,4\n", 1, None, "state how well"),
+    "no measurement": ("pressure [kPa]\n20\n", 1, None, "no column holds a measurement"),
+    "no z": (
+        "pressure [kPa],x [mm],y [mm],position_error [mm]\n20,1,2,1\n", 1, None,
+        "is missing; x is nothing without it",
+    ),
+    "semicolons": ("pressure [kPa];extension [mm]\n20;4,5\n", 1, 1, "separated by commas"),
+    "no rows": (f"{HEADER}\n", None, None, "headings but no rows"),
+    "empty": ("\n# nothing\n", None, None, "holds no table"),
+    "zero radius": (
+        "pressure [kPa],object_radius [mm],object_radius_error [mm]\n20,0,0.1\n", 2, 2,
+        "a positive finite number",
+    ),
+    "zero length": (
+        "pressure [kPa],twist [deg],twist_error [deg],section_length [mm]\n20,1,1,0\n", 2, 4,
+        "a positive finite number",
+    ),
+    "half a point": (
+        "pressure [kPa],x [mm],y [mm],z [mm],position_error [mm]\n20,,2,3,1\n", 2, 2, "is blank",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_a_bad_file_is_named_with_line_and_column(name):
+    text, line, column, reason = BAD_FILES[name]
+    found = problems(text)
+    assert [(found[0][0], found[0][1])] == [(line, column)]
+    assert reason in found[0][3]
+
+
+def test_what_is_stated_beside_the_file_must_fit_it():
+    assert "no column" in problems(GOOD, units={"presure": "psi"})[0][3]
+    assert 'but "psi" is stated for it' in problems(GOOD, units={"pressure": "psi"})[0][3]
+    assert "no such heading" in problems(GOOD, ignored=("remark",))[0][3]
+    assert "can be only for" in problems(GOOD, errors={"colour": "1 mm"})[0][3]
+    bare = GOOD.replace(",extension_error [mm]", "").replace(",0.2\n", "\n")
+    for wrong in ("0.2", "2 kPa", "a %", "-1 %", "0 mm"):
+        found = problems(bare, errors={"extension": wrong})
+        assert [p[0] for p in found] == [2, 3]
+        assert {p[2] for p in found} == {"extension_error"}
+
+
+def test_all_problems_are_reported_at_once_in_the_order_of_the_file():
+    found = problems(f"{HEADER}\n20,x,y\n40,9\n60,-,0.2\n")
+    assert [(line, column) for line, column, *_ in found] == [(2, 2), (2, 3), (3, None), (4, 2)]
+
+
+def test_messages_read_well_and_survive_pickling():
+    with pytest.raises(MeasurementError) as caught:
+        parse(f"{HEADER}\n20,abc,0.2\n")
+    text = (
+        'bench.csv:2: column 2 "extension [mm]": must be a plain number, '
+        "with its unit in the heading, got 'abc'"
+    )
+    assert str(caught.value) == text
+    assert str(pickle.loads(pickle.dumps(caught.value))) == text
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(MeasurementError, match="No such file"):
+        load_measurements(tmp_path / "none.csv", 0.361)
+    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(MeasurementError, match="UTF-8"):
+        load_measurements(tmp_path / "binary.csv", 0.361)
+    path = tmp_path / "good.csv"
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD.encode().replace(b"\n", b"\r\n"))  # as Excel writes
+    assert load_measurements(path, 0.361).readings == parse(GOOD).readings
+
+
+@given(st.text(max_size=200), st.sampled_from(["", f"{HEADER}\n"]))
+def test_any_text_gives_readings_or_a_measurement_error(text, header):
+    try:
+        readings = parse(header + text).readings
+    except MeasurementError as error:
+        readings = error.problems
+    assert readings

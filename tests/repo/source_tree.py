@@ -1,0 +1,79 @@
+"""Read the repository as data: its imports, its packages, its build files. For the tests here."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib  # pytest brings it
+
+ROOT = Path(__file__).resolve().parents[2]
+PYTHON_PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_ros")
+PACKAGES = (*PYTHON_PACKAGES, "spiral_gripper_msgs")
+
+
+def modules(package: str) -> dict[str, Path]:
+    """Return the modules of one of our Python packages: dotted name below the package -> file."""
+    folder = ROOT / package / package
+    return {
+        ".".join(path.relative_to(folder).with_suffix("").parts): path
+        for path in sorted(folder.rglob("*.py"))
+    }
+
+
+def imports(path: Path, *, deferred: bool = True) -> set[str]:
+    """Return the dotted names a file imports; ``from a import b`` gives ``a.b``.
+
+    Imports for type checkers alone count: they are dependencies too.
+
+    Args:
+        path: a Python file.
+        deferred: whether those inside functions count as well.
+    """
+    names: set[str] = set()
+    pending: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+        elif deferred or not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            pending.extend(ast.iter_child_nodes(node))
+    return names
+
+
+def internal_imports(package: str, path: Path, *, deferred: bool = True) -> set[str]:
+    """Return the modules of the same package a file imports; ``__init__`` for its namespace."""
+    known = modules(package)
+    found = set()
+    for name in imports(path, deferred=deferred):
+        top, *rest = name.split(".")
+        if top == package:
+            inner = ".".join(rest[:1])
+            found.add(inner if inner in known else "__init__")
+    return found
+
+
+def external_imports(package: str) -> set[str]:
+    """Return the top-level names a package imports that are neither its own nor Python's."""
+    paths = [*modules(package).values(), *(ROOT / package).glob("launch/*.py")]
+    tops = {name.split(".")[0] for path in paths for name in imports(path)}
+    return tops - sys.stdlib_module_names - {package}
+
+
+def pyproject() -> dict[str, Any]:
+    """Return the parsed ``pyproject.toml``."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def package_xml(package: str) -> ElementTree.Element:
+    """Return the root element of a package's ``package.xml``."""
+    return ElementTree.parse(ROOT / package / "package.xml").getroot()

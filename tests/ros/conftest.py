@@ -1,0 +1,73 @@
+"""Every run of the tests is alone on its ROS domain and on this machine."""
+
+import os
+
+# Domain 101 is the last whose ports lie outside Linux' range for outgoing connections.
+os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 101)
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+import itertools
+import warnings
+
+with warnings.catch_warnings():  # its parser imports a module that Python deprecates
+    warnings.simplefilter("ignore", DeprecationWarning)
+    import rosidl_generator_py  # noqa: F401
+
+import pytest
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from ros.harness import Client, RunningNode
+
+from spiral_core import WrapCurve
+from spiral_gripper import load_gripper
+
+GRIPPER = "paper_design_70"
+_numbers = itertools.count(1)
+
+
+@pytest.fixture(scope="session")
+def gripper():
+    return load_gripper(GRIPPER)
+
+
+@pytest.fixture(scope="session")
+def curve(gripper):
+    return WrapCurve(gripper)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def ros():
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    yield
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def namespace():
+    return f"/test_{next(_numbers)}"
+
+
+@pytest.fixture
+def client(namespace):
+    client = Client(namespace)
+    yield client
+    client.close()
+
+
+@pytest.fixture(scope="module")
+def shared():
+    """A node process and a client that the tests of one module share."""
+    namespace = f"/shared_{next(_numbers)}"
+    client = Client(namespace)
+    with RunningNode(namespace) as node:
+        client.wait_until_active()
+        yield client
+        assert node.stop() == 0, node.log()
+    client.close()
+
+
+@pytest.fixture
+def active(shared):
+    """The shared node, freshly configured and activated, with known parameters."""
+    shared.restore()
+    return shared

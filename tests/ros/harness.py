@@ -1,0 +1,236 @@
+"""A client process's side of the tests: what a user's node would do, with deadlines."""
+
+import math
+import tempfile
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseArray, Vector3Stamped
+from lifecycle_msgs.msg import State as LifecycleState
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter as PythonParameter
+from rclpy.parameter import parameter_value_to_python
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+
+from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
+from spiral_gripper_ros.node_process import NodeProcess
+from spiral_gripper_ros.parameters import PARAMETERS
+from spiral_gripper_ros.states import Reason, State
+
+# Nothing here takes a tenth of it on an idle machine; the first start may have to compile.
+DEADLINE = 30.0
+START_DEADLINE = 180.0
+NODE = "spiral_gripper"
+# The supervisor's rate in these tests: fast, so that they are.
+FAST_RAMP = {"pressure_rate_up": 2.0e6, "pressure_rate_down": 2.0e6}
+# Nor does a radius grow old because the machine is slow; tests of the time-out set their own.
+PATIENT = {"radius_timeout": 600.0}
+
+
+class RunningNode(NodeProcess):
+    """A node process whose log a failing test can show."""
+
+    def __init__(self, namespace, parameters=None):
+        self._output = tempfile.TemporaryFile("w+")  # noqa: SIM115
+        super().__init__(namespace, parameters, output=self._output)
+
+    def log(self):
+        self._output.seek(0)
+        return self._output.read()
+
+    def __exit__(self, *details):
+        super().__exit__(*details)
+        self._output.close()
+
+
+class Client(Node):
+    """Publishes radii and gravity, calls every service, remembers everything that it receives."""
+
+    def __init__(self, namespace):
+        super().__init__("test_client", namespace=namespace)
+        self.pressures, self.backbones, self.statuses, self.diagnostics = [], [], [], []
+        self._radius = self.create_publisher(
+            Float64, "object_radius", QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
+        )
+        self._gravity = self.create_publisher(Vector3Stamped, "gravity", 1)
+        self.create_subscription(Float64, "pressure_command", self._on_pressure, 100)
+        self.create_subscription(PoseArray, "backbone", self.backbones.append, 100)
+        self.create_subscription(GripStatus, "status", self.statuses.append, 100)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
+        self._calls = {}
+        self._spinner = SingleThreadedExecutor()
+        self._spinner.add_node(self)
+
+    def close(self):
+        self._spinner.shutdown()
+        self.destroy_node()
+
+    # --- waiting -------------------------------------------------------------------------------
+
+    def spin(self, duration=0.0):
+        end = time.monotonic() + duration
+        while True:
+            self._spinner.spin_once(timeout_sec=max(0.0, min(0.02, end - time.monotonic())))
+            if time.monotonic() >= end:
+                return
+
+    def wait_until(self, condition, what, deadline=DEADLINE):
+        end = time.monotonic() + deadline
+        while not condition():
+            assert time.monotonic() < end, f"not within {deadline} s: {what}; last: {self.status}"
+            self._spinner.spin_once(timeout_sec=0.02)
+
+    def wait_until_active(self, deadline=START_DEADLINE):
+        """Wait for a status of the active node, and until it hears our radii."""
+        self.statuses.clear()
+        self.wait_until(
+            lambda: (
+                self.status is not None
+                and self.status.state != State.INACTIVE
+                and self._radius.get_subscription_count() == 1
+                and self._gravity.get_subscription_count() == 1
+            ),
+            "the node to become active",
+            deadline,
+        )
+
+    def wait_for_state(self, state, reason=None):
+        self.wait_until(
+            lambda: (
+                self.status is not None
+                and self.status.state == state
+                and reason in (None, self.status.reason)
+            ),
+            f"{State(state).name} because of {'any' if reason is None else Reason(reason).name}",
+        )
+        return self.status
+
+    # --- messages ------------------------------------------------------------------------------
+
+    @property
+    def status(self):
+        return self.statuses[-1] if self.statuses else None
+
+    def _on_pressure(self, message):
+        self.pressures.append(message.data)
+
+    def _on_diagnostics(self, message):
+        own = f"{self.get_namespace()}/{NODE}: grip"
+        self.diagnostics += [status for status in message.status if status.name == own]
+
+    def send_radius(self, radius):
+        self._radius.publish(Float64(data=radius))
+
+    def send_gravity(self, gravity, frame_id=""):
+        message = Vector3Stamped()
+        message.header.frame_id = frame_id
+        message.vector.x, message.vector.y, message.vector.z = gravity
+        self._gravity.publish(message)
+
+    def wrap(self, radius):
+        """Offer a radius until its wrap pressure is commanded; return the status then."""
+        end = time.monotonic() + DEADLINE
+        while True:
+            self.send_radius(radius)
+            self.spin(0.02)
+            status = self.status
+            if (
+                status is not None
+                and status.object_radius == radius
+                and status.pressure_command == status.pressure_target > 0.0
+            ):
+                return status
+            assert time.monotonic() < end, f"{radius} was not wrapped; last: {status}"
+
+    # --- services ------------------------------------------------------------------------------
+
+    def call(self, kind, name, request=None, deadline=DEADLINE):
+        if name not in self._calls:
+            self._calls[name] = self.create_client(kind, name)
+        service = self._calls[name]
+        assert service.wait_for_service(deadline), f"no service {name}"
+        future = service.call_async(kind.Request() if request is None else request)
+        self.wait_until(future.done, f"an answer of {name}", deadline)
+        return future.result()
+
+    def release(self):
+        return self.call(Trigger, "release")
+
+    def rearm(self):
+        return self.call(Trigger, "rearm")
+
+    def plan_wrap(self, radius, **fields):
+        return self.call(PlanWrap, "plan_wrap", PlanWrap.Request(object_radius=radius, **fields))
+
+    def design_gripper(self, smallest, largest, **fields):
+        request = DesignGripper.Request(
+            object_radius_min=smallest, object_radius_max=largest, **fields
+        )
+        return self.call(DesignGripper, "design_gripper", request)
+
+    def transition(self, name):
+        """Ask for a lifecycle transition by its name; return whether it succeeded."""
+        number = getattr(Transition, f"TRANSITION_{name.upper()}")
+        request = ChangeState.Request(transition=Transition(id=number))
+        return self.call(ChangeState, f"{NODE}/change_state", request).success
+
+    def lifecycle_state(self):
+        return self.call(GetState, f"{NODE}/get_state").current_state.id
+
+    def set_parameter(self, name, value):
+        """Set one parameter; return the result with its reason."""
+        message = PythonParameter(name, value=value).to_parameter_msg()
+        request = SetParameters.Request(parameters=[message])
+        return self.call(SetParameters, f"{NODE}/set_parameters", request).results[0]
+
+    def get_parameter_of_node(self, name):
+        request = GetParameters.Request(names=[name])
+        return parameter_value_to_python(
+            self.call(GetParameters, f"{NODE}/get_parameters", request).values[0]
+        )
+
+    def describe_parameters(self):
+        listed = self.call(ListParameters, f"{NODE}/list_parameters").result.names
+        request = DescribeParameters.Request(names=listed)
+        return self.call(DescribeParameters, f"{NODE}/describe_parameters", request).descriptors
+
+    def restore(self):
+        """Bring the node to a fresh activation with known parameters, and forget all messages."""
+        if self.lifecycle_state() == LifecycleState.PRIMARY_STATE_ACTIVE:
+            assert self.transition("deactivate")
+        if self.lifecycle_state() == LifecycleState.PRIMARY_STATE_INACTIVE:
+            assert self.transition("cleanup")
+        values = {spec.name: spec.default for spec in PARAMETERS if not spec.read_only}
+        values.update(FAST_RAMP, **PATIENT)
+        values["gravity"] = [9.80665, 0.0, 0.0]
+        for name, value in values.items():
+            assert self.set_parameter(name, value).successful, name
+        assert self.transition("configure")
+        assert self.transition("activate")
+        self.wait_until_active()
+        self.spin(0.05)
+        for received in (self.pressures, self.backbones, self.statuses, self.diagnostics):
+            received.clear()
+
+
+def numbers_of(message):
+    """Return every number of a message, nested ones included."""
+    if isinstance(message, (bool, str, bytes)):
+        return []
+    if isinstance(message, (int, float)):
+        return [float(message)]
+    if hasattr(message, "get_fields_and_field_types"):
+        fields = message.get_fields_and_field_types()
+        return [number for field in fields for number in numbers_of(getattr(message, field))]
+    return [number for item in message for number in numbers_of(item)]
+
+
+def all_finite(*messages):
+    return all(math.isfinite(number) for message in messages for number in numbers_of(message))

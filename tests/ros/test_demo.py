@@ -1,0 +1,135 @@
+"""The demo: what it plays, how it judges, and the whole of it as people start it."""
+
+import io
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from rich.console import Console
+
+from spiral_core import InvalidInputError
+from spiral_gripper_ros.demo_report import EXPECTED_REFUSALS, DemoReport
+from spiral_gripper_ros.demo_table import COLUMNS, DemoTable, Row
+from spiral_gripper_ros.replay import samples_from_lines, shipped_recording
+from spiral_gripper_ros.states import Reason
+
+COMMAND = [sys.executable, "-m", "spiral_gripper_ros.demo"]
+
+
+def good_report():
+    report = DemoReport({"pipe": 0.03}, pressure_max=1.0e5)
+    report.refused.update(EXPECTED_REFUSALS)
+    report.pressures += [0.0, 4.0e4, 0.0]
+    report.wrap(0.0301, 4.0e4)
+    report.released, report.node_exit_code = True, 0
+    return report
+
+
+def test_the_recording_holds_the_objects_and_every_kind_of_bad_radius():
+    samples = shipped_recording()
+    labels = {sample.label.split(",")[0] for sample in samples}
+    assert labels == {"tube light", "PVC pipe", "tapered object"}
+    assert any(math.isnan(sample.radius) for sample in samples)
+    assert any(sample.radius < 0.0 for sample in samples)
+    assert any(sample.radius > 0.05 for sample in samples)
+    assert 20.0 <= samples[-1].time <= 30.0
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        [],
+        ["time,radius,label"],
+        ["time,radius", "0.0,0.01"],
+        ["time,radius,label", "zero,0.01,x"],
+        ["time,radius,label", "nan,0.01,x"],
+        ["time,radius,label", "1.0,0.01,x", "1.0,0.01,x"],
+    ],
+)
+def test_a_file_that_is_no_recording_is_refused(lines):
+    with pytest.raises(InvalidInputError):
+        samples_from_lines(lines)
+
+
+def test_a_report_of_what_should_happen_has_no_problems():
+    report = good_report()
+    assert report.problems() == []
+    assert "  pipe, 30 mm: 40.00 kPa" in report.summary()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "problem"),
+    [
+        (lambda r: r.refused.pop(Reason.RADIUS_JUMP), "RADIUS_JUMP"),
+        (lambda r: r.wrapped.clear(), "never wrapped"),
+        (lambda r: r.pressures.insert(1, math.nan), "outside its limits"),
+        (lambda r: r.pressures.insert(1, 1.1e5), "outside its limits"),
+        (lambda r: r.pressures.append(1.0), "not a vent"),
+        (lambda r: r.pressures.clear(), "not a vent"),
+        (lambda r: setattr(r, "released", False), "release"),
+        (lambda r: setattr(r, "node_exit_code", -9), "exit code -9"),
+    ],
+)
+def test_whatever_goes_wrong_is_a_problem(spoil, problem):
+    report = good_report()
+    spoil(report)
+    assert len(report.problems()) == 1
+    assert problem in report.problems()[0]
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_the_table_shows_its_rows(terminal):
+    output = io.StringIO()
+    console = Console(file=output, force_terminal=terminal, width=160)
+    row = Row(1.0, "pipe", 30.0, 43.9, 1.6, "overhang", (1.0, 2.0, 3.0), "holding", "jump")
+    with DemoTable(console) as table:
+        table.show(row)
+    for text in (*COLUMNS, "pipe", "30.00", "43.90", "1.60", "overhang", "holding", "jump"):
+        assert text in output.getvalue()
+
+
+def test_the_demo_plays_to_its_end_and_is_content():
+    run = subprocess.run(COMMAND, capture_output=True, text=True, timeout=240, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "all as expected" in run.stdout
+    assert "Traceback" not in run.stdout + run.stderr
+    assert "radius not finite" in run.stdout
+    assert "\x1b" not in run.stdout
+
+
+def test_control_c_stops_demo_and_node_without_a_traceback():
+    with subprocess.Popen(
+        COMMAND,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    ) as process:
+        lines = []
+        for line in process.stdout:
+            lines.append(line)
+            if "tracking" in line:
+                break
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: the node gets it too
+        lines += process.stdout
+        assert process.wait(30.0) == 130
+    output = "".join(lines)
+    assert "interrupted" in output
+    assert "Traceback" not in output
+    deadline = time.monotonic() + 5.0
+    while _group_exists(process.pid):
+        assert time.monotonic() < deadline, "the node still runs"
+        time.sleep(0.05)
+
+
+def _group_exists(group):
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True

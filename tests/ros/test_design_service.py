@@ -1,0 +1,306 @@
+"""`design_gripper`, asked from another process: the numbers of the Python call, to the last."""
+
+import contextlib
+import itertools
+import math
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Vector3
+from ros.harness import PATIENT, RunningNode, all_finite
+from std_msgs.msg import Float64
+
+from spiral_core import (
+    Constraint,
+    DesignRequirement,
+    Elastomer,
+    Preference,
+    TubeSize,
+    WrapCurve,
+    design_gripper,
+)
+from spiral_gripper import load_description, load_tubing
+from spiral_gripper.description import parse_description
+from spiral_gripper_msgs.srv import DesignGripper
+from spiral_gripper_ros.node_process import STOP_TIMEOUT
+from spiral_gripper_ros.states import State
+
+LIMITS = {
+    "object_length": 0.25,
+    "turns_required": 1.5,
+    "pressure_max": 110316.0,
+    "strain_max": 0.3,
+}
+# The first question starts the process for designs, which imports and loads compiled kernels.
+DESIGN_DEADLINE = 120.0
+
+
+def asked(client, smallest=0.011, largest=0.030, **fields):
+    request = DesignGripper.Request(object_radius_min=smallest, object_radius_max=largest, **fields)
+    return client.call(DesignGripper, "design_gripper", request, DESIGN_DEADLINE)
+
+
+def own_requirement(**changes):
+    """Return the requirement that a request without tubes means."""
+    description = load_description("paper_design_70")
+    tube, gripper = description.actuator.tube, description.gripper
+    return DesignRequirement(
+        **{
+            "radius_min": 0.011,
+            "radius_max": 0.030,
+            "tubes": (TubeSize("9.525 x 0.794 mm", tube.inner_radius, tube.wall_thickness),),
+            "elastomers": (
+                Elastomer(gripper.name, description.actuator.material, description.density),
+            ),
+            "fiber_angle_alpha": description.actuator.fibers.alpha,
+            "pressure_max": gripper.pressure_max,
+            **changes,
+        }
+    )
+
+
+def assert_same(answer, report):
+    """Compare every figure of a response with the report of the Python call: no tolerance."""
+    design = report.design
+    assert answer.success == report.feasible
+    assert answer.message == report.message
+    assert answer.binding_constraint == report.binding.constraint.value
+    assert (answer.binding_value, answer.binding_limit) == (
+        report.binding.value,
+        report.binding.bound,
+    )
+    assert [(c.requested, c.sufficient, c.design) for c in answer.changes] == [
+        (c.requested, c.sufficient, c.design) for c in report.relaxations
+    ]
+    assert (answer.candidates, answer.candidates_solved) == (report.candidates, len(report.tried))
+    assert [
+        (s.number, s.title, s.satisfied, s.remark, list(s.names), list(s.values), list(s.units))
+        for s in answer.steps
+    ] == [
+        (
+            s.number,
+            s.title,
+            s.satisfied,
+            s.remark,
+            [f.name for f in s.figures],
+            [f.value for f in s.figures],
+            [f.unit for f in s.figures],
+        )
+        for s in report.steps
+    ]
+    assert answer.design_known == (design is not None)
+    if design is None:
+        return
+    assert (answer.tube, answer.material) == (design.tube.name, design.elastomer.name)
+    assert answer.tube_inner_radius == design.tube.inner_radius
+    assert answer.tube_wall_thickness == design.tube.wall_thickness
+    assert answer.fiber_angle_alpha == design.actuator.fibers.alpha
+    assert answer.fiber_angle_beta == design.actuator.fibers.beta
+    assert (answer.length, answer.length_helix) == (design.length, design.helix_length)
+    assert answer.cut_length == design.cut_length
+    assert [(w.angle, w.pitch, w.turns, w.fiber_length) for w in answer.windings] == [
+        (w.angle, w.pitch, w.turns, w.fiber_length) for w in design.windings
+    ]
+    assert answer.pressure_max == design.gripper.pressure_max
+    assert (answer.radius_min, answer.radius_max) == (design.radius_min, design.radius_max)
+    for end, grip in (("max", design.largest), ("min", design.smallest)):
+        for name in ("strain", "pressure", "turns", "object_length"):
+            assert getattr(answer, f"{name}_at_radius_{end}") == getattr(grip, name)
+    assert list(answer.chart_radius) == [point.radius for point in design.curve]
+    assert list(answer.chart_pressure) == [point.pressure for point in design.curve]
+    assert [(m.constraint, m.value, m.bound, m.room, m.met) for m in answer.margins] == [
+        (m.constraint.value, m.value, m.bound, m.room, m.is_met) for m in design.margins
+    ]
+
+
+def test_the_papers_example_is_the_python_call_to_the_last_digit(active):
+    answer = asked(active, **LIMITS)
+    report = design_gripper(own_requirement(**LIMITS))
+    assert_same(answer, report)
+    assert answer.success
+    assert math.degrees(answer.fiber_angle_beta) == pytest.approx(70.0)
+    assert answer.length_helix == pytest.approx(0.361, rel=0.01)
+    assert all_finite(answer)
+
+
+def test_a_whole_request_reaches_the_procedure(active):
+    axis, gravity = (0.6, 0.0, 0.8), (9.0, 0.0, -3.0)
+    answer = asked(
+        active,
+        0.012,
+        0.025,
+        object_length=0.3,
+        length_max=0.5,
+        pressure_max=1.2e5,
+        strain_max=0.4,
+        turns_required=1.2,
+        tube_inner_radii=[4.0e-3, 5.0e-3],
+        tube_wall_thicknesses=[1.0e-3, 0.8e-3],
+        fiber_angles_beta=[1.0, 1.25],
+        fiber_angle_alpha=1.5,
+        end_allowance=0.03,
+        gravity=[Vector3(x=gravity[0], y=gravity[1], z=gravity[2])],
+        object_axis=[Vector3(x=3.0 * axis[0], y=3.0 * axis[1], z=3.0 * axis[2])],
+        preference="least_pressure",
+    )
+    requirement = own_requirement(
+        radius_min=0.012,
+        radius_max=0.025,
+        object_length=0.3,
+        length_max=0.5,
+        pressure_max=1.2e5,
+        strain_max=0.4,
+        turns_required=1.2,
+        tubes=(TubeSize("8 x 1 mm", 4.0e-3, 1.0e-3), TubeSize("10 x 0.8 mm", 5.0e-3, 0.8e-3)),
+        fiber_angles_beta=(1.0, 1.25),
+        fiber_angle_alpha=1.5,
+        end_allowance=0.03,
+        gravity=gravity,
+        object_axis=tuple(component / math.hypot(*axis) for component in axis),
+        preference=Preference.LEAST_PRESSURE,
+    )
+    assert_same(answer, design_gripper(requirement))
+
+
+def test_a_catalog_by_name_while_the_node_goes_on_commanding(active):
+    active.wrap(0.02)
+    active.pressures.clear()
+    times = []
+    note = lambda _: times.append(time.monotonic())  # noqa: E731
+    active.create_subscription(Float64, "pressure_command", note, 100)
+    active.spin(0.2)
+    start = time.monotonic()
+    answer = asked(active, tubing="natural_latex", preference="largest_margin", **LIMITS)
+    duration = time.monotonic() - start
+    tubing = load_tubing("natural_latex")
+    requirement = own_requirement(
+        tubes=tubing.sizes,
+        elastomers=(tubing.elastomer,),
+        preference=Preference.LARGEST_MARGIN,
+        **LIMITS,
+    )
+    assert_same(answer, design_gripper(requirement))
+    during = [t for t in times if start <= t <= start + duration]
+    # 50 commands a second are due; a machine with two busy cores may hold one up for a while, but
+    # a design in the node's own thread would leave no command for all of its time.
+    assert len(during) > 10.0 * duration
+    gaps = [b - a for a, b in itertools.pairwise([start, *during, start + duration])]
+    assert max(gaps) < 0.5 * max(1.0, duration)
+    assert active.status.state == State.TRACKING
+
+
+def test_an_infeasible_request_names_what_binds_and_what_would_do(active):
+    answer = asked(active, length_max=0.2)
+    assert_same(answer, design_gripper(own_requirement(length_max=0.2)))
+    assert not answer.success
+    assert answer.description == ""
+    assert answer.binding_constraint == Constraint.LENGTH.value
+    change = next(c for c in answer.changes if c.field == "object_radius_max")
+    assert 0.011 < change.sufficient < 0.030
+    assert asked(active, largest=change.sufficient, length_max=0.2).success
+    assert all_finite(answer)
+
+
+def test_the_description_loads_as_the_design(active):
+    answer = asked(active, **LIMITS)
+    gripper = parse_description(answer.description, Path("designed.yaml")).gripper
+    assert gripper.tube.length == answer.length
+    curve = WrapCurve(gripper)
+    # The search sampled another pressure range: other elements, 1e-4 of the figures.
+    assert curve.pressure_from_radius(0.011) == pytest.approx(
+        answer.pressure_at_radius_min, rel=1e-4
+    )
+
+
+@pytest.mark.parametrize(
+    ("smallest", "largest", "fields", "reason"),
+    [
+        (math.nan, 0.03, {}, "radius_min"),
+        (0.03, 0.011, {}, "radius_max"),
+        (0.011, -0.03, {}, "radius_max"),
+        (0.011, 0.03, {"pressure_max": math.nan}, "pressure_max"),
+        (0.011, 0.03, {"strain_max": -0.1}, "strain_max"),
+        (0.011, 0.03, {"length_max": -1.0}, "length_max"),
+        (0.011, 0.03, {"fiber_angles_beta": [math.nan]}, "beta"),
+        (0.011, 0.03, {"fiber_angles_beta": [-0.5], "fiber_angle_alpha": 0.5}, "extend"),
+        (0.011, 0.03, {"gravity": [Vector3(x=math.inf)]}, "gravity"),
+        (0.011, 0.03, {"object_axis": [Vector3()]}, "object_axis"),
+        (0.011, 0.03, {"tubing": "silicone"}, "natural_latex"),
+        (0.011, 0.03, {"tube_inner_radii": [0.004]}, "tube_wall_thicknesses"),
+        (
+            0.011,
+            0.03,
+            {
+                "tubing": "natural_latex",
+                "tube_inner_radii": [0.004],
+                "tube_wall_thicknesses": [1e-3],
+            },
+            "tubing",
+        ),
+        (0.011, 0.03, {"preference": "cheapest"}, "preference"),
+    ],
+)
+def test_a_request_that_cannot_be_is_answered_with_the_reason(
+    active, smallest, largest, fields, reason
+):
+    answer = asked(active, smallest, largest, **fields)
+    assert not answer.success
+    assert reason in answer.message
+    assert "internal error" not in answer.message
+    assert all_finite(answer)
+
+
+def children_of(process_id):
+    """Return the process ids of a process's children (Linux), whichever thread started them."""
+    children = []
+    for task in Path(f"/proc/{process_id}/task").iterdir():
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # threads come and go
+            children += (task / "children").read_text().split()
+    return [int(child) for child in children]
+
+
+def is_a_design_process(process_id):
+    return b"spawn_main" in Path(f"/proc/{process_id}/cmdline").read_bytes()
+
+
+@pytest.fixture
+def own_node(namespace, client):
+    with RunningNode(namespace, PATIENT) as node:
+        client.wait_until_active()
+        yield node
+
+
+def test_a_killed_design_process_is_replaced(client, own_node):
+    assert asked(client).success
+    (worker,) = filter(is_a_design_process, children_of(own_node.process_id))
+    os.kill(worker, signal.SIGKILL)
+    client.wait_until(lambda: worker not in children_of(own_node.process_id), "its end")
+    client.spin(0.2)
+    assert asked(client).success
+    assert own_node.stop() == 0, own_node.log()
+
+
+def test_the_node_stops_in_the_middle_of_a_design(client, own_node):
+    assert asked(client).success  # the process for designs runs from here on
+    workers = list(filter(is_a_design_process, children_of(own_node.process_id)))
+    angles = np.linspace(0.9, 1.4, 60).tolist()
+    request = DesignGripper.Request(
+        object_radius_min=0.011,
+        object_radius_max=0.030,
+        fiber_angles_beta=angles,
+        preference="largest_margin",
+    )
+    service = client.create_client(DesignGripper, "design_gripper")
+    assert service.wait_for_service(10.0)
+    answer = service.call_async(request)
+    client.spin(0.5)
+    assert not answer.done()
+    start = time.monotonic()
+    assert own_node.stop() == 0, own_node.log()
+    assert time.monotonic() - start < STOP_TIMEOUT
+    assert "Traceback" not in own_node.log()
+    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)

@@ -1,0 +1,110 @@
+"""Exceptions where none should be: the node in this process, with parts that break."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+from lifecycle_msgs.msg import State as LifecycleState
+from rclpy.lifecycle import TransitionCallbackReturn
+from std_msgs.msg import Float64
+
+from spiral_core import SolverError
+from spiral_core.rod import RodStatus
+from spiral_gripper_ros.gripper_node import GripperNode
+from spiral_gripper_ros.states import Reason, State
+
+
+class BrokenPlanner:
+    """Breaks in the way that is asked for."""
+
+    radius_range = (0.0, math.inf)
+    gravity = (9.80665, 0.0, 0.0)
+
+    def __init__(self, error):
+        self.error = error
+
+    def plan(self, radius):
+        raise self.error
+
+    def shape(self, pressure, radius):
+        raise self.error
+
+
+@pytest.fixture
+def node(namespace):
+    node = GripperNode(namespace=namespace)
+    published = []
+    node.outputs.publish_pressure = published.append
+    node.published = published
+    assert node.start()
+    yield node
+    node.vent()
+    node.destroy_node()
+
+
+def state_of(node):
+    snapshot = node.supervisor.snapshot()
+    return snapshot.state, snapshot.refusal.reason
+
+
+def test_an_exception_in_a_callback_vents_is_logged_and_becomes_a_state(node, capfd):
+    node._on_radius(Float64(data=0.02))
+    good = node.loaded.mount.planner
+    node.loaded.mount.planner = BrokenPlanner(ZeroDivisionError("broken on purpose"))
+    node._on_radius(Float64(data=0.0205))
+    assert node.published[-1] == 0.0
+    assert state_of(node) == (State.FAULT, Reason.INTERNAL_ERROR)
+    assert "broken on purpose" in node.supervisor.snapshot().refusal.text
+    log = capfd.readouterr().err
+    assert "Traceback" in log
+    assert "ZeroDivisionError: broken on purpose" in log
+    node.loaded.mount.planner = good
+    node._on_radius(Float64(data=0.02))
+    node._on_tick()
+    assert node.published[-1] == 0.0
+    node.supervisor.rearm()
+    node._on_radius(Float64(data=0.02))
+    assert state_of(node) == (State.TRACKING, Reason.NONE)
+
+
+def test_without_a_certificate_the_command_stands_and_the_status_says_so(node):
+    node._on_radius(Float64(data=0.02))
+    target = node.supervisor.snapshot().pressure_target
+    error = SolverError(RodStatus.UNSTABLE, 0.1, 3)
+    node.loaded.mount.planner = BrokenPlanner(error)
+    node._on_radius(Float64(data=0.0205))
+    node._on_tick()
+    assert state_of(node) == (State.HOLDING, Reason.NOT_CERTIFIED)
+    assert node.supervisor.snapshot().pressure_target == target
+    assert node.loaded.shape is None
+    assert all(math.isfinite(pressure) for pressure in node.published)
+
+
+def test_an_exception_in_a_transition_is_logged_and_leads_to_unconfigured(node, capfd):
+    def broken():
+        raise RuntimeError("cannot connect, on purpose")
+
+    assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
+    assert node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+    node.outputs.configure = broken
+    assert node.trigger_configure() == TransitionCallbackReturn.ERROR
+    assert "RuntimeError: cannot connect, on purpose" in capfd.readouterr().err
+    assert node._state_machine.current_state[0] == LifecycleState.PRIMARY_STATE_UNCONFIGURED
+    assert node.published[-1] == 0.0
+    assert node.loaded is None
+
+
+def test_a_diagnostics_exception_vents_too(node):
+    node.get_fully_qualified_name = lambda: 1 // 0
+    node._on_diagnostics()
+    assert state_of(node) == (State.FAULT, Reason.INTERNAL_ERROR)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_the_last_line_of_defense_sends_no_number_that_is_none(namespace, bad):
+    node = GripperNode(namespace=namespace)
+    sent = []
+    node.outputs._pressure = SimpleNamespace(publish=sent.append)
+    node.outputs.publish_pressure(bad)
+    node.destroy_node()
+    assert [message.data for message in sent] == [0.0]

@@ -1,0 +1,100 @@
+"""Parameters of the running node: what is refused, and that good values act at once."""
+
+import math
+
+import numpy as np
+import pytest
+from ros.harness import NODE
+
+from spiral_gripper_ros.parameters import PARAMETERS
+from spiral_gripper_ros.states import Reason, State
+
+
+def test_every_parameter_is_declared_as_the_table_says(active):
+    described = {d.name: d for d in active.describe_parameters()}
+    for spec in PARAMETERS:
+        descriptor = described[spec.name]
+        assert descriptor.description == spec.description
+        assert descriptor.read_only == spec.read_only
+        ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+        bounds = [(r.from_value, r.to_value) for r in ranges]
+        assert bounds == ([] if spec.low is None else [(spec.low, spec.high)])
+    own = {spec.name for spec in PARAMETERS}
+    others = {"use_sim_time", "start_type_description_service"}
+    assert {name for name in described if "qos_overrides" not in name} - others == own
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("radius_timeout", -1.0, "out of range"),
+        ("radius_timeout", math.nan, "out of range"),
+        ("radius_timeout", math.inf, "out of range"),
+        ("pressure_cap", -1.0, "out of range"),
+        ("pressure_rate_up", 0.0, "out of range"),
+        ("backbone_points", 1, "out of range"),
+        ("radius_timeout_policy", "panic", "one of hold, vent, ramp_down"),
+        ("gravity", [0.0, 0.0], "3 finite numbers"),
+        ("gravity", [0.0, 0.0, math.nan], "3 finite numbers"),
+        ("gravity", [0.0, 0.0, -981.0], "norm at most"),
+        ("radius_timeout", "long", "type"),
+        ("frame_id", "elsewhere", "read-only"),
+        ("autostart", False, "read-only"),
+        ("gripper", "prototype_p1", "clean it up first"),
+    ],
+)
+def test_a_bad_value_is_refused_with_the_reason_and_changes_nothing(active, name, value, reason):
+    before = active.get_parameter_of_node(name)
+    result = active.set_parameter(name, value)
+    assert not result.successful
+    assert reason in result.reason
+    after = active.get_parameter_of_node(name)
+    assert np.array_equal(np.array(before), np.array(after))
+
+
+def test_the_cap_acts_at_once_and_cannot_exceed_the_grippers_limit(active, gripper):
+    assert active.wrap(0.011).pressure_command > 6.0e4
+    assert active.set_parameter("pressure_cap", 6.0e4).successful
+    status = active.wait_for_state(State.HOLDING, Reason.PRESSURE_CAP)
+    active.wait_until(lambda: active.pressures[-1] == 6.0e4, "the command at the cap")
+    assert status.pressure_command <= 6.0e4
+    assert active.set_parameter("pressure_cap", 9.0e5).successful
+    status = active.wrap(0.011)
+    assert status.pressure_margin == pytest.approx(gripper.pressure_max - status.pressure_target)
+
+
+def test_the_publish_rate_acts_at_once(active):
+    assert active.set_parameter("publish_rate", 200.0).successful
+    active.spin(0.1)
+    active.statuses.clear()
+    active.spin(0.5)
+    # 100 are due; a busy machine may take half of them.
+    assert len(active.statuses) > 50
+
+
+def test_the_number_of_poses_acts_with_the_next_shape(active):
+    assert active.set_parameter("backbone_points", 7).successful
+    active.wrap(0.02)
+    active.wait_until(lambda: active.backbones, "a backbone")
+    assert len(active.backbones[-1].poses) == 7
+
+
+def test_the_gravity_parameter_acts_at_once(active):
+    before = active.wrap(0.02).pressure_command
+    assert active.set_parameter("gravity", [0.0, 0.0, -9.80665]).successful
+    active.wait_until(
+        lambda: abs(active.wrap(0.02).pressure_command - before) > 100.0, "another pressure"
+    )
+
+
+def test_the_radius_limits_act_at_once(active):
+    active.set_parameter("radius_rate_limit", 1.0e-4)
+    active.wrap(0.02)
+    active.send_radius(0.03)
+    active.wait_for_state(State.HOLDING, Reason.RADIUS_JUMP)
+    assert active.set_parameter("radius_jump_limit", 0.02).successful
+    active.wrap(0.03)
+
+
+def test_the_table_is_what_the_node_answers_to_its_name(active):
+    assert active.count_services(f"{active.get_namespace()}/{NODE}/set_parameters") == 1

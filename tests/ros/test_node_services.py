@@ -1,0 +1,131 @@
+"""`plan_wrap` and `design_gripper`, asked from another process."""
+
+import math
+
+import pytest
+from geometry_msgs.msg import Vector3
+from ros.harness import all_finite
+
+from spiral_core import WrapCurve
+from spiral_gripper_ros.states import Reason
+
+
+def test_plan_wrap_answers_what_the_core_answers(active, curve):
+    wrap = curve.wrap_for_radius(0.025)
+    answer = active.plan_wrap(0.025)
+    assert answer.success
+    assert answer.reason == Reason.NONE
+    assert answer.stable
+    assert answer.nearest_radius == 0.025
+    assert answer.pressure == pytest.approx(wrap.pressure, rel=1e-9)
+    assert answer.turns == pytest.approx(wrap.turns, rel=1e-6)
+    assert answer.contact_length == pytest.approx(wrap.contact_length)
+    assert answer.free_length_needed == pytest.approx(wrap.free_length_needed, rel=1e-6)
+    assert answer.object_length_needed == pytest.approx(wrap.object_length_needed, rel=1e-6)
+    assert (answer.radius_min, answer.radius_max) == (
+        pytest.approx(curve.radius_min),
+        pytest.approx(curve.radius_max),
+    )
+    axis = answer.object_axis
+    assert (axis.x, axis.y, axis.z) == pytest.approx(wrap.coil.axis, abs=1e-6)
+    assert len(answer.backbone.poses) == 50
+    assert answer.backbone.header.frame_id == "gripper_base"
+    assert not answer.holding_force_known
+
+
+def test_plan_wrap_moves_nothing_and_is_answered_while_inactive(active):
+    assert active.transition("deactivate")
+    active.pressures.clear()
+    assert active.plan_wrap(0.02).success
+    assert active.pressures == []
+
+
+def test_plan_wrap_without_a_gripper_says_so(active):
+    assert active.transition("deactivate")
+    assert active.transition("cleanup")
+    answer = active.plan_wrap(0.02)
+    assert not answer.success
+    assert answer.reason == Reason.NOT_ACTIVE
+    assert "configure" in answer.message
+    assert "configure" in active.design_gripper(0.011, 0.03).message
+
+
+def test_plan_wrap_for_a_tilted_arm_and_a_given_axis(active, gripper):
+    gravity = (0.0, 0.0, -9.80665)
+    x, y, z = WrapCurve(gripper.with_mount(gravity, None)).wrap_for_radius(0.02).coil.axis
+    axis = (x, y, z + 0.05)
+    unit = tuple(component / math.hypot(*axis) for component in axis)
+    tilted = WrapCurve(gripper.with_mount(gravity, unit))
+    radius = 0.5 * (tilted.radius_min + tilted.radius_max)
+    expected = tilted.wrap_for_radius(radius)
+    answer = active.plan_wrap(
+        radius,
+        gravity=[Vector3(x=gravity[0], y=gravity[1], z=gravity[2])],
+        object_axis=[Vector3(x=axis[0], y=axis[1], z=axis[2])],
+    )
+    assert answer.success
+    assert answer.pressure == pytest.approx(expected.pressure, rel=1e-9)
+    given = answer.object_axis
+    assert (given.x, given.y, given.z) == pytest.approx(unit)
+    assert answer.radius_max == pytest.approx(tilted.radius_max)
+    assert active.plan_wrap(radius).pressure != pytest.approx(expected.pressure, rel=1e-4)
+
+
+def test_more_pressure_and_friction_give_a_holding_force(active):
+    loose = active.plan_wrap(0.02, friction_coefficient=0.5)
+    tight = active.plan_wrap(0.02, friction_coefficient=0.5, overpressure=1.0e4)
+    assert tight.holding_force_known
+    assert tight.pressure == pytest.approx(loose.pressure + 1.0e4)
+    assert tight.line_force > loose.line_force
+    expected = 0.5 * tight.line_force * tight.contact_length
+    assert tight.holding_force == pytest.approx(expected)
+
+
+def test_an_object_that_is_too_short_is_refused(active):
+    needed = active.plan_wrap(0.02).object_length_needed
+    assert active.plan_wrap(0.02, object_length=1.01 * needed).success
+    answer = active.plan_wrap(0.02, object_length=0.99 * needed)
+    assert not answer.success
+    assert answer.reason == Reason.OBJECT_TOO_SHORT
+
+
+@pytest.mark.parametrize(
+    ("radius", "fields", "reason"),
+    [
+        (math.nan, {}, Reason.RADIUS_NOT_FINITE),
+        (math.inf, {}, Reason.RADIUS_NOT_FINITE),
+        (-0.02, {}, Reason.RADIUS_NOT_POSITIVE),
+        (0.0, {}, Reason.RADIUS_NOT_POSITIVE),
+        (0.001, {}, Reason.RADIUS_TOO_SMALL),
+        (0.2, {}, Reason.RADIUS_TOO_LARGE),
+        (0.02, {"overpressure": 1.0e6}, Reason.PRESSURE_CAP),
+        (0.02, {"overpressure": math.nan}, Reason.INVALID_REQUEST),
+        (0.02, {"overpressure": -1.0}, Reason.INVALID_REQUEST),
+        (0.02, {"object_length": math.nan}, Reason.INVALID_REQUEST),
+        (0.02, {"friction_coefficient": -0.1}, Reason.INVALID_REQUEST),
+        (0.02, {"gravity": [Vector3(x=math.nan)]}, Reason.GRAVITY_INVALID),
+        (0.02, {"object_axis": [Vector3()]}, Reason.INVALID_REQUEST),
+        (0.02, {"object_axis": [Vector3(y=math.inf)]}, Reason.INVALID_REQUEST),
+    ],
+)
+def test_what_cannot_be_is_answered_with_the_reason_and_finite_numbers(
+    active, radius, fields, reason
+):
+    answer = active.plan_wrap(radius, **fields)
+    assert not answer.success
+    assert answer.reason == reason
+    assert answer.message
+    assert all_finite(answer)
+
+
+def test_the_nearest_radius_is_named(active, curve):
+    answer = active.plan_wrap(0.2)
+    assert answer.nearest_radius == pytest.approx(curve.radius_max)
+    assert active.plan_wrap(answer.nearest_radius).success
+
+
+def test_a_lower_cap_counts_for_plans_too(active):
+    assert active.set_parameter("pressure_cap", 5.0e4).successful
+    answer = active.plan_wrap(0.011)
+    assert answer.reason == Reason.PRESSURE_CAP
+    assert "50000" in answer.message
