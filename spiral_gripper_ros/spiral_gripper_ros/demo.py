@@ -26,7 +26,6 @@ from spiral_gripper_ros.states import Reason, State
 from spiral_gripper_ros.stop_signals import StopSignals
 
 GRIPPER = "paper_design_70"
-NAMESPACE = "/spiral_gripper_demo"
 OBJECTS = {"tube light": 0.011, "PVC pipe": 0.030}
 # A first start compiles the solver: some ten seconds, a minute on a slow machine.
 START_TIMEOUT = 180.0
@@ -35,6 +34,11 @@ SERVICE_TIMEOUT = 10.0
 LAST_WORDS = 1.0
 INTERRUPTED = 130
 LOCAL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
+def private_namespace() -> str:
+    """Return a namespace that no other demo and no real gripper on this domain has."""
+    return f"/spiral_gripper_demo_{os.getpid()}"
 
 
 def main() -> int:
@@ -54,10 +58,12 @@ def main() -> int:
 
 
 def _run(console: Console) -> int:
-    client = DemoClient(NAMESPACE)
+    namespace = private_namespace()
+    client = DemoClient(namespace)
     console.print("starting the node (the very first start compiles the solver: 10 to 60 s) ...")
+    console.print(f"its topics are below {namespace}", highlight=False)
     try:
-        with NodeProcess(NAMESPACE, {"gripper": GRIPPER}) as process:
+        with NodeProcess(namespace, {"gripper": GRIPPER}) as process:
             if not client.spin_until(lambda: client.ready or not process.running, START_TIMEOUT):
                 console.print("the node did not become ready", style="red")
                 return 1

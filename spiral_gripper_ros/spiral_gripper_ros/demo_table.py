@@ -11,8 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 ROWS_SHOWN = 16
-# Time between two plain lines without news [s].
-LINE_PERIOD = 0.5
+# Time between two rows without news [s]: in the live table, and as plain lines that stay.
+LIVE_PERIOD = 0.5
+LINE_PERIOD = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,8 @@ class DemoTable:
 
     def show(self, row: Row) -> None:
         """Show one more row if it has news, or if the last one is old."""
-        if self._rows and not _worth_a_line(self._rows[-1], row):
+        period = LINE_PERIOD if self._live is None else LIVE_PERIOD
+        if self._rows and not _worth_a_row(self._rows[-1], row, period):
             return
         self._rows.append(row)
         if self._live is None:
@@ -103,6 +105,6 @@ class DemoTable:
         return table
 
 
-def _worth_a_line(last: Row, row: Row) -> bool:
+def _worth_a_row(last: Row, row: Row, period: float) -> bool:
     news = (last.label, last.state, last.reason) != (row.label, row.state, row.reason)
-    return news or row.time - last.time >= LINE_PERIOD
+    return news or row.time - last.time >= period
