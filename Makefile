@@ -53,7 +53,7 @@ $(BIN)/pip:
 $(INSTALLED): $(INSTALL_SOURCES) | $(BIN)/pip
 	@sh packaging/check_tools.sh $(BIN)/python
 	@$(STEP) $(LOGS)/install.log "Installing the dependencies and compiling the ROS 2 messages (1 to 3 minutes)" \
-	  $(BIN)/python -m pip install -e .
+	  $(BIN)/python -m pip install -e '.[plot]'
 	@touch $@
 
 # The installed distribution is found first, so that only what the extra adds is installed.

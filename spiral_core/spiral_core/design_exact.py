@@ -39,6 +39,11 @@ LONGEST = 3.0
 # Bounds on the slope that a secant may use: 1 is a helix, less a coil that sags.
 LEAST_SLOPE = 0.3
 GREATEST_SLOPE = 3.0
+# Of a coil that sags, the largest radius dips here and there as it grows with length. Where it
+# misses by less than this (log of the centerline's radius), longer ones are tried in these steps.
+NEAR_MISS = 0.05
+SCAN_GROWTH = 1.03
+SCAN_STEPS = 16
 # A bracket of that width halves down to the tolerance in 13 steps; the secant needs 2 or 3.
 ITERATION_LIMIT = 40
 
@@ -144,7 +149,29 @@ class _Search:
         self.trials = [self._solved(min(start, self._length_at_sag(SAG_AT_START)))]
 
     def run(self) -> _Trial | None:
-        """Return the solved length, or None if no longer one would do either."""
+        """Return the solved length, or None if no longer one that was tried would do either."""
+        self._iterate()
+        if self.best is None and self._nearly_reached() and self._scan_longer():
+            self._iterate()
+        return self.best
+
+    def _nearly_reached(self) -> bool:
+        return max(self._excess(trial) for trial in self.trials) > -NEAR_MISS
+
+    def _scan_longer(self) -> bool:
+        """Step past a dip of the largest radius; return whether it rises far enough behind it."""
+        for _ in range(SCAN_STEPS):
+            length = SCAN_GROWTH * self.trials[-1].length
+            if length > self.longest:
+                return False
+            self.trials.append(self._solved(length))
+            if self.trials[-1].radius_max >= self.requirement.radius_max:
+                return True
+            self.too_short = length
+        return False
+
+    def _iterate(self) -> None:
+        """Narrow the bracket down from the last trial."""
         for _ in range(ITERATION_LIMIT):
             trial = self.trials[-1]
             if trial.radius_max >= self.requirement.radius_max:
@@ -154,7 +181,6 @@ class _Search:
             if self._is_done():
                 break
             self.trials.append(self._solved(self._proposal(trial)))
-        return self.best
 
     def _is_done(self) -> bool:
         if self.best is None:

@@ -98,11 +98,13 @@ def main() -> None:
 
 
 def _complain_or_raise(error: Exception) -> int:
-    """Report an error that was raised on purpose; raise a defect."""
+    """Report an error raised on purpose, or a missing extra; raise a defect."""
     from spiral_core import SpiralError
 
     if isinstance(error, (SpiralError, OSError)):
         return _complain(str(error))
+    if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("matplotlib"):
+        return _complain("pictures need matplotlib: pip install 'spiral-gripper[plot]'")
     raise error
 
 

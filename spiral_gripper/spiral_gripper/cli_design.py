@@ -57,6 +57,8 @@ def design(
         from spiral_gripper.tables import print_report
 
         print_report(result, Console())
+    if save is not None:
+        _save(result, save)
     if plot is not None:
         from spiral_gripper.plots import design_figure, save_figure
 
@@ -65,15 +67,18 @@ def design(
         from spiral_gripper.report import write_report
 
         write_report(result, report)
-    if save is not None:
-        _save(result, save)
     return 0 if result.feasible else INFEASIBLE
 
 
 def _save(result: DesignReport, path: Path) -> None:
-    """Write the description of a feasible design."""
+    """Write the description of a feasible design to a file that does not exist yet."""
     from spiral_gripper.design_document import description_text
 
     if not result.feasible or result.design is None:
         raise click.ClickException(f"nothing is saved: {result.message}")
-    path.write_text(description_text(result.design, path.stem), encoding="utf-8")
+    text = description_text(result.design, path.stem)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise click.ClickException(f"{path} exists and is kept; name another file") from None

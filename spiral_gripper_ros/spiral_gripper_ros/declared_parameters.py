@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from difflib import get_close_matches
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -46,7 +47,7 @@ class DeclaredParameters:
         self._changed = changed
         for spec in PARAMETERS:
             node.declare_parameter(spec.name, _ros_default(spec.default), _descriptor(spec))
-        problem = refusal_of_values(self.values(), unconfigured=True)
+        problem = _unknown(node) or refusal_of_values(self.values(), unconfigured=True)
         if problem is not None:
             raise ValueError(problem)
         node.add_on_set_parameters_callback(self._judge)
@@ -100,3 +101,14 @@ def _plain_value(value: Any) -> ParameterValue:  # noqa: ANN401
     if isinstance(value, (bool, int, float, str)):
         return value
     return tuple(float(component) for component in value)
+
+
+def _unknown(node: Node) -> str | None:
+    """Return what is wrong with the names given at start, or None; a typo must not go unnoticed."""
+    for name in node._parameter_overrides:
+        # Names with a dot are rclpy's own groups, such as qos_overrides.
+        if not node.has_parameter(name) and "." not in name:
+            near = get_close_matches(name, [spec.name for spec in PARAMETERS], n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            return f"{name} is not a parameter of this node{hint}"
+    return None

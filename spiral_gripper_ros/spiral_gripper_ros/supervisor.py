@@ -109,6 +109,7 @@ class Supervisor(Generic[PlanT]):
         self._refused: Counter[Reason] = Counter()
         self._state = State.INACTIVE
         self._refusal = _NOT_ACTIVE
+        self._last_refused = _FOLLOWED
 
     # --- life cycle --------------------------------------------------------------------------
 
@@ -161,7 +162,7 @@ class Supervisor(Generic[PlanT]):
         else:
             self._accepted += 1
             self._accepted_at = self._now
-            self._refusal = _FOLLOWED
+            self._refusal = self._last_refused = _FOLLOWED
             self._state = State.TRACKING
         return before != (self._state, self._refusal.reason, self._plan)
 
@@ -184,6 +185,7 @@ class Supervisor(Generic[PlanT]):
         if self._state in _LATCHED:
             return
         self._refusal = refusal
+        self._last_refused = refusal
         if self._state is State.TRACKING:
             self._state = State.HOLDING
 
@@ -240,6 +242,7 @@ class Supervisor(Generic[PlanT]):
         self._plan = None
         self._must_plan = True
         self._accepted_at = None
+        self._last_refused = _FOLLOWED
         self._gate.reset()
 
     def _advance(self, now: float) -> None:
@@ -275,7 +278,7 @@ class Supervisor(Generic[PlanT]):
             return
         if self._refusal.reason is not Reason.RADIUS_STALE:
             self._refused[Reason.RADIUS_STALE] += 1
-        refusal = _stale(age, self._limits, self._refusal)
+        refusal = _stale(age, self._limits, self._last_refused)
         policy = self._limits.timeout_policy
         if policy is TimeoutPolicy.VENT:
             self._vent(State.VENTED, refusal)
@@ -299,13 +302,9 @@ def _above_cap(pressure: float, limits: Limits) -> Refusal:
 
 
 def _stale(age: float, limits: Limits, last: Refusal) -> Refusal:
-    cause = f"; last refused: {last.text}" if _is_about_a_radius(last) else ""
+    cause = "" if last.reason is Reason.NONE else f"; last refused: {last.text}"
     return Refusal(
         Reason.RADIUS_STALE,
         f"no usable object_radius for {age:.2f} s (radius_timeout {limits.radius_timeout:.3g} s, "
         f"policy {limits.timeout_policy.value}){cause}",
     )
-
-
-def _is_about_a_radius(refusal: Refusal) -> bool:
-    return refusal.reason not in (Reason.NONE, Reason.RADIUS_STALE)

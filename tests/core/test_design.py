@@ -296,3 +296,17 @@ def test_bad_angles_and_parts_are_refused() -> None:
         replace(PAPER_TUBE, inner_radius=-1.0)
     with pytest.raises(InvalidInputError, match="extend"):
         design_gripper(replace(PAPER_EXAMPLE, fiber_angle_alpha=0.5, fiber_angles_beta=(-0.5,)))
+
+
+def test_a_dip_of_the_largest_radius_does_not_hide_a_longer_gripper_that_reaches() -> None:
+    """Of a coil that sags the largest radius wavers as it grows; 400 mm miss the 30 mm barely."""
+    requirement = DesignRequirement(
+        radius_min=11.0e-3,
+        radius_max=30.0e-3,
+        tubes=(TubeSize("3/16 in x 1/32 in", 2.38125e-3, 0.79375e-3),),
+        elastomers=PAPER_EXAMPLE.elastomers,
+        fiber_angles_beta=(math.radians(60.0),),
+    )
+    design = designed(requirement)
+    assert design.radius_max >= 30.0e-3
+    assert design.actuator.tube.length < 0.45

@@ -155,6 +155,28 @@ def test_nothing_is_saved_that_is_not_feasible(
     assert not path.exists()
 
 
+def test_an_existing_file_is_kept(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("mine", encoding="utf-8")
+    assert run([*EXAMPLE, "--save", str(path)]) == 2
+    assert "exists and is kept" in capsys.readouterr().err
+    assert path.read_text(encoding="utf-8") == "mine"
+
+
+def test_without_matplotlib_one_line_says_what_to_install(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for module in [name for name in sys.modules if name.split(".")[0] == "matplotlib"]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.delitem(sys.modules, "spiral_gripper.plots", raising=False)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    saved = tmp_path / "mine.yaml"
+    picture = str(tmp_path / "mine.png")
+    assert run([*EXAMPLE, "--save", str(saved), "--plot", picture]) == 2
+    assert "spiral-gripper[plot]" in capsys.readouterr().err
+    assert saved.exists()
+
+
 def test_shape_and_wrap_agree_with_python(capsys: pytest.CaptureFixture[str]) -> None:
     from spiral_core import WrapCurve
     from spiral_gripper import load_gripper

@@ -41,6 +41,7 @@ def test_without_autostart_it_waits_for_its_manager(client, namespace):
         ({"radius_timeout_policy": "panic"}, "one of hold, vent, ramp_down"),
         ({"gravity": "[1.0, 2.0]"}, "3 finite numbers"),
         ({"gripper": "no_such_gripper"}, "no gripper has this name"),
+        ({"griper": "prototype_p1"}, "did you mean gripper?"),
     ],
 )
 def test_a_start_that_cannot_be_ends_with_the_reason(client, namespace, parameters, message):

@@ -349,3 +349,18 @@ def test_whatever_happens_cap_and_rate_hold_and_it_can_grip_again(events, policy
     supervisor.deactivate()
     supervisor.activate()
     assert bench.run(1.0, radius=0.02)[-1] == 5.0e4
+
+
+def test_a_stale_stream_goes_on_saying_what_was_last_refused():
+    supervisor = Supervisor(LIMITS)
+    supervisor.activate()
+    planner = FakePlanner()
+    supervisor.offer_radius(0.0, 0.02, planner)
+    for step in range(1, 60):
+        supervisor.offer_radius(0.1 * step, 1.0, planner)
+        supervisor.command(0.1 * step)
+    supervisor.command(7.0)
+    supervisor.command(8.0)
+    refusal = supervisor.snapshot().refusal
+    assert refusal.reason is Reason.RADIUS_STALE
+    assert "last refused" in refusal.text
