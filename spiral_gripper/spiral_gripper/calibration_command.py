@@ -28,6 +28,9 @@ from spiral_gripper.measurements import MeasurementOptions, Measurements, load_m
 from spiral_gripper.residual_plot import save_residual_plot
 from spiral_gripper.units import parse_number, parse_quantity
 
+# Rubbers of one kind differ by less than this factor in modulus; a forgotten length does not.
+FAR_MODULUS = 2.5
+
 
 @dataclass(frozen=True, slots=True)
 class CommandOptions:
@@ -93,6 +96,7 @@ def run_command(gripper: str, files: Sequence[Path], options: CommandOptions) ->
     choice = run_calibration(description, measurements, options.request())
     best = choice.best
     yield from report_lines(choice, options.level, _cross_validation(best))
+    yield from _modulus_lines(description, best)
     yield from outlier_lines(best, measurements)
     yield from _radius_lines(best, options)
     if options.plot is not None:
@@ -100,6 +104,17 @@ def run_command(gripper: str, files: Sequence[Path], options: CommandOptions) ->
         yield f"wrote {options.plot}"
     if not options.no_output:
         yield f"wrote {write_calibrated_description(description, best, files, options.output)}"
+
+
+def _modulus_lines(description: GripperDescription, best: Calibration) -> Iterator[str]:
+    """Yield a warning if the fit is far from the rubber that the description states."""
+    stated = description.actuator.material.small_strain_modulus
+    ratio = best.actuator.material.small_strain_modulus / stated
+    if not 1.0 / FAR_MODULUS <= ratio <= FAR_MODULUS:
+        yield (
+            f"warning: the fitted rubber's modulus is {ratio:.3g} times the description's; check "
+            "--section-length (by default the whole tube's), the units and the wall thickness"
+        )
 
 
 def _cross_validation(calibration: Calibration) -> CrossValidation | None:

@@ -367,3 +367,15 @@ def test_the_commands_choices_are_those_of_the_code():
     assert tuple(quantity.value for quantity in FittedQuantity) == cli_calibrate.QUANTITIES
     assert cli_calibrate.DEFAULT_LEVEL == DEFAULT_LEVEL
     assert cli_calibrate.DRAWS_MIN == DRAWS_MIN
+
+
+def test_a_forgotten_section_length_makes_a_modulus_that_is_doubted(folder):
+    assert "warning: the fitted rubber's modulus" not in run(folder, "--no-output").output
+    text = (folder / "bench.csv").read_text(encoding="utf-8")
+    forgotten = [line.rpartition(",")[0] for line in text.splitlines()]
+    (folder / "bench.csv").write_text("\n".join(forgotten), encoding="utf-8")
+    assert run(folder, "--no-output").exit_code == 2
+    result = run(folder, "--no-output", "--accept-implausible")
+    assert result.exit_code == 0, result.output
+    assert "warning: the fitted rubber's modulus is" in result.output
+    assert "--section-length" in result.output
