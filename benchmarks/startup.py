@@ -41,6 +41,7 @@ from spiral_core import Rod, RodLoad, solve_rod
 load = RodLoad((0.24, 0.0, 0.0))
 rods = [Rod(0.36, 2.7e-4, 1.8e-4, (-13.5, 0.0, k)) for k in (21.0, 21.2)]
 state = solve_rod(rods[0], load, elements=100, estimate_error=False)
+state = solve_rod(rods[1], load, elements=100, start=state, estimate_error=False)
 found.append(resident())
 for i in range({solves}):
     state = solve_rod(rods[i % 2], load, elements=100, start=state, estimate_error=False)
