@@ -358,9 +358,11 @@ def test_a_stale_stream_goes_on_saying_what_was_last_refused():
     supervisor.offer_radius(0.0, 0.02, planner)
     for step in range(1, 60):
         supervisor.offer_radius(0.1 * step, 1.0, planner)
+        cause = supervisor.snapshot().refusal.text
         supervisor.command(0.1 * step)
     supervisor.command(7.0)
     supervisor.command(8.0)
     refusal = supervisor.snapshot().refusal
     assert refusal.reason is Reason.RADIUS_STALE
-    assert "last refused" in refusal.text
+    assert refusal.text.endswith(f"; last refused: {cause}")
+    assert refusal.text.count("last refused") == 1
