@@ -8,7 +8,7 @@ LOGS := .make
 
 # What is compiled or copied at installation; Python sources are used in place (pip install -e).
 INSTALL_SOURCES := pyproject.toml LICENSE $(wildcard packaging/*.cmake packaging/ros_metadata.py packaging/ros2_run_stub.sh) \
-  $(wildcard */package.xml */resource/* spiral_gripper_ros/launch/*) \
+  $(wildcard */package.xml */resource/* spiral_gripper_ros/config/* spiral_gripper_ros/launch/* spiral_gripper_ros/rviz/* spiral_gripper_ros/security/*) \
   $(wildcard spiral_gripper_msgs/CMakeLists.txt spiral_gripper_msgs/msg/* spiral_gripper_msgs/srv/* spiral_gripper_msgs/action/*)
 INSTALLED := $(VENV)/.installed
 INSTALLED_DEV := $(VENV)/.installed-dev
@@ -26,7 +26,7 @@ TESTS = $(if $(filter yes,$(WITH_ROS)),,spiral_core/spiral_core spiral_gripper/s
 VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 
-.PHONY: help demo test check colcon pure lower-bounds format figures validation bench install clean distclean
+.PHONY: fuzz help demo test check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -40,6 +40,8 @@ help:
 	@echo 'make figures       draw the pictures of the documentation'
 	@echo 'make validation    compute docs/validation.md: what the paper states, what we compute'
 	@echo 'make bench         measure the figures that the documentation states (ONLY="solves wraps": some)'
+	@echo 'make bench-ros     measure the node: latency, load, endurance, start (some eight minutes)'
+	@echo 'make fuzz          random sequences against the control logic and a live node (some 20 minutes)'
 	@echo 'make install       set up .venv only (an editable installation)'
 	@echo 'make clean         remove logs, caches and scratch workspaces; make distclean: .venv too'
 	@echo
@@ -102,6 +104,13 @@ bench: $(INSTALLED_DEV)
 	-@$(STEP) $(LOGS)/install-bench.log "Installing PyElastica, to compare with" \
 	  $(BIN)/python -m pip install 'spiral-gripper[bench]'
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks $(ONLY)
+
+bench-ros: $(INSTALLED_DEV)
+	$(BIN)/python -m benchmarks.ros $(ONLY)
+
+# More than 100,000 steps of the control logic, more than 10,000 of a live node.
+fuzz: $(INSTALLED_DEV)
+	$(BIN)/pytest tests/ros/test_control_machine.py tests/ros/test_live_machine.py --hypothesis-profile=fuzz
 
 clean:
 	rm -rf $(LOGS) .colcon .hypothesis .mypy_cache .pytest_cache .ruff_cache build install log dist

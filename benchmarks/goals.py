@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from benchmarks.results import Table, micro, milli
@@ -65,18 +65,29 @@ GOALS = (
 )
 
 
-def goal_table(values: Mapping[str, Values]) -> Table:
-    """Return the table of the goals whose sections were measured."""
+def goal_rows(goals: Iterable[Goal], values: Mapping[str, Values]) -> list[tuple[str, ...]]:
+    """Return the rows of the goals whose figures were measured."""
     rows = []
-    for goal in GOALS:
+    for goal in goals:
         value = values.get(goal.section, {}).get(goal.key)
         if value is not None:
             bound = ("≤ " if goal.at_most else "≥ ") + goal.show(goal.bound)
             rows.append((goal.what, bound, goal.show(value), "yes" if goal.met(value) else "no"))
+    return rows
+
+
+def table_of_goals(rows: Iterable[tuple[str, ...]]) -> Table:
+    """Return the table of goals."""
+    return Table("Goals", ("what", "goal", "measured", "met"), tuple(rows))
+
+
+def goal_table(values: Mapping[str, Values]) -> Table:
+    """Return the table of the goals whose sections were measured."""
+    rows = goal_rows(GOALS, values)
     if sample := values.get("robustness"):
         solved, rods = sample["solved"], sample["rods"]
         share = f"{count(solved)} of {count(rods)}"
         rows.append(
             ("random rods solved and certified", "all", share, "yes" if solved == rods else "no")
         )
-    return Table("Goals", ("what", "goal", "measured", "met"), tuple(rows))
+    return table_of_goals(rows)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
 LIBRARIES = ("numpy", "scipy", "numba", "pyelastica")
 
 
-def describe() -> dict[str, str]:
+def describe(libraries: Iterable[str] = LIBRARIES) -> dict[str, str]:
     """Return processor, cores, Python and library versions, and the load."""
-    versions = {name: _version(name) for name in LIBRARIES}
+    versions = {name: _version(name) for name in libraries}
     return {
         "processor": _processor(),
         "cores": str(os.cpu_count()),

@@ -1,10 +1,10 @@
-"""Show what was measured, keep it as JSON, and put it into docs/benchmarks.md."""
+"""Show what was measured, keep it as JSON, and put it into a page of the documentation."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,38 @@ from benchmarks.results import Section, Table
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
-SUMMARY = RESULTS / "summary.json"
-PAGE = ROOT / "docs" / "benchmarks.md"
-BEGIN = "<!-- From benchmarks/results/summary.json: python -m benchmarks --page -->"
 END = "<!-- end -->"
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """A page of the documentation that shows a summary between two marks.
+
+    Args:
+        path: the page.
+        summary: the JSON file.
+        program: what writes it with ``--page``.
+    """
+
+    path: Path
+    summary: Path
+    program: str
+
+    @property
+    def begin(self) -> str:
+        """The mark behind which the summary stands."""
+        return f"<!-- From {self.summary.relative_to(ROOT)}: {self.program} --page -->"
+
+    def write(self, summary: Mapping[str, Any]) -> None:
+        """Put a summary's tables between the marks."""
+        text = self.path.read_text(encoding="utf-8")
+        before, rest = text.split(self.begin)
+        after = rest.split(END)[1]
+        shown = self.begin + "\n\n" + markdown(summary) + END
+        self.path.write_text(before + shown + after, encoding="utf-8")
+
+
+PAGE = Page(ROOT / "docs" / "benchmarks.md", RESULTS / "summary.json", "python -m benchmarks")
 
 
 def show(table: Table, console: Console) -> None:
@@ -45,14 +73,6 @@ def as_json(machine: Mapping[str, str], goals: Table, sections: Mapping[str, Sec
         "sections": {name: asdict(section) for name, section in sections.items()},
     }
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
-
-
-def write_page(summary: Mapping[str, Any]) -> None:
-    """Put a summary's tables between the marks of docs/benchmarks.md."""
-    text = PAGE.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    PAGE.write_text(before + BEGIN + "\n\n" + markdown(summary) + END + after, encoding="utf-8")
 
 
 def markdown(summary: Mapping[str, Any]) -> str:

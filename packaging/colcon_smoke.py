@@ -1,7 +1,9 @@
 """Check one colcon installation, in a shell that has sourced its setup.bash.
 
-What ros2 run and ros2 launch look up, the imports, the description files, and that the demo, which
-starts the node, runs to its end.  Usage: colcon_smoke.py INSTALL_FOLDER REPOSITORY
+What ros2 run and ros2 launch look up, the imports, the description files, that the demo, which
+starts the node, runs to its end, and that node and simulator grasp and release.
+
+Usage: colcon_smoke.py INSTALL_FOLDER REPOSITORY
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ from pathlib import Path
 from ament_index_python.packages import get_package_prefix
 
 PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_msgs", "spiral_gripper_ros")
-EXECUTABLES = ("spiral_gripper_demo", "spiral_gripper_node")
+EXECUTABLES = ("spiral_gripper_demo", "spiral_gripper_node", "spiral_gripper_simulator")
+SHARED = ("config", "launch", "rviz", "security")
 
 
 def require(condition: bool, complaint: str) -> None:
@@ -37,16 +40,18 @@ def check_package(name: str, install: Path, root: Path) -> None:
 
 
 def check_files(root: Path) -> None:
-    """Check that all description files, launch files and executables are there."""
+    """Check that description files, launch and other shared files, and executables are there."""
     shipped = sorted(path.name for path in (root / "config").glob("*.yaml"))
     folder = resources.files("spiral_gripper") / "config"
     found = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
     require(shipped != [] and found == shipped, f"description files: {found}, not {shipped}")
     prefix = Path(get_package_prefix("spiral_gripper_ros"))
-    launch_files = [path.name for path in (root / "spiral_gripper_ros" / "launch").glob("*.py")]
-    for name in launch_files:
-        path = prefix / "share" / "spiral_gripper_ros" / "launch" / name
-        require(path.is_file(), f"no {path}")
+    for folder in SHARED:
+        sources = [p for p in (root / "spiral_gripper_ros" / folder).iterdir() if p.is_file()]
+        require(sources != [], f"nothing in {folder}")
+        for source in sources:
+            path = prefix / "share" / "spiral_gripper_ros" / folder / source.name
+            require(path.is_file(), f"no {path}")
     for name in EXECUTABLES:
         path = prefix / "lib" / "spiral_gripper_ros" / name
         require(os.access(path, os.X_OK), f"no executable {path}")
@@ -61,6 +66,8 @@ def main() -> None:
     check_files(root)
     demo = Path(get_package_prefix("spiral_gripper_ros"), "lib/spiral_gripper_ros", EXECUTABLES[0])
     subprocess.run([demo], check=True, timeout=120)
+    command = Path(get_package_prefix("spiral_gripper"), "bin/spiral-gripper")
+    subprocess.run([command, "smoke"], check=True, timeout=120)
 
 
 if __name__ == "__main__":

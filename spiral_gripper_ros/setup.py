@@ -17,14 +17,18 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
         (f"share/{NAME}/launch", sorted(glob("launch/*.py"))),
+        (f"share/{NAME}/rviz", sorted(glob("rviz/*.rviz"))),
+        (f"share/{NAME}/security", sorted(glob("security/*.xml"))),
     ],
     install_requires=["setuptools"],
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "spiral_gripper_node = spiral_gripper_ros.gripper_node:main",
-            "spiral_gripper_demo = spiral_gripper_ros.demo:main",
+            "spiral_gripper_node = spiral_gripper_ros.node.main:main",
+            "spiral_gripper_demo = spiral_gripper_ros.demo.run:main",
+            "spiral_gripper_simulator = spiral_gripper_ros.simulation.simulator_main:main",
         ]
     },
 )

@@ -97,7 +97,8 @@ if TYPE_CHECKING:
     from spiral_core.rod_equilibria import find_equilibria
     from spiral_core.rod_path import Fold, RodPath, follow_path
     from spiral_core.winding import Winding, windings_of
-    from spiral_core.wrap import Wrap, WrapCurve, WrapRegime, line_force
+    from spiral_core.wrap import Wrap, WrapRegime, line_force
+    from spiral_core.wrap_curve import WrapCurve
 
 _MODULE_OF_LAZY_NAME = {
     "BendReading": "calibration_observations",
@@ -151,7 +152,7 @@ _MODULE_OF_LAZY_NAME = {
     "WeakDirection": "calibration_identifiability",
     "Winding": "winding",
     "Wrap": "wrap",
-    "WrapCurve": "wrap",
+    "WrapCurve": "wrap_curve",
     "WrapRegime": "wrap",
     "calibrate": "calibration_fit",
     "choose_law": "calibration_choice",

@@ -26,7 +26,7 @@ from spiral_core.calibration_result import (
 )
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod import Array
-from spiral_core.wrap import WrapCurve
+from spiral_core.wrap_curve import WrapCurve
 
 # Steps of the slopes, in standard errors along the principal directions of the covariance: small
 # against the curvature of P over the parameters, large against the wrap search's 1e-10.

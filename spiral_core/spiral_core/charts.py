@@ -14,7 +14,8 @@ from spiral_core.gripper import Gripper
 from spiral_core.helix import helix_from_curvature
 from spiral_core.rod import Array, Vector
 from spiral_core.validation import require_positive
-from spiral_core.wrap import PERFECT_BAND, WrapCurve
+from spiral_core.wrap import PERFECT_BAND
+from spiral_core.wrap_curve import WrapCurve
 
 NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
 # A curve ends this fraction of the elongation before a fiber locks, where torsion diverges.

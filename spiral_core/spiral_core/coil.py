@@ -109,15 +109,13 @@ def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vecto
         turn_length: arc length of one turn at the tip [m], the window of that fit.
     """
     if axis is None:
-        from spiral_core.coil_kernels import tangent_covariance
+        from spiral_core.coil_kernels import fitted_axis
 
         length = float(state.arc_lengths[-1])
         step = length / (len(state.arc_lengths) - 1)
-        covariance = tangent_covariance(
+        axis = fitted_axis(
             state.orientations, state.strains, step, min(turn_length, length), AXIS_SAMPLES
         )
-        _, vectors = np.linalg.eigh(covariance)
-        axis = (float(vectors[0, 0]), float(vectors[1, 0]), float(vectors[2, 0]))
     tip = state.positions[-1]
     if axis[0] * tip[0] + axis[1] * tip[1] + axis[2] * tip[2] < 0.0:
         return (-axis[0], -axis[1], -axis[2])

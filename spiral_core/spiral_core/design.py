@@ -27,7 +27,7 @@ from spiral_core.design_requirement import DesignRequirement, Preference
 from spiral_core.design_steps import steps_of
 from spiral_core.gripper import Gripper
 from spiral_core.winding import windings_of
-from spiral_core.wrap import WrapCurve
+from spiral_core.wrap_curve import WrapCurve
 
 # Points of the answer's pressure-radius curve.
 CURVE_POINTS = 41

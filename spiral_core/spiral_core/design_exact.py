@@ -16,7 +16,8 @@ from spiral_core.design_requirement import Candidate, DesignRequirement
 from spiral_core.errors import NoCoilError, SolverError
 from spiral_core.free_actuation import FreeActuation
 from spiral_core.gripper import STANDARD_GRAVITY, Gripper, gripper_from_actuator
-from spiral_core.wrap import Wrap, WrapCurve
+from spiral_core.wrap import Wrap
+from spiral_core.wrap_curve import WrapCurve
 
 # Relative excess of the largest radius (of the centerline) that ends the search: 0.1 mm of the
 # paper's design, and about 5 thousandths of a turn.

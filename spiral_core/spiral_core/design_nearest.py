@@ -16,7 +16,7 @@ from spiral_core.design_exact import grip_figures, gripper_of
 from spiral_core.design_margin import Constraint, Margin
 from spiral_core.design_report import Relaxation
 from spiral_core.design_requirement import DesignRequirement
-from spiral_core.wrap import WrapCurve
+from spiral_core.wrap_curve import WrapCurve
 
 LIMITS = {
     "strain_max": Constraint.STRAIN,

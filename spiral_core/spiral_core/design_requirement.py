@@ -24,6 +24,8 @@ from spiral_core.validation import (
 DEFAULT_ALPHA = math.radians(88.0)
 # The angles of the paper's charts and prototypes, and one step beyond.
 DEFAULT_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
+# No elastomer stretches farther: a larger limit is a percentage that was meant as a fraction.
+LARGEST_STRAIN = 10.0
 # Tube that a plug and a fitting take up at each end (our choice: one inch, less a little).
 DEFAULT_END_ALLOWANCE = 0.02
 
@@ -112,7 +114,7 @@ class DesignRequirement:
         object_length: length of object that the coil may cover [m].
         length_max: longest gripper acceptable [m].
         pressure_max: largest gauge pressure [Pa].
-        strain_max: largest axial strain of the tube, lambda_1 - 1.
+        strain_max: largest axial strain of the tube, lambda_1 - 1: 0.3 is 30 %.
         gravity: acceleration in the base frame [m/s^2].
         object_axis: direction of the object in the base frame (unit vector); None fits the coil.
         curvature_form: how stretch and twist become curvature.
@@ -158,6 +160,10 @@ class DesignRequirement:
         for field in ("object_length", "length_max", "pressure_max", "strain_max"):
             if getattr(self, field) is not None:
                 require_positive(field, getattr(self, field))
+        if self.strain_max is not None and not self.strain_max <= LARGEST_STRAIN:
+            raise InvalidInputError(
+                "strain_max", self.strain_max, f"at most {LARGEST_STRAIN:g} (0.3 is 30 %)"
+            )
         require_vector("gravity", self.gravity, 3)
         if self.object_axis is not None:
             require_unit_vector("object_axis", self.object_axis)

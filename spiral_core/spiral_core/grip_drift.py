@@ -17,7 +17,7 @@ from spiral_core.calibration_result import DEFAULT_LEVEL, Interval, student_quan
 from spiral_core.errors import InvalidInputError, NotGrippableError
 from spiral_core.rod import Array
 from spiral_core.validation import require_positive
-from spiral_core.wrap import WrapCurve
+from spiral_core.wrap_curve import WrapCurve
 
 # With fewer grips one outlier would decide; Student's quantile for one degree of freedom is 12.7.
 RECORDS_MIN = 4

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from spiral_core.errors import InvalidInputError, NotGrippableError
 from spiral_core.rod import Array
-from spiral_core.wrap import WrapCurve, WrapRegime
+from spiral_core.wrap import WrapRegime
+from spiral_core.wrap_curve import WrapCurve
 
 # Places along the object at which the coil is tried.
 STARTS = 101

@@ -1,7 +1,7 @@
 """The command line ``spiral-gripper``: its commands are loaded when they are called.
 
 Exit codes: 0 done; 1 the answer is no (no design is feasible); 2 the question cannot be answered,
-with one line on standard error that says why.
+with a line on standard error for each reason.
 """
 
 from __future__ import annotations
@@ -33,6 +33,9 @@ COMMANDS: Final = MappingProxyType(
         "calibrate": _Entry("cli_calibrate", "From bench measurements to calibrated constants."),
         "sweep": _Entry("cli_sweep", "Feasibility map and Pareto set of many designs."),
         "chart": _Entry("cli_chart", "Charts: design space, effect of gravity, regimes."),
+        "simulate": _Entry("cli_simulate", "The ROS 2 node without hardware, live."),
+        "doctor": _Entry("cli_doctor", "Is everything there, and does it fit together?"),
+        "smoke": _Entry("cli_smoke", "One simulated grasp: does everything work together?"),
     }
 )
 
@@ -109,7 +112,9 @@ def _complain_or_raise(error: Exception) -> int:
 
 
 def _complain(message: str) -> int:
-    """Write one line on standard error and return the exit code."""
-    line = "; ".join(part.strip() for part in message.splitlines() if part.strip())
-    click.echo(f"spiral-gripper: {line}", err=True)
+    """Write what is wrong on standard error, a line each, and return the exit code."""
+    lines = [part.strip() for part in message.splitlines() if part.strip()]
+    if len(lines) > 1:
+        lines = [f"{len(lines)} problems", *lines]
+    click.echo("spiral-gripper: " + "\n  ".join(lines), err=True)
     return NO_ANSWER

@@ -53,9 +53,10 @@ def design_space(
     curves = curves_of(actuator, betas or CHART_BETAS, turns, stretch_max)
     _print_data(curves, as_json)
     if plot is not None:
-        from spiral_gripper.plots import design_space_figure, save_figure
+        from spiral_gripper.output import write_picture
+        from spiral_gripper.plots import design_space_figure
 
-        save_figure(design_space_figure(curves), plot)
+        write_picture(design_space_figure(curves), plot)
 
 
 @chart.command()
@@ -73,9 +74,10 @@ def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -
     weightless = helix_range(mount, heavy.pressure)
     _print_data({"with_gravity": heavy, "without_gravity": weightless}, as_json)
     if plot is not None:
-        from spiral_gripper.plots import gravity_figure, save_figure
+        from spiral_gripper.output import write_picture
+        from spiral_gripper.plots import gravity_figure
 
-        save_figure(gravity_figure(heavy, weightless), plot)
+        write_picture(gravity_figure(heavy, weightless), plot)
 
 
 @chart.command()
@@ -96,7 +98,7 @@ def pressure(
     """Pressure against object radius, with the regimes: overhang, perfect wrap, curling."""
     _require_output(as_json, plot)
     from spiral_core.charts import regime_chart
-    from spiral_core.wrap import WrapCurve
+    from spiral_core.wrap_curve import WrapCurve
 
     curve = WrapCurve(mounted(gripper, options))
     high = curve.radius_max if radius_max is None else radius_max
@@ -104,9 +106,10 @@ def pressure(
     data = regime_chart(curve, low, high)
     _print_data(data, as_json)
     if plot is not None:
-        from spiral_gripper.plots import regime_figure, save_figure
+        from spiral_gripper.output import write_picture
+        from spiral_gripper.plots import regime_figure
 
-        save_figure(regime_figure(data), plot)
+        write_picture(regime_figure(data), plot)
 
 
 def _require_output(as_json: bool, plot: Path | None) -> None:

@@ -60,19 +60,23 @@ def design(
     if save is not None:
         _save(result, save)
     if plot is not None:
-        from spiral_gripper.plots import design_figure, save_figure
+        from spiral_gripper.output import write_picture
+        from spiral_gripper.plots import design_figure
 
-        save_figure(design_figure(result), plot)
+        write_picture(design_figure(result), plot)
     if report is not None:
+        from spiral_gripper.output import say_written
         from spiral_gripper.report import write_report
 
         write_report(result, report)
+        say_written(report)
     return 0 if result.feasible else INFEASIBLE
 
 
 def _save(result: DesignReport, path: Path) -> None:
     """Write the description of a feasible design to a file that does not exist yet."""
     from spiral_gripper.design_document import description_text
+    from spiral_gripper.output import say_written
 
     if not result.feasible or result.design is None:
         raise click.ClickException(f"nothing is saved: {result.message}")
@@ -82,3 +86,4 @@ def _save(result: DesignReport, path: Path) -> None:
             file.write(text)
     except FileExistsError:
         raise click.ClickException(f"{path} exists and is kept; name another file") from None
+    say_written(path)

@@ -47,9 +47,10 @@ def shape(
     else:
         _print_rows(f"{solved.gripper.name} at {pressure / 1e3:.5g} kPa", shape_rows(solved))
     if plot is not None:
-        from spiral_gripper.plots import save_figure, shape_figure
+        from spiral_gripper.output import write_picture
+        from spiral_gripper.plots import shape_figure
 
-        save_figure(shape_figure(solved.state, solved.gripper.tube.outer_radius), plot)
+        write_picture(shape_figure(solved.state, solved.gripper.tube.outer_radius), plot)
 
 
 @click.command()
@@ -110,9 +111,10 @@ def wrap(
     else:
         _print_rows(mount.name, rows)
     if plot is not None:
-        from spiral_gripper.plots import save_figure, shape_figure
+        from spiral_gripper.output import write_picture
+        from spiral_gripper.plots import shape_figure
 
-        save_figure(shape_figure(state, mount.tube.outer_radius), plot)
+        write_picture(shape_figure(state, mount.tube.outer_radius), plot)
 
 
 def mounted(name_or_path: str, options: dict[str, Any]) -> Gripper:

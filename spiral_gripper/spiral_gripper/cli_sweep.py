@@ -79,9 +79,10 @@ def feasibility(
         share = float((result.room >= 0.0).mean())
         click.echo(f"{100.0 * share:.0f} % of {result.room.size} candidates are feasible")
     if plot is not None:
-        from spiral_gripper.plots import feasibility_figure, save_figure
+        from spiral_gripper.output import write_picture
+        from spiral_gripper.plots import feasibility_figure
 
-        save_figure(feasibility_figure(result), plot)
+        write_picture(feasibility_figure(result), plot)
 
 
 @sweep.command()
@@ -112,9 +113,10 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
         title = f"{len(best)} of {feasible} feasible designs ({len(points)} candidates)"
         print_points(title, best, Console())
     if plot is not None:
-        from spiral_gripper.plots import pareto_figure, save_figure
+        from spiral_gripper.output import write_picture
+        from spiral_gripper.plots import pareto_figure
 
-        save_figure(pareto_figure(points, best), plot)
+        write_picture(pareto_figure(points, best), plot)
 
 
 def _workers(jobs: int | None) -> AbstractContextManager[Executor | None]:

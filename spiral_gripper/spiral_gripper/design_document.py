@@ -13,6 +13,10 @@ from spiral_core.design_report import Design, DesignReport
 from spiral_core.design_sweep import SweepPoint
 from spiral_core.winding import Winding
 from spiral_gripper.fields import LAWS
+from spiral_gripper.units import Dimension, convert_from_si
+
+# Twelve digits: what is read back differs by less than any tube can be made.
+_DIGITS = 12
 
 
 def plain(value: object) -> Any:  # noqa: ANN401
@@ -108,7 +112,8 @@ def point_as_dict(point: SweepPoint) -> dict[str, Any]:
 def description_text(design: Design, name: str) -> str:
     """Return a gripper description file for a design; ``docs/gripper_files.md`` has the format.
 
-    Quantities are written in SI with every digit, so that the file means exactly this design.
+    Quantities are written in the units that people use, with so many digits that the file means
+    this design.
 
     Args:
         design: the gripper.
@@ -116,11 +121,12 @@ def description_text(design: Design, name: str) -> str:
     """
     actuator, gripper = design.actuator, design.gripper
     constants = "".join(
-        f"  {constant}: {value!r}{'' if constant == 'extension_limit' else ' Pa'}\n"
+        f"  {constant}: "
+        f"{value if constant == 'extension_limit' else _in('kPa', value, Dimension.PRESSURE)}\n"
         for constant, value in plain(actuator.material).items()
     )
     magnitude = math.hypot(*gripper.gravity)
-    gravity = gripper.gravity if magnitude > 0.0 else (1.0, 0.0, 0.0)
+    direction = [g / magnitude for g in gripper.gravity] if magnitude > 0.0 else [1.0, 0.0, 0.0]
     axis = "fitted" if gripper.object_axis is None else list(gripper.object_axis)
     extra = gripper.weight_per_length / 9.80665 - design.elastomer.density * actuator.tube.wall_area
     return (
@@ -129,21 +135,27 @@ def description_text(design: Design, name: str) -> str:
         f"description: designed for radii from {1e3 * design.smallest.radius:.4g} mm to "
         f"{1e3 * design.largest.radius:.4g} mm\n"
         f"tube:\n"
-        f"  inner_radius: {actuator.tube.inner_radius!r} m\n"
-        f"  wall_thickness: {actuator.tube.wall_thickness!r} m\n"
-        f"  length: {actuator.tube.length!r} m\n"
-        f"fibers:\n  alpha: {actuator.fibers.alpha!r} rad\n  beta: {actuator.fibers.beta!r} rad\n"
+        f"  inner_radius: {_in('mm', actuator.tube.inner_radius, Dimension.LENGTH)}\n"
+        f"  wall_thickness: {_in('mm', actuator.tube.wall_thickness, Dimension.LENGTH)}\n"
+        f"  length: {_in('mm', actuator.tube.length, Dimension.LENGTH)}\n"
+        f"fibers:\n  alpha: {_in('deg', actuator.fibers.alpha, Dimension.ANGLE)}\n"
+        f"  beta: {_in('deg', actuator.fibers.beta, Dimension.ANGLE)}\n"
         f"material:\n  law: {_law_name(design)}\n{constants}"
-        f"  density: {design.elastomer.density!r} kg/m^3\n"
+        f"  density: {_in('kg/m^3', design.elastomer.density, Dimension.DENSITY)}\n"
         f"model:\n  curvature_form: {actuator.curvature_form.value}\n"
         f"mount:\n"
-        f"  gravity_direction: {[float(g) for g in gravity]}\n"
-        f"  gravity_magnitude: {magnitude!r} m/s^2\n"
+        f"  gravity_direction: {direction}\n"
+        f"  gravity_magnitude: {_in('m/s^2', magnitude, Dimension.ACCELERATION)}\n"
         f"  object_axis: {axis}\n"
-        f"limits:\n  pressure_max: {gripper.pressure_max!r} Pa\n"
+        f"limits:\n  pressure_max: {_in('kPa', gripper.pressure_max, Dimension.PRESSURE)}\n"
         f"grip:\n  turns_required: {gripper.turns_required!r}\n"
         + (f"extra_mass_per_length: {extra!r} kg/m\n" if extra > 1e-12 else "")
     )
+
+
+def _in(unit: str, value: float, dimension: Dimension) -> str:
+    """Return an SI value as a description file writes it in a unit."""
+    return f"{convert_from_si(value, unit, dimension):.{_DIGITS}g} {unit}"
 
 
 def _law_name(design: Design) -> str:

@@ -12,7 +12,8 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.gripper import Gripper
 from spiral_core.object_profile import ObjectProfile, ProfileWrap, wrap_for_profile
 from spiral_core.rod import RodState
-from spiral_core.wrap import Wrap, WrapCurve, WrapRegime, line_force
+from spiral_core.wrap import Wrap, WrapRegime, line_force
+from spiral_core.wrap_curve import WrapCurve
 from spiral_gripper.design_document import plain
 from spiral_gripper.tables import shown
 from spiral_gripper.units import Dimension, parse_number, parse_quantity

@@ -1,4 +1,4 @@
-"""The node as a process of its own, started and stopped as people do it."""
+"""The node, or the simulator, as a process of its own, started and stopped as people do it."""
 
 from __future__ import annotations
 
@@ -10,19 +10,22 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import IO
 
+NODE = "spiral_gripper_ros.node.main"
+SIMULATOR = "spiral_gripper_ros.simulation.simulator_main"
 # How long a node may take from a stop signal to its end [s]: the vent's acknowledgment takes at
 # most 0.5 s, tearing DDS down about as long; slow machines get four times that.
 STOP_TIMEOUT = 5.0
 
 
 class NodeProcess:
-    """A running ``spiral_gripper_node``; as a context manager it is stopped at the end.
+    """A running node process; as a context manager it is stopped at the end.
 
     Args:
         namespace: of the node, such as "/demo".
         parameters: parameters to set at start.
         environment: variables to add to this process's.
         output: where its log goes; None: to the terminal.
+        module: what is started: ``NODE`` or ``SIMULATOR``.
     """
 
     def __init__(
@@ -31,12 +34,13 @@ class NodeProcess:
         parameters: Mapping[str, object] | None = None,
         environment: Mapping[str, str] | None = None,
         output: IO[str] | None = None,
+        module: str = NODE,
     ) -> None:
         arguments = ["--ros-args", "-r", f"__ns:={namespace}"]
         for name, value in (parameters or {}).items():
             arguments += ["-p", f"{name}:={value}"]
         self._process = subprocess.Popen(
-            [*_command(), *arguments],
+            [*_command(module), *arguments],
             env={**os.environ, **(environment or {})},
             stdout=output,
             stderr=subprocess.STDOUT if output is not None else None,
@@ -56,6 +60,14 @@ class NodeProcess:
     def exit_code(self) -> int | None:
         """The exit code, or None while it runs."""
         return self._process.poll()
+
+    def wait(self, timeout: float) -> bool:
+        """Return whether it ends by itself within a time [s]."""
+        try:
+            self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
 
     def stop(self, number: int = signal.SIGINT) -> int:
         """Send a signal, wait, and return the exit code; kill as a last resort."""
@@ -79,6 +91,6 @@ class NodeProcess:
         self.stop()
 
 
-def _command() -> Sequence[str]:
-    """Return the command that starts the node with this interpreter, however it was installed."""
-    return (sys.executable, "-m", "spiral_gripper_ros.gripper_node")
+def _command(module: str) -> Sequence[str]:
+    """Return the command that starts a node with this interpreter, however it was installed."""
+    return (sys.executable, "-m", module)

@@ -272,6 +272,7 @@ def test_evaluation_keeps_the_estimate_and_the_lengths() -> None:
         ("length_max", 0.0),
         ("pressure_max", math.nan),
         ("strain_max", 0.0),
+        ("strain_max", 30.0),
         ("gravity", (0.0, 0.0)),
         ("object_axis", (1.0, 1.0, 0.0)),
         ("extra_mass_per_length", -1.0),

@@ -217,10 +217,21 @@ def test_the_three_regimes(curves: dict[str, WrapCurve]) -> None:
         assert curve.regime(tighter, radius) is regime
     wider = curve.pressure_from_radius(radius * (1.0 + 1.1 * PERFECT_BAND))
     assert curve.regime(wider, radius) is WrapRegime.OVERHANG
+    # Told from a state that is known already it is the same, without another solve.
+    state = curve.state_at_pressure(tighter)
+    assert curve.regime(tighter, radius, state) is WrapRegime.CURLING
     with pytest.raises(NotGrippableError):
         curve.regime(perfect, 10.0 * curve.radius_max)
     with pytest.raises(InvalidInputError):
         curve.regime(-1.0, radius)
+
+
+def test_past_a_coil_that_closes_on_itself_the_tip_curls() -> None:
+    curve = WrapCurve(linear_gripper(curvature=250.0, torsion=-30.0, weight=0.24))
+    assert curve.pressure_max < curve.gripper.pressure_max
+    for share in (0.01, 0.3, 0.7, 1.0):
+        pressure = curve.pressure_max + share * (curve.gripper.pressure_max - curve.pressure_max)
+        assert curve.regime(pressure, curve.radius_max) is WrapRegime.CURLING
 
 
 def test_a_gripper_too_short_to_coil_says_how_many_turns_it_makes() -> None:

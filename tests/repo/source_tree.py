@@ -57,8 +57,8 @@ def internal_imports(package: str, path: Path, *, deferred: bool = True) -> set[
     for name in imports(path, deferred=deferred):
         top, *rest = name.split(".")
         if top == package:
-            inner = ".".join(rest[:1])
-            found.add(inner if inner in known else "__init__")
+            within = (".".join(rest[:depth]) for depth in range(len(rest), 0, -1))
+            found.add(next((module for module in within if module in known), "__init__"))
     return found
 
 

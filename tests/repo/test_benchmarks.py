@@ -21,7 +21,9 @@ from benchmarks.results import SMOKE, Section, Table
 def sections() -> dict[str, Section]:
     """Every section with tiny counts."""
     slow = {"bvp": lambda effort: peers.collocation_section(effort, nodes=(32,))}
-    return {name: slow.get(name, measure)(SMOKE) for name, measure in command.SECTIONS.items()}
+    return {
+        name: slow.get(name, measure)(SMOKE) for name, measure in command.SUITE.sections.items()
+    }
 
 
 def test_every_section_has_tables_that_fit_their_columns(sections: dict[str, Section]) -> None:
@@ -123,13 +125,13 @@ def test_table_is_shown_with_its_note() -> None:
 
 
 def test_page_shows_the_summary() -> None:
-    summary = json.loads(report.SUMMARY.read_text(encoding="utf-8"))
-    assert list(summary["sections"]) == list(command.SECTIONS)
-    page = report.PAGE.read_text(encoding="utf-8")
+    summary = json.loads(report.PAGE.summary.read_text(encoding="utf-8"))
+    assert list(summary["sections"]) == list(command.SUITE.sections)
+    page = report.PAGE.path.read_text(encoding="utf-8")
     assert report.markdown(summary) in page
     assert (ROOT / "docs" / "figures" / "rod_accuracy.png").is_file()
 
 
 def test_summary_does_not_name_the_machine() -> None:
-    text = report.SUMMARY.read_text(encoding="utf-8")
+    text = report.PAGE.summary.read_text(encoding="utf-8")
     assert not any(word in text for word in ("/home", "/root", "/tmp", "/work", "hostname"))

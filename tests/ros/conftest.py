@@ -13,6 +13,7 @@ with warnings.catch_warnings():  # its parser imports a module that Python depre
     warnings.simplefilter("ignore", DeprecationWarning)
     import rosidl_generator_py  # noqa: F401
 
+import hypothesis
 import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
@@ -20,6 +21,9 @@ from ros.harness import Client, RunningNode
 
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
+
+# For a long run of test_control_machine.py: pytest --hypothesis-profile=fuzz.
+hypothesis.settings.register_profile("fuzz", max_examples=1500, stateful_step_count=100)
 
 GRIPPER = "paper_design_70"
 _numbers = itertools.count(1)

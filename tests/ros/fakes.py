@@ -1,9 +1,10 @@
-"""Stand-ins for what the supervisor is given: a planner whose answers are known by heart."""
+"""Stand-ins for what the control logic is given: a planner known by heart, a regulator."""
 
+import math
 from dataclasses import dataclass
+from enum import Enum
 
-from spiral_core import NotGrippableError
-from spiral_core.errors import SpiralError
+from spiral_core import NotGrippableError, WrapRegime
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class FakePlanner:
     def __init__(self, product: float = 1.0e3) -> None:
         self.product = product
         self.asked: list[float] = []
-        self.error: SpiralError | None = None
+        self.error: Exception | None = None
 
     def plan(self, radius: float) -> FakePlan:
         self.asked.append(radius)
@@ -29,3 +30,40 @@ class FakePlanner:
         if not low <= radius <= high:
             raise NotGrippableError(radius, "out of range", -1.0, low if radius < low else high)
         return FakePlan(self.product / radius)
+
+
+class RegulatorFault(Enum):
+    NONE = "none"
+    LEAK = "leak"  # 70 % of the pressure arrives
+    STUCK = "stuck"  # the pressure stays where it is
+    LOST = "lost"  # nothing is measured
+    NAN = "nan"  # the sensor is unplugged
+    ABSOLUTE = "absolute"  # the sensor measures absolute pressure
+
+
+class FakeRegulator:
+    """Follows the command with a first-order lag of 50 ms, and measures."""
+
+    TIME_CONSTANT = 0.05
+
+    def __init__(self) -> None:
+        self.pressure = 0.0
+        self.fault = RegulatorFault.NONE
+
+    def step(self, command: float, elapsed: float) -> float | None:
+        """Let a command act for a while [s] and return what is measured."""
+        goal = 0.7 * command if self.fault is RegulatorFault.LEAK else command
+        if self.fault is not RegulatorFault.STUCK:
+            self.pressure += (goal - self.pressure) * -math.expm1(-elapsed / self.TIME_CONSTANT)
+        if self.fault is RegulatorFault.LOST:
+            return None
+        if self.fault is RegulatorFault.NAN:
+            return math.nan
+        return self.pressure + (101325.0 if self.fault is RegulatorFault.ABSOLUTE else 0.0)
+
+
+def regime_at(pressure: float, perfect: float) -> WrapRegime:
+    """Return the regime at a pressure: within 2 % of the perfect wrap's it is one."""
+    if abs(pressure - perfect) <= 0.02 * perfect:
+        return WrapRegime.PERFECT_WRAP
+    return WrapRegime.OVERHANG if pressure < perfect else WrapRegime.CURLING

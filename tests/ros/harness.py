@@ -1,6 +1,7 @@
 """A client process's side of the tests: what a user's node would do, with deadlines."""
 
 import math
+import signal
 import tempfile
 import time
 
@@ -15,14 +16,15 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as PythonParameter
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
+from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.node.parameters import PARAMETERS
 from spiral_gripper_ros.node_process import NodeProcess
-from spiral_gripper_ros.parameters import PARAMETERS
-from spiral_gripper_ros.states import Reason, State
 
 # Nothing here takes a tenth of it on an idle machine; the first start may have to compile.
 DEADLINE = 30.0
@@ -30,8 +32,8 @@ START_DEADLINE = 180.0
 NODE = "spiral_gripper"
 # The supervisor's rate in these tests: fast, so that they are.
 FAST_RAMP = {"pressure_rate_up": 2.0e6, "pressure_rate_down": 2.0e6}
-# Nor does a radius grow old because the machine is slow; tests of the time-out set their own.
-PATIENT = {"radius_timeout": 600.0}
+# Nor does a message grow old because the machine is slow; tests of the time-outs set their own.
+PATIENT = {"radius_timeout": 600.0, "measured_pressure_timeout": 600.0}
 
 
 class RunningNode(NodeProcess):
@@ -45,23 +47,39 @@ class RunningNode(NodeProcess):
         self._output.seek(0)
         return self._output.read()
 
+    def stop(self, number=signal.SIGINT):
+        """Stop as a user does, but with patience: a busy machine is slow in tearing DDS down."""
+        if self.running:
+            self._process.send_signal(number)
+            self.wait(DEADLINE)
+        return super().stop(number)
+
     def __exit__(self, *details):
         super().__exit__(*details)
         self._output.close()
 
 
 class Client(Node):
-    """Publishes radii and gravity, calls every service, remembers everything that it receives."""
+    """Publishes radii, gravity and measured pressures, calls every service, remembers all answers.
+
+    While ``regulator`` is set it answers each command with the measured pressure that it returns.
+    """
 
     def __init__(self, namespace):
         super().__init__("test_client", namespace=namespace)
         self.pressures, self.backbones, self.statuses, self.diagnostics = [], [], [], []
+        self.measured_backbones = []
+        self.regulator = None
         self._radius = self.create_publisher(
             Float64, "object_radius", QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
         )
         self._gravity = self.create_publisher(Vector3Stamped, "gravity", 1)
+        self._measured = self.create_publisher(FluidPressure, "measured_pressure", 1)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, 100)
         self.create_subscription(PoseArray, "backbone", self.backbones.append, 100)
+        self.create_subscription(
+            PoseArray, "measured_backbone", self.measured_backbones.append, 100
+        )
         self.create_subscription(GripStatus, "status", self.statuses.append, 100)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._calls = {}
@@ -96,6 +114,7 @@ class Client(Node):
                 and self.status.state != State.INACTIVE
                 and self._radius.get_subscription_count() == 1
                 and self._gravity.get_subscription_count() == 1
+                and self._measured.get_subscription_count() >= 1
             ),
             "the node to become active",
             deadline,
@@ -120,6 +139,8 @@ class Client(Node):
 
     def _on_pressure(self, message):
         self.pressures.append(message.data)
+        if self.regulator is not None:
+            self.send_measured(self.regulator(message.data))
 
     def _on_diagnostics(self, message):
         own = f"{self.get_namespace()}/{NODE}: grip"
@@ -133,6 +154,9 @@ class Client(Node):
         message.header.frame_id = frame_id
         message.vector.x, message.vector.y, message.vector.z = gravity
         self._gravity.publish(message)
+
+    def send_measured(self, pressure):
+        self._measured.publish(FluidPressure(fluid_pressure=pressure))
 
     def wrap(self, radius):
         """Offer a radius until its wrap pressure is commanded; return the status then."""
@@ -203,6 +227,7 @@ class Client(Node):
 
     def restore(self):
         """Bring the node to a fresh activation with known parameters, and forget all messages."""
+        self.regulator = None
         if self.lifecycle_state() == LifecycleState.PRIMARY_STATE_ACTIVE:
             assert self.transition("deactivate")
         if self.lifecycle_state() == LifecycleState.PRIMARY_STATE_INACTIVE:
@@ -216,7 +241,17 @@ class Client(Node):
         assert self.transition("activate")
         self.wait_until_active()
         self.spin(0.05)
-        for received in (self.pressures, self.backbones, self.statuses, self.diagnostics):
+        self.forget()
+
+    def forget(self):
+        """Forget everything that was received."""
+        for received in (
+            self.pressures,
+            self.backbones,
+            self.measured_backbones,
+            self.statuses,
+            self.diagnostics,
+        ):
             received.clear()
 
 

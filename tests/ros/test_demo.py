@@ -12,12 +12,12 @@ import pytest
 from rich.console import Console
 
 from spiral_core import InvalidInputError
-from spiral_gripper_ros.demo_report import EXPECTED_REFUSALS, DemoReport
-from spiral_gripper_ros.demo_table import COLUMNS, DemoTable, Row
-from spiral_gripper_ros.replay import samples_from_lines, shipped_recording
-from spiral_gripper_ros.states import Reason
+from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.demo.report import EXPECTED_REFUSALS, DemoReport
+from spiral_gripper_ros.demo.table import COLUMNS, DemoTable, Row
+from spiral_gripper_ros.simulation.replay import samples_from_lines, shipped_recording
 
-COMMAND = [sys.executable, "-m", "spiral_gripper_ros.demo"]
+COMMAND = [sys.executable, "-m", "spiral_gripper_ros.demo.run"]
 
 
 def good_report():
@@ -88,8 +88,22 @@ def test_the_table_shows_its_rows(terminal):
     row = Row(1.0, "pipe", 30.0, 43.9, 1.6, "overhang", (1.0, 2.0, 3.0), "holding", "jump")
     with DemoTable(console) as table:
         table.show(row)
-    for text in (*COLUMNS, "pipe", "30.00", "43.90", "1.60", "overhang", "holding", "jump"):
+    names = (part for column in COLUMNS for part in column.replace("[", " [").split("  "))
+    for text in (*names, "pipe", "30.00", "43.90", "1.60", "overhang", "holding", "jump"):
         assert text in output.getvalue()
+
+
+def test_a_row_fits_a_terminal_of_80_columns():
+    output = io.StringIO()
+    console = Console(file=output, force_terminal=True, width=80, no_color=True)
+    row = Row(
+        22.5, "tapered object", 30.0, 43.9, 1.6, "perfect wrap", (1.0, 2.0, 3.0), "holding", ""
+    )
+    with DemoTable(console) as table:
+        table.show(row)
+    line = next(text for text in output.getvalue().splitlines() if "30.00" in text)
+    for text in ("tapered", "43.90", "1.60", "perfect wrap", "holding"):
+        assert text in line
 
 
 def test_two_demos_at_once_play_to_their_ends_without_hearing_each_other():

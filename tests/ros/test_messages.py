@@ -1,6 +1,5 @@
 """Packing: the numbers that go in come out, and names agree with the interfaces."""
 
-import math
 import re
 from collections import Counter
 from pathlib import Path
@@ -8,17 +7,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseArray
+from rclpy.serialization import deserialize_message
 from ros.harness import all_finite
 from std_msgs.msg import Header
 
 import spiral_gripper_msgs.msg as messages
 from spiral_core import WrapRegime
+from spiral_core.errors import SpiralError
+from spiral_gripper import load_description
 from spiral_gripper_msgs.msg import GripStatus
-from spiral_gripper_ros.conversions import REGIMES, backbone_to_msg, status_to_msg
-from spiral_gripper_ros.diagnostics import diagnostics_to_msg
-from spiral_gripper_ros.planner import GripperPlanner
-from spiral_gripper_ros.states import Reason, Refusal, State
-from spiral_gripper_ros.supervisor import Snapshot
+from spiral_gripper_ros.control.snapshot import MeasuredPressure, Snapshot
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
+from spiral_gripper_ros.node.conversions import (
+    REGIMES,
+    backbone_to_bytes,
+    backbone_to_msg,
+    status_to_msg,
+)
+from spiral_gripper_ros.node.diagnostics import CLOCK_STANDS_STILL, Health, diagnostics_to_msg
+from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
 
 INTERFACES = Path(__file__).parents[2] / "spiral_gripper_msgs"
 
@@ -47,7 +56,7 @@ def test_states_and_reasons_have_the_numbers_of_the_message():
 
 
 @pytest.mark.parametrize(
-    "name", sorted(str(p.relative_to(INTERFACES)) for p in INTERFACES.glob("*/*.[ms][sr][gv]"))
+    "name", sorted(str(p.relative_to(INTERFACES)) for p in INTERFACES.glob("*/*.[ams][csr][tgv]*"))
 )
 def test_every_number_of_an_interface_says_its_unit(name):
     fields = re.findall(r"^(float64(?:\[\])?) (\w+)(.*)$", _definition(name), re.MULTILINE)
@@ -65,6 +74,16 @@ def test_the_backbone_has_the_ends_and_the_frames_of_the_shape(planner):
         p, q = pose.position, pose.orientation
         assert (p.x, p.y, p.z) == tuple(state.positions[index])
         assert (q.x, q.y, q.z, q.w) == tuple(state.orientations[index])
+
+
+@pytest.mark.parametrize("points", [2, 7, 50])
+@pytest.mark.parametrize("length", range(9))
+def test_the_backbone_as_bytes_is_the_same_message(planner, points, length):
+    """However long the name of the frame is, which moves the numbers behind it."""
+    state, header = planner.plan(0.02).wrap.state, Header(frame_id="f" * length)
+    header.stamp.sec, header.stamp.nanosec = 5, 7
+    sent = backbone_to_bytes(state, points, header)
+    assert deserialize_message(sent, PoseArray) == backbone_to_msg(state, points, header)
 
 
 def test_a_poses_x_axis_is_the_tangent(planner):
@@ -95,15 +114,24 @@ def snapshot(**fields):
     )
 
 
-def test_a_status_without_anything_known_is_all_finite():
-    message = status_to_msg(snapshot(), None, (0.0, math.inf), 1.0e5, Header())
+@pytest.fixture
+def loaded(planner):
+    return LoadedGripper(load_description("paper_design_70"), planner, None)
+
+
+def test_a_status_without_anything_known_is_all_finite(loaded):
+    loaded.mount.planner = NoPlanner((9.8, 0.0, 0.0), SpiralError("nothing"))
+    message = status_to_msg(snapshot(), loaded, 1.0e5, Header())
     assert all_finite(message)
     assert not message.valid
-    assert message.regime == GripStatus.REGIME_UNKNOWN
+    assert not message.measured
+    assert not message.wrapped
+    assert message.regime == message.measured_regime == GripStatus.REGIME_UNKNOWN
 
 
-def test_a_status_carries_the_snapshot_and_the_plan(planner):
+def test_a_status_carries_the_snapshot_and_the_plan(planner, loaded):
     plan = planner.plan(0.02)
+    loaded.update_shape(1.0e4, 0.02)
     message = status_to_msg(
         snapshot(
             state=State.HOLDING,
@@ -114,10 +142,11 @@ def test_a_status_carries_the_snapshot_and_the_plan(planner):
             pressure_target=plan.pressure,
             pressure_command=1.0e4,
             accepted=7,
-            refused=Counter({Reason.RADIUS_JUMP: 2, Reason.RADIUS_STALE: 1}),
+            refused=Counter(
+                {Reason.RADIUS_JUMP: 2, Reason.RADIUS_STALE: 1, Reason.PRESSURE_INVALID: 50}
+            ),
         ),
-        planner.shape(1.0e4, 0.02),
-        planner.radius_range,
+        loaded,
         1.0e5,
         Header(),
     )
@@ -128,28 +157,94 @@ def test_a_status_carries_the_snapshot_and_the_plan(planner):
     assert (message.radii_accepted, message.radii_refused) == (7, 3)
     assert message.regime == GripStatus.REGIME_OVERHANG
     assert message.pressure_margin == 1.0e5 - plan.pressure
+    assert message.line_force == plan.line_force
     assert message.turns_margin == pytest.approx(message.turns - planner.gripper.turns_required)
     assert message.radius_margin == min(0.02 - message.radius_min, message.radius_max - 0.02)
     assert message.tip.x == planner.shape(1.0e4, 0.02).state.tip_position[0]
 
 
+def test_a_status_carries_what_is_measured(planner, loaded):
+    perfect = planner.plan(0.02).pressure
+    loaded.update_measured_shape(0.9 * perfect, 0.02, tolerance=1.0e3)
+    message = status_to_msg(
+        snapshot(
+            radius=0.02,
+            plan=planner.plan(0.02),
+            measured=MeasuredPressure(0.9 * perfect, 0.05),
+            pressure_fault=Refusal(Reason.PRESSURE_LOW, "a leak"),
+            wrapped=True,
+        ),
+        loaded,
+        1.0e5,
+        Header(),
+    )
+    assert message.measured
+    assert message.wrapped
+    assert (message.measured_pressure, message.measured_age) == (0.9 * perfect, 0.05)
+    assert (message.pressure_fault, message.pressure_fault_text) == (Reason.PRESSURE_LOW, "a leak")
+    assert message.measured_regime == GripStatus.REGIME_OVERHANG
+    tip = planner.shape(0.9 * perfect, 0.02).state.tip_position
+    assert (message.measured_tip.x, message.measured_tip.y) == (tip[0], tip[1])
+
+
+def test_overpressure_adds_to_the_line_force(planner, loaded):
+    plan = planner.plan(0.02)
+    target = plan.pressure + 5.0e3
+    pressed = snapshot(radius=0.02, plan=plan, pressure_target=target)
+    message = status_to_msg(pressed, loaded, 1.0e5, Header())
+    assert message.line_force == planner.line_force(plan.wrap, target) > plan.line_force
+    assert message.pressure_margin == 1.0e5 - target
+
+
+LEAK = Refusal(Reason.PRESSURE_LOW, "a leak")
+
+
+def told(now, clock_stands_still=False):
+    health = Health("/node", "id", 3, clock_stands_still)
+    return diagnostics_to_msg(health, now, Header().stamp).status[0]
+
+
 @pytest.mark.parametrize(
-    ("state", "level"),
+    ("fields", "level"),
     [
-        (State.TRACKING, DiagnosticStatus.OK),
-        (State.HOLDING, DiagnosticStatus.WARN),
-        (State.VENTED, DiagnosticStatus.WARN),
-        (State.FAULT, DiagnosticStatus.ERROR),
+        ({"state": State.TRACKING}, DiagnosticStatus.OK),
+        ({"state": State.GRASPING}, DiagnosticStatus.OK),
+        ({"state": State.HOLDING}, DiagnosticStatus.WARN),
+        ({"state": State.VENTED}, DiagnosticStatus.WARN),
+        ({"state": State.FAULT}, DiagnosticStatus.ERROR),
+        ({"state": State.TRACKING, "pressure_fault": LEAK}, DiagnosticStatus.ERROR),
     ],
 )
-def test_the_level_of_the_diagnostics_is_that_of_the_state(state, level):
-    message = diagnostics_to_msg("/node", "id", snapshot(state=state), 0, Header().stamp)
-    assert message.status[0].level == level
+def test_the_level_of_the_diagnostics_is_that_of_the_worst(fields, level):
+    assert told(snapshot(**fields)).level == level
+
+
+def test_a_clock_that_stands_still_is_warned_of_and_hides_nothing_worse():
+    still = told(snapshot(state=State.TRACKING, refusal=NOT_REFUSED), clock_stands_still=True)
+    assert still.level == DiagnosticStatus.WARN
+    assert still.message == f"tracking; {CLOCK_STANDS_STILL}"
+    worse = told(snapshot(state=State.TRACKING, pressure_fault=LEAK), clock_stands_still=True)
+    assert worse.level == DiagnosticStatus.ERROR
+    assert "a leak" in worse.message
+    assert CLOCK_STANDS_STILL in worse.message
+
+
+def test_the_diagnostics_hold_what_is_measured():
+    measured = MeasuredPressure(6.0e4, 0.125)
+    status = told(
+        snapshot(state=State.GRASPING, measured=measured, pressure_fault=LEAK, wrapped=True)
+    )
+    values = {pair.key: pair.value for pair in status.values}
+    assert values["grasping"] == values["wrapped"] == "True"
+    assert values["measured_pressure [Pa]"] == "60000"
+    assert values["measured_pressure age [s]"] == "0.125"
+    assert values["pressure fault"] == "PRESSURE_LOW"
+    assert values["internal errors"] == "3"
 
 
 def test_every_state_has_a_level():
     for state in State:
-        assert diagnostics_to_msg("/node", "", snapshot(state=state), 0, Header().stamp).status
+        assert told(snapshot(state=state))
 
 
 def test_the_package_exports_what_its_files_define():

@@ -8,8 +8,9 @@ from lifecycle_msgs.msg import State as LifecycleState
 from ros.harness import all_finite
 
 from spiral_core import WrapCurve
+from spiral_gripper.catalog import GRIPPERS
 from spiral_gripper_msgs.msg import GripStatus
-from spiral_gripper_ros.states import Reason, State
+from spiral_gripper_ros.control.states import Reason, State
 
 
 def nodes_of(backbone):
@@ -214,10 +215,13 @@ def test_the_life_cycle_three_times(active):
         active.wait_until_active()
 
 
-def test_a_gripper_that_does_not_exist_leaves_it_unconfigured_to_try_again(active):
+def test_a_gripper_that_cannot_be_loaded_leaves_it_unconfigured_to_try_again(active, tmp_path):
     assert active.transition("deactivate")
     assert active.transition("cleanup")
-    assert active.set_parameter("gripper", "no_such_gripper").successful
+    file = tmp_path / "mine.yaml"
+    file.write_text((GRIPPERS.path / "prototype_p1.yaml").read_text())
+    assert active.set_parameter("gripper", str(file)).successful
+    file.unlink()
     assert not active.transition("configure")
     assert active.lifecycle_state() == LifecycleState.PRIMARY_STATE_UNCONFIGURED
     assert active.set_parameter("gripper", "prototype_p1").successful
@@ -241,3 +245,12 @@ def test_diagnostics_tell_state_reason_and_counters(active):
     assert values["reason"] == "RADIUS_NOT_FINITE"
     assert values["refused: RADIUS_NOT_FINITE"] == "1"
     assert values["internal errors"] == "0"
+
+
+def test_a_transition_that_its_state_does_not_have_is_refused_and_the_grip_is_kept(active):
+    held = active.wrap(0.02).pressure_command
+    assert not active.transition("configure")
+    assert not active.transition("cleanup")
+    assert active.lifecycle_state() == LifecycleState.PRIMARY_STATE_ACTIVE
+    assert active.wrap(0.02).pressure_command == held
+    assert active.pressures[-1] == held

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from spiral_gripper_ros.parameters import PARAMETERS, ParameterSpec
+from spiral_gripper_ros.node.parameters import PARAMETERS, ParameterSpec
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
@@ -23,10 +23,8 @@ def _row(spec: ParameterSpec) -> list[str]:
     else:
         shown = "[]" if default == () else str(default)
     span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"
-    when = "while unconfigured" if spec.only_unconfigured else "at once"
-    return [
-        f"`{spec.name}`", shown, span, "read-only" if spec.read_only else when, spec.description
-    ]  # fmt: skip
+    when = "read-only" if spec.read_only else "at once"
+    return [f"`{spec.name}`", shown, span, when, spec.description]
 
 
 @pytest.mark.parametrize("spec", PARAMETERS, ids=lambda spec: spec.name)
@@ -51,10 +49,10 @@ def test_every_row_of_the_safety_contract_names_tests_that_exist():
 
 
 def test_every_service_and_topic_of_the_page_is_in_the_code():
-    table = PAGE.split("## Topics and services")[1].split("## ")[0]
+    table = PAGE.split("## Topics, services and actions")[1].split("## ")[0]
     names = re.findall(r"^\|[^|]*\| `/?(\w+)` \|", table, re.MULTILINE)
     code = "".join(
-        path.read_text() for path in ROOT.glob("spiral_gripper_ros/spiral_gripper_ros/*.py")
+        path.read_text() for path in ROOT.glob("spiral_gripper_ros/spiral_gripper_ros/**/*.py")
     )
     assert len(names) >= 10
     assert not [name for name in names if f'"{name}"' not in code and f'"/{name}"' not in code]

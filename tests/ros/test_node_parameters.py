@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from ros.harness import NODE
 
-from spiral_gripper_ros.parameters import PARAMETERS
-from spiral_gripper_ros.states import Reason, State
+from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.node.parameters import PARAMETERS
 
 
 def test_every_parameter_is_declared_as_the_table_says(active):
@@ -40,7 +40,11 @@ def test_every_parameter_is_declared_as_the_table_says(active):
         ("radius_timeout", "long", "type"),
         ("frame_id", "elsewhere", "read-only"),
         ("autostart", False, "read-only"),
-        ("gripper", "prototype_p1", "clean it up first"),
+        ("gripper", "no_such_gripper", "no gripper has this name"),
+        ("gripper", "", "not empty"),
+        ("gripper", "/dev/zero", "is not a file"),
+        ("pressure_fault_policy", "panic", "one of report, vent"),
+        ("marker_rate", -1.0, "out of range"),
     ],
 )
 def test_a_bad_value_is_refused_with_the_reason_and_changes_nothing(active, name, value, reason):

@@ -7,7 +7,7 @@ from geometry_msgs.msg import Vector3
 from ros.harness import all_finite
 
 from spiral_core import WrapCurve
-from spiral_gripper_ros.states import Reason
+from spiral_gripper_ros.control.states import Reason
 
 
 def test_plan_wrap_answers_what_the_core_answers(active, curve):

@@ -6,7 +6,7 @@ import pytest
 from lifecycle_msgs.msg import State as LifecycleState
 from ros.harness import FAST_RAMP, RunningNode
 
-from spiral_gripper_ros.states import State
+from spiral_gripper_ros.control.states import State
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -3,10 +3,12 @@ import math
 import pytest
 
 from spiral_core import InvalidInputError
-from spiral_gripper_ros.limits import Limits, TimeoutPolicy
-from spiral_gripper_ros.parameters import (
+from spiral_gripper_ros.control.grasp import AbortPolicy
+from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.node.parameters import (
     GRAVITY_LIMIT,
     PARAMETERS,
+    ParameterSpec,
     gravity_problem,
     limits_from_values,
     refusal_of_values,
@@ -24,33 +26,49 @@ def test_names_are_unique_and_every_parameter_is_described():
 
 
 def test_the_defaults_are_accepted():
-    assert refusal_of_values(DEFAULTS, unconfigured=True) is None
+    assert refusal_of_values(DEFAULTS) is None
 
 
 @pytest.mark.parametrize("spec", NUMBERS, ids=lambda spec: spec.name)
 def test_bounds_are_accepted_and_what_lies_outside_is_not(spec):
-    assert refusal_of_values({spec.name: spec.low}, unconfigured=True) is None
-    assert refusal_of_values({spec.name: spec.high}, unconfigured=True) is None
+    assert refusal_of_values({spec.name: spec.low}) is None
+    assert refusal_of_values({spec.name: spec.high}) is None
     for bad in (spec.low - 1.0, 2.0 * spec.high, math.nan, math.inf, -math.inf, True, "1"):
-        refusal = refusal_of_values({spec.name: bad}, unconfigured=True)
+        refusal = refusal_of_values({spec.name: bad})
         assert refusal is not None, bad
         assert spec.name in refusal
 
 
-def test_a_choice_that_is_none_names_those_there_are():
-    refusal = refusal_of_values({"radius_timeout_policy": "panic"}, unconfigured=True)
-    for policy in TimeoutPolicy:
+@pytest.mark.parametrize(
+    ("name", "policies"),
+    [
+        ("radius_timeout_policy", TimeoutPolicy),
+        ("grasp_abort_policy", AbortPolicy),
+        ("pressure_fault_policy", FaultPolicy),
+    ],
+)
+def test_a_choice_that_is_none_names_those_there_are(name, policies):
+    refusal = refusal_of_values({name: "panic"})
+    for policy in policies:
         assert policy.value in refusal
+        assert refusal_of_values({name: policy.value}) is None
 
 
-def test_the_gripper_is_chosen_only_while_unconfigured():
-    assert refusal_of_values({"gripper": "prototype_p1"}, unconfigured=True) is None
-    assert "clean it up" in refusal_of_values({"gripper": "prototype_p1"}, unconfigured=False)
-    assert "not empty" in refusal_of_values({"gripper": ""}, unconfigured=True)
+def test_a_gripper_has_a_name():
+    assert refusal_of_values({"gripper": "prototype_p1"}) is None
+    assert "not empty" in refusal_of_values({"gripper": ""})
+
+
+def test_values_are_judged_by_the_table_they_belong_to():
+    table = (ParameterSpec("leak", 0.0, "How much leaks.", low=0.0, high=1.0),)
+    assert refusal_of_values({"leak": 2.0}, table=table) == (
+        "leak must be a number from 0 to 1, got 2.0"
+    )
+    assert refusal_of_values({"radius_timeout": -1.0}, table=table) is None
 
 
 def test_parameters_of_others_are_none_of_its_business():
-    assert refusal_of_values({"use_sim_time": True}, unconfigured=False) is None
+    assert refusal_of_values({"use_sim_time": True}) is None
 
 
 @pytest.mark.parametrize(
@@ -59,7 +77,7 @@ def test_parameters_of_others_are_none_of_its_business():
 )
 def test_a_gravity_that_is_none_is_refused(gravity):
     assert gravity_problem(gravity) is not None
-    assert refusal_of_values({"gravity": gravity}, unconfigured=False) is not None
+    assert refusal_of_values({"gravity": gravity}) is not None
 
 
 def test_weightlessness_is_a_gravity():
@@ -84,6 +102,12 @@ def test_every_limit_comes_from_its_parameter():
         "radius_rate_limit": 0.104,
         "radius_jump_limit": 0.105,
         "radius_hysteresis": 0.0106,
+        "grasp_timeout": 107.0,
+        "grasp_abort_policy": "hold",
+        "measured_pressure_timeout": 108.0,
+        "pressure_settle_time": 10.9,
+        "pressure_tolerance": 110.0,
+        "pressure_fault_policy": "vent",
     }
     assert limits_from_values(values, pressure_max=1.0e5) == Limits(
         pressure_cap=1.0e5,
@@ -94,7 +118,17 @@ def test_every_limit_comes_from_its_parameter():
         radius_rate_limit=0.104,
         radius_jump_limit=0.105,
         radius_hysteresis=0.0106,
+        grasp_timeout=107.0,
+        grasp_abort_policy=AbortPolicy.HOLD,
+        measured_pressure_timeout=108.0,
+        pressure_settle_time=10.9,
+        pressure_tolerance=110.0,
+        pressure_fault_policy=FaultPolicy.VENT,
     )
+
+
+def test_the_defaults_of_the_table_are_those_of_the_limits():
+    assert limits_from_values(DEFAULTS, pressure_max=1.0e5) == Limits(pressure_cap=1.0e5)
 
 
 @pytest.mark.parametrize(
@@ -107,6 +141,10 @@ def test_every_limit_comes_from_its_parameter():
         "radius_rate_limit",
         "radius_jump_limit",
         "radius_hysteresis",
+        "grasp_timeout",
+        "measured_pressure_timeout",
+        "pressure_settle_time",
+        "pressure_tolerance",
     ],
 )
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0])
@@ -115,6 +153,14 @@ def test_limits_refuse_what_is_no_limit(field, bad):
         Limits(**{"pressure_cap": 1.0e5, field: bad})
 
 
-def test_a_policy_must_be_one():
-    with pytest.raises(InvalidInputError, match="hold, vent, ramp_down"):
-        Limits(pressure_cap=1.0e5, timeout_policy="vent")
+@pytest.mark.parametrize(
+    ("field", "names"),
+    [
+        ("timeout_policy", "hold, vent, ramp_down"),
+        ("grasp_abort_policy", "vent, hold"),
+        ("pressure_fault_policy", "report, vent"),
+    ],
+)
+def test_a_policy_must_be_one(field, names):
+    with pytest.raises(InvalidInputError, match=f"{field} must be one of {names}"):
+        Limits(**{"pressure_cap": 1.0e5, field: "vent"})

@@ -15,10 +15,17 @@ from spiral_core import (
 from spiral_core.errors import ActuationLimit, ActuationLimitError
 from spiral_core.rod import RodStatus
 from spiral_core.wrap import line_force
-from spiral_gripper_ros.loaded_gripper import LoadedGripper
-from spiral_gripper_ros.mount_follower import MountFollower
-from spiral_gripper_ros.planner import GripperPlanner, NoPlanner, planner_for
-from spiral_gripper_ros.states import Reason, refusal_from_error
+from spiral_gripper import load_description
+from spiral_gripper_ros.control.states import Reason, refusal_from_error
+from spiral_gripper_ros.planning.loaded_gripper import MEASURED_STEP, LoadedGripper
+from spiral_gripper_ros.planning.mount_follower import MountFollower
+from spiral_gripper_ros.planning.planner import (
+    GripperPlanner,
+    NoPlanner,
+    PlannerFailedError,
+    StillLoadingError,
+    planner_for,
+)
 
 SIDEWAYS = (0.0, 0.0, -9.80665)
 
@@ -27,10 +34,11 @@ class LaterPool:
     """Runs work only when the test says so."""
 
     def __init__(self):
-        self.waiting = []
+        self.waiting, self.jobs = [], []
 
     def submit(self, work, *arguments):
         future = Future()
+        self.jobs.append(future)
         self.waiting.append(lambda: future.set_result(work(*arguments)))
         return future
 
@@ -123,8 +131,21 @@ def test_only_the_newest_gravity_is_solved_after_the_running_one(planner, grippe
     assert pool.waiting == []
 
 
+def test_a_planner_that_cannot_be_made_is_raised_and_nothing_is_planned_any_more(planner, gripper):
+    pool = LaterPool()
+    mount = MountFollower(planner, gripper, pool)
+    mount.want(SIDEWAYS, hysteresis=0.1)
+    (job,) = pool.jobs
+    job.set_exception(ZeroDivisionError("broken on purpose"))
+    with pytest.raises(ZeroDivisionError):
+        mount.poll()
+    with pytest.raises(PlannerFailedError, match="broken on purpose"):
+        mount.planner.plan(0.02)
+    assert mount.poll() is None
+
+
 def test_a_loaded_gripper_solves_a_shape_only_when_something_changed():
-    loaded = LoadedGripper("paper_design_70", (), LaterPool())
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
     assert loaded.planner.gravity == loaded.gripper.gravity
     assert loaded.update_shape(5.0e4, 0.02)
     first = loaded.shape
@@ -137,8 +158,85 @@ def test_a_loaded_gripper_solves_a_shape_only_when_something_changed():
     assert loaded.shape is None
 
 
+def test_the_measured_shape_is_solved_anew_when_the_pressure_has_changed_noticeably():
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    assert loaded.update_measured_shape(5.0e4, 0.02, 1.0e3)
+    first = loaded.measured_shape
+    assert not loaded.update_measured_shape(5.0e4 + MEASURED_STEP, 0.02, 1.0e3)
+    assert loaded.measured_shape is first
+    assert loaded.update_measured_shape(5.0e4 + 1.01 * MEASURED_STEP, 0.02, 1.0e3)
+    assert loaded.measured_shape is not first
+    # Steps that are each too small add up.
+    assert not loaded.update_measured_shape(5.0e4 + 2.0 * MEASURED_STEP, 0.02, 1.0e3)
+    assert loaded.update_measured_shape(5.0e4 + 2.1 * MEASURED_STEP, 0.02, 1.0e3)
+    assert loaded.update_measured_shape(5.0e4 + 2.1 * MEASURED_STEP, 0.03, 1.0e3)
+    assert not loaded.update_measured_shape(None, 0.03, 1.0e3)
+    assert loaded.measured_shape is None
+
+
+@pytest.mark.parametrize(
+    ("pressure", "at"),
+    [(-900.0, 0.0), ("limit + 900", "limit"), (-1100.0, None), ("limit + 1100", None)],
+)
+def test_a_pressure_just_outside_the_description_counts_as_its_bound(gripper, pressure, at):
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    limit = gripper.pressure_max
+    values = {"limit": limit, "limit + 900": limit + 900.0, "limit + 1100": limit + 1100.0}
+    loaded.update_measured_shape(values.get(pressure, pressure), None, 1.0e3)
+    if at is None:
+        assert loaded.measured_shape is None
+    else:
+        expected = loaded.planner.shape(values.get(at, at), None).state.tip_position
+        assert loaded.measured_shape.state.tip_position == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("pressure", [math.nan, math.inf, -math.inf])
+def test_a_pressure_that_is_no_number_has_no_shape(pressure):
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    assert not loaded.update_measured_shape(pressure, 0.02, 1.0e3)
+    assert loaded.measured_shape is None
+
+
+def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(planner):
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    pressure = planner.plan(0.02).pressure
+    loaded.update_shape(pressure, 0.02)
+    loaded.update_measured_shape(None, 0.02, 1.0e3)
+    assert loaded.regime is WrapRegime.PERFECT_WRAP
+    loaded.update_measured_shape(0.8 * pressure, 0.02, 1.0e3)
+    assert loaded.regime is WrapRegime.OVERHANG
+    loaded.update_measured_shape(1.0e6, 0.02, 1.0e3)
+    assert loaded.regime is None
+
+
 def test_a_given_gravity_replaces_the_descriptions():
-    assert LoadedGripper("paper_design_70", SIDEWAYS, LaterPool()).planner.gravity == SIDEWAYS
+    assert LoadedGripper.ready("paper_design_70", SIDEWAYS, LaterPool()).planner.gravity == SIDEWAYS
+
+
+def test_a_gripper_that_is_being_loaded_says_so_until_its_planner_is_ready():
+    pool = LaterPool()
+    loaded = LoadedGripper.loading(load_description("prototype_p1"), SIDEWAYS, pool)
+    assert loaded.is_loading
+    assert loaded.gripper.name == "prototype_p1"
+    with pytest.raises(StillLoadingError, match="prototype_p1 is being loaded"):
+        loaded.planner.plan(0.02)
+    assert not loaded.update_shape(0.0, None)
+    pool.run()
+    planner = loaded.mount.poll()
+    assert planner is loaded.planner
+    assert planner.gravity == SIDEWAYS
+    assert not loaded.is_loading
+    assert loaded.update_shape(0.0, None)
+
+
+def test_a_gripper_that_cannot_be_planned_for_is_no_longer_loading():
+    pool = LaterPool()
+    description = load_description("prototype_p1")
+    description = replace(description, gripper=replace(description.gripper, turns_required=50.0))
+    loaded = LoadedGripper.loading(description, (), pool)
+    pool.run()
+    assert isinstance(loaded.mount.poll(), NoPlanner)
+    assert not loaded.is_loading
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,9 @@ from dataclasses import replace
 
 import pytest
 
-from spiral_gripper_ros.limits import Limits
-from spiral_gripper_ros.radius_gate import RadiusGate
-from spiral_gripper_ros.states import Reason
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.radius_gate import RadiusGate
+from spiral_gripper_ros.control.states import Reason
 
 RANGE = (0.01, 0.04)
 LIMITS = Limits(pressure_cap=1.0e5, radius_rate_limit=0.05, radius_jump_limit=0.002)

@@ -9,10 +9,11 @@ from ros.fakes import FakePlanner
 
 from spiral_core import InvalidInputError, SolverError
 from spiral_core.rod import RodStatus
-from spiral_gripper_ros.limits import Limits, TimeoutPolicy
-from spiral_gripper_ros.pressure_ramp import LONGEST_STEP
-from spiral_gripper_ros.states import Reason, Refusal, State
-from spiral_gripper_ros.supervisor import Supervisor
+from spiral_gripper_ros.control.inner_clock import LONGEST_LEAP, InnerClock
+from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
+from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
+from spiral_gripper_ros.control.states import Reason, Refusal, State
+from spiral_gripper_ros.control.supervisor import Supervisor
 
 LIMITS = Limits(
     pressure_cap=9.0e4,
@@ -24,6 +25,7 @@ LIMITS = Limits(
     radius_hysteresis=0.0005,
 )
 TICK = 0.02
+BOOM = Refusal(Reason.INTERNAL_ERROR, "boom")
 
 
 class Bench:
@@ -230,7 +232,7 @@ def test_release_vents_at_once_and_stays_vented_until_rearmed(gripping):
 
 
 def test_a_fault_vents_and_stays_until_rearmed(gripping):
-    gripping.supervisor.fail("boom")
+    gripping.supervisor.fault(BOOM)
     assert set(gripping.run(1.0, radius=0.02)) == {0.0}
     assert (gripping.state, gripping.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
     gripping.supervisor.release()
@@ -249,7 +251,7 @@ def test_rearm_changes_nothing_while_it_follows_and_is_refused_while_inactive(gr
 @pytest.mark.parametrize("event", ["release", "fail"])
 def test_nothing_leaves_the_inactive_state_but_activation(event):
     supervisor = Supervisor(LIMITS)
-    supervisor.fail("boom") if event == "fail" else supervisor.release()
+    supervisor.fault(BOOM) if event == "fail" else supervisor.release()
     assert supervisor.snapshot().state is State.INACTIVE
     supervisor.activate()
     assert supervisor.snapshot().state is State.WAITING
@@ -311,6 +313,17 @@ def test_a_time_that_is_none_is_an_error(bench, now):
         bench.supervisor.command(now)
 
 
+@given(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))
+def test_inner_time_never_runs_backwards_and_never_ends(readings):
+    clock = InnerClock()
+    times = [clock.advance(reading) for reading in readings]
+    for before, after in itertools.pairwise(times):
+        assert 0.0 <= after - before <= LONGEST_LEAP * (1.0 + 1e-9)
+    clock.advance(0.0)
+    before = clock.now
+    assert clock.advance(0.02) - before == pytest.approx(0.02, abs=1e-6)
+
+
 EVENTS = st.one_of(
     st.tuples(st.just("radius"), st.floats(allow_nan=True, allow_infinity=True)),
     st.tuples(st.just("radius"), st.floats(0.005, 0.05)),
@@ -337,7 +350,7 @@ def test_whatever_happens_cap_and_rate_hold_and_it_can_grip_again(events, policy
         elif name == "replan":
             supervisor.replan(bench.planner)
         elif name == "fail":
-            supervisor.fail("boom")
+            supervisor.fault(BOOM)
         elif name != "wait":
             getattr(supervisor, name)()
         bench.now += value if name == "wait" else TICK

@@ -1,0 +1,1 @@
+"""Benchmarks of the gripper's node: ``python -m benchmarks.ros``."""

@@ -1,0 +1,62 @@
+"""Several grippers in one process: ``python -m benchmarks.ros.many_grippers``.
+
+The node is a class like any other: make as many as there are grippers, each in a namespace of its
+own, and give them one executor. ``SPIRAL_GRIPPERS`` says how many, ``SPIRAL_EXECUTOR=rclpy`` takes
+rclpy's own executor, to compare with.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from benchmarks.ros.session import PROMPT
+from spiral_gripper_ros.node.gripper_node import GripperNode
+from spiral_gripper_ros.node.main import SWITCH_INTERVAL
+from spiral_gripper_ros.node.quick_executor import QuickExecutor
+from spiral_gripper_ros.node.quiet_memory import QuietMemory
+from spiral_gripper_ros.node.stop_signals import StopSignals
+
+MODULE = "benchmarks.ros.many_grippers"
+PARAMETERS = {**PROMPT, "pressure_fault_policy": "vent"}
+
+
+def main() -> None:
+    """Run the grippers until a stop signal; then vent all of them."""
+    signals = StopSignals()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    own = os.environ.get("SPIRAL_EXECUTOR") != "rclpy"
+    executor = QuickExecutor() if own else SingleThreadedExecutor()
+    grippers = [gripper(index) for index in range(int(os.environ.get("SPIRAL_GRIPPERS", "10")))]
+    for node in grippers:
+        executor.add_node(node)
+        node.start()
+    QuietMemory().settle(grippers)
+    signals.defer()
+    while not signals.requested:
+        executor.spin_once(timeout_sec=0.05)
+    for node in grippers:
+        node.vent()
+    executor.shutdown()
+    for node in grippers:
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def gripper(index: int) -> GripperNode:
+    """Return one of them; its namespace and parameters are its own, not those of the process."""
+    return GripperNode(
+        namespace=f"/many/gripper_{index}",
+        use_global_arguments=False,
+        parameter_overrides=[Parameter(name, value=value) for name, value in PARAMETERS.items()],
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,30 @@
+"""How a command reaches its ROS 2 side, which is not installed everywhere."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Final
+
+import click
+
+ROS_SIDE: Final = ("rclpy", "spiral_gripper_msgs", "spiral_gripper_ros")
+
+
+def load_ros_side(module: str) -> ModuleType:
+    """Return a module of ``spiral_gripper_ros``, or say in one line that there is no ROS 2.
+
+    Args:
+        module: its dotted name below the package.
+
+    Raises:
+        click.ClickException: a part of the ROS 2 side is not installed.
+    """
+    missing = [name for name in ROS_SIDE if find_spec(name) is None]
+    if missing:
+        raise click.ClickException(
+            f"this command needs ROS 2, and {missing[0]} is not installed here: "
+            "pip install spiral-gripper brings it on Linux x86-64 with Python 3.10 to 3.13"
+        )
+    return import_module(f"spiral_gripper_ros.{module}")

@@ -1,0 +1,116 @@
+"""The node without hardware: a simulated regulator, gripper and object; RViz if wanted."""
+
+from __future__ import annotations
+
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction, Shutdown
+from launch.conditions import IfCondition
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, ThisLaunchFileDir
+from launch_ros.actions import Node
+
+# Arguments that set the simulator's parameter of their name, with their types.
+SETTINGS = {
+    "gripper": str,
+    "profile": str,
+    "radius": float,
+    "recording": str,
+    "fault": str,
+    "estimate_noise": float,
+    "stiffness_factor": float,
+    "real_time_factor": float,
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    return LaunchDescription(
+        [
+            *_arguments(),
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/gripper.launch.py"]),
+                launch_arguments={
+                    "gripper": LaunchConfiguration("gripper"),
+                    "namespace": LaunchConfiguration("namespace"),
+                    "parameters": LaunchConfiguration("parameters"),
+                    "use_sim_time": LaunchConfiguration("use_sim_time"),
+                }.items(),
+            ),
+            OpaqueFunction(function=simulator),
+            Node(
+                package="rviz2",
+                executable="rviz2",
+                namespace=LaunchConfiguration("namespace"),
+                arguments=["-d", [ThisLaunchFileDir(), "/../rviz/spiral_gripper.rviz"]],
+                condition=IfCondition(LaunchConfiguration("rviz")),
+            ),
+        ]
+    )
+
+
+def simulator(context: LaunchContext) -> list[object]:
+    given = {name: LaunchConfiguration(name).perform(context) for name in SETTINGS}
+    values = {name: SETTINGS[name](value) for name, value in given.items() if value}
+    if "recording" in values:
+        values.setdefault("profile", "recording")
+    return [
+        # Two nodes in one process: no name here, which would be given to both.
+        Node(
+            package="spiral_gripper_ros",
+            executable="spiral_gripper_simulator",
+            namespace=LaunchConfiguration("namespace"),
+            output="screen",
+            parameters=[
+                {
+                    "publish_clock": LaunchConfiguration("use_sim_time").perform(context) == "true",
+                    **values,
+                }
+            ],
+            on_exit=[OpaqueFunction(function=end_without_simulator)],
+        )
+    ]
+
+
+def end_without_simulator(context: LaunchContext) -> list[Shutdown]:
+    return [] if context.is_shutdown else [Shutdown(reason="the simulator has ended")]
+
+
+def _arguments() -> list[DeclareLaunchArgument]:
+    described = {
+        "namespace": "of all nodes",
+        "profile": "the object's radius over time: constant, step, sine, recording or none",
+        "radius": "the object's radius [m]; not given: the middle of what the gripper grips",
+        "recording": "CSV file of time [s], radius [m], label, played in a loop",
+        "estimate_noise": "deviation of the radius estimates [m]",
+        "fault": "of the regulator: none, leak, stuck_valve or lost_link",
+        "stiffness_factor": "how stiff the gripper really is, as a multiple of what is described",
+        "real_time_factor": "speed of the simulation; acts when use_sim_time is true",
+    }
+    return [
+        *(
+            DeclareLaunchArgument(name, default_value="", description=text)
+            for name, text in described.items()
+        ),
+        DeclareLaunchArgument(
+            "gripper",
+            default_value="paper_design_70",
+            description="of node and simulator, whatever the parameters file says: shipped "
+            "gripper's name, or path of a description file",
+        ),
+        DeclareLaunchArgument(
+            "parameters",
+            default_value=[ThisLaunchFileDir(), "/../config/gripper.yaml"],
+            description="YAML file of the gripper node's parameters",
+        ),
+        DeclareLaunchArgument(
+            "use_sim_time",
+            default_value="false",
+            choices=["true", "false"],
+            description="whether the simulator publishes /clock, and the node lives in its time",
+        ),
+        DeclareLaunchArgument(
+            "rviz",
+            default_value="false",
+            choices=["true", "false"],
+            description="whether RViz is started too",
+        ),
+    ]

@@ -1,0 +1,11 @@
+"""A Python client in the style of Nav2's simple commander: :class:`SpiralGripper`."""
+
+from spiral_gripper_ros.client.answers import (
+    NoAnswerError,
+    RequestRefusedError,
+    WrapOutcome,
+    WrapResult,
+)
+from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
+
+__all__ = ["NoAnswerError", "RequestRefusedError", "SpiralGripper", "WrapOutcome", "WrapResult"]

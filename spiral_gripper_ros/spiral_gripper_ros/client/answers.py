@@ -1,0 +1,89 @@
+"""What a Python program is told of a gripper: results and errors. No ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from spiral_core.errors import SpiralError
+from spiral_gripper_ros.control.states import Reason
+
+
+class WrapOutcome(Enum):
+    """How a wrap has ended."""
+
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELED = "canceled"
+
+
+@dataclass(frozen=True, slots=True)
+class WrapResult:
+    """How a wrap has ended, and the figures that go with it.
+
+    Args:
+        outcome: how.
+        reason: why it failed or was canceled; ``Reason.NONE`` otherwise.
+        message: one line for people.
+        object_radius: [m].
+        pressure_command: gauge pressure commanded at the end [Pa].
+        measured_pressure: gauge pressure [Pa], or None if it is not measured: the wrap is then
+            reached as commanded.
+        turns: about the object's axis, at the wrap's pressure.
+        contact_length: length of gripper that touches [m].
+        line_force: normal force on the object per length of gripper [N/m].
+        elapsed: time from the goal's acceptance to its end [s].
+    """
+
+    outcome: WrapOutcome
+    reason: Reason
+    message: str
+    object_radius: float
+    pressure_command: float
+    measured_pressure: float | None
+    turns: float
+    contact_length: float
+    line_force: float
+    elapsed: float
+
+
+class NoAnswerError(SpiralError, TimeoutError):
+    """What was waited for has not come.
+
+    Attributes:
+        missing: what it is, and how to get it.
+        timeout: how long it was waited for [s].
+
+    Example:
+        >>> print(NoAnswerError("release does not answer", 10.0))
+        release does not answer (waited 10 s)
+    """
+
+    def __init__(self, missing: str, timeout: float) -> None:
+        super().__init__(missing, timeout)
+        self.missing = missing
+        self.timeout = timeout
+
+    def __str__(self) -> str:
+        return f"{self.missing} (waited {self.timeout:.3g} s)"
+
+
+class RequestRefusedError(SpiralError):
+    """The gripper does not do what it was asked for.
+
+    Attributes:
+        request: what.
+        message: why not.
+
+    Example:
+        >>> print(RequestRefusedError("rearm", "the node is not active"))
+        rearm is refused: the node is not active
+    """
+
+    def __init__(self, request: str, message: str) -> None:
+        super().__init__(request, message)
+        self.request = request
+        self.message = message
+
+    def __str__(self) -> str:
+        return f"{self.request} is refused: {self.message}"

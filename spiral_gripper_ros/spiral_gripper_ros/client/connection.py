@@ -1,0 +1,83 @@
+"""A node of one's own, spun within calls: what a Python program needs to speak to a gripper."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from spiral_core.validation import require_positive
+from spiral_gripper_ros.client.answers import NoAnswerError
+
+# The executor looks so often whether what it waits for has happened [s].
+SPIN_PERIOD = 0.05
+_numbers = itertools.count(1)
+
+
+class Connection:
+    """A node that is spun within calls only; every wait has an end.
+
+    If nobody has initialized rclpy, this does, in a context of its own, for as long as it is open.
+
+    Args:
+        namespace: of the node.
+        answer_timeout: longest time that a question may take [s], > 0.
+        missing: says what is missing when nobody answers.
+
+    Attributes:
+        node: the node.
+    """
+
+    def __init__(self, namespace: str, answer_timeout: float, missing: Callable[[], str]) -> None:
+        self._answer_timeout = require_positive("answer_timeout", answer_timeout)
+        self._missing = missing
+        self._own: Context | None = None
+        if not rclpy.ok():
+            self._own = Context()
+            rclpy.init(context=self._own, signal_handler_options=SignalHandlerOptions.NO)
+        name = f"spiral_gripper_client_{os.getpid()}_{next(_numbers)}"
+        self.node = Node(name, namespace=namespace, context=self._own)
+        self._executor = SingleThreadedExecutor(context=self._own)
+        self._executor.add_node(self.node)
+
+    def close(self) -> None:
+        """Destroy the node."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+        if self._own is not None:
+            rclpy.shutdown(context=self._own)
+
+    def spin_until(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Handle what arrives until a condition holds; return whether it did in time [s]."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            remaining = deadline - time.monotonic()
+            if not remaining > 0.0:
+                return False
+            self._executor.spin_once(timeout_sec=min(SPIN_PERIOD, remaining))
+        return True
+
+    def require(self, condition: Callable[[], bool]) -> None:
+        """Handle what arrives until a condition holds; raise what is missing if it does not."""
+        if not self.spin_until(condition, self._answer_timeout):
+            raise NoAnswerError(self._missing(), self._answer_timeout)
+
+    def answer(self, future: Future, name: str) -> Any:  # noqa: ANN401
+        """Return what a future will hold; raise if it takes too long."""
+        if not self.spin_until(future.done, self._answer_timeout):
+            raise NoAnswerError(f"{name} does not answer", self._answer_timeout)
+        return future.result()
+
+    def call(self, client: Any, request: Any) -> Any:  # noqa: ANN401
+        """Return a service's answer."""
+        self.require(client.service_is_ready)
+        return self.answer(client.call_async(request), client.srv_name)

@@ -1,0 +1,291 @@
+"""A gripper for Python programs: wrap, wait, release, without a line of ROS.
+
+It spins a node of its own within each call and starts no thread, so that it works in a script,
+beside other nodes, and inside another node's callback alike.
+"""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from spiral_core.validation import require_non_negative, require_positive
+from spiral_gripper_msgs.action import Grasp
+from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.srv import PlanWrap
+from spiral_gripper_ros.client.answers import (
+    NoAnswerError,
+    RequestRefusedError,
+    WrapOutcome,
+    WrapResult,
+)
+from spiral_gripper_ros.client.connection import Connection
+from spiral_gripper_ros.control.grasp import AbortPolicy
+from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.node.qos import LATEST
+
+# is_done and status let messages arrive for so long [s].
+GLANCE = 0.1
+_ABORT_POLICIES = {
+    None: Grasp.Goal.ABORT_DEFAULT,
+    AbortPolicy.VENT: Grasp.Goal.ABORT_VENT,
+    AbortPolicy.HOLD: Grasp.Goal.ABORT_HOLD,
+}
+_OUTCOMES = {
+    GoalStatus.STATUS_SUCCEEDED: WrapOutcome.SUCCEEDED,
+    GoalStatus.STATUS_CANCELED: WrapOutcome.CANCELED,
+}
+
+
+class SpiralGripper:
+    """A gripper whose node runs, here or on another machine; a context manager.
+
+    Every wait has an end: what does not come in time is a :class:`NoAnswerError` that names it.
+    If nobody has initialized rclpy, this does, in a context of its own, for as long as it is open.
+
+    Args:
+        namespace: of the gripper's node, such as "/left".
+        answer_timeout: longest time that the node may take to answer [s], > 0.
+
+    Example::
+
+        with SpiralGripper() as gripper:
+            gripper.wait_until_active(timeout=60.0)
+            gripper.wrap(radius=0.02)
+            print(gripper.wait(timeout=20.0).message)
+            gripper.release()
+    """
+
+    def __init__(self, namespace: str = "", answer_timeout: float = 10.0) -> None:
+        self._link = Connection(namespace, answer_timeout, self._missing)
+        node = self._link.node
+        self._grasp = ActionClient(node, Grasp, "grasp")
+        self._plan = node.create_client(PlanWrap, "plan_wrap")
+        self._release = node.create_client(Trigger, "release")
+        self._rearm = node.create_client(Trigger, "rearm")
+        self._statuses = 0
+        self._status: GripStatus | None = None
+        node.create_subscription(GripStatus, "status", self._on_status, LATEST)
+        self._goal: Any = None
+        self._result: Future | None = None
+        self._feedback: Grasp.Feedback | None = None
+
+    def close(self) -> None:
+        """End the connection; what the gripper does is not changed by it."""
+        self._grasp.destroy()
+        self._link.close()
+
+    def __enter__(self) -> SpiralGripper:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    # --- the gripper ---------------------------------------------------------------------------
+
+    def wait_until_active(self, timeout: float) -> None:
+        """Wait until the gripper's node is active.
+
+        Args:
+            timeout: longest wait [s], > 0; the first start ever of a node compiles for about 10 s.
+
+        Raises:
+            NoAnswerError: it is not; the message says what there is and how to go on.
+        """
+        require_positive("timeout", timeout)
+        seen = self._statuses
+
+        def is_active() -> bool:
+            fresh = self._statuses > seen and self._status is not None
+            active = fresh and self._status.state != State.INACTIVE  # type: ignore[union-attr]
+            return active and self._grasp.server_is_ready()
+
+        if not self._link.spin_until(is_active, timeout):
+            raise NoAnswerError(self._missing(), timeout)
+
+    @property
+    def status(self) -> GripStatus | None:
+        """What the gripper does, or None if nothing was heard of it; takes a tenth of a second."""
+        seen = self._statuses
+        self._link.spin_until(lambda: self._statuses > seen, GLANCE)
+        return self._status
+
+    def plan(self, radius: float, overpressure: float = 0.0) -> PlanWrap.Response:
+        """Ask whether an object can be wrapped, and with what; moves nothing.
+
+        Args:
+            radius: of the object [m], > 0.
+            overpressure: above the wrap's pressure [Pa], >= 0.
+
+        Returns:
+            The answer of `plan_wrap`; what cannot be wrapped is an answer too.
+
+        Raises:
+            InvalidInputError: a figure is not possible.
+            NoAnswerError: the node does not answer.
+        """
+        request = PlanWrap.Request(
+            object_radius=require_positive("radius", radius),
+            overpressure=require_non_negative("overpressure", overpressure),
+        )
+        return self._link.call(self._plan, request)
+
+    def release(self) -> None:
+        """Vent; the gripper stays vented until `rearm` or the next wrap.
+
+        Raises:
+            NoAnswerError: the node does not answer.
+        """
+        self._link.call(self._release, Trigger.Request())
+
+    def rearm(self) -> None:
+        """Follow `object_radius` again, after a release or a fault.
+
+        Raises:
+            RequestRefusedError: there is nothing to re-arm, for instance; its message says.
+            NoAnswerError: the node does not answer.
+        """
+        answer = self._link.call(self._rearm, Trigger.Request())
+        if not answer.success:
+            raise RequestRefusedError("rearm", answer.message)
+
+    # --- one wrap ------------------------------------------------------------------------------
+
+    def wrap(
+        self,
+        radius: float | None,
+        overpressure: float = 0.0,
+        timeout: float | None = None,
+        abort_policy: AbortPolicy | None = None,
+    ) -> bool:
+        """Start to wrap an object, in place of what is being wrapped; does not wait for the end.
+
+        Args:
+            radius: of the object [m], > 0, or None for the radius that is being followed.
+            overpressure: held above the wrap's pressure [Pa], >= 0.
+            timeout: longest time until the wrap is reached [s], > 0; None: as the node's
+                parameter says.
+            abort_policy: what becomes of the pressure if it fails; None: as the parameter says.
+
+        Returns:
+            Whether the node has accepted the goal. Why it cannot be done is in :meth:`result`.
+
+        Raises:
+            InvalidInputError: a figure is not possible.
+            NoAnswerError: the node does not answer.
+        """
+        goal = Grasp.Goal(
+            object_radius=0.0 if radius is None else require_positive("radius", radius),
+            overpressure=require_non_negative("overpressure", overpressure),
+            timeout=0.0 if timeout is None else require_positive("timeout", timeout),
+            abort_policy=_ABORT_POLICIES[abort_policy],
+        )
+        self._link.require(self._grasp.server_is_ready)
+        self._goal = self._result = self._feedback = None
+        answer = self._grasp.send_goal_async(goal, feedback_callback=self._on_feedback)
+        handle = self._link.answer(answer, "grasp")
+        if handle.accepted:
+            self._goal, self._result = handle, handle.get_result_async()
+        return bool(handle.accepted)
+
+    def is_done(self) -> bool:
+        """Return whether no wrap is running; takes up to a tenth of a second.
+
+        Raises:
+            NoAnswerError: the node is gone, so that the end of the wrap will never be known.
+        """
+        if self._result is None or self._link.spin_until(self._result.done, GLANCE):
+            return True
+        if not self._grasp.server_is_ready():
+            raise NoAnswerError(self._missing(), GLANCE)
+        return False
+
+    def feedback(self) -> Grasp.Feedback | None:
+        """Return how the wrap goes, as last heard; None: nothing yet."""
+        return self._feedback
+
+    def result(self) -> WrapResult | None:
+        """Return how the last wrap has ended; None: there is none, or it has not ended."""
+        if self._result is None or not self._result.done():
+            return None
+        return _wrap_result(self._result.result())
+
+    def wait(self, timeout: float) -> WrapResult:
+        """Wait until the wrap has ended and return how.
+
+        Args:
+            timeout: longest wait [s], > 0.
+
+        Raises:
+            RequestRefusedError: no wrap has been started.
+            NoAnswerError: it has not ended in time; it goes on.
+        """
+        deadline = time.monotonic() + require_positive("timeout", timeout)
+        if self._result is None:
+            raise RequestRefusedError("wait", "no wrap has been started")
+        while not self.is_done():
+            if time.monotonic() > deadline:
+                raise NoAnswerError("the wrap has not ended; it goes on", timeout)
+        return _wrap_result(self._result.result())
+
+    def cancel(self) -> bool:
+        """Cancel the wrap; return whether it was still running. :meth:`wait` tells how it ended.
+
+        Raises:
+            NoAnswerError: the node does not answer.
+        """
+        if self._goal is None or self.is_done():
+            return False
+        answer = self._link.answer(self._goal.cancel_goal_async(), "grasp (cancel)")
+        return len(answer.goals_canceling) > 0
+
+    # --- inside --------------------------------------------------------------------------------
+
+    def _on_status(self, status: GripStatus) -> None:
+        self._status = status
+        self._statuses += 1
+
+    def _on_feedback(self, message: Any) -> None:  # noqa: ANN401
+        self._feedback = message.feedback
+
+    def _missing(self) -> str:
+        """Return what there is of the gripper's node, and how to go on."""
+        namespace = self._link.node.get_namespace()
+        node = f"{namespace.rstrip('/')}/spiral_gripper"
+        if not self._release.service_is_ready():
+            return (
+                f"no gripper's node answers in the namespace {namespace}: start one with "
+                f"`spiral_gripper_node --ros-args -r __ns:={namespace}`, and compare ROS_DOMAIN_ID"
+            )
+        return (
+            f"the node {node} is there but not active: `ros2 lifecycle set {node} configure`, "
+            "then `activate`; its log says why if that fails"
+        )
+
+
+def _wrap_result(response: Any) -> WrapResult:  # noqa: ANN401
+    """Return what the answer to a question for the result says."""
+    result = response.result
+    return WrapResult(
+        outcome=_OUTCOMES.get(response.status, WrapOutcome.FAILED),
+        reason=Reason(result.reason),
+        message=result.message or "the node no longer knows the goal",
+        object_radius=result.object_radius,
+        pressure_command=result.pressure_command,
+        measured_pressure=result.measured_pressure if result.measured else None,
+        turns=result.turns,
+        contact_length=result.contact_length,
+        line_force=result.line_force,
+        elapsed=result.elapsed,
+    )

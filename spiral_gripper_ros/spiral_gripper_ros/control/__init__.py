@@ -1,0 +1,1 @@
+"""What is commanded and why: the control logic, without ROS."""

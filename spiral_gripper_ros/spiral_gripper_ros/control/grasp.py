@@ -1,0 +1,85 @@
+"""A grasp as others see it: what is asked for, and what has become of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Generic
+
+from spiral_gripper_ros.control.plan_protocol import PlanT
+from spiral_gripper_ros.control.states import Reason, Refusal
+
+
+class AbortPolicy(Enum):
+    """What becomes of the pressure when a grasp is canceled or fails."""
+
+    VENT = "vent"  # 0 Pa at once, until re-armed or the next goal
+    HOLD = "hold"  # the command at that moment stands
+
+
+class GraspOutcome(Enum):
+    """How far a grasp is."""
+
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELED = "canceled"
+
+
+@dataclass(frozen=True, slots=True)
+class GraspGoal:
+    """What a grasp asks for; any float, judged when the grasp is started.
+
+    Args:
+        radius: of the object [m], or None for the radius that is being followed.
+        overpressure: held above the pressure of the perfect wrap [Pa], >= 0.
+        timeout: longest time until the wrap is reached [s], > 0, or None for ``grasp_timeout``.
+        abort_policy: what becomes of the pressure if it fails, or None for ``grasp_abort_policy``.
+    """
+
+    radius: float | None
+    overpressure: float = 0.0
+    timeout: float | None = None
+    abort_policy: AbortPolicy | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GraspReport(Generic[PlanT]):
+    """What has become of a grasp; final once ``outcome`` is not ``RUNNING``.
+
+    Args:
+        outcome: how far it is.
+        refusal: why it failed or was canceled; ``Reason.NONE`` otherwise.
+        radius: of the object [m].
+        plan: the wrap that it aims for.
+        elapsed: time from its acceptance to its end, or until now [s].
+        progress: the command's part of the way to its target, 0 to 1.
+    """
+
+    outcome: GraspOutcome
+    refusal: Refusal
+    radius: float
+    plan: PlanT
+    elapsed: float
+    progress: float
+
+
+def impossible_goal(goal: GraspGoal) -> Refusal | None:
+    """Return what no gripper could do about a goal's overpressure or time-out, or None.
+
+    Example:
+        >>> impossible_goal(GraspGoal(radius=0.02, overpressure=-1.0)).text
+        'overpressure must be a non-negative finite number, got -1 Pa'
+    """
+    if not (math.isfinite(goal.overpressure) and goal.overpressure >= 0.0):
+        return Refusal(
+            Reason.INVALID_REQUEST,
+            f"overpressure must be a non-negative finite number, got {goal.overpressure:.6g} Pa",
+        )
+    if goal.timeout is not None and not (math.isfinite(goal.timeout) and goal.timeout > 0.0):
+        return Refusal(
+            Reason.INVALID_REQUEST,
+            f"timeout must be a positive finite number, got {goal.timeout:.6g} s",
+        )
+    return None

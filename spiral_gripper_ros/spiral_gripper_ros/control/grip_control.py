@@ -1,0 +1,281 @@
+"""The whole control logic of the node: the command, the measured pressure, and grasps. No ROS."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Generic
+
+from spiral_core.wrap import WrapRegime
+from spiral_gripper_ros.control.grasp import (
+    AbortPolicy,
+    GraspGoal,
+    GraspOutcome,
+    GraspReport,
+    impossible_goal,
+)
+from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
+from spiral_gripper_ros.control.grasp_log import GraspLog
+from spiral_gripper_ros.control.limits import FaultPolicy, Limits
+from spiral_gripper_ros.control.plan_protocol import Planner, PlanT
+from spiral_gripper_ros.control.pressure_monitor import PressureMonitor
+from spiral_gripper_ros.control.refusals import GRASP_CANCELED, GRASP_REPLACED, RECONFIGURED, cause
+from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
+from spiral_gripper_ros.control.supervisor import Supervisor
+
+
+class GripControl(Generic[PlanT]):
+    """Commands the pressure, watches the measured one, and carries out grasps.
+
+    Times are seconds of any clock. Should that clock run backwards, no time passes until it runs
+    forward again.
+
+    Args:
+        limits: what no command may exceed and how inputs are judged.
+
+    Example:
+        >>> control = GripControl(Limits(pressure_cap=1.0e5))
+        >>> control.activate()
+        >>> control.command(now=0.0), control.snapshot().state.name
+        (0.0, 'WAITING')
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._supervisor: Supervisor[PlanT] = Supervisor(limits)
+        self._monitor = PressureMonitor()
+        self._time = 0.0
+        self._regime: WrapRegime | None = None
+        self._grasps: GraspLog[PlanT] = GraspLog()
+
+    # --- life cycle --------------------------------------------------------------------------
+
+    def activate(self) -> None:
+        """Start waiting for radii and goals; nothing of an earlier activation is remembered."""
+        self.deactivate()
+        self._supervisor.activate()
+        self._monitor.forget()
+
+    def deactivate(self) -> None:
+        """Vent, and stay vented until activated."""
+        self._supervisor.deactivate()
+        self._follow()
+
+    def release(self) -> None:
+        """Vent, and stay vented until re-armed, a grasp or the next activation."""
+        self._supervisor.release()
+        self._follow()
+
+    def reload(self) -> None:
+        """Vent because another gripper is being loaded, and stay vented as after a release."""
+        self._supervisor.let_go(RECONFIGURED)
+        self._follow()
+
+    def rearm(self) -> Refusal | None:
+        """Follow radii again after a release or a fault; return why not if that cannot be."""
+        fault = self._monitor.fault
+        if fault.reason is not Reason.NONE and self._vents_at_faults() and self._is(State.FAULT):
+            return Refusal(fault.reason, f"the fault is still there: {fault.text}")
+        return self._supervisor.rearm()
+
+    def fail(self, text: str, reason: Reason = Reason.INTERNAL_ERROR) -> None:
+        """Vent because of a fault, and stay vented until re-armed or activated anew."""
+        self._supervisor.fault(Refusal(reason, text))
+        self._follow()
+
+    # --- inputs ------------------------------------------------------------------------------
+
+    def offer_radius(self, now: float, radius: float, planner: Planner[PlanT]) -> bool:
+        """Judge a radius estimate [m], any float, and aim for its wrap if it is good.
+
+        Returns:
+            Whether that changed the state, the reason or the target.
+        """
+        self._time = self._supervisor.advance(now)
+        return self._supervisor.offer_radius(now, radius, planner)
+
+    def offer_measured(self, now: float, pressure: float) -> Refusal | None:
+        """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is."""
+        self._time = self._supervisor.advance(now)
+        refusal = self._monitor.offer(self._time, pressure, self._limits)
+        if refusal is not None:
+            self._supervisor.count(refusal.reason)
+            return refusal
+        measured, attempt = self._monitor.measured(self._time), self._grasps.running
+        if attempt is not None and measured is not None:
+            target = self._supervisor.snapshot().pressure_target
+            attempt.measured(self._time, measured.pressure, target, self._limits)
+        return None
+
+    def observe(self, now: float, regime: WrapRegime | None) -> None:
+        """Note how the gripper holds the object in use, as it is; None: not known.
+
+        Args:
+            now: time [s].
+            regime: at the measured pressure if it is known, else at the commanded one.
+        """
+        self._time = self._supervisor.advance(now)
+        self._regime = regime
+
+    def replan(self, planner: Planner[PlanT]) -> None:
+        """Aim anew for the radius in use, because gravity has changed."""
+        self._supervisor.replan(planner)
+        self._follow()
+
+    def refuse(self, refusal: Refusal) -> None:
+        """Record that an input is not followed; a target that is being tracked is held."""
+        self._supervisor.refuse(refusal)
+
+    def reconfigure(self, limits: Limits) -> None:
+        """Use other limits from now on; a lower cap cuts the command with the next step."""
+        self._limits = limits
+        self._supervisor.reconfigure(limits)
+        self._follow()
+
+    # --- grasps ------------------------------------------------------------------------------
+
+    def start_grasp(self, now: float, goal: GraspGoal, planner: Planner[PlanT]) -> int | Refusal:
+        """Aim for the wrap of a goal, from any active state but FAULT, instead of what was done.
+
+        Returns:
+            The grasp's ticket, or why not; then nothing has changed.
+        """
+        self._time = self._supervisor.advance(now)
+        refusal = impossible_goal(goal) or self._fault_in_the_way()
+        if refusal is None:
+            refusal = self._supervisor.grasp(now, goal.radius, goal.overpressure, planner)
+        if refusal is not None:
+            return refusal
+        self._grasps.end(self._time, GraspOutcome.FAILED, GRASP_REPLACED)
+        self._regime = None
+        snapshot = self._supervisor.snapshot()
+        attempt = GraspAttempt(goal, self._time, snapshot.pressure_command, self._limits)
+        return self._grasps.start(attempt, snapshot)
+
+    def cancel_grasp(self, now: float, ticket: int) -> None:
+        """End a grasp and let its policy act; one that has ended already stays as it ended."""
+        self._time = self._supervisor.advance(now)
+        if self._grasps.is_running(ticket):
+            self._abort(GraspOutcome.CANCELED, GRASP_CANCELED)
+
+    def grasp_report(self, ticket: int) -> GraspReport[PlanT]:
+        """Return what has become of the grasp that is running or of one of the last that ended.
+
+        Raises:
+            InvalidInputError: there was no such grasp, or it is too long ago.
+        """
+        return self._grasps.report(ticket)
+
+    # --- output ------------------------------------------------------------------------------
+
+    def command(self, now: float) -> float:
+        """Let time pass until ``now`` [s] and return the gauge pressure to command [Pa]."""
+        self._time = self._supervisor.advance(now)
+        self._monitor.check(self._time, self._limits)
+        self._act_on_fault()
+        self._act_on_lateness()
+        pressure = self._supervisor.command(now)
+        self._monitor.commanded(self._time, pressure, self._limits)
+        self._follow()
+        attempt = self._grasps.running
+        if attempt is not None:
+            attempt.commanded(self._time, pressure, self._supervisor.snapshot().pressure_target)
+            self._act_on_success(attempt)
+        return pressure
+
+    def snapshot(self) -> Snapshot[PlanT]:
+        """Return what is commanded and why, and what is measured, as of the last call."""
+        snapshot = self._supervisor.snapshot()
+        return replace(
+            snapshot,
+            measured=self._monitor.measured(self._time),
+            pressure_fault=self._monitor.fault,
+            wrapped=snapshot.radius is not None and self._is_held(),
+        )
+
+    # --- inside ------------------------------------------------------------------------------
+
+    def _is(self, *states: State) -> bool:
+        return self._supervisor.snapshot().state in states
+
+    def _vents_at_faults(self) -> bool:
+        return self._limits.pressure_fault_policy is FaultPolicy.VENT
+
+    def _is_held(self) -> bool:
+        """Return whether the regime seen last holds the object."""
+        curls = self._regime is WrapRegime.CURLING and self._supervisor.overpressure > 0.0
+        return curls or self._regime is WrapRegime.PERFECT_WRAP
+
+    def _is_settled(self, attempt: GraspAttempt) -> bool:
+        is_measured = self._monitor.measured(self._time) is not None
+        return attempt.is_settled(self._time, is_measured, self._limits)
+
+    def _fault_in_the_way(self) -> Refusal | None:
+        """Return the fault of the measured pressure that lets any grasp fail, or None."""
+        fault = self._monitor.fault
+        stays = fault.reason is Reason.NONE or self._is(State.INACTIVE, State.FAULT)
+        return None if stays else fault
+
+    def _act_on_fault(self) -> None:
+        fault = self._monitor.fault
+        if fault.reason is Reason.NONE:
+            return
+        if not self._vents_at_faults():
+            self._abort(GraspOutcome.FAILED, fault)
+        elif not self._is(State.INACTIVE, State.FAULT):
+            self._supervisor.fault(fault)
+            self._follow()
+
+    def _act_on_lateness(self) -> None:
+        attempt = self._grasps.running
+        if attempt is not None and attempt.is_late(self._time):
+            self._abort(GraspOutcome.FAILED, self._lateness(attempt))
+
+    def _lateness(self, attempt: GraspAttempt) -> Refusal:
+        """Return why a grasp was not reached in its time."""
+        snapshot = self.snapshot()
+        pressure = f"command {snapshot.pressure_command:.6g} of {snapshot.pressure_target:.6g} Pa"
+        if snapshot.measured is not None:
+            pressure += f", measured {snapshot.measured.pressure:.6g} Pa"
+        pressure += cause(snapshot.refusal)
+        if snapshot.refusal.reason is Reason.NONE and self._is_settled(attempt):
+            seen = "unknown" if self._regime is None else self._regime.value
+            return Refusal(
+                Reason.WRAP_FAILED,
+                f"the pressure has settled, but it is no perfect wrap: {seen} ({pressure})",
+            )
+        return Refusal(
+            Reason.GRASP_TIMEOUT,
+            f"the wrap was not reached within {attempt.timeout:.3g} s: {pressure}",
+        )
+
+    def _act_on_success(self, attempt: GraspAttempt) -> None:
+        if not self._is_settled(attempt):
+            return
+        if self._supervisor.snapshot().refusal.reason is not Reason.NONE:
+            return
+        not_seen = self._regime is None and self._monitor.measured(self._time) is None
+        if not_seen or self._is_held():
+            self._grasps.end(self._time, GraspOutcome.SUCCEEDED, NOT_REFUSED)
+
+    def _abort(self, outcome: GraspOutcome, refusal: Refusal) -> None:
+        """End the running grasp, if there is one, and let its policy act."""
+        attempt = self._grasps.running
+        if attempt is None:
+            return
+        self._grasps.end(self._time, outcome, refusal)
+        if attempt.abort_policy is AbortPolicy.HOLD:
+            self._supervisor.hold(refusal)
+        else:
+            self._supervisor.let_go(refusal)
+            self._follow()
+
+    def _follow(self) -> None:
+        """Notice what has become of the target: a vent by anything ends a grasp."""
+        snapshot = self._supervisor.snapshot()
+        if snapshot.radius is None:
+            self._regime = None
+        if snapshot.state is State.GRASPING:
+            self._grasps.update(self._time, snapshot)
+        else:
+            self._grasps.end(self._time, GraspOutcome.FAILED, snapshot.refusal)

@@ -1,0 +1,105 @@
+"""The limits that the supervisor keeps, validated together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.validation import require_non_negative, require_positive
+from spiral_gripper_ros.control.grasp import AbortPolicy
+
+
+class TimeoutPolicy(Enum):
+    """What happens when no usable radius has come for ``radius_timeout``."""
+
+    HOLD = "hold"  # keep the last safe target: an object that hides the camera stays gripped
+    VENT = "vent"  # 0 Pa at once
+    RAMP_DOWN = "ramp_down"  # 0 Pa at pressure_rate_down
+
+
+class FaultPolicy(Enum):
+    """What happens when the measured pressure does not do what is commanded."""
+
+    REPORT = "report"  # say so; a grasp goal that is running fails
+    VENT = "vent"  # 0 Pa at once, until re-armed
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What no command may exceed and how inputs are judged.
+
+    Args:
+        pressure_cap: largest gauge pressure ever commanded [Pa], > 0.
+        pressure_rate_up: fastest rise of the command [Pa/s], > 0.
+        pressure_rate_down: fastest fall of the command [Pa/s], > 0; a vent ignores it.
+        radius_timeout: age of the last usable radius at which ``timeout_policy`` acts [s], > 0.
+        timeout_policy: what then happens.
+        radius_rate_limit: fastest believable change of the radius [m/s], > 0.
+        radius_jump_limit: a radius is refused if it is farther than this [m], > 0, from a signal
+            that follows the estimates no faster than ``radius_rate_limit``.
+        radius_hysteresis: the command changes only when the radius has moved by more than this
+            from the one in use [m], >= 0.
+        grasp_timeout: longest time until a grasp's wrap is reached [s], > 0, unless its goal says.
+        grasp_abort_policy: what becomes of the pressure when a grasp fails, unless its goal says.
+        measured_pressure_timeout: age of the last measurement at which it counts as lost [s], > 0.
+        pressure_settle_time: the measured pressure may be where the command was this long ago [s],
+            >= 0; a grasp that is not measured counts as reached so long after its command is.
+        pressure_tolerance: largest difference between measured and commanded pressure that is no
+            fault [Pa], > 0.
+        pressure_fault_policy: what happens at a fault of the measured pressure.
+
+    Raises:
+        InvalidInputError: a limit is not finite, has the wrong sign, or is of the wrong type.
+
+    Example:
+        >>> Limits(pressure_cap=float("nan"))
+        Traceback (most recent call last):
+            ...
+        spiral_core.errors.InvalidInputError: pressure_cap must be a positive finite number, got nan
+    """
+
+    pressure_cap: float
+    pressure_rate_up: float = 1.0e5
+    pressure_rate_down: float = 2.0e5
+    radius_timeout: float = 1.0
+    timeout_policy: TimeoutPolicy = TimeoutPolicy.HOLD
+    radius_rate_limit: float = 0.05
+    radius_jump_limit: float = 0.002
+    radius_hysteresis: float = 0.0001
+    grasp_timeout: float = 10.0
+    grasp_abort_policy: AbortPolicy = AbortPolicy.VENT
+    measured_pressure_timeout: float = 0.5
+    pressure_settle_time: float = 0.5
+    pressure_tolerance: float = 1000.0
+    pressure_fault_policy: FaultPolicy = FaultPolicy.REPORT
+
+    def __post_init__(self) -> None:
+        for field in _POSITIVE:
+            require_positive(field, getattr(self, field))
+        for field in _NON_NEGATIVE:
+            require_non_negative(field, getattr(self, field))
+        for field, policies in _POLICIES.items():
+            policy = getattr(self, field)
+            if not isinstance(policy, policies):
+                names = ", ".join(str(known.value) for known in policies)
+                raise InvalidInputError(field, policy, f"one of {names}")
+
+
+_POSITIVE = (
+    "pressure_cap",
+    "pressure_rate_up",
+    "pressure_rate_down",
+    "radius_timeout",
+    "radius_rate_limit",
+    "radius_jump_limit",
+    "grasp_timeout",
+    "measured_pressure_timeout",
+    "pressure_tolerance",
+)
+_NON_NEGATIVE = ("radius_hysteresis", "pressure_settle_time")
+_POLICIES: dict[str, type[Enum]] = {
+    "timeout_policy": TimeoutPolicy,
+    "grasp_abort_policy": AbortPolicy,
+    "pressure_fault_policy": FaultPolicy,
+}

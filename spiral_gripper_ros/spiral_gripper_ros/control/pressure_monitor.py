@@ -1,0 +1,193 @@
+"""Does the measured pressure do what is commanded?"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from spiral_gripper_ros.control.command_envelope import CommandEnvelope
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.refusals import cause
+from spiral_gripper_ros.control.snapshot import MeasuredPressure
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
+
+# Gauge pressures that exist [Pa]: from a perfect vacuum to ten times what a pneumatic supply has.
+LOWEST_PRESSURE = -101325.0
+HIGHEST_PRESSURE = 1.0e7
+# The air's own pressure, from a high mountain to a deep valley [Pa]: a vented sensor that says this
+# measures absolute pressure.
+ATMOSPHERE = (6.0e4, 1.1e5)
+# A verdict counts once every message of this time has agreed on it [s]: several messages of the
+# slowest usual sensor (20 Hz), and short against what a leak takes to let go of an object.
+PERSISTENCE = 0.2
+# A pressure that is off the command is back once it is within this part of pressure_tolerance: at
+# the boundary noise of a fifth of the tolerance does not make the fault come and go.
+RETURN_BAND = 0.8
+# The measured pressure is the mean of this time [s] and of at most so many messages.
+SMOOTHING_TIME = 0.1
+MOST_SAMPLES = 64
+
+
+class PressureMonitor:
+    """Judges measured pressures against the commands: says what is wrong, until it no longer is.
+
+    The mean of the last messages is compared with the commands of the last
+    ``pressure_settle_time``, from the smallest to the largest, each widened by
+    ``pressure_tolerance``: a ramp and a regulator that lags are no fault. A verdict must have
+    persisted for ``PERSISTENCE``, and a pressure that was off the command must come back to within
+    ``RETURN_BAND`` of the tolerance, so that neither noise nor a value at the boundary makes the
+    fault chatter. Messages are judged when they arrive, against what was commanded then. Silence is
+    counted in steps of at most half of ``measured_pressure_timeout``: a process that was stalled
+    thus hears the messages that wait before it calls them lost.
+    """
+
+    def __init__(self) -> None:
+        self._envelope = CommandEnvelope()
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget everything: no measured pressure is known, and none is missed."""
+        self._envelope.clear()
+        self._samples: deque[tuple[float, float]] = deque(maxlen=MOST_SAMPLES)
+        self._fault = NOT_REFUSED
+        self._checked_until: float | None = None
+        self._expected = False
+        self._silence = 0.0
+        self._verdict: Reason | None = None
+        self._verdict_since = 0.0
+        self._invalid_since: float | None = None
+        self._last_invalid = NOT_REFUSED
+
+    @property
+    def fault(self) -> Refusal:
+        """What is wrong now; ``Reason.NONE`` if nothing is, or nothing was ever measured."""
+        return self._fault
+
+    def commanded(self, now: float, pressure: float, limits: Limits) -> None:
+        """Note the command [Pa] that is in force from ``now`` [s] on."""
+        self._envelope.add(now, pressure, limits.pressure_settle_time)
+
+    def offer(self, now: float, pressure: float, limits: Limits) -> Refusal | None:
+        """Judge a measured pressure.
+
+        Args:
+            now: time [s], never decreasing.
+            pressure: measured gauge pressure [Pa]; anything a float can be.
+            limits: tolerance, settling time and time-out.
+
+        Returns:
+            Why the message is dropped, or None if it is believed.
+        """
+        self._pass_time(now, limits)
+        self._expected = True
+        refusal = impossible_pressure(pressure)
+        if refusal is not None:
+            self._note_invalid(now, refusal)
+            return refusal
+        self._silence = 0.0
+        self._invalid_since, self._last_invalid = None, NOT_REFUSED
+        self._samples.append((now, pressure))
+        self._drop_old_samples(now)
+        self._compare(now, limits)
+        return None
+
+    def check(self, now: float, limits: Limits) -> None:
+        """Let time pass until ``now`` [s]: are messages missing?"""
+        self._pass_time(now, limits)
+        if self._expected and self._silence > limits.measured_pressure_timeout:
+            if self._fault.reason is not Reason.PRESSURE_LOST:
+                self._fault = _lost(limits, self._last_invalid)
+            self._samples.clear()
+            self._verdict = None
+
+    def measured(self, now: float) -> MeasuredPressure | None:
+        """Return the smoothed pressure at the time ``now`` [s], or None if none is believed."""
+        if not self._samples:
+            return None
+        return MeasuredPressure(self._mean(), now - self._samples[-1][0])
+
+    def _mean(self) -> float:
+        return math.fsum(pressure for _, pressure in self._samples) / len(self._samples)
+
+    def _pass_time(self, now: float, limits: Limits) -> None:
+        """Count the silence since the last call."""
+        if self._checked_until is not None:
+            step = max(now - self._checked_until, 0.0)
+            self._silence += min(step, 0.5 * limits.measured_pressure_timeout)
+        self._checked_until = now
+
+    def _drop_old_samples(self, now: float) -> None:
+        while self._samples[0][0] < now - SMOOTHING_TIME:
+            self._samples.popleft()
+
+    def _note_invalid(self, now: float, refusal: Refusal) -> None:
+        self._last_invalid = refusal
+        if self._invalid_since is None:
+            self._invalid_since = now
+        if now - self._invalid_since >= PERSISTENCE:
+            self._verdict = None
+            if self._fault.reason is not Reason.PRESSURE_LOST:
+                self._fault = refusal
+
+    def _compare(self, now: float, limits: Limits) -> None:
+        """Compare the smoothed pressure with the commands, and change the fault if it persists."""
+        low, high = self._envelope.bounds(now, limits.pressure_settle_time)
+        is_off = self._fault.reason in (Reason.PRESSURE_LOW, Reason.PRESSURE_HIGH)
+        part = RETURN_BAND if is_off else 1.0
+        refusal = _difference(self._mean(), low, high, limits.pressure_tolerance, part)
+        if refusal.reason is not self._verdict:
+            self._verdict, self._verdict_since = refusal.reason, now
+        persists = now - self._verdict_since >= PERSISTENCE
+        if persists and self._fault.reason is not refusal.reason:
+            self._fault = refusal
+
+
+def impossible_pressure(pressure: float) -> Refusal | None:
+    """Return why no gauge pressure [Pa] could be this, or None.
+
+    Example:
+        >>> impossible_pressure(float("nan")).text
+        'measured_pressure must be a gauge pressure from -101325 to 1e+07 Pa, got nan Pa'
+    """
+    if math.isfinite(pressure) and LOWEST_PRESSURE <= pressure <= HIGHEST_PRESSURE:
+        return None
+    return Refusal(
+        Reason.PRESSURE_INVALID,
+        f"measured_pressure must be a gauge pressure from {LOWEST_PRESSURE:g} to "
+        f"{HIGHEST_PRESSURE:g} Pa, got {pressure:.6g} Pa",
+    )
+
+
+def _difference(pressure: float, low: float, high: float, tolerance: float, part: float) -> Refusal:
+    """Return how a pressure lies to the commands from ``low`` to ``high``, all [Pa].
+
+    Only ``part`` of the tolerance is granted.
+    """
+    allowed = f"(pressure_tolerance {tolerance:.6g} Pa)"
+    if pressure < low - part * tolerance:
+        return Refusal(
+            Reason.PRESSURE_LOW,
+            f"measured_pressure {pressure:.6g} Pa stays below the command of at least {low:.6g} Pa "
+            f"{allowed}: leak, weak supply or stuck valve",
+        )
+    if pressure > high + part * tolerance:
+        return Refusal(
+            Reason.PRESSURE_HIGH,
+            f"measured_pressure {pressure:.6g} Pa stays above the command of at most {high:.6g} Pa "
+            f"{allowed}: {_cause_of_high(pressure, high)}",
+        )
+    return NOT_REFUSED
+
+
+def _cause_of_high(pressure: float, high: float) -> str:
+    if high == 0.0 and ATMOSPHERE[0] <= pressure <= ATMOSPHERE[1]:
+        return "it looks like an absolute pressure; gauge pressure is needed, 0 Pa when vented"
+    return "it does not vent"
+
+
+def _lost(limits: Limits, last_invalid: Refusal) -> Refusal:
+    return Refusal(
+        Reason.PRESSURE_LOST,
+        f"no usable measured_pressure for more than {limits.measured_pressure_timeout:.3g} s "
+        f"(measured_pressure_timeout){cause(last_invalid)}",
+    )

@@ -1,0 +1,92 @@
+"""Is a radius estimate believable, and is it news?"""
+
+from __future__ import annotations
+
+import math
+
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.states import Reason, Refusal
+
+
+class RadiusGate:
+    r"""Judges radius estimates before anything is computed from them.
+
+    Jumps are judged against a *believed* radius b(t) that moves towards every finite, grippable
+    estimate no faster than ``radius_rate_limit``: an estimate r is refused while
+    \|r - b\| > ``radius_jump_limit``. An outlier therefore changes nothing, a real step of the
+    object is believed (\|step\| - jump_limit) / rate_limit seconds later, and both hold at any
+    message rate.
+    """
+
+    def __init__(self) -> None:
+        self._believed: float | None = None
+        self._time = 0.0
+
+    def reset(self) -> None:
+        """Forget what was believed: the next grippable estimate is taken as it is."""
+        self._believed = None
+
+    def refusal(
+        self, now: float, radius: float, grippable: tuple[float, float], limits: Limits
+    ) -> Refusal | None:
+        """Return why ``radius`` is refused, or None if it is accepted.
+
+        Args:
+            now: time [s], never decreasing.
+            radius: estimate [m]; anything a float can be.
+            grippable: smallest and largest radius that can be gripped [m].
+            limits: jump and rate limit [m, m/s].
+
+        Example:
+            >>> RadiusGate().refusal(0.0, 0.09, (0.01, 0.04), Limits(pressure_cap=1e5)).text
+            'object_radius 0.09 m is above the grippable range; the nearest that can is 0.04 m'
+        """
+        return impossible_radius(radius, grippable) or self._jump(now, radius, limits)
+
+    def _jump(self, now: float, radius: float, limits: Limits) -> Refusal | None:
+        if self._believed is None:
+            self._believed, self._time = radius, now
+            return None
+        reach = limits.radius_rate_limit * max(now - self._time, 0.0)
+        self._believed += min(max(radius - self._believed, -reach), reach)
+        self._time = now
+        distance = abs(radius - self._believed)
+        if distance <= limits.radius_jump_limit:
+            return None
+        return Refusal(
+            Reason.RADIUS_JUMP,
+            f"object_radius {radius:.6g} m is {distance:.3g} m from the {self._believed:.6g} m "
+            f"that {limits.radius_rate_limit:.3g} m/s allow by now; "
+            f"up to {limits.radius_jump_limit:.3g} m is accepted",
+        )
+
+
+def impossible_radius(radius: float, grippable: tuple[float, float]) -> Refusal | None:
+    """Return why no gripper of this range [m] could hold ``radius`` [m], or None.
+
+    Example:
+        >>> impossible_radius(-0.02, grippable=(0.01, 0.04)).text
+        'object_radius must be positive, got -0.02 m'
+    """
+    if not math.isfinite(radius):
+        return Refusal(
+            Reason.RADIUS_NOT_FINITE, f"object_radius must be a finite number, got {radius}"
+        )
+    if not radius > 0.0:
+        return Refusal(
+            Reason.RADIUS_NOT_POSITIVE, f"object_radius must be positive, got {radius:.6g} m"
+        )
+    smallest, largest = grippable
+    if not radius >= smallest:
+        return Refusal(
+            Reason.RADIUS_TOO_SMALL,
+            f"object_radius {radius:.6g} m is below the grippable range; "
+            f"the nearest that can is {smallest:.6g} m",
+        )
+    if not radius <= largest:
+        return Refusal(
+            Reason.RADIUS_TOO_LARGE,
+            f"object_radius {radius:.6g} m is above the grippable range; "
+            f"the nearest that can is {largest:.6g} m",
+        )
+    return None

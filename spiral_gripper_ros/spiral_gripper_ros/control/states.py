@@ -1,0 +1,99 @@
+"""The node's states and reasons: one name each, shared by the supervisor and ``GripStatus``.
+
+The numbers are those of ``spiral_gripper_msgs/msg/GripStatus.msg``; a test compares them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from spiral_core.errors import (
+    ActuationLimitError,
+    InvalidInputError,
+    NotGrippableError,
+    SpiralError,
+)
+
+
+class State(IntEnum):
+    """What the supervisor does; see ``docs/node.md`` for the transitions."""
+
+    INACTIVE = 0
+    WAITING = 1
+    TRACKING = 2
+    HOLDING = 3
+    RAMPING_DOWN = 4
+    VENTED = 5
+    RELEASED = 6
+    FAULT = 7
+    GRASPING = 8
+
+
+class Reason(IntEnum):
+    """Why the newest input is not followed."""
+
+    NONE = 0
+    NO_RADIUS = 1
+    RADIUS_NOT_FINITE = 2
+    RADIUS_NOT_POSITIVE = 3
+    RADIUS_TOO_SMALL = 4
+    RADIUS_TOO_LARGE = 5
+    RADIUS_JUMP = 6
+    RADIUS_STALE = 7
+    PRESSURE_CAP = 8
+    NOT_CERTIFIED = 9
+    GRAVITY_INVALID = 10
+    RELEASED = 11
+    NOT_ACTIVE = 12
+    INTERNAL_ERROR = 13
+    INVALID_REQUEST = 14
+    OBJECT_TOO_SHORT = 15
+    RECONFIGURED = 16
+    GRASP_CANCELED = 17
+    GRASP_REPLACED = 18
+    GRASP_TIMEOUT = 19
+    WRAP_FAILED = 20
+    PRESSURE_LOW = 21
+    PRESSURE_HIGH = 22
+    PRESSURE_LOST = 23
+    PRESSURE_INVALID = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why something is not done: a code for programs and one line for people.
+
+    Example:
+        >>> Refusal(Reason.RADIUS_NOT_FINITE, "object_radius nan is not a finite number").reason
+        <Reason.RADIUS_NOT_FINITE: 2>
+    """
+
+    reason: Reason
+    text: str
+
+
+NOT_REFUSED = Refusal(Reason.NONE, "")
+
+
+def refusal_from_error(error: SpiralError) -> Refusal:
+    """Return the refusal that stands for an error of the core.
+
+    A radius outside the grippable range is told apart by the side on which the nearest grippable
+    radius lies; what is about neither radius, pressure nor a bad argument means that no certified
+    shape was found.
+
+    Example:
+        >>> error = NotGrippableError(0.09, "too large for one turn", -0.05, 0.04)
+        >>> refusal_from_error(error).reason
+        <Reason.RADIUS_TOO_LARGE: 5>
+    """
+    reason = Reason.NOT_CERTIFIED
+    if isinstance(error, NotGrippableError) and error.nearest_radius is not None:
+        too_small = error.radius < error.nearest_radius
+        reason = Reason.RADIUS_TOO_SMALL if too_small else Reason.RADIUS_TOO_LARGE
+    elif isinstance(error, ActuationLimitError):
+        reason = Reason.PRESSURE_CAP
+    elif isinstance(error, InvalidInputError):
+        reason = Reason.INVALID_REQUEST
+    return Refusal(reason, str(error))

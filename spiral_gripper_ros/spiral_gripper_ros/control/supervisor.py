@@ -1,0 +1,303 @@
+"""The control logic of the node: a state machine without ROS, without a clock, without files.
+
+It is told what happened and when; it answers with the pressure to command and why. The node only
+unpacks messages, calls it, and packs what it says. ``docs/node.md`` draws the transitions.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Generic
+
+from spiral_gripper_ros.control.inner_clock import InnerClock
+from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
+from spiral_gripper_ros.control.plan_protocol import Planner, PlanT
+from spiral_gripper_ros.control.pressure_ramp import ramped_pressure
+from spiral_gripper_ros.control.radius_gate import RadiusGate, impossible_radius
+from spiral_gripper_ros.control.refusals import (
+    GRASP_HOLDS,
+    NO_RADIUS,
+    NOT_ACTIVE,
+    NOT_FOLLOWING,
+    RELEASED,
+    stale_radius,
+)
+from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
+from spiral_gripper_ros.control.target import Target
+
+# States that end only with rearm, a grasp goal or the next activation.
+_LATCHED = (State.INACTIVE, State.RELEASED, State.FAULT)
+# States in which the command heads for the target.
+_GRIPPING = (State.TRACKING, State.HOLDING, State.GRASPING)
+
+
+class Supervisor(Generic[PlanT]):
+    """Decides the pressure command; see :class:`State` for what it can be doing.
+
+    Times are seconds of any clock. Should that clock run backwards, no time passes until it runs
+    forward again.
+
+    Args:
+        limits: what no command may exceed and how radii are judged.
+
+    Example:
+        >>> supervisor = Supervisor(Limits(pressure_cap=1.0e5))
+        >>> supervisor.command(now=0.0), supervisor.snapshot().state.name
+        (0.0, 'INACTIVE')
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._clock = InnerClock()
+        self._gate = RadiusGate()
+        self._target: Target[PlanT] = Target()
+        self._planner: Planner[PlanT] | None = None  # of the grasp, for a plan within other limits
+        self._ramped_until = 0.0
+        self._pressure = 0.0
+        self._accepted = 0
+        self._accepted_at: float | None = None
+        self._refused: Counter[Reason] = Counter()
+        self._state = State.INACTIVE
+        self._refusal = NOT_ACTIVE
+        self._last_refused = NOT_REFUSED
+
+    @property
+    def overpressure(self) -> float:
+        """What the target has above the pressure of the perfect wrap [Pa]."""
+        return self._target.overpressure
+
+    # --- life cycle --------------------------------------------------------------------------
+
+    def activate(self) -> None:
+        """Start waiting for radii; nothing of an earlier activation is remembered."""
+        self._accepted = 0
+        self._refused = Counter()
+        self._vent(State.WAITING, NO_RADIUS)
+
+    def deactivate(self) -> None:
+        """Vent, and stay vented until activated."""
+        self._vent(State.INACTIVE, NOT_ACTIVE)
+
+    def release(self) -> None:
+        """Vent, and stay vented until re-armed or activated anew. Safe in any state."""
+        self.let_go(RELEASED)
+
+    def let_go(self, refusal: Refusal) -> None:
+        """Vent for a reason, and stay vented until re-armed or activated anew."""
+        if self._state in (State.INACTIVE, State.FAULT):
+            self._pressure = 0.0
+        else:
+            self._vent(State.RELEASED, refusal)
+
+    def rearm(self) -> Refusal | None:
+        """Follow radii again after a release or a fault; return why not if that cannot be."""
+        if self._state is State.INACTIVE:
+            return NOT_ACTIVE
+        if self._state is State.GRASPING:
+            return GRASP_HOLDS
+        if self._state in (State.RELEASED, State.FAULT):
+            self._vent(State.WAITING, NO_RADIUS)
+        return None
+
+    def fault(self, refusal: Refusal) -> None:
+        """Vent because of a fault, and stay vented until re-armed or activated anew."""
+        state = State.INACTIVE if self._state is State.INACTIVE else State.FAULT
+        self._vent(state, refusal)
+
+    # --- inputs ------------------------------------------------------------------------------
+
+    def offer_radius(self, now: float, radius: float, planner: Planner[PlanT]) -> bool:
+        """Judge a radius estimate [m], any float, and aim for its wrap if it is good.
+
+        Returns:
+            Whether that changed the state, the reason or the target.
+        """
+        before = (self._state, self._refusal.reason, self._target.plan)
+        self.advance(now)
+        if self._state is State.GRASPING:
+            return False
+        if self._state in _LATCHED:
+            self._refused[self._refusal.reason] += 1
+            return False
+        refusal = self._gate.refusal(self._clock.now, radius, planner.radius_range, self._limits)
+        if refusal is None and self._target.is_news(radius, self._limits.radius_hysteresis):
+            refusal = self._target.aim(radius, planner, self._limits)
+        if refusal is not None:
+            self._refuse(refusal)
+        else:
+            self._accepted += 1
+            self._accepted_at = self._clock.now
+            self._refusal = self._last_refused = NOT_REFUSED
+            self._state = State.TRACKING
+        return before != (self._state, self._refusal.reason, self._target.plan)
+
+    def grasp(
+        self, now: float, radius: float | None, overpressure: float, planner: Planner[PlanT]
+    ) -> Refusal | None:
+        """Aim for the wrap of one radius and stay with it, whatever radii are offered.
+
+        Args:
+            now: time [s].
+            radius: of the object [m], any float; None: the one that is being followed.
+            overpressure: above the pressure of the perfect wrap [Pa], >= 0.
+            planner: makes the plan.
+
+        Returns:
+            Why not, if that cannot be; then nothing has changed.
+        """
+        self.advance(now)
+        if self._state is State.INACTIVE:
+            return NOT_ACTIVE
+        if self._state is State.FAULT:
+            return Refusal(self._refusal.reason, f"rearm first: {self._refusal.text}")
+        if radius is None:
+            radius = self._target.radius
+            if radius is None or self._state is not State.TRACKING:
+                goes_on = self._refusal.reason is Reason.NONE
+                return NOT_FOLLOWING if goes_on else self._refusal
+        refusal = impossible_radius(radius, planner.radius_range) or self._target.aim(
+            radius, planner, self._limits, overpressure
+        )
+        if refusal is None:
+            self._planner = planner
+            self._state = State.GRASPING
+            self._refusal = self._last_refused = NOT_REFUSED
+            self._accepted_at = None
+            self._gate.reset()
+        return refusal
+
+    def hold(self, refusal: Refusal) -> None:
+        """Let the present command of a grasp stand, for a reason, until something else is asked."""
+        if self._state is State.GRASPING:
+            self._target.freeze(self._pressure)
+            self._refusal = refusal
+
+    def replan(self, planner: Planner[PlanT]) -> None:
+        """Aim anew for the radius in use, because gravity has changed.
+
+        If it can no longer be gripped the present target stands and the reason is kept until a
+        radius is accepted, or until a plan for the radius of a grasp is.
+        """
+        self._target.outdate()
+        if self._state is State.GRASPING:
+            self._planner = planner
+            self._replan_grasp()
+        elif self._target.radius is not None and self._state not in _LATCHED:
+            refusal = self._target.aim(self._target.radius, planner, self._limits)
+            if refusal is not None:
+                self._refuse(refusal)
+
+    def refuse(self, refusal: Refusal) -> None:
+        """Record that an input is not followed; a target that is being tracked is held.
+
+        A grasp goes on: it follows no inputs.
+        """
+        if self._state is State.GRASPING:
+            self._refused[refusal.reason] += 1
+        else:
+            self._refuse(refusal)
+
+    def count(self, reason: Reason) -> None:
+        """Count a refusal that has no other consequence."""
+        self._refused[reason] += 1
+
+    def reconfigure(self, limits: Limits) -> None:
+        """Use other limits from now on; a lower cap cuts the command with the next step."""
+        self._limits = limits
+        self._target.outdate()
+        refusal = self._target.beyond_cap(limits)
+        if self._state is not State.GRASPING:
+            if refusal is not None:
+                self._refuse(refusal)
+        elif refusal is not None or self._refusal.reason is not Reason.NONE:
+            self._replan_grasp()
+
+    # --- output ------------------------------------------------------------------------------
+
+    def advance(self, now: float) -> float:
+        """Let time pass until ``now`` [s] and return the inner time [s], which never decreases."""
+        return self._clock.advance(now)
+
+    def command(self, now: float) -> float:
+        """Let time pass until ``now`` [s] and return the gauge pressure to command [Pa]."""
+        time = self.advance(now)
+        elapsed, self._ramped_until = time - self._ramped_until, time
+        self._act_on_timeout()
+        if self._state in _GRIPPING or self._state is State.RAMPING_DOWN:
+            self._pressure = ramped_pressure(self._pressure, self._goal(), elapsed, self._limits)
+        else:
+            self._pressure = 0.0
+        if self._state is State.RAMPING_DOWN and not self._pressure > 0.0:
+            self._vent(State.VENTED, self._refusal)
+        return self._pressure
+
+    def snapshot(self) -> Snapshot[PlanT]:
+        """Return what is commanded and why, as of the last call."""
+        age = None if self._accepted_at is None else self._clock.now - self._accepted_at
+        return Snapshot(
+            state=self._state,
+            refusal=self._refusal,
+            radius=self._target.radius,
+            plan=self._target.plan,
+            radius_age=age,
+            pressure_target=self._goal(),
+            pressure_command=self._pressure,
+            accepted=self._accepted,
+            refused=self._refused.copy(),
+        )
+
+    # --- inside ------------------------------------------------------------------------------
+
+    def _vent(self, state: State, refusal: Refusal) -> None:
+        """Command 0 Pa at once and forget the target."""
+        self._state = state
+        self._refusal = refusal
+        self._pressure = 0.0
+        self._target.clear()
+        self._planner = None
+        self._accepted_at = None
+        self._last_refused = NOT_REFUSED
+        self._gate.reset()
+
+    def _refuse(self, refusal: Refusal) -> None:
+        self._refused[refusal.reason] += 1
+        if self._state in _LATCHED:
+            return
+        self._refusal = refusal
+        self._last_refused = refusal
+        if self._state is State.TRACKING:
+            self._state = State.HOLDING
+
+    def _replan_grasp(self) -> None:
+        """Aim anew for the radius of a grasp; a pressure that an aborted one left stands."""
+        target = self._target
+        if target.is_frozen or target.radius is None or self._planner is None:
+            return
+        refusal = target.aim(target.radius, self._planner, self._limits, target.overpressure)
+        if refusal is not None:
+            self._refuse(refusal)
+        else:
+            self._refusal = NOT_REFUSED
+
+    def _act_on_timeout(self) -> None:
+        if self._state not in (State.TRACKING, State.HOLDING) or self._accepted_at is None:
+            return
+        age = self._clock.now - self._accepted_at
+        if age <= self._limits.radius_timeout:
+            return
+        if self._refusal.reason is not Reason.RADIUS_STALE:
+            self._refused[Reason.RADIUS_STALE] += 1
+        refusal = stale_radius(age, self._limits, self._last_refused)
+        policy = self._limits.timeout_policy
+        if policy is TimeoutPolicy.VENT:
+            self._vent(State.VENTED, refusal)
+            return
+        hold = policy is TimeoutPolicy.HOLD
+        self._state = State.HOLDING if hold else State.RAMPING_DOWN
+        self._refusal = refusal
+
+    def _goal(self) -> float:
+        """Return the pressure the command is heading for [Pa]."""
+        grips = self._state in _GRIPPING
+        return self._target.pressure(self._limits.pressure_cap) if grips else 0.0

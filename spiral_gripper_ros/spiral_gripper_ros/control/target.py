@@ -1,0 +1,87 @@
+"""Where the command is heading: a radius, the wrap that belongs to it, and its pressure."""
+
+from __future__ import annotations
+
+from typing import Generic
+
+from spiral_core.errors import SpiralError
+from spiral_core.validation import require_positive
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.plan_protocol import Planner, PlanT
+from spiral_gripper_ros.control.pressure_ramp import capped_pressure
+from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
+
+
+class Target(Generic[PlanT]):
+    """A radius in use, its plan and the pressure above it; empty at first.
+
+    It changes only to a plan that keeps the cap; what cannot be planned changes nothing.
+    """
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self.radius: float | None = None
+        self.plan: PlanT | None = None
+        self.overpressure = 0.0
+        self._frozen: float | None = None
+        self._outdated = True
+
+    @property
+    def is_frozen(self) -> bool:
+        """Whether the pressure stands, whatever the plan says."""
+        return self._frozen is not None
+
+    def outdate(self) -> None:
+        """Demand a new plan even for the radius in use, because limits or gravity have changed."""
+        self._outdated = True
+
+    def is_news(self, radius: float, hysteresis: float) -> bool:
+        """Has a radius [m] left the hysteresis band [m] around the one in use?"""
+        if self._outdated or self.radius is None:
+            return True
+        return not abs(radius - self.radius) <= hysteresis
+
+    def aim(
+        self, radius: float, planner: Planner[PlanT], limits: Limits, overpressure: float = 0.0
+    ) -> Refusal | None:
+        """Plan for ``radius`` [m] and make it the target, or return why not and change nothing."""
+        try:
+            plan = planner.plan(radius)
+            pressure = require_positive("pressure", plan.pressure)
+        except SpiralError as error:
+            return refusal_from_error(error)
+        if not pressure + overpressure <= limits.pressure_cap:
+            return _above_cap(pressure, overpressure, limits)
+        self.radius, self.plan, self.overpressure = radius, plan, overpressure
+        self._frozen, self._outdated = None, False
+        return None
+
+    def freeze(self, pressure: float) -> None:
+        """Let a pressure [Pa] stand until the next aim."""
+        self._frozen = pressure
+
+    def beyond_cap(self, limits: Limits) -> Refusal | None:
+        """Return why the limits do not allow the plan in use, or None if they do."""
+        if self.plan is None or self.plan.pressure + self.overpressure <= limits.pressure_cap:
+            return None
+        return _above_cap(self.plan.pressure, self.overpressure, limits)
+
+    def pressure(self, cap: float) -> float:
+        """Return the target's pressure, not above the cap; 0 without a plan [Pa]."""
+        if self._frozen is not None:
+            return capped_pressure(self._frozen, cap)
+        if self.plan is None:
+            return 0.0
+        return capped_pressure(self.plan.pressure + self.overpressure, cap)
+
+
+def _above_cap(pressure: float, overpressure: float, limits: Limits) -> Refusal:
+    extra = f" and {overpressure:.6g} Pa of overpressure" if overpressure > 0.0 else ""
+    return Refusal(
+        Reason.PRESSURE_CAP,
+        f"the wrap needs {pressure:.6g} Pa{extra}, "
+        f"above pressure_cap = {limits.pressure_cap:.6g} Pa",
+    )

@@ -1,0 +1,1 @@
+"""``spiral_gripper_demo``: the node fed with a recorded stream of radii."""

@@ -1,0 +1,1 @@
+"""Checks of the ROS 2 installation for ``spiral-gripper doctor``."""

@@ -1,0 +1,1 @@
+"""Grasp goals as ROS 2 actions: our own, and those of control_msgs."""

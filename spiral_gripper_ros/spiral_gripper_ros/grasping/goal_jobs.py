@@ -1,0 +1,152 @@
+"""What a goal of an action has the control logic do: wrap an object, or let go of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.grip_control import GripControl
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
+from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
+
+Control: TypeAlias = GripControl[WrapPlan]
+
+_RELEASE_REPLACED = Refusal(Reason.GRASP_REPLACED, "the gripper was told to grip again")
+_RELEASE_CANCELED = Refusal(Reason.GRASP_CANCELED, "canceled; the gripper stays released")
+
+
+@dataclass(frozen=True, slots=True)
+class GoalReport:
+    """How far a goal is; final once ``outcome`` is not ``RUNNING``.
+
+    Args:
+        outcome: how far.
+        refusal: why it was refused, failed or was canceled; ``Reason.NONE`` otherwise.
+        elapsed: time from its start to its end, or until now [s].
+        progress: the command's part of the way to its target, 0 to 1.
+        radius: of the object [m]; 0: none.
+        plan: the wrap that it aims for, or None.
+        overpressure: that it asks for above the wrap's pressure [Pa].
+    """
+
+    outcome: GraspOutcome
+    refusal: Refusal = NOT_REFUSED
+    elapsed: float = 0.0
+    progress: float = 0.0
+    radius: float = 0.0
+    plan: WrapPlan | None = None
+    overpressure: float = 0.0
+
+
+class Job(Protocol):
+    """One goal, from its start to its end."""
+
+    def start(self, now: float, planner: AnyPlanner) -> Refusal | None:
+        """Start at a time [s]; return why not, and then change nothing."""
+        ...
+
+    def cancel(self, now: float) -> None:
+        """Stop; the next report says that it is canceled."""
+        ...
+
+    def report(self, now: float) -> GoalReport:
+        """Return how far it is."""
+        ...
+
+
+class GraspJob:
+    """Wraps an object.
+
+    Args:
+        control: what does it.
+        goal: what is asked for.
+    """
+
+    def __init__(self, control: Control, goal: GraspGoal) -> None:
+        self._control = control
+        self._goal = goal
+        self._ticket = -1
+
+    def start(self, now: float, planner: AnyPlanner) -> Refusal | None:
+        """Start the grasp, unless the control logic refuses it."""
+        answer = self._control.start_grasp(now, self._goal, planner)
+        if isinstance(answer, Refusal):
+            return answer
+        self._ticket = answer
+        return None
+
+    def cancel(self, now: float) -> None:
+        """Cancel the grasp; its policy says what becomes of the pressure."""
+        self._control.cancel_grasp(now, self._ticket)
+
+    def report(self, now: float) -> GoalReport:
+        """Return what the control logic says of it."""
+        grasp = self._control.grasp_report(self._ticket)
+        return GoalReport(
+            outcome=grasp.outcome,
+            refusal=grasp.refusal,
+            elapsed=grasp.elapsed,
+            progress=grasp.progress,
+            radius=grasp.radius,
+            plan=grasp.plan,
+            overpressure=self._goal.overpressure,
+        )
+
+
+class ReleaseJob:
+    """Vents, and waits until the pressure is gone: measured if it is known, else for a while.
+
+    Args:
+        control: what does it.
+        limits: its ``pressure_tolerance`` counts as vented, its ``pressure_settle_time`` is the
+            while, its ``grasp_timeout`` bounds the wait.
+    """
+
+    def __init__(self, control: Control, limits: Limits) -> None:
+        self._control = control
+        self._limits = limits
+        self._started_at = 0.0
+        self._canceled = False
+
+    def start(self, now: float, planner: AnyPlanner) -> Refusal | None:
+        """Vent, unless the node is not active."""
+        del planner
+        if self._control.snapshot().state is State.INACTIVE:
+            return self._control.snapshot().refusal
+        self._control.release()
+        self._started_at = now
+        return None
+
+    def cancel(self, now: float) -> None:
+        """Stop waiting; what is vented stays vented."""
+        del now
+        self._canceled = True
+
+    def report(self, now: float) -> GoalReport:
+        """Return whether the pressure is gone."""
+        elapsed = max(now - self._started_at, 0.0)
+        end = self._end(elapsed)
+        outcome, refusal = (GraspOutcome.RUNNING, NOT_REFUSED) if end is None else end
+        return GoalReport(outcome, refusal, elapsed=elapsed, progress=1.0)
+
+    def _end(self, elapsed: float) -> tuple[GraspOutcome, Refusal] | None:
+        """Return how it has ended, or None if it has not."""
+        if self._canceled:
+            return GraspOutcome.CANCELED, _RELEASE_CANCELED
+        snapshot, limits = self._control.snapshot(), self._limits
+        if snapshot.state in (State.INACTIVE, State.FAULT):
+            return GraspOutcome.FAILED, snapshot.refusal
+        if snapshot.state is not State.RELEASED:
+            return GraspOutcome.FAILED, _RELEASE_REPLACED
+        if snapshot.measured is None:
+            gone = elapsed >= limits.pressure_settle_time
+            return (GraspOutcome.SUCCEEDED, NOT_REFUSED) if gone else None
+        pressure = snapshot.measured.pressure
+        if pressure <= limits.pressure_tolerance:
+            return GraspOutcome.SUCCEEDED, NOT_REFUSED
+        if elapsed <= limits.grasp_timeout:
+            return None
+        text = f"still {pressure:.6g} Pa {elapsed:.3g} s after the release"
+        return GraspOutcome.FAILED, Refusal(Reason.PRESSURE_HIGH, text)

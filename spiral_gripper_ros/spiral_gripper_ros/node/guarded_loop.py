@@ -1,0 +1,43 @@
+"""The loop of the node's process: what escapes from the executor becomes a FAULT, not the end."""
+
+from __future__ import annotations
+
+from rclpy.executors import Executor, ExternalShutdownException
+
+from spiral_gripper_ros.node.guards import Guarded, report
+
+# How long the executor may sleep before its process looks whether it was asked to stop [s].
+LONGEST_SLEEP = 0.05
+# After so many exceptions in a row from the executor itself the process ends, vented.
+LONGEST_FAILURE = 10
+
+
+class GuardedLoop:
+    """Spins a node whose own callbacks raise nothing; the middleware's may.
+
+    Args:
+        node: the node; it vents when something escapes.
+        executor: which calls its callbacks.
+    """
+
+    def __init__(self, node: Guarded, executor: Executor) -> None:
+        self._node, self._executor = node, executor
+        self._failures = 0  # in a row
+
+    def turn(self) -> None:
+        """Wait for something to do, for a moment, and do it.
+
+        Raises:
+            Exception: whatever has escaped ``LONGEST_FAILURE`` times in a row.
+        """
+        try:
+            self._executor.spin_once(timeout_sec=LONGEST_SLEEP)
+        except ExternalShutdownException:
+            raise
+        except Exception as error:
+            report(self._node, "the executor", error)
+            self._failures += 1
+            if self._failures >= LONGEST_FAILURE:
+                raise
+        else:
+            self._failures = 0

@@ -1,0 +1,93 @@
+"""The process of the node: its arguments, its executor, its end.
+
+Whatever takes time is imported by :func:`main`, so that a signal that comes early ends it in order.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from spiral_gripper_ros.node.stop_signals import StopSignals
+
+if TYPE_CHECKING:
+    from spiral_gripper_ros.node.gripper_node import GripperNode
+
+HELP_OPTIONS = frozenset({"-h", "--help"})
+# The interpreter lets another thread run after this time [s] instead of 5 ms: a question that is
+# answered in the background then delays a radius by less.
+SWITCH_INTERVAL = 0.0005
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; return the process's exit code."""
+    if not HELP_OPTIONS.isdisjoint(sys.argv[1:] if args is None else args):
+        from spiral_gripper_ros.node.usage import usage
+
+        sys.stdout.write(usage())
+        return 0
+    signals = StopSignals()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    try:
+        return _run(signals, args)
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        signals.ignore()
+
+
+def _run(signals: StopSignals, args: list[str] | None) -> int:
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = _made()
+        return 1 if node is None else _spin(node, signals)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _made() -> GripperNode | None:
+    """Return the node, or None after a line in the log that says why there is none."""
+    from rclpy.exceptions import ParameterException
+    from rclpy.logging import get_logger
+
+    from spiral_gripper_ros.node.gripper_node import NODE_NAME, GripperNode
+
+    try:
+        return GripperNode()
+    except (ParameterException, ValueError) as error:
+        get_logger(NODE_NAME).fatal(f"bad parameter at start: {error}")
+        return None
+
+
+def _spin(node: GripperNode, signals: StopSignals) -> int:
+    from rclpy.executors import ExternalShutdownException
+
+    from spiral_gripper_ros.node.guarded_loop import GuardedLoop
+    from spiral_gripper_ros.node.quick_executor import QuickExecutor
+    from spiral_gripper_ros.node.quiet_memory import QuietMemory
+
+    executor, memory = QuickExecutor(), QuietMemory()
+    executor.add_node(node)
+    loop = GuardedLoop(node, executor)
+    try:
+        if node.values["autostart"] and not node.start():
+            return 1
+        signals.defer()
+        while not signals.requested:
+            memory.settle(node.loaded)
+            loop.turn()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        signals.defer()
+        node.vent()
+        executor.shutdown()
+        node.destroy_node()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

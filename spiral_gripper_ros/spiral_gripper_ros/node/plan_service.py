@@ -1,0 +1,155 @@
+"""The answer of `plan_wrap`: will it wrap, and with what?"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from spiral_core.errors import SpiralError
+from spiral_core.gripper import Gripper
+from spiral_core.rod import Vector
+from spiral_core.validation import (
+    require_in_range,
+    require_non_negative,
+    require_positive,
+    require_vector,
+)
+from spiral_core.wrap import Wrap
+from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
+from spiral_gripper_ros.node.conversions import backbone_to_msg, vector_from_msg, vector_to_msg
+from spiral_gripper_ros.node.parameters import gravity_problem
+from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, planner_for
+
+
+@dataclass(frozen=True, slots=True)
+class PlanContext:
+    """What a `plan_wrap` request is answered from.
+
+    Args:
+        planner: for the present mount; used if the request names no other.
+        gripper: the gripper.
+        pressure_cap: largest pressure that the node would command [Pa].
+        points: largest number of poses of the shape.
+        header: stamp and frame of the shape.
+    """
+
+    planner: AnyPlanner
+    gripper: Gripper
+    pressure_cap: float
+    points: int
+    header: Any
+
+
+def answer_plan_wrap(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
+    """Fill a ``PlanWrap`` response; a bad request is answered with the reason, never raised."""
+    start = time.perf_counter()
+    try:
+        _fill(request, response, context)
+    except _RefusedError as refused:
+        _refuse(response, refused.refusal)
+    except SpiralError as error:
+        _refuse(response, refusal_from_error(error))
+        response.nearest_radius = getattr(error, "nearest_radius", None) or 0.0
+    response.solve_time = time.perf_counter() - start
+    return response
+
+
+class _RefusedError(Exception):
+    """Carries why a wrap that exists does not do."""
+
+    def __init__(self, refusal: Refusal) -> None:
+        super().__init__(refusal.text)
+        self.refusal = refusal
+
+
+def _planner_of(request: Any, context: PlanContext) -> AnyPlanner:  # noqa: ANN401
+    """Return the planner for the gravity and axis that the request names."""
+    if not request.gravity and not request.object_axis:
+        return context.planner
+    gravity = context.planner.gravity
+    if request.gravity:
+        gravity = vector_from_msg(request.gravity[0])
+    problem = gravity_problem(gravity)
+    if problem is not None:
+        raise _RefusedError(Refusal(Reason.GRAVITY_INVALID, problem))
+    axis = context.gripper.object_axis
+    if request.object_axis:
+        axis = _direction("object_axis", vector_from_msg(request.object_axis[0]))
+    return planner_for(context.gripper.with_mount(gravity, axis), gravity)
+
+
+def _direction(field: str, vector: Vector) -> Vector:
+    """Return the unit vector along ``vector``."""
+    x, y, z = require_vector(field, vector, 3)
+    norm = require_positive(f"norm of {field}", math.hypot(x, y, z))
+    return (x / norm, y / norm, z / norm)
+
+
+def _fill(request: Any, response: Any, context: PlanContext) -> None:  # noqa: ANN401
+    radius = _checked_radius(request.object_radius)
+    overpressure = require_non_negative("overpressure", request.overpressure)
+    length = require_non_negative("object_length", request.object_length)
+    friction = require_in_range("friction_coefficient", request.friction_coefficient, 0.0, 10.0)
+    planner = _planner_of(request, context)
+    if isinstance(planner, NoPlanner):
+        planner.plan(radius)
+    response.radius_min, response.radius_max = planner.radius_range
+    wrap = planner.plan(radius).wrap
+    _fill_wrap(response, wrap, context)
+    _check_length(length, response.object_length_needed)
+    response.pressure = _capped(wrap.pressure + overpressure, context)
+    response.line_force = planner.line_force(wrap, response.pressure)
+    coefficient = friction if friction > 0.0 else planner.gripper.friction_coefficient
+    response.holding_force_known = coefficient is not None
+    if coefficient is not None:
+        response.holding_force = coefficient * max(response.line_force, 0.0) * wrap.contact_length
+    response.success = True
+    response.nearest_radius = radius
+    response.message = (
+        f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa"
+    )
+
+
+def _checked_radius(radius: float) -> float:
+    if not math.isfinite(radius):
+        text = f"object_radius must be a finite number, got {radius}"
+        raise _RefusedError(Refusal(Reason.RADIUS_NOT_FINITE, text))
+    if not radius > 0.0:
+        text = f"object_radius must be positive, got {radius:.6g} m"
+        raise _RefusedError(Refusal(Reason.RADIUS_NOT_POSITIVE, text))
+    return radius
+
+
+def _check_length(available: float, needed: float) -> None:
+    """Refuse an object that is shorter than what the coil covers; 0 stands for any length [m]."""
+    if 0.0 < available < needed:
+        text = (
+            f"the coil covers {needed:.4g} m of the object but object_length is {available:.4g} m"
+        )
+        raise _RefusedError(Refusal(Reason.OBJECT_TOO_SHORT, text))
+
+
+def _capped(pressure: float, context: PlanContext) -> float:
+    """Return ``pressure`` [Pa] if the node would command it."""
+    if not pressure <= context.pressure_cap:
+        text = f"needs {pressure:.6g} Pa, above pressure_cap = {context.pressure_cap:.6g} Pa"
+        raise _RefusedError(Refusal(Reason.PRESSURE_CAP, text))
+    return pressure
+
+
+def _fill_wrap(response: Any, wrap: Wrap, context: PlanContext) -> None:  # noqa: ANN401
+    response.turns = wrap.turns
+    response.contact_length = wrap.contact_length
+    response.free_length_needed = wrap.free_length_needed or 0.0
+    response.object_length_needed = wrap.object_length_needed or 0.0
+    response.object_axis = vector_to_msg(wrap.coil.axis)
+    response.backbone = backbone_to_msg(wrap.state, context.points, context.header)
+    response.stable = wrap.state.stable
+
+
+def _refuse(response: Any, refusal: Refusal) -> None:  # noqa: ANN401
+    response.success = False
+    response.reason = int(refusal.reason)
+    response.message = refusal.text

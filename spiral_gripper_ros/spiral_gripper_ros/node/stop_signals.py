@@ -1,0 +1,43 @@
+"""SIGINT and SIGTERM as a request to stop, so that the last command can still be sent.
+
+rclpy's own handlers shut the context down at once; after that nothing can be published any more.
+"""
+
+from __future__ import annotations
+
+import signal
+from types import FrameType
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class StopSignals:
+    """Collects stop requests from the moment it is made.
+
+    Until :meth:`defer` is called a signal raises KeyboardInterrupt, so that a long start can be
+    interrupted; from then on it only sets ``requested``, for a loop to see. From :meth:`ignore` on
+    nothing happens.
+    """
+
+    def __init__(self) -> None:
+        self.requested = False
+        self._deferred = False
+        for number in STOP_SIGNALS:
+            signal.signal(number, self._on_signal)
+
+    def defer(self) -> None:
+        """Only note signals from now on."""
+        self._deferred = True
+
+    def ignore(self) -> None:
+        """Take no more signals: the process ends, and a second Ctrl-C must not spoil its end.
+
+        While Python finalizes, the system's own handlers are back, which kill.
+        """
+        for number in STOP_SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self.requested = True
+        if not self._deferred:
+            raise KeyboardInterrupt

@@ -1,0 +1,36 @@
+"""What `spiral_gripper_node --help` says."""
+
+from __future__ import annotations
+
+from spiral_gripper_ros.node.parameters import PARAMETERS, ParameterSpec
+
+_HEAD = """\
+usage: spiral_gripper_node [--help] [--ros-args -p NAME:=VALUE ... -r FROM:=TO ...]
+
+A lifecycle node that turns object radii into the pressure of the perfect wrap.
+
+  hears      object_radius [m], gravity [m/s^2], measured_pressure [Pa gauge, optional]
+  commands   pressure_command [Pa gauge]
+  shows      status, backbone, measured_backbone, markers, /diagnostics
+  serves     release, rearm, plan_wrap, design_gripper; actions: grasp and, with control_msgs,
+             gripper_cmd and parallel_gripper_cmd
+
+example:
+  spiral_gripper_node --ros-args -r __ns:=/left -p gripper:=prototype_p1
+
+parameters (with their defaults):
+"""
+_TAIL = """\
+
+While it runs, `ros2 param describe` tells more of each parameter, and `ros2 node info` of topics.
+"""
+
+
+def usage() -> str:
+    """Return the help text, with every parameter of the table."""
+    return _HEAD + "".join(f"  {_line(spec)}\n" for spec in PARAMETERS) + _TAIL
+
+
+def _line(spec: ParameterSpec) -> str:
+    default = "not set" if spec.default == () else str(spec.default)
+    return f"{spec.name} ({default}): {spec.description}"

@@ -1,0 +1,1 @@
+"""From radius and gravity to wraps and shapes, without ROS."""

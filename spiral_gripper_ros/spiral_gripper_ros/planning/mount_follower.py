@@ -1,0 +1,73 @@
+"""Keeps the planner true to gravity while the arm tilts, without holding up the control loop."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor, Future
+
+from spiral_core.gripper import Gripper
+from spiral_core.rod import Vector
+from spiral_gripper_ros.planning.planner import (
+    AnyPlanner,
+    NoPlanner,
+    PlannerFailedError,
+    planner_for,
+)
+
+
+class MountFollower:
+    """Has the planner for the newest gravity made in the background, one at a time.
+
+    Between a change of gravity and :meth:`poll` handing out the new planner (some tens of
+    milliseconds) the old one stands.
+
+    Args:
+        planner: the present one.
+        gripper: the gripper to be planned for.
+        pool: runs the background work.
+    """
+
+    def __init__(self, planner: AnyPlanner, gripper: Gripper, pool: Executor) -> None:
+        self.planner = planner
+        self._gripper = gripper
+        self._pool = pool
+        self._wanted = planner.gravity
+        self._job: Future[AnyPlanner] | None = None
+
+    @property
+    def gravity(self) -> Vector:
+        """Newest gravity that was asked for [m/s^2]; the planner may still be on its way."""
+        return self._wanted
+
+    def want(self, gravity: Vector, hysteresis: float) -> None:
+        """Ask for a planner for ``gravity`` unless it is within ``hysteresis`` of the last."""
+        if math.dist(gravity, self._wanted) <= hysteresis:
+            return
+        self._wanted = gravity
+        self._start_if_idle()
+
+    def refresh(self) -> None:
+        """Ask for the planner at the newest gravity anew."""
+        self._start_if_idle()
+
+    def poll(self) -> AnyPlanner | None:
+        """Return a planner that has become ready, once; None if there is none.
+
+        Should making it have raised, that is raised here, and nothing can be planned any more
+        before a planner for another gravity is ready.
+        """
+        if self._job is None or not self._job.done():
+            return None
+        job, self._job = self._job, None
+        try:
+            self.planner = job.result()
+        except Exception as error:
+            self.planner = NoPlanner(self._wanted, PlannerFailedError(error))
+            raise
+        if self.planner.gravity != self._wanted:
+            self._start_if_idle()
+        return self.planner
+
+    def _start_if_idle(self) -> None:
+        if self._job is None:
+            self._job = self._pool.submit(planner_for, self._gripper, self._wanted)

@@ -1,0 +1,120 @@
+"""Where the object is: the cylinder that fits a wrap's coil best. Pure geometry, knows no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spiral_core.rod import Array, RodState, Vector
+from spiral_core.wrap import Wrap
+
+# The search for the axis ends when a step is this fraction of the contact radius; it halves its
+# error several times over with each step and needs fewer than ten.
+FIT_TOLERANCE = 1e-9
+FIT_STEPS = 50
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectPlacement:
+    """A cylinder in the gripper's base frame.
+
+    Args:
+        center: middle of the part of its axis that the coil covers [m].
+        axis: unit vector along it, the way the coil advances.
+        radius: of the object [m].
+        length: of the part that the coil covers [m].
+    """
+
+    center: Vector
+    axis: Vector
+    radius: float
+    length: float
+
+
+def place_object(
+    wrap: Wrap, radius: float, outer_radius: float, turns_required: float
+) -> ObjectPlacement:
+    r"""Return where an object must be to be wrapped.
+
+    The direction of its axis is the coil's. Its place is where the last turns touch it best: the
+    c that minimizes
+
+    .. math:: \sum_i (|q_i - c| - r_w - r_o)^2
+
+    over the nodes of the required turns, seen along the axis as :math:`q_i`. For a helix that is
+    its own axis; a heavy tube is not quite one, and its nodes then miss the surface by the fit's
+    residual.
+
+    Args:
+        wrap: the perfect wrap.
+        radius: of the object, r_w [m].
+        outer_radius: of the gripper's tube, r_o [m].
+        turns_required: turns that count as a wrap, from the tip; the fit uses at most one, which
+            is the window that gave the direction.
+    """
+    axis, across, up = _frame_along(wrap.coil.axis)
+    positions = touching_nodes(wrap, min(turns_required, 1.0))
+    center = _fitted_center(
+        positions @ np.stack((across, up), axis=1),
+        _center_at_tip(wrap.state, axis, radius + outer_radius) @ np.stack((across, up), axis=1),
+        radius + outer_radius,
+    )
+    covered = touching_nodes(wrap, turns_required) @ axis
+    low, high = float(covered.min()) - outer_radius, float(covered.max()) + outer_radius
+    place = center[0] * across + center[1] * up + 0.5 * (low + high) * axis
+    x, y, z = place.tolist()
+    return ObjectPlacement((x, y, z), wrap.coil.axis, radius, high - low)
+
+
+def touching_nodes(wrap: Wrap, turns: float) -> Array:
+    """Return the positions of the nodes of the last ``turns`` turns (n, 3) [m]; the tip's at least.
+
+    All of them where there are fewer.
+    """
+    coil = wrap.coil
+    positions: Array = wrap.state.positions[coil.turns >= coil.total_turns - turns]
+    return positions
+
+
+def distances_from_axis(positions: Array, placement: ObjectPlacement) -> Array:
+    """Return the distances (n,) of positions (n, 3) from an object's axis [m]."""
+    offsets = positions - np.asarray(placement.center)
+    distances: Array = np.linalg.norm(np.cross(offsets, np.asarray(placement.axis)), axis=1)
+    return distances
+
+
+def _frame_along(axis: Vector) -> tuple[Array, Array, Array]:
+    """Return the axis and two unit vectors that complete it to a frame."""
+    along = np.asarray(axis)
+    helper = np.zeros(3)
+    helper[np.argmin(np.abs(along))] = 1.0
+    across = np.cross(along, helper)
+    across /= np.linalg.norm(across)
+    return along, across, np.cross(along, across)
+
+
+def _center_at_tip(state: RodState, axis: Array, contact_radius: float) -> Array:
+    """Return the point of the axis that the tip alone suggests [m].
+
+    The tip carries no moment: it curves towards its material y axis with the free curvature.
+    """
+    x, y, z, w = state.orientations[-1].tolist()
+    normal = np.array((2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)))
+    normal -= (normal @ axis) * axis
+    size = float(np.linalg.norm(normal))
+    return np.asarray(state.positions[-1] + (contact_radius / size if size else 0.0) * normal)
+
+
+def _fitted_center(points: Array, start: Array, contact_radius: float) -> Array:
+    """Return the center [m] (2,) of the circle of a given radius that fits points (n, 2) best."""
+    center = start
+    for _ in range(FIT_STEPS):
+        offsets = points - center
+        distances = np.linalg.norm(offsets, axis=1)
+        directions = offsets / np.maximum(distances, np.finfo(float).tiny)[:, None]
+        step = np.linalg.lstsq(directions, distances - contact_radius, rcond=None)[0]
+        center = center + step
+        if float(np.linalg.norm(step)) <= FIT_TOLERANCE * contact_radius:
+            break
+    return center

@@ -1,0 +1,178 @@
+"""Answers for one gripper at one gravity: plans, shapes, regimes. Knows no ROS."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import NoReturn
+
+from spiral_core.actuation import RestShape
+from spiral_core.errors import SpiralError
+from spiral_core.gripper import Gripper
+from spiral_core.rod import RodState, Vector
+from spiral_core.wrap import Wrap, WrapRegime, line_force
+from spiral_core.wrap_curve import WrapCurve
+
+
+class StillLoadingError(SpiralError):
+    """The gripper's range is being solved.
+
+    Args:
+        name: of the gripper.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"{name} is being loaded")
+
+
+class PlannerFailedError(SpiralError):
+    """A planner could not be made because of an error in the program.
+
+    Args:
+        cause: that error.
+    """
+
+    def __init__(self, cause: Exception) -> None:
+        super().__init__(f"no planner could be made: {type(cause).__name__}: {cause}")
+
+
+@dataclass(frozen=True, slots=True)
+class WrapPlan:
+    """A perfect wrap; what follows from it is computed when it is asked for.
+
+    Args:
+        wrap: the core's answer.
+        gripper: that it is for, as it is mounted.
+        solve_time: time that the answer took [s].
+    """
+
+    wrap: Wrap
+    gripper: Gripper
+    solve_time: float
+
+    @property
+    def pressure(self) -> float:
+        """Gauge pressure of the perfect wrap [Pa]."""
+        return self.wrap.pressure
+
+    @property
+    def turns_margin(self) -> float:
+        """Turns beyond those required."""
+        return self.wrap.turns - self.wrap.turns_required
+
+    @property
+    def line_force(self) -> float:
+        """Normal force per length of gripper at the perfect wrap [N/m]."""
+        return _line_force(self.gripper, self.wrap, self.wrap.rest_shape)
+
+
+@dataclass(frozen=True, slots=True)
+class GripShape:
+    """What the gripper looks like at a pressure.
+
+    Args:
+        state: the certified shape.
+        regime: how it holds the object in use; None without an object that can be gripped.
+    """
+
+    state: RodState
+    regime: WrapRegime | None
+
+
+class GripperPlanner:
+    """The grippable range and every answer within it, solved once and then warm.
+
+    Making one solves the whole range (tens of milliseconds); its answers take about a millisecond.
+
+    Args:
+        gripper: as it is mounted, with its gravity.
+
+    Raises:
+        SpiralError: the gripper coils nowhere, or a shape could not be certified.
+    """
+
+    def __init__(self, gripper: Gripper) -> None:
+        self.gripper = gripper
+        self.curve = WrapCurve(gripper)
+
+    @property
+    def gravity(self) -> Vector:
+        """Gravity that the answers are for [m/s^2]."""
+        return self.gripper.gravity
+
+    @property
+    def radius_range(self) -> tuple[float, float]:
+        """Smallest and largest radius that can be gripped [m]."""
+        return self.curve.radius_min, self.curve.radius_max
+
+    def plan(self, radius: float) -> WrapPlan:
+        """Return the perfect wrap of a radius [m]; raise the core's error if there is none."""
+        start = time.perf_counter()
+        wrap = self.curve.wrap_for_radius(radius)
+        return WrapPlan(wrap, self.gripper, time.perf_counter() - start)
+
+    def line_force(self, wrap: Wrap, pressure: float) -> float:
+        """Return the normal force per length on the object of ``wrap`` at a pressure [N/m]."""
+        return _line_force(self.gripper, wrap, self.gripper.rest_shape(pressure))
+
+    def shape(self, pressure: float, radius: float | None) -> GripShape:
+        """Return the shape at any pressure [Pa] and how it holds an object of ``radius`` [m]."""
+        state = self.curve.state_at_pressure(pressure)
+        smallest, largest = self.radius_range
+        if radius is None or not smallest <= radius <= largest:
+            return GripShape(state, None)
+        return GripShape(state, self.curve.regime(pressure, radius, state))
+
+    def warm_up(self) -> None:
+        """Call everything once, so that nothing is compiled or imported in a callback."""
+        smallest, largest = self.radius_range
+        radius = 0.5 * (smallest + largest)
+        plan = self.plan(radius)
+        self.shape(plan.pressure, radius)
+        self.shape(0.0, None)
+
+
+class NoPlanner:
+    """Stands for a gravity at which nothing can be planned: every plan raises why.
+
+    Args:
+        gravity: that gravity [m/s^2].
+        error: why.
+    """
+
+    def __init__(self, gravity: Vector, error: SpiralError) -> None:
+        self.gravity = gravity
+        self.error = error
+
+    @property
+    def radius_range(self) -> tuple[float, float]:
+        """Every radius gets as far as :meth:`plan`, which says why not."""
+        return 0.0, float("inf")
+
+    def plan(self, radius: float) -> NoReturn:
+        """Raise why nothing can be planned."""
+        raise self.error
+
+    def shape(self, pressure: float, radius: float | None) -> NoReturn:
+        """Raise why nothing can be solved."""
+        raise self.error
+
+
+AnyPlanner = GripperPlanner | NoPlanner
+
+
+def planner_for(gripper: Gripper, gravity: Vector) -> AnyPlanner:
+    """Return the planner of a gripper at a gravity [m/s^2], or the stand-in that says why not."""
+    try:
+        planner = GripperPlanner(gripper.with_mount(gravity, gripper.object_axis))
+        planner.warm_up()
+    except SpiralError as error:
+        return NoPlanner(gravity, error)
+    return planner
+
+
+def _line_force(gripper: Gripper, wrap: Wrap, shape: RestShape) -> float:
+    """Return the force [N/m] with which a gripper of some rest shape presses on its object."""
+    return line_force(
+        gripper.stiffness, shape, wrap.object_radius, wrap.tip_angle, gripper.tube.outer_radius
+    )

@@ -1,0 +1,1 @@
+"""A simulated regulator, gripper and source of radii: the node without hardware."""

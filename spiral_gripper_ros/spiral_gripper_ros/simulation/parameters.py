@@ -1,0 +1,228 @@
+"""The simulator's parameters: a table for each of its nodes, and the models they describe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from spiral_core.errors import InvalidInputError
+from spiral_gripper_ros.node.parameters import ParameterSpec, ParameterValue
+from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors
+from spiral_gripper_ros.simulation.radius_source import (
+    LARGEST_VARIATION,
+    NoSource,
+    ProfileSource,
+    RadiusSource,
+    RecordingSource,
+    Shape,
+)
+from spiral_gripper_ros.simulation.regulator import Fault, RegulatorModel
+from spiral_gripper_ros.simulation.replay import RadiusSample, samples_from_lines, shipped_recording
+from spiral_gripper_ros.simulation.valve import Valve
+
+RECORDING: Final = "recording"
+NONE: Final = "none"
+SHIPPED: Final = "shipped"
+
+
+def _number(
+    name: str, default: float, low: float, high: float, text: str, *, read_only: bool = False
+) -> ParameterSpec:
+    return ParameterSpec(name, default, text, low=low, high=high, read_only=read_only)
+
+
+def _probability(name: str, text: str) -> ParameterSpec:
+    return _number(name, 0.0, 0.0, 1.0, f"Part of the estimates that {text}.")
+
+
+REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
+    ParameterSpec(
+        "gripper",
+        "paper_design_70",
+        "Gripper description of the simulated gripper: a shipped one's name, or a file's path.",
+        read_only=True,
+    ),
+    ParameterSpec("frame_id", "gripper_base", "Frame of every stamped message.", read_only=True),
+    _number(
+        "stiffness_factor",
+        1.0,
+        0.2,
+        5.0,
+        "How stiff the gripper's material really is, as a multiple of what is described.",
+        read_only=True,
+    ),
+    ParameterSpec(
+        "fault",
+        Fault.NONE.value,
+        "What is wrong with the regulator.",
+        choices=tuple(fault.value for fault in Fault),
+    ),
+    _number("time_constant", 0.1, 0.001, 10.0, "Lag of the regulator's loop [s]."),
+    _number("fill_rate", 2.0e5, 1.0e3, 1.0e7, "Fastest rise of the pressure [Pa/s]."),
+    _number("vent_rate", 4.0e5, 1.0e3, 1.0e7, "Fastest fall of the pressure [Pa/s]."),
+    _number(
+        "supply_pressure",
+        3.0e5,
+        1.0e4,
+        1.0e6,
+        "Gauge pressure of the supply [Pa]; a command above it is refused.",
+        read_only=True,
+    ),
+    _number(
+        "watchdog_timeout",
+        0.5,
+        0.02,
+        60.0,
+        "Silence of pressure_command after which the regulator vents by itself [s].",
+    ),
+    _number(
+        "leak_time",
+        0.2,
+        0.01,
+        100.0,
+        "Time in which a leak empties a closed gripper to 1/e [s]; acts at fault leak.",
+    ),
+    _number("pressure_noise", 50.0, 0.0, 1.0e5, "Deviation of the measured pressure [Pa]."),
+    _number(
+        "pressure_resolution",
+        10.0,
+        0.0,
+        1.0e5,
+        "Step of the measured pressure [Pa]; 0: none.",
+    ),
+    _number("measured_rate", 50.0, 1.0, 100.0, "Rate of measured_pressure [Hz]."),
+    _number("truth_rate", 20.0, 1.0, 50.0, "Rate of the topics below simulated/ [Hz]."),
+    ParameterSpec(
+        "publish_clock",
+        False,
+        "Publish /clock, for nodes with use_sim_time; the simulation is then as fast as "
+        "real_time_factor says, whatever the machine does.",
+        read_only=True,
+    ),
+    _number(
+        "real_time_factor", 1.0, 0.01, 10.0, "Speed of /clock; acts when publish_clock is true."
+    ),
+    ParameterSpec("seed", 0, "Of all noise.", low=0, high=1_000_000, read_only=True),
+)
+
+RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
+    ParameterSpec(
+        "profile",
+        Shape.CONSTANT.value,
+        "The object's radius over time; none: no object, and estimates come from elsewhere.",
+        choices=(*(shape.value for shape in Shape), RECORDING, NONE),
+    ),
+    _number(
+        "radius", 0.0, 0.0, 1.0, "The object's radius [m]; 0: the middle of what the gripper grips."
+    ),
+    _number(
+        "radius_variation",
+        0.25,
+        -LARGEST_VARIATION,
+        LARGEST_VARIATION,
+        "Height of the step or amplitude of the sine, as a part of the radius.",
+    ),
+    _number("radius_period", 8.0, 0.01, 3600.0, "Period of step and sine [s]."),
+    ParameterSpec(
+        "recording",
+        SHIPPED,
+        "CSV file of time [s], radius [m], label, for profile recording; shipped: the demo's.",
+        read_only=True,
+    ),
+    ParameterSpec("recording_loop", True, "Whether the recording begins anew at its end."),
+    _number("estimate_rate", 20.0, 0.1, 100.0, "Estimates per second [Hz], but in a recording."),
+    _number("estimate_noise", 2.0e-5, 0.0, 0.1, "Deviation of the estimates [m]."),
+    _number("estimate_bias", 0.0, -0.1, 0.1, "What the estimates are too large by [m]."),
+    _probability("outlier_probability", "are off by outlier_size"),
+    _number("outlier_size", 0.01, 0.0, 1.0, "Size of an outlier [m]."),
+    _probability("nan_probability", "are not a number"),
+    _probability("dropout_probability", "do not come"),
+    ParameterSpec("seed", 0, "Of all noise.", low=0, high=1_000_000, read_only=True),
+)
+
+# What one node's table has is no typo when the other node, in the same process, is given it too.
+ALL_NAMES: Final = frozenset(spec.name for spec in REGULATOR_PARAMETERS + RADIUS_PARAMETERS)
+
+
+def regulator_model(values: Mapping[str, ParameterValue]) -> RegulatorModel:
+    """Return the regulator that checked parameter values describe."""
+    return RegulatorModel(
+        valve=Valve(
+            time_constant=number(values, "time_constant"),
+            fill_rate=number(values, "fill_rate"),
+            vent_rate=number(values, "vent_rate"),
+        ),
+        supply_pressure=number(values, "supply_pressure"),
+        watchdog_timeout=number(values, "watchdog_timeout"),
+        leak_time=number(values, "leak_time"),
+        noise=number(values, "pressure_noise"),
+        resolution=number(values, "pressure_resolution"),
+    )
+
+
+def radius_source(
+    values: Mapping[str, ParameterValue], samples: tuple[RadiusSample, ...], middle_radius: float
+) -> RadiusSource:
+    """Return the source that checked parameter values describe.
+
+    Args:
+        values: of the parameters.
+        samples: of the recording.
+        middle_radius: what stands for a radius that is not given [m].
+    """
+    profile = str(values["profile"])
+    if profile == NONE:
+        return NoSource()
+    if profile == RECORDING:
+        return RecordingSource(samples, loop=bool(values["recording_loop"]))
+    return ProfileSource(
+        shape=Shape(profile),
+        radius=number(values, "radius") or middle_radius,
+        variation=number(values, "radius_variation"),
+        period=number(values, "radius_period"),
+        rate=number(values, "estimate_rate"),
+    )
+
+
+def estimator_errors(values: Mapping[str, ParameterValue]) -> EstimatorErrors:
+    """Return the errors that checked parameter values describe."""
+    return EstimatorErrors(
+        noise=number(values, "estimate_noise"),
+        bias=number(values, "estimate_bias"),
+        outlier_probability=number(values, "outlier_probability"),
+        outlier_size=number(values, "outlier_size"),
+        nan_probability=number(values, "nan_probability"),
+        dropout_probability=number(values, "dropout_probability"),
+    )
+
+
+def recording_samples(name_or_path: str) -> tuple[RadiusSample, ...]:
+    """Return a recording: the shipped one, or that of a file.
+
+    Raises:
+        InvalidInputError: the file cannot be read or is no recording of an object.
+    """
+    samples = _read_samples(name_or_path)
+    RecordingSource(samples, loop=True)  # raises now what nobody could answer for later
+    return samples
+
+
+def _read_samples(name_or_path: str) -> tuple[RadiusSample, ...]:
+    if name_or_path == SHIPPED:
+        return shipped_recording()
+    try:
+        text = Path(name_or_path).read_text(encoding="utf-8")
+    except (OSError, UnicodeError) as error:
+        raise InvalidInputError(
+            "recording", name_or_path, f"{SHIPPED!r} or a text file that can be read ({error})"
+        ) from None
+    return samples_from_lines(text.splitlines())
+
+
+def number(values: Mapping[str, ParameterValue], name: str) -> float:
+    """Return a number among checked values."""
+    value = values[name]
+    if not isinstance(value, (int, float)):
+        raise InvalidInputError(name, value, "a number")
+    return float(value)

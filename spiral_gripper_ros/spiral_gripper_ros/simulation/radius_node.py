@@ -1,0 +1,63 @@
+"""The simulated source of radii as a node: what a camera's node would publish."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from std_msgs.msg import Float64
+
+from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
+from spiral_gripper_ros.simulation.parameters import (
+    ALL_NAMES,
+    RADIUS_PARAMETERS,
+    estimator_errors,
+    number,
+    radius_source,
+    recording_samples,
+)
+from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator
+
+RADIUS_NODE = "radius_source"
+
+
+class RadiusNode(Node):  # type: ignore[misc]
+    """Publishes `object_radius` as an estimator with errors would.
+
+    Time is let pass from outside, by :meth:`step`.
+
+    Args:
+        middle_radius: what a radius that is not given stands for [m].
+        options: passed on to rclpy's node.
+
+    Raises:
+        ValueError: a parameter given at start is bad; the message says why.
+    """
+
+    def __init__(self, middle_radius: float, **options: Any) -> None:  # noqa: ANN401
+        super().__init__(RADIUS_NODE, **options)
+        self._middle_radius = middle_radius
+        self._declared = DeclaredParameters(
+            self, self._apply, table=RADIUS_PARAMETERS, also_known=ALL_NAMES
+        )
+        values = self._declared.values()
+        self._samples = recording_samples(str(values["recording"]))
+        self.estimator = RadiusEstimator(
+            radius_source(values, self._samples, middle_radius),
+            estimator_errors(values),
+            int(number(values, "seed")),
+        )
+        self._radii = self.create_publisher(Float64, "object_radius", qos_profile_sensor_data)
+
+    def step(self, now: float) -> None:
+        """Publish what falls due before a time of the simulation [s]."""
+        for estimate in self.estimator.estimates(now):
+            self._radii.publish(Float64(data=estimate))
+
+    def _apply(self, names: set[str]) -> None:
+        """Let parameters take effect at once."""
+        del names
+        values = self._declared.values()
+        self.estimator.source = radius_source(values, self._samples, self._middle_radius)
+        self.estimator.errors = estimator_errors(values)

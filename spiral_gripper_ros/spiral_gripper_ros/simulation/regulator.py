@@ -1,0 +1,158 @@
+r"""A simulated proportional pressure regulator: it hears commands, holds a pressure, reports it.
+
+The pressure follows its target as :mod:`spiral_gripper_ros.simulation.valve` says. The target is
+the last command, or 0 once no command has come for ``watchdog_timeout``: the regulator's own
+watchdog, which vents whatever has happened to the sender. The report is the pressure with noise,
+rounded to the transmitter's resolution and within its range, from 0 to the supply pressure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from spiral_core.validation import require_non_negative, require_positive
+from spiral_gripper_ros.simulation.valve import Valve
+
+
+class Fault(Enum):
+    """What can be wrong with a regulator or its lines."""
+
+    NONE = "none"
+    LEAK = "leak"  # gripper or line leaks: the pressure settles below the command
+    STUCK_VALVE = "stuck_valve"  # both valves stay shut: the pressure stays where it is
+    LOST_LINK = "lost_link"  # neither hears commands nor reports: the watchdog vents
+
+
+@dataclass(frozen=True, slots=True)
+class RegulatorModel:
+    """What a regulator is like.
+
+    Args:
+        valve: how its pressure follows a target.
+        supply_pressure: gauge pressure of its supply [Pa], > 0; a command above it is refused.
+        watchdog_timeout: silence after which it vents [s], > 0.
+        leak_time: time in which a leak lets the pressure of a closed gripper fall to 1/e [s], > 0.
+        noise: standard deviation of the reported pressure [Pa], >= 0.
+        resolution: of the reported pressure [Pa], >= 0; 0: no rounding.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+    """
+
+    valve: Valve
+    supply_pressure: float
+    watchdog_timeout: float
+    leak_time: float
+    noise: float = 0.0
+    resolution: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in ("supply_pressure", "watchdog_timeout", "leak_time"):
+            require_positive(field, getattr(self, field))
+        for field in ("noise", "resolution"):
+            require_non_negative(field, getattr(self, field))
+
+
+class SimulatedRegulator:
+    """A regulator with time, faults and a watchdog.
+
+    Args:
+        model: what it is like.
+        seed: of the noise in its reports.
+
+    Attributes:
+        model: may be replaced at any time by one with the same supply pressure.
+        fault: may be changed at any time.
+
+    Example:
+        >>> valve = Valve(time_constant=0.1, fill_rate=2e5, vent_rate=4e5)
+        >>> model = RegulatorModel(valve, 3e5, watchdog_timeout=0.5, leak_time=0.2)
+        >>> regulator = SimulatedRegulator(model)
+        >>> regulator.command(4e4)
+        True
+        >>> regulator.step(0.5)
+        >>> round(regulator.report(), -2)
+        39600.0
+        >>> regulator.step(1.0)  # nobody speaks to it any more
+        >>> round(regulator.report(), -2), regulator.watchdog_vented
+        (0.0, True)
+    """
+
+    def __init__(self, model: RegulatorModel, seed: int = 0) -> None:
+        self.model = model
+        self.fault = Fault.NONE
+        self._random = np.random.default_rng(seed)
+        self._pressure = 0.0
+        self._command: float | None = None
+        self._silence = 0.0
+        self._refused = 0
+
+    @property
+    def pressure(self) -> float:
+        """Gauge pressure in the gripper, as it really is [Pa]."""
+        return self._pressure
+
+    @property
+    def target(self) -> float:
+        """What it aims for [Pa]."""
+        return 0.0 if self._command is None or self.watchdog_vented else self._command
+
+    @property
+    def refused(self) -> int:
+        """Commands that it could not take."""
+        return self._refused
+
+    @property
+    def watchdog_vented(self) -> bool:
+        """Whether it vents because commands have stopped."""
+        return self._command is not None and self._silence >= self.model.watchdog_timeout
+
+    def command(self, pressure: float) -> bool:
+        """Hear a command [Pa]; return whether it is taken.
+
+        One that is not a finite number from 0 to the supply pressure is counted and is as good as
+        none: the last one stands, and the watchdog goes on waiting.
+        """
+        if self.fault is Fault.LOST_LINK:
+            return False
+        if not 0.0 <= pressure <= self.model.supply_pressure:  # NaN neither
+            self._refused += 1
+            return False
+        self._command, self._silence = pressure, 0.0
+        return True
+
+    def step(self, duration: float) -> None:
+        """Let a time [s] >= 0 pass; how it is cut into steps makes no difference.
+
+        Raises:
+            InvalidInputError: the time is negative or not finite.
+        """
+        remaining = require_non_negative("duration", duration)
+        if self._command is not None and not self.watchdog_vented:
+            heard = min(remaining, self.model.watchdog_timeout - self._silence)
+            self._flow(heard, self._command)
+            # The sum may round to just below the time-out, and never get past it.
+            ends = heard < remaining
+            self._silence = self.model.watchdog_timeout if ends else self._silence + heard
+            remaining -= heard
+        self._flow(remaining, self.target)
+
+    def report(self) -> float | None:
+        """Return the pressure [Pa] that its transmitter reports now; None: the link is lost."""
+        if self.fault is Fault.LOST_LINK:
+            return None
+        reported = self._pressure + self.model.noise * float(self._random.standard_normal())
+        if self.model.resolution > 0.0:
+            reported = round(reported / self.model.resolution) * self.model.resolution
+        return min(max(reported, 0.0), self.model.supply_pressure)
+
+    def _flow(self, duration: float, target: float) -> None:
+        if self.fault is Fault.STUCK_VALVE:
+            return
+        leak_rate = 1.0 / self.model.leak_time if self.fault is Fault.LEAK else 0.0
+        after = self.model.valve.pressure_after(duration, self._pressure, target, leak_rate)
+        # The exact solution stays within these ends; its rounding need not.
+        self._pressure = min(max(after, 0.0), self.model.supply_pressure)

@@ -1,0 +1,140 @@
+"""The simulated regulator as a node: what a real one's driver would subscribe to and publish."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import FluidPressure
+from std_msgs.msg import Float64, Header
+from std_srvs.srv import Trigger
+
+from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
+from spiral_gripper_ros.simulation.pacing import Every
+from spiral_gripper_ros.simulation.parameters import (
+    ALL_NAMES,
+    REGULATOR_PARAMETERS,
+    number,
+    regulator_model,
+)
+from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulator
+
+REGULATOR_NODE = "simulated_regulator"
+DIAGNOSTICS_RATE = 1.0
+# Reliable, so that subscribers of either kind hear it.
+MEASUREMENTS = QoSProfile(depth=5)
+# A command counts when it comes: one that was latched before the regulator was there is no sign
+# that anybody commands now.
+COMMANDS = QoSProfile(depth=1)
+
+
+def injection_service(fault: Fault) -> str:
+    """Return the name, below the node's, of the service that injects a fault."""
+    return "clear_fault" if fault is Fault.NONE else f"inject_{fault.value}"
+
+
+class RegulatorNode(Node):  # type: ignore[misc]
+    """Hears `pressure_command`, publishes `measured_pressure`; its faults can be injected.
+
+    Time is let pass from outside, by :meth:`step`.
+
+    Args:
+        options: passed on to rclpy's node.
+
+    Raises:
+        ValueError: a parameter given at start is bad; the message says why.
+    """
+
+    def __init__(self, **options: Any) -> None:  # noqa: ANN401
+        super().__init__(REGULATOR_NODE, **options)
+        self._declared = DeclaredParameters(
+            self, self._apply, table=REGULATOR_PARAMETERS, also_known=ALL_NAMES
+        )
+        self.values = self._declared.values()
+        self.regulator = SimulatedRegulator(
+            regulator_model(self.values), int(number(self.values, "seed"))
+        )
+        self._measuring, self._diagnosing = Every(), Every()
+        self._measured = self.create_publisher(FluidPressure, "measured_pressure", MEASUREMENTS)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.create_subscription(Float64, "pressure_command", self._on_command, COMMANDS)
+        for fault in Fault:
+            name = f"~/{injection_service(fault)}"
+            self.create_service(Trigger, name, self._injecting(fault))
+        self._apply(set())
+
+    def step(self, duration: float, now: float, stamp: Any) -> None:  # noqa: ANN401
+        """Let time pass, and report.
+
+        Args:
+            duration: how much [s].
+            now: time of the simulation afterwards [s].
+            stamp: the same for messages.
+        """
+        self.regulator.step(duration)
+        if self._measuring.due(now, number(self.values, "measured_rate")):
+            self._measure(stamp)
+        if self._diagnosing.due(now, DIAGNOSTICS_RATE):
+            self._diagnose(stamp)
+
+    def header(self, stamp: Any) -> Any:  # noqa: ANN401
+        """Return the header of a message."""
+        return Header(stamp=stamp, frame_id=str(self.values["frame_id"]))
+
+    def _on_command(self, message: Float64) -> None:
+        self.regulator.command(message.data)
+
+    def _apply(self, names: set[str]) -> None:
+        """Let parameters take effect at once."""
+        del names
+        self.values = self._declared.values()
+        self.regulator.model = regulator_model(self.values)
+        fault = Fault(self.values["fault"])
+        if fault is not self.regulator.fault:
+            self.get_logger().info(f"fault: {self.regulator.fault.value} -> {fault.value}")
+        self.regulator.fault = fault
+
+    def _injecting(self, fault: Fault) -> Any:  # noqa: ANN401
+        def inject(request: Any, response: Any) -> Any:  # noqa: ANN401
+            del request
+            result = self.set_parameters([Parameter("fault", value=fault.value)])[0]
+            response.success = result.successful
+            response.message = result.reason or f"fault: {fault.value}"
+            return response
+
+        return inject
+
+    def _measure(self, stamp: Any) -> None:  # noqa: ANN401
+        pressure = self.regulator.report()
+        if pressure is None:
+            return
+        message = FluidPressure(header=self.header(stamp), fluid_pressure=pressure)
+        message.variance = self.regulator.model.noise**2
+        self._measured.publish(message)
+
+    def _diagnose(self, stamp: Any) -> None:  # noqa: ANN401
+        regulator = self.regulator
+        level, text = DiagnosticStatus.OK, "follows its commands"
+        if regulator.watchdog_vented:
+            level, text = DiagnosticStatus.WARN, "no command: vented by its own watchdog"
+        if regulator.fault is not Fault.NONE:
+            level, text = DiagnosticStatus.ERROR, f"injected fault: {regulator.fault.value}"
+        values = {
+            "fault": regulator.fault.value,
+            "target [Pa]": f"{regulator.target:.6g}",
+            "pressure [Pa]": f"{regulator.pressure:.6g}",
+            "commands refused": str(regulator.refused),
+        }
+        status = DiagnosticStatus(
+            level=level,
+            name=f"{self.get_fully_qualified_name()}: regulator",
+            message=text,
+            hardware_id="simulated",
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = stamp
+        self._diagnostics.publish(message)

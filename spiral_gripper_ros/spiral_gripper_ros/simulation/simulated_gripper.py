@@ -1,0 +1,121 @@
+r"""The gripper as it really is, which need not be as its description says.
+
+A tube whose material is :math:`s` times as stiff as described takes at :math:`s P` the shape that
+is described for :math:`P`: the unloaded shape depends on the pressure and the material's moduli
+only through their ratio. Its bending and torsional stiffnesses are :math:`s` times those described,
+so that it sags less or more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from spiral_core.actuation import ActuationModel, RestShape
+from spiral_core.errors import ActuationLimit, NotGrippableError, SolverError
+from spiral_core.gripper import Gripper
+from spiral_core.rod import RodState, RodStiffness
+from spiral_core.validation import require_positive
+from spiral_core.wrap_curve import WrapCurve
+
+
+class Grip(Enum):
+    """How the real gripper holds the real object; the values are what is published."""
+
+    NO_OBJECT = "no object"
+    OVERHANG = "overhang"
+    PERFECT_WRAP = "perfect wrap"
+    CURLING = "curling"
+    NOT_GRIPPABLE = "not grippable"  # the object is outside the range of radii
+    OVERPRESSURE = "overpressure"  # beyond what the gripper's model reaches
+    UNKNOWN = "unknown"  # no certified shape was found
+
+
+@dataclass(frozen=True, slots=True)
+class ScaledActuation:
+    """An actuation of a material that is stiffer or softer by a factor, > 0."""
+
+    described: ActuationModel
+    stiffness_factor: float
+
+    @property
+    def pressure_limit(self) -> float:
+        """Largest gauge pressure the model answers for [Pa]."""
+        return self.described.pressure_limit * self.stiffness_factor
+
+    @property
+    def limit(self) -> ActuationLimit:
+        """What ends the range at ``pressure_limit``."""
+        return self.described.limit
+
+    def rest_shape(self, pressure: float) -> RestShape:
+        """Return the unloaded shape at a gauge pressure [Pa]."""
+        # A pressure at the very limit must not get past it by rounding.
+        scaled = min(pressure / self.stiffness_factor, self.described.pressure_limit)
+        return self.described.rest_shape(scaled)
+
+
+def stiffened(gripper: Gripper, stiffness_factor: float) -> Gripper:
+    """Return a gripper whose material is ``stiffness_factor`` > 0 times as stiff.
+
+    Raises:
+        InvalidInputError: the factor is not positive and finite.
+    """
+    factor = require_positive("stiffness_factor", stiffness_factor)
+    actuation = ScaledActuation(gripper.actuation, factor)
+    return replace(
+        gripper,
+        actuation=actuation,
+        stiffness=RodStiffness(
+            gripper.stiffness.bending * factor, gripper.stiffness.torsional * factor
+        ),
+        pressure_max=min(gripper.pressure_max * factor, actuation.pressure_limit),
+    )
+
+
+class SimulatedGripper:
+    """What a gripper really does at a real pressure.
+
+    Args:
+        described: the gripper as the node knows it.
+        stiffness_factor: how stiff its material really is, as a multiple; 1: as described.
+
+    Raises:
+        SpiralError: the gripper coils nowhere, or a shape could not be certified.
+    """
+
+    def __init__(self, described: Gripper, stiffness_factor: float = 1.0) -> None:
+        self._curve = WrapCurve(stiffened(described, stiffness_factor))
+
+    @property
+    def middle_radius(self) -> float:
+        """The middle of the radii that it can grip [m]."""
+        return 0.5 * (self._curve.radius_min + self._curve.radius_max)
+
+    def shape(self, pressure: float) -> RodState | None:
+        """Return the shape at a gauge pressure [Pa] >= 0; None: beyond the model or uncertified."""
+        if pressure > self._curve.gripper.pressure_max:
+            return None
+        try:
+            return self._curve.state_at_pressure(pressure)
+        except SolverError:
+            return None
+
+    def grip(self, pressure: float, radius: float | None, shape: RodState | None = None) -> Grip:
+        """Return how it holds an object.
+
+        Args:
+            pressure: gauge [Pa], >= 0.
+            radius: of the object [m], > 0; None: there is none.
+            shape: at this pressure, if it is known already.
+        """
+        if radius is None:
+            return Grip.NO_OBJECT
+        if pressure > self._curve.gripper.pressure_max:
+            return Grip.OVERPRESSURE
+        try:
+            return Grip(self._curve.regime(pressure, radius, shape).value)
+        except NotGrippableError:
+            return Grip.NOT_GRIPPABLE
+        except SolverError:
+            return Grip.UNKNOWN

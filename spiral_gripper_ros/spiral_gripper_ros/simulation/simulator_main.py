@@ -1,0 +1,76 @@
+"""``spiral_gripper_simulator``: the process of the simulator.
+
+Whatever takes time is imported by :func:`main`, so that a signal that comes early ends it in order.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from spiral_gripper_ros.node.stop_signals import StopSignals
+
+if TYPE_CHECKING:
+    from rclpy.executors import Executor
+
+    from spiral_gripper_ros.simulation.simulator import Simulator
+
+HELP_OPTIONS = frozenset({"-h", "--help"})
+# How long the executor may sleep before it looks whether it was asked to stop [s].
+LONGEST_SLEEP = 0.05
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the simulator until SIGINT or SIGTERM; return the process's exit code."""
+    if not HELP_OPTIONS.isdisjoint(sys.argv[1:] if args is None else args):
+        from spiral_gripper_ros.simulation.simulator_usage import simulator_usage
+
+        sys.stdout.write(simulator_usage())
+        return 0
+    signals = StopSignals()
+    try:
+        return _run(signals, args)
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        signals.ignore()
+
+
+def _run(signals: StopSignals, args: list[str] | None) -> int:
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions
+
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    executor = SingleThreadedExecutor()
+    try:
+        simulator = _started(executor)
+        if simulator is None:
+            return 1
+        signals.defer()
+        while not signals.requested:
+            executor.spin_once(timeout_sec=LONGEST_SLEEP)
+        return 0
+    finally:
+        signals.defer()
+        executor.shutdown()
+        rclpy.try_shutdown()
+
+
+def _started(executor: Executor) -> Simulator | None:
+    """Return the simulator, or None after a line in the log that says why there is none."""
+    from rclpy.exceptions import ParameterException
+    from rclpy.logging import get_logger
+
+    from spiral_core.errors import SpiralError
+    from spiral_gripper_ros.simulation.simulator import Simulator
+
+    try:
+        return Simulator(executor)
+    except (ParameterException, SpiralError, ValueError) as error:
+        get_logger("spiral_gripper_simulator").fatal(f"cannot start: {error}")
+        return None
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""One full grasp and release for ``spiral-gripper smoke``."""

@@ -1,0 +1,190 @@
+"""``spiral-gripper smoke``: one whole grasp of the node and the simulator, as real processes."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import IO
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from spiral_core.errors import SpiralError
+from spiral_gripper import load_gripper
+from spiral_gripper.doctor import Answer
+from spiral_gripper_ros.client import NoAnswerError, SpiralGripper, WrapOutcome
+from spiral_gripper_ros.node.stop_signals import StopSignals
+from spiral_gripper_ros.node_process import NODE, SIMULATOR, NodeProcess
+from spiral_gripper_ros.simulation.injection import local_discovery
+from spiral_gripper_ros.smoke.listener import SmokeListener
+from spiral_gripper_ros.smoke.verdict import VENTED, SmokeRecord, verdicts
+
+# A first start compiles the solver: half a minute, some minutes on a slow machine.
+START_TIMEOUT = 300.0
+# The wrap is reached in about a second, a release in half of one; slow machines get ten times that.
+GRASP_TIMEOUT = 10.0
+RELEASE_TIMEOUT = 5.0
+ANSWER_TIMEOUT = 10.0
+# What was published before something ended is heard this much later, at most [s].
+LATE = 0.5
+# How long the grip stands before it is looked at [s]: a leak or a lost wrap shows by then.
+HOLD_TIME = 1.0
+PROGRESS_PERIOD = 0.25
+LOG_LINES = 12
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class SmokeResult:
+    """How the smoke test went.
+
+    Attributes:
+        answers: what was expected and what came.
+        log: the last lines that the processes have written.
+    """
+
+    answers: tuple[Answer, ...]
+    log: tuple[str, ...]
+
+
+def smoke(gripper: str, fault: str, say: Say) -> SmokeResult:
+    """Start node and simulator, grasp, release, stop; return how each of that went.
+
+    Args:
+        gripper: a shipped gripper's name, or a description file's path.
+        fault: of the simulated regulator; "none": it works.
+        say: gets a line of progress now and then.
+
+    Raises:
+        KeyboardInterrupt: SIGINT or SIGTERM; both processes have ended by then.
+    """
+    record = SmokeRecord(load_gripper(gripper).pressure_max)
+    namespace = f"/spiral_gripper_smoke_{os.getpid()}"
+    local_discovery()
+    StopSignals()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with tempfile.TemporaryFile("w+", errors="replace") as log:
+            _Smoke(record, namespace, say).run(gripper, fault, log)
+            log.seek(0)
+            lines = log.read().splitlines()
+    finally:
+        rclpy.try_shutdown()
+    return SmokeResult(tuple(verdicts(record)), tuple(lines[-LOG_LINES:]))
+
+
+class _Smoke:
+    """One run; what it sees goes into the record."""
+
+    def __init__(self, record: SmokeRecord, namespace: str, say: Say) -> None:
+        self._record = record
+        self._namespace = namespace
+        self._say = say
+
+    def run(self, gripper: str, fault: str, log: IO[str]) -> None:
+        """Start both processes, grasp and release, and stop them."""
+        self._say(f"starting node and simulator of {gripper}, below {self._namespace}")
+        with ExitStack() as stack:
+            ears = SmokeListener(self._namespace)
+            stack.callback(ears.close)
+            # There is an object, but no estimate of its radius: only the goal says what to wrap.
+            settings = {"gripper": gripper, "fault": fault, "dropout_probability": 1.0}
+            processes = {
+                name: stack.enter_context(
+                    NodeProcess(self._namespace, parameters, output=log, module=module)
+                )
+                for name, module, parameters in (
+                    ("simulator", SIMULATOR, settings),
+                    ("node", NODE, {"gripper": gripper}),
+                )
+            }
+            with SpiralGripper(self._namespace, ANSWER_TIMEOUT) as hands:
+                if self._wait_until_active(hands, ears, processes):
+                    self._grasp(hands, ears)
+                    self._release(hands, ears)
+            for name in ("node", "simulator"):
+                self._record.exit_codes[name] = processes[name].stop()
+                ears.hear(LATE)
+            self._record.commands = ears.commands
+
+    def _wait_until_active(
+        self, hands: SpiralGripper, ears: SmokeListener, processes: dict[str, NodeProcess]
+    ) -> bool:
+        """Wait for the node and the simulator; return whether they came."""
+        start = time.monotonic()
+        while time.monotonic() < start + START_TIMEOUT:
+            ended = [name for name, process in processes.items() if not process.running]
+            if ended:
+                self._record.answer = f"the {ended[0]} has ended by itself"
+                return False
+            try:
+                hands.wait_until_active(PROGRESS_PERIOD)
+            except NoAnswerError as error:
+                self._record.answer = str(error.missing)
+                continue
+            if ears.hear(PROGRESS_PERIOD, lambda: ears.radius is not None):
+                self._record.active_after = time.monotonic() - start
+                self._record.answer = ""
+                self._say(f"node active after {self._record.active_after:.1f} s")
+                return True
+            self._record.answer = "nothing is heard of the simulated object"
+        return False
+
+    def _grasp(self, hands: SpiralGripper, ears: SmokeListener) -> None:
+        """Wrap the simulated object, hold it for a while, and look at everything."""
+        record = self._record
+        record.radius = ears.radius
+        start = time.monotonic()
+        try:
+            if not hands.wrap(record.radius, timeout=GRASP_TIMEOUT):
+                result = hands.result()
+                record.answer = "the goal is refused" if result is None else result.message
+                return
+            while not hands.is_done():
+                ears.hear(PROGRESS_PERIOD)
+                self._say(_progress(record.radius, hands, ears))
+            result = hands.wait(ANSWER_TIMEOUT)
+        except SpiralError as error:
+            record.answer = str(error)
+            return
+        if result.outcome is WrapOutcome.SUCCEEDED:
+            record.wrapped_after = time.monotonic() - start
+        record.answer = result.message
+        self._say(result.message)
+        ears.hear(HOLD_TIME)
+        status = hands.status
+        record.says_wrapped = status is not None and bool(status.wrapped)
+        record.grip, record.poses = ears.grip, ears.poses
+        record.measured = ears.measured
+        record.command = ears.commands[-1] if ears.commands else None
+
+    def _release(self, hands: SpiralGripper, ears: SmokeListener) -> None:
+        """Vent, and wait until the measured pressure says so."""
+        start = time.monotonic()
+        try:
+            hands.release()
+        except SpiralError as error:
+            self._record.release_answer = str(error)
+            return
+        if ears.hear(RELEASE_TIMEOUT, lambda: ears.measured is not None and ears.measured < VENTED):
+            self._record.vented_after = time.monotonic() - start
+            self._say(f"vented after {self._record.vented_after:.1f} s")
+        self._record.measured_at_end = ears.measured
+
+
+def _progress(radius: float | None, hands: SpiralGripper, ears: SmokeListener) -> str:
+    """Return a line of how far the grasp is."""
+    target, command = 0.0, ears.commands[-1] if ears.commands else 0.0
+    feedback = hands.feedback()
+    if feedback is not None:
+        target = feedback.pressure_target
+    measured = "nothing" if ears.measured is None else f"{ears.measured * 1e-3:.1f} kPa"
+    return (
+        f"grasping {(radius or 0.0) * 1e3:.1f} mm: {command * 1e-3:.1f} of {target * 1e-3:.1f} kPa "
+        f"commanded, {measured} measured"
+    )

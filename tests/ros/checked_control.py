@@ -1,0 +1,177 @@
+"""The control logic under watch: what test_control_machine.py does anything to."""
+
+import math
+from collections import Counter
+from typing import ClassVar
+
+from hypothesis.stateful import RuleBasedStateMachine
+from ros.fakes import FakePlan, FakePlanner, FakeRegulator, regime_at
+
+from spiral_core import WrapRegime
+from spiral_gripper_ros.control.grasp import GraspOutcome
+from spiral_gripper_ros.control.grip_control import GripControl
+from spiral_gripper_ros.control.limits import FaultPolicy, Limits
+from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
+from spiral_gripper_ros.control.states import Reason, State
+
+SANE = Limits(pressure_cap=9.0e4)
+GRIPPING = {State.TRACKING, State.HOLDING, State.RAMPING_DOWN, State.GRASPING}
+# What is left of a second's digits after a hundred leaps of the inner clock [s].
+CLOCK_RESOLUTION = 1.0e-8
+
+
+class ImmutablePlanner(FakePlanner):
+    """Answers the same way forever, so that the machine can tell what it must have answered."""
+
+    def __init__(self, product=1.0e3, error=None):
+        super().__init__(product)
+        self.error = error
+
+    def pressure(self, radius):
+        """Return the pressure for a radius, or None if there is none."""
+        try:
+            pressure = self.plan(radius).pressure
+        except Exception:
+            return None
+        return pressure if math.isfinite(pressure) and pressure > 0.0 else None
+
+
+class CheckedControl(RuleBasedStateMachine):
+    """The control logic and a regulator, called as the node does; every command is checked."""
+
+    tally: ClassVar[Counter] = Counter()
+
+    def __init__(self):
+        super().__init__()
+        self.limits = SANE
+        self.control = GripControl(SANE)
+        self.planner = ImmutablePlanner()
+        self.regulator = FakeRegulator()
+        self.eyes = "honest"
+        self.now = 0.0
+        self.read = None  # what the clock said last
+        self.elapsed = 0.0  # since the last command, as the control logic may count it
+        self.last = 0.0
+        self.timeouts = {}  # by ticket
+        self.ended = {}  # final reports by ticket
+        self.overpressure = 0.0  # of the newest grasp
+        self.regime = None  # seen since it began
+        self.visited = set()
+
+    # --- calling it as the node does --------------------------------------------------------
+
+    def time(self):
+        """Return what the clock says, and count the time as the control logic may."""
+        if self.read is not None:
+            self.elapsed += max(self.now - self.read, 0.0)
+        self.read = self.now
+        return self.now
+
+    def guarded(self, call, *arguments):
+        """Call as the node's guards do: an exception that is not expected is a fault."""
+        try:
+            return call(*arguments)
+        except ZeroDivisionError:
+            self.control.fail("a planner broke")
+            return None
+
+    def command(self):
+        """Let it command, and check the command."""
+        before = self.control.snapshot()
+        running = [ticket for ticket in self.running() if self.is_running(ticket)]
+        command = self.control.command(self.time())
+        seen, limits = self.control.snapshot(), self.limits
+        step = min(self.elapsed + CLOCK_RESOLUTION, LONGEST_STEP)
+        assert math.isfinite(command)
+        assert 0.0 <= command <= limits.pressure_cap
+        assert command - self.last <= limits.pressure_rate_up * step * (1.0 + 1e-9)
+        assert command == seen.pressure_command
+        if seen.state in GRIPPING:
+            lowest = before.pressure_command - limits.pressure_rate_down * step * (1.0 + 1e-9)
+            assert command >= min(lowest, limits.pressure_cap)
+        for ticket in running:
+            self.check_grasp(ticket, seen)
+        self.check_fault(before, seen)
+        self.last, self.elapsed = command, 0.0
+        self.visited.add(seen.state)
+        self.tally["commands"] += 1
+        self.tally[f"state {seen.state.name}"] += 1
+
+    def check_grasp(self, ticket, seen):
+        """Check a grasp that ran before the command."""
+        report = self.control.grasp_report(ticket)
+        if report.outcome is GraspOutcome.RUNNING:
+            assert report.elapsed <= self.timeouts[ticket]
+            assert seen.pressure_fault.reason is Reason.NONE
+        if report.outcome is GraspOutcome.SUCCEEDED:
+            assert (seen.state, seen.refusal.reason) == (State.GRASPING, Reason.NONE)
+            assert seen.pressure_command == seen.pressure_target
+            assert self.is_held() or (self.regime is None and seen.measured is None)
+
+    def check_fault(self, before, seen):
+        """Check that a fault of the measured pressure vents if the policy says so."""
+        is_fault = seen.pressure_fault.reason is not Reason.NONE
+        if is_fault and self.limits.pressure_fault_policy is FaultPolicy.VENT:
+            assert seen.state in (State.INACTIVE, State.FAULT)
+            if before.state not in (State.INACTIVE, State.FAULT):
+                assert seen.refusal == seen.pressure_fault
+
+    def look(self):
+        """Tell it how the gripper holds the object."""
+        seen = self.control.snapshot()
+        regime = self.eyes
+        if regime == "honest":
+            pressure = seen.measured.pressure if seen.measured else seen.pressure_command
+            regime = None if seen.plan is None else regime_at(pressure, seen.plan.pressure)
+        self.control.observe(self.time(), regime)
+        self.regime = regime
+        assert self.control.snapshot().wrapped is (seen.radius is not None and self.is_held())
+
+    def is_held(self):
+        """Return whether the regime seen last holds the object in use."""
+        grasps = self.control.snapshot().state is State.GRASPING
+        curls = self.regime is WrapRegime.CURLING and grasps and self.overpressure > 0.0
+        return curls or self.regime is WrapRegime.PERFECT_WRAP
+
+    def tick(self, period, radius):
+        """Let one period of the node's timer pass."""
+        self.now += period
+        if radius is not None:
+            self.guarded(self.control.offer_radius, self.time(), radius, self.planner)
+        measured = self.regulator.step(self.last, period)
+        if measured is not None:
+            self.control.offer_measured(self.time(), measured)
+        self.command()
+        self.look()
+
+    def running(self):
+        """Return the grasps that are not known to have ended."""
+        return [ticket for ticket in self.timeouts if ticket not in self.ended]
+
+    def outcome(self, ticket):
+        return self.control.grasp_report(ticket).outcome
+
+    def is_running(self, ticket):
+        return self.outcome(ticket) is GraspOutcome.RUNNING
+
+    def was_aborted(self):
+        """Return whether the newest grasp has ended with its pressure held."""
+        return self.outcome(len(self.timeouts)) in (GraspOutcome.FAILED, GraspOutcome.CANCELED)
+
+    def is_possible(self, seen):
+        """Return whether the wrap of the newest grasp is what the planner says, within the cap."""
+        pressure = self.planner.pressure(seen.radius)
+        if pressure is None or not pressure + self.overpressure <= self.limits.pressure_cap:
+            return False
+        assert seen.plan == FakePlan(pressure)
+        assert seen.pressure_target == pressure + self.overpressure
+        return True
+
+    def note_end(self, report):
+        """Check a report that has become final."""
+        succeeded = report.outcome is GraspOutcome.SUCCEEDED
+        assert succeeded is (report.refusal.reason is Reason.NONE)
+        assert succeeded is (report.refusal.text == "")
+        assert not succeeded or report.progress == 1.0
+        self.tally[f"outcome {report.outcome.name}"] += 1
+        self.tally[f"reason {report.refusal.reason.name}"] += 1

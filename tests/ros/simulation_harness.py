@@ -1,0 +1,121 @@
+"""The simulator as a process, and a client that hears what it and the node publish."""
+
+import tempfile
+
+from geometry_msgs.msg import PoseArray
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import qos_profile_sensor_data
+from ros.harness import FAST_RAMP, START_DEADLINE, Client, RunningNode
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import FluidPressure
+from std_msgs.msg import Float64, String
+from std_srvs.srv import Trigger
+
+from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.node_process import SIMULATOR, NodeProcess
+
+REGULATOR = "simulated_regulator"
+# No noise, so that figures can be compared; fast estimates, so that the tests are.
+QUIET = {"pressure_noise": 0.0, "pressure_resolution": 0.0, "estimate_noise": 0.0}
+RADIUS = 0.02
+
+
+class RunningSimulator(NodeProcess):
+    """A simulator process whose log a failing test can show."""
+
+    def __init__(self, namespace, parameters=None):
+        self._output = tempfile.TemporaryFile("w+")  # noqa: SIM115
+        super().__init__(namespace, parameters, output=self._output, module=SIMULATOR)
+
+    def log(self):
+        self._output.seek(0)
+        return self._output.read()
+
+    def __exit__(self, *details):
+        super().__exit__(*details)
+        self._output.close()
+
+
+class Observer(Client):
+    """A client that remembers, besides, what the simulator publishes."""
+
+    def __init__(self, namespace):
+        super().__init__(namespace)
+        self.measured, self.radii, self.truths, self.true_radii = [], [], [], []
+        self.grips, self.shapes, self.clocks = [], [], []
+        self._commands = self.create_publisher(Float64, "pressure_command", 1)
+        for kind, topic, received in (
+            (FluidPressure, "measured_pressure", self.measured),
+            (Float64, "object_radius", self.radii),
+            (FluidPressure, "simulated/pressure", self.truths),
+            (Float64, "simulated/object_radius", self.true_radii),
+            (String, "simulated/grip", self.grips),
+            (PoseArray, "simulated/backbone", self.shapes),
+            (Clock, "/clock", self.clocks),
+        ):
+            self.create_subscription(kind, topic, received.append, qos_profile_sensor_data)
+
+    def wait_until_active(self, deadline=START_DEADLINE):
+        """Wait for a status of the active node; the radii that it hears are the simulator's."""
+        self.statuses.clear()
+        self.wait_until(
+            lambda: self.status is not None and self.status.state != State.INACTIVE,
+            "the node to become active",
+            deadline,
+        )
+
+    def command(self, pressure):
+        """Command a pressure as a node would."""
+        self._commands.publish(Float64(data=pressure))
+
+    def command_until(self, pressure, condition, what):
+        """Keep commanding a pressure until a condition holds."""
+        self.wait_until(lambda: (self.command(pressure), condition())[1], what)
+
+    def wait_for_simulator(self):
+        """Wait until the simulator publishes, and hears our commands."""
+        self.wait_until(
+            lambda: self.grips and self.measured and self._commands.get_subscription_count() >= 1,
+            "the simulator",
+        )
+
+    @property
+    def pressure(self):
+        """The pressure that is measured [Pa]."""
+        return self.measured[-1].fluid_pressure if self.measured else None
+
+    @property
+    def true_pressure(self):
+        """The pressure that is really there [Pa]."""
+        return self.truths[-1].fluid_pressure if self.truths else None
+
+    @property
+    def grip(self):
+        return self.grips[-1].data if self.grips else None
+
+    def inject(self, fault):
+        """Inject a fault by its service; "none" clears it."""
+        name = "clear_fault" if fault == "none" else f"inject_{fault}"
+        answer = self.call(Trigger, f"{REGULATOR}/{name}")
+        assert answer.success, answer.message
+
+    def set_simulated(self, node, **values):
+        """Set parameters of one of the simulator's nodes; return the results."""
+        parameters = [
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+        ]
+        request = SetParameters.Request(parameters=parameters)
+        return self.call(SetParameters, f"{node}/set_parameters", request).results
+
+
+def closed_loop(namespace, node=None, simulator=None):
+    """The processes of a node and of a simulator in one namespace, without noise."""
+    return (
+        RunningNode(namespace, {**FAST_RAMP, **(node or {})}),
+        RunningSimulator(namespace, {"radius": RADIUS, **QUIET, **(simulator or {})}),
+    )
+
+
+def seconds(stamp):
+    return stamp.sec + 1e-9 * stamp.nanosec

@@ -1,0 +1,240 @@
+"""A grasp goal: which are accepted, and what reaching it means."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import pytest
+from ros.control_bench import LIMITS, RUNNING, SUCCEEDED, TICK, Bench
+from ros.fakes import regime_at
+
+from spiral_core import SolverError, WrapRegime
+from spiral_core.rod import RodStatus
+from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.limits import TimeoutPolicy
+from spiral_gripper_ros.control.states import Reason, Refusal, State
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+@pytest.fixture
+def holding(bench):
+    """A bench that has grasped a 20 mm object at its wrap pressure of 50 kPa, measured."""
+    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+    bench.run(0.5)
+    return bench
+
+
+def test_a_grasp_is_reached_once_the_measured_pressure_has_settled_and_the_wrap_is_perfect(bench):
+    ticket = bench.grasp()
+    assert (bench.state, bench.reason) == (State.GRASPING, Reason.NONE)
+    bench.run(0.52)
+    assert bench.seen.pressure_command == 5.0e4
+    assert bench.report(ticket).outcome is RUNNING
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    report = bench.report(ticket)
+    assert report.radius == 0.02
+    assert report.plan.pressure == 5.0e4
+    assert report.progress == 1.0
+    assert 0.7 <= report.elapsed <= 1.2
+    assert set(bench.run(5.0)) == {5.0e4}
+    assert (bench.state, bench.reason) == (State.GRASPING, Reason.NONE)
+    assert bench.seen.wrapped
+    assert bench.report(ticket) == report
+
+
+def test_without_a_measured_pressure_it_is_reached_when_the_command_has_stood_for_a_while():
+    bench = Bench(measured=False)
+    ticket = bench.grasp()
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.report(ticket).elapsed == pytest.approx(0.5 + 0.3, abs=2.0 * TICK)
+    assert bench.seen.measured is None
+    assert bench.seen.wrapped
+
+
+def test_nothing_need_be_observed_if_nothing_is_measured(bench):
+    bench.is_measured, bench.sees = False, lambda pressure, perfect: None
+    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+    assert not bench.seen.wrapped
+
+
+def test_the_command_rises_to_a_grasp_at_its_rate(bench):
+    bench.grasp()
+    commands = [0.0, *bench.run(0.6)]
+    steps = [after - before for before, after in itertools.pairwise(commands)]
+    assert max(steps) <= LIMITS.pressure_rate_up * TICK * (1 + 1e-9)
+    assert commands[-1] == 5.0e4
+
+
+def test_progress_is_told_on_the_way(bench):
+    ticket = bench.grasp()
+    bench.run(0.2)
+    assert bench.report(ticket).progress == pytest.approx(0.4)
+    assert bench.report(ticket).elapsed == pytest.approx(0.2)
+
+
+def test_overpressure_is_added_and_the_tip_may_curl_off(bench):
+    assert bench.end(bench.grasp(overpressure=5.0e3)) == (SUCCEEDED, Reason.NONE)
+    assert bench.seen.pressure_command == 5.5e4
+    assert regime_at(5.5e4, 5.0e4) is WrapRegime.CURLING
+    assert bench.seen.wrapped
+
+
+def test_without_overpressure_a_tip_that_curls_off_is_no_wrap(holding):
+    holding.sees = lambda pressure, perfect: WrapRegime.CURLING
+    holding.tick()
+    assert not holding.seen.wrapped
+
+
+def test_the_radius_that_is_followed_can_be_grasped(bench):
+    bench.run(1.0, radius=0.025)
+    ticket = bench.grasp(None)
+    assert bench.report(ticket).radius == 0.025
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.seen.pressure_command == 4.0e4
+
+
+def test_while_it_grasps_radii_are_neither_followed_nor_counted_nor_missed(bench):
+    ticket = bench.grasp()
+    bench.run(0.5, radius=0.03)
+    bench.run(0.5, radius=math.nan)
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert set(bench.run(2.0, radius=0.03)) == {5.0e4}
+    assert set(bench.run(2.0)) == {5.0e4}
+    assert (bench.seen.radius, bench.seen.accepted) == (0.02, 0)
+    assert not bench.seen.refused
+
+
+@pytest.mark.parametrize("policy", list(TimeoutPolicy))
+def test_no_radius_timeout_lets_go_of_what_is_grasped(policy):
+    bench = Bench(replace(LIMITS, timeout_policy=policy))
+    bench.run(1.0, radius=0.02)
+    assert bench.end(bench.grasp(None)) == (SUCCEEDED, Reason.NONE)
+    assert set(bench.run(3.0)) == {5.0e4}
+    assert bench.seen.radius_age is None
+
+
+def test_after_a_release_and_rearm_radii_are_followed_again(holding):
+    holding.control.release()
+    assert set(holding.run(1.0, radius=0.025)) == {0.0}
+    assert holding.control.rearm() is None
+    assert holding.run(1.0, radius=0.025)[-1] == 4.0e4
+
+
+def test_a_bad_gravity_is_counted_and_does_not_disturb_a_grasp(bench):
+    ticket = bench.grasp()
+    bench.control.refuse(Refusal(Reason.GRAVITY_INVALID, "gravity must be finite"))
+    assert (bench.state, bench.reason) == (State.GRASPING, Reason.NONE)
+    assert bench.seen.refused[Reason.GRAVITY_INVALID] == 1
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+
+
+BAD_GOALS = [
+    (GraspGoal(math.nan), Reason.RADIUS_NOT_FINITE),
+    (GraspGoal(math.inf), Reason.RADIUS_NOT_FINITE),
+    (GraspGoal(0.0), Reason.RADIUS_NOT_POSITIVE),
+    (GraspGoal(-0.02), Reason.RADIUS_NOT_POSITIVE),
+    (GraspGoal(0.002), Reason.RADIUS_TOO_SMALL),
+    (GraspGoal(0.2), Reason.RADIUS_TOO_LARGE),
+    (GraspGoal(0.02, overpressure=math.nan), Reason.INVALID_REQUEST),
+    (GraspGoal(0.02, overpressure=-1.0), Reason.INVALID_REQUEST),
+    (GraspGoal(0.02, timeout=math.nan), Reason.INVALID_REQUEST),
+    (GraspGoal(0.02, timeout=0.0), Reason.INVALID_REQUEST),
+    (GraspGoal(0.0105), Reason.PRESSURE_CAP),
+    (GraspGoal(0.02, overpressure=4.1e4), Reason.PRESSURE_CAP),
+    (GraspGoal(0.02, overpressure=1.0e308), Reason.PRESSURE_CAP),
+]
+
+
+@pytest.mark.parametrize(("goal", "reason"), BAD_GOALS)
+@pytest.mark.parametrize("occupied", ["waiting", "tracking", "grasping", "grasped"])
+def test_a_bad_goal_is_refused_and_changes_nothing(bench, occupied, goal, reason):
+    ticket = 0
+    if occupied == "tracking":
+        bench.run(1.0, radius=0.02)
+    elif occupied != "waiting":
+        ticket = bench.grasp()
+        bench.run(0.2 if occupied == "grasping" else 2.0)
+    before = bench.seen
+    refusal = bench.control.start_grasp(bench.now, goal, bench.planner)
+    assert refusal.reason is reason
+    assert bench.seen == before
+    if ticket:
+        assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+
+
+def test_a_goal_for_which_no_shape_is_certified_is_refused(bench):
+    bench.planner.error = SolverError(RodStatus.UNSTABLE, 1.0, 7)
+    assert bench.grasp().reason is Reason.NOT_CERTIFIED
+    assert bench.state is State.WAITING
+
+
+def test_a_planner_that_breaks_leaves_everything_as_it_was(holding):
+    before = holding.seen
+    holding.planner.error = ZeroDivisionError()
+    with pytest.raises(ZeroDivisionError):
+        holding.grasp(0.03)
+    assert holding.seen == before
+
+
+def test_while_inactive_a_goal_is_refused(bench):
+    bench.control.deactivate()
+    assert bench.grasp().reason is Reason.NOT_ACTIVE
+    bench.control.fail("boom")
+    assert bench.grasp().reason is Reason.NOT_ACTIVE
+    assert set(bench.run(1.0)) == {0.0}
+
+
+def test_after_a_fault_a_goal_is_refused_until_rearmed(bench):
+    bench.control.fail("boom")
+    refusal = bench.grasp()
+    assert refusal == Refusal(Reason.INTERNAL_ERROR, "rearm first: boom")
+    assert bench.control.rearm() is None
+    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+
+
+def test_a_failure_of_another_kind_says_which(bench):
+    bench.control.fail("the gripper cannot be used", Reason.NOT_CERTIFIED)
+    assert (bench.state, bench.reason) == (State.FAULT, Reason.NOT_CERTIFIED)
+
+
+@pytest.mark.parametrize(
+    ("policy", "wait", "state"),
+    [
+        (TimeoutPolicy.HOLD, 0.0, State.TRACKING),
+        (TimeoutPolicy.HOLD, 1.0, State.HOLDING),
+        (TimeoutPolicy.RAMP_DOWN, 0.6, State.RAMPING_DOWN),
+        (TimeoutPolicy.VENT, 1.0, State.VENTED),
+    ],
+)
+def test_a_goal_is_accepted_from_any_other_state(policy, wait, state):
+    bench = Bench(replace(LIMITS, timeout_policy=policy))
+    bench.run(1.0, radius=0.025)
+    bench.run(wait)
+    assert bench.state is state
+    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+
+
+@pytest.mark.parametrize("event", ["release", "reload"])
+def test_a_goal_is_a_wish_to_grip_again(holding, event):
+    getattr(holding.control, event)()
+    holding.run(1.0)
+    assert holding.end(holding.grasp(0.025)) == (SUCCEEDED, Reason.NONE)
+
+
+def test_the_followed_radius_cannot_be_grasped_if_there_is_none(bench):
+    assert bench.grasp(None).reason is Reason.NO_RADIUS
+    bench.run(1.0, radius=0.02)
+    bench.run(0.1, radius=math.nan)
+    assert bench.grasp(None).reason is Reason.RADIUS_NOT_FINITE
+    bench.grasp(0.02)
+    refusal = bench.grasp(None)
+    assert (refusal.reason, refusal.text) == (
+        Reason.NO_RADIUS,
+        "no object_radius is being followed: name one",
+    )
+    bench.control.release()
+    assert bench.grasp(None).reason is Reason.RELEASED

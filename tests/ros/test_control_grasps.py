@@ -1,0 +1,290 @@
+"""A grasp that runs: how else it may end, and what may change under it."""
+
+from dataclasses import replace
+
+import pytest
+from ros.control_bench import CANCELED, FAILED, FAULTS, LIMITS, RUNNING, SUCCEEDED, TICK, Bench
+from ros.fakes import FakePlanner, regime_at
+
+from spiral_core import InvalidInputError, SolverError, WrapRegime
+from spiral_core.rod import RodStatus
+from spiral_gripper_ros.control.grasp import AbortPolicy
+from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
+from spiral_gripper_ros.control.states import Reason, State
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+@pytest.fixture
+def holding(bench):
+    """A bench that has grasped a 20 mm object at its wrap pressure of 50 kPa, measured."""
+    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+    bench.run(0.5)
+    return bench
+
+
+@pytest.mark.parametrize("policy", list(AbortPolicy))
+def test_a_canceled_grasp_does_what_its_policy_says(bench, policy):
+    ticket = bench.grasp(abort_policy=policy)
+    bench.run(0.2)
+    bench.control.cancel_grasp(bench.now, ticket)
+    report = bench.report(ticket)
+    assert (report.outcome, report.refusal.reason) == (CANCELED, Reason.GRASP_CANCELED)
+    vents = policy is AbortPolicy.VENT
+    commands = bench.run(3.0, radius=0.02)
+    assert commands == [0.0 if vents else pytest.approx(2.0e4)] * len(commands)
+    assert bench.state is (State.RELEASED if vents else State.GRASPING)
+    assert bench.reason is Reason.GRASP_CANCELED
+
+
+@pytest.mark.parametrize("policy", list(AbortPolicy))
+def test_the_parameter_says_what_a_goal_does_not(policy):
+    bench = Bench(replace(LIMITS, grasp_abort_policy=policy))
+    bench.control.cancel_grasp(bench.now, bench.grasp())
+    assert bench.state is (State.RELEASED if policy is AbortPolicy.VENT else State.GRASPING)
+
+
+def test_a_grasp_that_has_ended_cannot_be_canceled(holding):
+    before = holding.seen
+    for ticket in (0, 1, 2):
+        holding.control.cancel_grasp(holding.now, ticket)
+    assert holding.seen == before
+    assert holding.report(1).outcome is SUCCEEDED
+
+
+def test_a_newer_goal_replaces_the_one_that_runs(bench):
+    first = bench.grasp(0.02)
+    bench.run(0.3)
+    second = bench.grasp(0.04)
+    report = bench.report(first)
+    assert (report.outcome, report.refusal.reason) == (FAILED, Reason.GRASP_REPLACED)
+    assert (report.radius, report.plan.pressure) == (0.02, 5.0e4)
+    assert bench.seen.pressure_command == pytest.approx(3.0e4)
+    bench.control.cancel_grasp(bench.now, first)
+    assert bench.end(second) == (SUCCEEDED, Reason.NONE)
+    assert bench.seen.pressure_command == 2.5e4
+
+
+def test_a_grasp_that_is_not_reached_in_time_fails(bench):
+    ticket = bench.grasp(timeout=0.3)
+    assert bench.end(ticket) == (FAILED, Reason.GRASP_TIMEOUT)
+    report = bench.report(ticket)
+    assert report.elapsed <= 0.3 + TICK * (1 + 1e-9)
+    assert "within 0.3 s" in report.refusal.text
+    assert (bench.state, bench.reason) == (State.RELEASED, Reason.GRASP_TIMEOUT)
+    assert bench.control.rearm() is None
+    assert bench.state is State.WAITING
+
+
+def test_the_parameter_is_the_timeout_of_a_goal_without_one(bench):
+    bench.sees = lambda pressure, perfect: WrapRegime.OVERHANG
+    ticket = bench.grasp()
+    bench.end(ticket)
+    assert bench.report(ticket).elapsed == pytest.approx(LIMITS.grasp_timeout, abs=2.0 * TICK)
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_a_pressure_that_settles_without_a_perfect_wrap_is_a_failed_wrap(measured):
+    bench = Bench(measured=measured)
+    bench.sees = lambda pressure, perfect: WrapRegime.OVERHANG
+    ticket = bench.grasp(abort_policy=AbortPolicy.HOLD)
+    assert bench.end(ticket) == (FAILED, Reason.WRAP_FAILED)
+    assert "overhang" in bench.report(ticket).refusal.text
+    assert set(bench.run(1.0)) == {5.0e4}
+    assert (bench.state, bench.reason) == (State.GRASPING, Reason.WRAP_FAILED)
+
+
+def test_a_wrap_that_nobody_can_see_is_a_failed_wrap_if_the_pressure_is_measured(bench):
+    bench.sees = lambda pressure, perfect: None
+    assert bench.end(bench.grasp()) == (FAILED, Reason.WRAP_FAILED)
+
+
+def test_a_wrap_that_is_seen_late_is_reached(bench):
+    bench.sees = lambda pressure, perfect: WrapRegime.OVERHANG
+    ticket = bench.grasp()
+    bench.run(2.0)
+    bench.sees = regime_at
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+
+
+def test_what_was_seen_of_another_object_does_not_count(holding):
+    assert holding.seen.wrapped
+    holding.grasp(0.03)
+    assert not holding.seen.wrapped
+    holding.end(2)
+    holding.control.release()
+    holding.control.rearm()
+    holding.control.offer_radius(holding.now, 0.02, holding.planner)
+    assert (holding.state, holding.seen.wrapped) == (State.TRACKING, False)
+
+
+@pytest.mark.parametrize(("fault", "stuck_at", "reason"), FAULTS)
+@pytest.mark.parametrize("policy", list(AbortPolicy))
+def test_a_fault_of_the_measured_pressure_lets_a_grasp_fail(bench, fault, stuck_at, reason, policy):
+    bench.run(0.5)
+    ticket = bench.grasp(abort_policy=policy)
+    bench.regulator.fault = fault
+    bench.regulator.pressure = max(bench.regulator.pressure, stuck_at)
+    assert bench.end(ticket) == (FAILED, reason)
+    vents = policy is AbortPolicy.VENT
+    assert bench.state is (State.RELEASED if vents else State.GRASPING)
+    assert bench.reason is reason
+    assert len(set(bench.run(1.0))) == 1
+    assert (bench.seen.pressure_command == 0.0) is vents
+
+
+@pytest.mark.parametrize(
+    ("event", "state", "reason"),
+    [
+        ("release", State.RELEASED, Reason.RELEASED),
+        ("deactivate", State.INACTIVE, Reason.NOT_ACTIVE),
+        ("reload", State.RELEASED, Reason.RECONFIGURED),
+        ("fail", State.FAULT, Reason.INTERNAL_ERROR),
+        ("activate", State.WAITING, Reason.NOT_ACTIVE),
+    ],
+)
+@pytest.mark.parametrize("policy", list(AbortPolicy))
+def test_a_vent_by_anything_else_ends_a_grasp(bench, event, state, reason, policy):
+    ticket = bench.grasp(abort_policy=policy)
+    bench.run(0.2)
+    bench.control.fail("boom") if event == "fail" else getattr(bench.control, event)()
+    report = bench.report(ticket)
+    assert (report.outcome, report.refusal.reason) == (FAILED, reason)
+    assert report.radius == 0.02
+    assert bench.state is state
+    assert set(bench.run(1.0)) == {0.0}
+
+
+def test_reports_of_the_last_grasps_are_kept(bench):
+    tickets = [bench.grasp(0.02 + 0.0001 * number) for number in range(20)]
+    assert len(set(tickets)) == 20
+    assert bench.report(tickets[-2]).refusal.reason is Reason.GRASP_REPLACED
+    assert bench.report(tickets[-1]).outcome is RUNNING
+    with pytest.raises(InvalidInputError, match="ticket"):
+        bench.report(tickets[0])
+
+
+def test_another_gravity_moves_the_pressure_of_a_grasp(holding):
+    holding.control.replan(FakePlanner(product=1.2e3))
+    assert holding.run(1.0)[-1] == pytest.approx(6.0e4)
+    assert (holding.state, holding.reason) == (State.GRASPING, Reason.NONE)
+
+
+def test_overpressure_stays_on_top_when_gravity_changes(bench):
+    ticket = bench.grasp(overpressure=5.0e3)
+    bench.control.replan(FakePlanner(product=1.2e3))
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.seen.pressure_command == pytest.approx(6.5e4)
+
+
+def test_at_a_gravity_at_which_it_cannot_be_gripped_the_grasp_waits_until_it_can(bench):
+    ticket = bench.grasp()
+    bench.planner.error = SolverError(RodStatus.UNSTABLE, 1.0, 7)
+    bench.control.replan(bench.planner)
+    bench.run(2.0)
+    assert (bench.state, bench.reason) == (State.GRASPING, Reason.NOT_CERTIFIED)
+    assert bench.seen.pressure_command == 5.0e4
+    assert bench.report(ticket).outcome is RUNNING
+    bench.planner.error = None
+    bench.control.replan(bench.planner)
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+
+
+def test_a_grasp_that_runs_out_of_time_says_what_kept_it(bench):
+    ticket = bench.grasp()
+    bench.planner.error = SolverError(RodStatus.UNSTABLE, 1.0, 7)
+    bench.control.replan(bench.planner)
+    assert bench.end(ticket) == (FAILED, Reason.GRASP_TIMEOUT)
+    assert RodStatus.UNSTABLE.value in bench.report(ticket).refusal.text
+
+
+def test_a_continually_tilting_arm_does_not_keep_a_grasp_from_being_reached(bench):
+    ticket = bench.grasp()
+    for step in range(100):
+        bench.control.replan(FakePlanner(product=1.0e3 + 0.2 * step))
+        bench.tick()
+    assert bench.report(ticket).outcome is SUCCEEDED
+
+
+def test_lowering_the_cap_cuts_a_grasp_at_once_and_raising_it_lets_it_go_on(bench):
+    ticket = bench.grasp()
+    bench.run(0.5)
+    bench.control.reconfigure(replace(LIMITS, pressure_cap=3.0e4))
+    assert bench.tick() == 3.0e4
+    bench.run(1.0)
+    assert (bench.state, bench.reason) == (State.GRASPING, Reason.PRESSURE_CAP)
+    assert bench.report(ticket).outcome is RUNNING
+    bench.control.reconfigure(LIMITS)
+    assert bench.reason is Reason.NONE
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.seen.pressure_command == 5.0e4
+
+
+def test_raising_the_cap_does_not_hide_that_gravity_forbids_the_grasp(holding):
+    holding.planner.error = SolverError(RodStatus.UNSTABLE, 1.0, 7)
+    holding.control.replan(holding.planner)
+    holding.control.reconfigure(replace(LIMITS, pressure_cap=3.0e4))
+    holding.control.reconfigure(LIMITS)
+    assert holding.reason is Reason.NOT_CERTIFIED
+
+
+def test_a_gravity_that_needs_more_than_the_cap_is_followed_once_the_cap_is_raised(holding):
+    holding.control.replan(FakePlanner(product=2.0e3))
+    assert holding.reason is Reason.PRESSURE_CAP
+    assert set(holding.run(1.0)) == {5.0e4}
+    holding.control.reconfigure(replace(LIMITS, pressure_cap=1.2e5))
+    assert holding.reason is Reason.NONE
+    assert holding.run(2.0)[-1] == pytest.approx(1.0e5)
+
+
+def test_a_pressure_that_was_left_standing_moves_for_nothing_but_the_cap(bench):
+    ticket = bench.grasp(abort_policy=AbortPolicy.HOLD)
+    bench.run(0.2)
+    bench.control.cancel_grasp(bench.now, ticket)
+    bench.control.replan(FakePlanner(product=1.2e3))
+    commands = bench.run(1.0)
+    assert commands == [pytest.approx(2.0e4)] * len(commands)
+    bench.control.reconfigure(replace(LIMITS, pressure_cap=1.0e4))
+    assert set(bench.run(1.0)) == {1.0e4}
+    bench.control.reconfigure(LIMITS)
+    assert bench.run(1.0)[-1] == pytest.approx(2.0e4)
+    assert (bench.state, bench.reason) == (State.GRASPING, Reason.GRASP_CANCELED)
+    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+
+
+def test_a_clock_that_leaps_back_does_not_stop_a_grasp(bench):
+    ticket = bench.grasp()
+    bench.run(0.2)
+    bench.now -= 1000.0
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.report(ticket).elapsed < 2.0
+
+
+@pytest.mark.parametrize("leap", [60.0, 1.0e15])
+def test_a_clock_that_leaps_forward_ends_a_grasp_without_a_leap_of_the_pressure(bench, leap):
+    ticket = bench.grasp(abort_policy=AbortPolicy.HOLD)
+    bench.run(0.2)
+    bench.now += leap
+    command = bench.control.command(bench.now)
+    assert command - 2.0e4 <= LIMITS.pressure_rate_up * LONGEST_STEP * (1 + 1e-12)
+    assert bench.report(ticket).refusal.reason is Reason.GRASP_TIMEOUT
+
+
+def test_after_an_absurd_leap_of_the_clock_time_goes_on(bench):
+    bench.control.command(1.0e300)
+    bench.control.command(-1.0e300)
+    bench.control.command(1.0e300)
+    bench.control.command(bench.now)
+    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+
+
+def test_rearming_under_a_grasp_is_refused(holding):
+    refusal = holding.control.rearm()
+    assert (refusal.reason, refusal.text) == (
+        Reason.INVALID_REQUEST,
+        "a grasp is the target: release it first",
+    )
+    assert holding.state is State.GRASPING

@@ -1,0 +1,144 @@
+import math
+
+import pytest
+from ros.fakes import FakePlan
+
+from spiral_core import InvalidInputError
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome, impossible_goal
+from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
+from spiral_gripper_ros.control.grasp_log import KEPT_REPORTS, GraspLog
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
+from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
+
+LIMITS = Limits(
+    pressure_cap=1.0e5,
+    grasp_timeout=3.0,
+    pressure_settle_time=0.5,
+    pressure_tolerance=1.0e3,
+)
+FAILED = Refusal(Reason.GRASP_TIMEOUT, "too late")
+
+
+def snapshot(command=0.0, target=5.0e4, radius=0.02):
+    return Snapshot(
+        state=State.GRASPING,
+        refusal=NOT_REFUSED,
+        radius=radius,
+        plan=FakePlan(target),
+        radius_age=None,
+        pressure_target=target,
+        pressure_command=command,
+        accepted=0,
+        refused={},
+    )
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, -1.0])
+def test_an_impossible_overpressure_is_named(bad):
+    refusal = impossible_goal(GraspGoal(0.02, overpressure=bad))
+    assert refusal.reason is Reason.INVALID_REQUEST
+    assert "overpressure must be a non-negative finite number" in refusal.text
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, -1.0, 0.0])
+def test_an_impossible_timeout_is_named(bad):
+    refusal = impossible_goal(GraspGoal(0.02, timeout=bad))
+    assert refusal.reason is Reason.INVALID_REQUEST
+    assert "timeout must be a positive finite number" in refusal.text
+
+
+def test_a_goal_may_leave_everything_to_the_parameters():
+    assert impossible_goal(GraspGoal(None)) is None
+    attempt = GraspAttempt(GraspGoal(None), 0.0, 0.0, LIMITS)
+    assert (attempt.timeout, attempt.abort_policy) == (3.0, AbortPolicy.VENT)
+
+
+def test_a_goal_comes_before_the_parameters():
+    goal = GraspGoal(None, timeout=1.0, abort_policy=AbortPolicy.HOLD)
+    attempt = GraspAttempt(goal, 10.0, 0.0, LIMITS)
+    assert attempt.abort_policy is AbortPolicy.HOLD
+    assert not attempt.is_late(11.0)
+    assert attempt.is_late(math.nextafter(11.0, 12.0))
+    assert attempt.elapsed(10.5) == 0.5
+
+
+def test_as_commanded_it_is_settled_after_the_settling_time_at_the_target():
+    attempt = GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS)
+    assert not attempt.is_settled(1.0, False, LIMITS)
+    attempt.commanded(1.0, 5.0e4, 5.0e4)
+    assert not attempt.is_settled(1.49, False, LIMITS)
+    assert attempt.is_settled(1.5, False, LIMITS)
+    attempt.commanded(1.6, 5.0e4, 6.0e4)
+    assert not attempt.is_settled(1.6, False, LIMITS)
+    attempt.commanded(1.7, 6.0e4, 6.0e4)
+    assert not attempt.is_settled(2.1, False, LIMITS)
+
+
+def test_as_measured_it_is_settled_once_the_pressure_has_stayed_at_the_target():
+    attempt = GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS)
+    attempt.commanded(1.0, 5.0e4, 5.0e4)
+    attempt.measured(1.0, 4.91e4, 5.0e4, LIMITS)
+    assert not attempt.is_settled(9.0, True, LIMITS)
+    attempt.measured(1.0 + 0.99 * PERSISTENCE, 5.0e4, 5.0e4, LIMITS)
+    assert not attempt.is_settled(9.0, True, LIMITS)
+    attempt.measured(1.0 + 1.01 * PERSISTENCE, 5.0e4, 5.0e4, LIMITS)
+    assert attempt.is_settled(1.0 + 1.01 * PERSISTENCE, True, LIMITS)
+    attempt.measured(1.3, 4.8e4, 5.0e4, LIMITS)
+    assert not attempt.is_settled(1.3, True, LIMITS)
+
+
+def test_what_was_measured_before_the_command_arrived_does_not_count():
+    attempt = GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS)
+    attempt.measured(0.0, 5.0e4, 5.0e4, LIMITS)
+    attempt.measured(1.0, 5.0e4, 5.0e4, LIMITS)
+    assert not attempt.is_settled(1.0, True, LIMITS)
+    attempt.commanded(1.0, 4.9e4, 5.0e4)
+    attempt.commanded(1.1, 5.0e4, 5.0e4)
+    assert not attempt.is_settled(1.1, True, LIMITS)
+
+
+@pytest.mark.parametrize(
+    ("start", "command", "target", "expected"),
+    [
+        (0.0, 0.0, 5.0e4, 0.0),
+        (0.0, 1.0e4, 5.0e4, 0.2),
+        (0.0, 5.0e4, 5.0e4, 1.0),
+        (8.0e4, 5.0e4, 4.0e4, 0.75),
+        (5.0e4, 5.0e4, 5.0e4, 1.0),
+        (2.0e4, 1.0e4, 5.0e4, 0.0),
+        (2.0e4, 6.0e4, 5.0e4, 1.0),
+        (5.0e4, 4.0e4, 5.0e4, 0.0),
+    ],
+)
+def test_progress_is_the_commands_part_of_the_way(start, command, target, expected):
+    attempt = GraspAttempt(GraspGoal(0.02), 0.0, start, LIMITS)
+    assert attempt.progress(command, target) == pytest.approx(expected)
+
+
+def test_the_log_reports_the_grasp_that_runs_and_keeps_how_it_ended():
+    log = GraspLog()
+    ticket = log.start(GraspAttempt(GraspGoal(0.02), 1.0, 0.0, LIMITS), snapshot())
+    log.update(1.5, snapshot(command=1.0e4))
+    report = log.report(ticket)
+    assert (report.outcome, report.refusal) == (GraspOutcome.RUNNING, NOT_REFUSED)
+    assert (report.radius, report.plan) == (0.02, FakePlan(5.0e4))
+    assert (report.elapsed, report.progress) == (0.5, 0.2)
+    log.end(2.0, GraspOutcome.FAILED, FAILED)
+    assert log.running is None
+    final = log.report(ticket)
+    assert (final.outcome, final.refusal, final.elapsed) == (GraspOutcome.FAILED, FAILED, 1.0)
+    log.end(3.0, GraspOutcome.SUCCEEDED, NOT_REFUSED)
+    assert log.report(ticket) == final
+
+
+def test_the_log_keeps_the_last_reports_only():
+    log = GraspLog()
+    for _ in range(KEPT_REPORTS + 1):
+        log.start(GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS), snapshot())
+        log.end(1.0, GraspOutcome.CANCELED, FAILED)
+    assert log.report(2).outcome is GraspOutcome.CANCELED
+    for ticket in (-1, 0, 1, KEPT_REPORTS + 2):
+        with pytest.raises(InvalidInputError, match="ticket"):
+            log.report(ticket)

@@ -1,0 +1,257 @@
+"""The launch files, the sample parameters and the RViz configuration fit the nodes that they start.
+
+The launch files are loaded with stand-ins for launch and launch_ros.
+"""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from lifecycle_msgs.msg import Transition
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from repo.source_tree import ROOT, pyproject
+from ros import launch_stand_ins
+from ros.harness import RunningNode
+from ros.launch_stand_ins import EmitEvent, LifecycleNode, Node, RegisterEventHandler, started
+from ros.simulation_harness import RunningSimulator
+from ruamel.yaml import YAML
+
+from spiral_gripper_ros.node.parameters import PARAMETERS, refusal_of_values
+from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
+
+PACKAGE = ROOT / "spiral_gripper_ros"
+GRIPPER, SIMULATION = (PACKAGE / f"launch/{n}.launch.py" for n in ("gripper", "simulation"))
+SAMPLE = PACKAGE / "config/gripper.yaml"
+RVIZ = PACKAGE / "rviz/spiral_gripper.rviz"
+# What any node has besides its own.
+COMMON = {"use_sim_time": False}
+TABLES = {
+    "spiral_gripper_node": {s.name: s.default for s in PARAMETERS} | COMMON,
+    "spiral_gripper_simulator": {
+        s.name: s.default for s in REGULATOR_PARAMETERS + RADIUS_PARAMETERS
+    }
+    | COMMON,
+}
+SET = {
+    "gripper": "prototype_p1",
+    "profile": "sine",
+    "radius": "0.01",
+    "recording": "/some/file.csv",
+    "fault": "leak",
+    "estimate_noise": "0.0001",
+    "stiffness_factor": "1.2",
+    "real_time_factor": "2",
+}
+
+
+@pytest.fixture(autouse=True)
+def stand_ins(monkeypatch):
+    launch_stand_ins.install(monkeypatch)
+
+
+def nodes(file, **given):
+    return [entity for entity in started(file, **given) if isinstance(entity, Node)]
+
+
+def own_parameters(node):
+    """The parameters that a launched node of ours is given, besides files."""
+    (values,) = [p for p in node.parameters if isinstance(p, dict)]
+    return values
+
+
+def read_yaml(path):
+    return YAML(typ="safe").load(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("file", [GRIPPER, SIMULATION], ids=lambda file: file.stem)
+def test_every_argument_has_a_description_and_a_default(file):
+    declared = launch_stand_ins.arguments(file)
+    assert declared
+    for argument in declared.values():
+        assert argument.description, argument.name
+        assert argument.default_value is not None, argument.name
+
+
+@pytest.mark.parametrize("file", [GRIPPER, SIMULATION], ids=lambda file: file.stem)
+def test_every_executable_is_one_that_is_installed(file):
+    scripts = pyproject()["tool"]["dynamic-metadata"][0]["ros-scripts"]
+    launched = nodes(file)
+    assert launched
+    for node in launched:
+        assert node.package == "spiral_gripper_ros"
+        assert node.executable in scripts
+
+
+def test_every_parameter_is_one_that_the_node_has_and_of_its_type():
+    given = {**SET, "namespace": "/left", "use_sim_time": "true"}
+    for node in nodes(SIMULATION, **given):
+        table = TABLES[node.executable]
+        for name, value in own_parameters(node).items():
+            assert type(value) is type(table[name]), name
+
+
+def test_what_is_not_given_is_left_to_the_parameters_file():
+    (node,) = nodes(GRIPPER)
+    assert own_parameters(node) == {"autostart": False, "use_sim_time": False}
+    (node,) = nodes(GRIPPER, gripper="prototype_p1", frame_id="tool0", use_sim_time="true")
+    assert own_parameters(node) == {
+        "autostart": False,
+        "use_sim_time": True,
+        "gripper": "prototype_p1",
+        "frame_id": "tool0",
+    }
+    # What is given comes last, and so wins.
+    assert [type(p) for p in node.parameters] == [str, dict]
+    assert Path(node.parameters[0]).resolve() == SAMPLE
+
+
+def test_the_simulation_starts_node_and_simulator_in_one_namespace_and_one_time():
+    node, simulator = nodes(SIMULATION, **SET, namespace="/left", use_sim_time="true")
+    assert isinstance(node, LifecycleNode)
+    assert (node.executable, simulator.executable) == tuple(TABLES)
+    assert node.namespace == simulator.namespace == "/left"
+    assert own_parameters(node)["use_sim_time"] is True
+    assert own_parameters(node)["gripper"] == "prototype_p1"
+    simulated = {name: own_parameters(simulator)[name] for name in SET}
+    assert {name: str(value).removesuffix(".0") for name, value in simulated.items()} == SET
+    assert own_parameters(simulator)["publish_clock"] is True
+    # One process with two nodes: a name would be given to both.
+    assert simulator.name is None
+
+
+def test_node_and_simulator_have_one_gripper_whatever_the_parameters_file_says():
+    for given in ({}, {"gripper": "prototype_p1"}):
+        node, simulator = nodes(SIMULATION, **given)
+        assert own_parameters(node)["gripper"] == own_parameters(simulator)["gripper"]
+
+
+def test_a_recording_is_played_and_nothing_else_is_set():
+    _, simulator = nodes(SIMULATION, recording="shipped")
+    assert own_parameters(simulator) == {
+        "gripper": "paper_design_70",
+        "recording": "shipped",
+        "profile": "recording",
+        "publish_clock": False,
+    }
+
+
+def test_the_node_is_configured_and_then_activated():
+    entities = started(GRIPPER)
+    (configure,) = [e.event for e in entities if isinstance(e, EmitEvent)]
+    assert configure.transition_id == Transition.TRANSITION_CONFIGURE
+    (node,) = [e for e in entities if isinstance(e, Node)]
+    assert configure.matches(node)
+    handlers = [e.event_handler for e in entities if isinstance(e, RegisterEventHandler)]
+    steps = {(h.start_state, h.goal_state): h.entities for h in handlers}
+    (activate,) = steps["configuring", "inactive"]
+    assert activate.event.transition_id == Transition.TRANSITION_ACTIVATE
+    assert activate.event.matches(node)
+    assert ("configuring", "unconfigured") in steps
+    # It must hear of a transition before it happens.
+    assert entities.index(node) > max(
+        i for i, e in enumerate(entities) if isinstance(e, RegisterEventHandler)
+    )
+
+
+def test_rviz_is_started_if_wanted_with_the_configuration_that_is_there():
+    assert len(nodes(SIMULATION)) == 2
+    *_, rviz = nodes(SIMULATION, rviz="true", namespace="/left")
+    assert (rviz.package, rviz.executable, rviz.namespace) == ("rviz2", "rviz2", "/left")
+    assert rviz.arguments[0] == "-d"
+    assert Path(rviz.arguments[1]).resolve() == RVIZ
+
+
+def test_the_simulators_end_is_the_launchs_end_but_not_the_other_way_round():
+    _, simulator = nodes(SIMULATION)
+    (handler,) = simulator.on_exit
+    context = launch_stand_ins.LaunchContext(SIMULATION, {})
+    assert len(handler.function(context)) == 1
+    context.is_shutdown = True
+    assert handler.function(context) == []
+
+
+def test_what_is_launched_is_installed_by_pip_and_by_colcon():
+    cmake = (ROOT / "packaging/pip.cmake").read_text(encoding="utf-8")
+    setup = (PACKAGE / "setup.py").read_text(encoding="utf-8")
+    (parts,) = re.findall(r"foreach\(_part (.+?)\)", cmake)
+    assert set(parts.split()) >= {"config", "launch", "rviz"}
+    for file in (GRIPPER, SIMULATION, SAMPLE, RVIZ):
+        (pattern,) = re.findall(
+            rf'share/{{NAME}}/{file.parent.name}", sorted\(glob\("(.+?)"', setup
+        )
+        assert file in PACKAGE.glob(pattern)
+
+
+# --- the sample parameters ---------------------------------------------------------------------
+
+
+def test_the_sample_parameters_are_the_nodes_defaults():
+    content = read_yaml(SAMPLE)
+    assert list(content) == ["/**/spiral_gripper"]
+    values = content["/**/spiral_gripper"]["ros__parameters"]
+    table = TABLES["spiral_gripper_node"]
+    assert values
+    for name, value in values.items():
+        assert value == table[name], name
+        assert type(value) is type(table[name]), name
+    assert refusal_of_values(values) is None
+
+
+def test_the_node_reads_a_parameters_file_in_any_namespace(client, namespace, tmp_path):
+    file = tmp_path / "mine.yaml"
+    sample = SAMPLE.read_text(encoding="utf-8")
+    changed = sample.replace("radius_timeout_policy: hold", "radius_timeout_policy: vent")
+    file.write_text(changed.replace("publish_rate: 50.0", "publish_rate: 20.0"), encoding="utf-8")
+    command = [sys.executable, "-m", "spiral_gripper_ros.node.main", "--ros-args"]
+    command += ["--params-file", str(file), "-r", f"__ns:={namespace}"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as node:
+        try:
+            client.wait_until_active()
+            assert client.get_parameter_of_node("radius_timeout_policy") == "vent"
+            assert client.get_parameter_of_node("publish_rate") == 20.0
+        finally:
+            node.terminate()
+        assert node.wait(30.0) == 0, node.stdout.read()
+
+
+# --- RViz --------------------------------------------------------------------------------------
+
+
+def displays():
+    return read_yaml(RVIZ)["Visualization Manager"]["Displays"]
+
+
+def test_rviz_shows_our_frame():
+    options = read_yaml(RVIZ)["Visualization Manager"]["Global Options"]
+    assert options["Fixed Frame"] == TABLES["spiral_gripper_node"]["frame_id"]
+
+
+def test_rviz_shows_topics_that_are_published_as_it_asks_for_them(client, namespace):
+    latched = {True: "Transient Local", False: "Volatile"}
+    shown = {
+        (d["Class"].split("/")[1], d["Topic"]["Value"], d["Topic"]["Durability Policy"])
+        for d in displays()
+        if "Topic" in d
+    }
+    topics = {topic for _, topic, _ in shown}
+    assert topics == {"markers", "backbone", "measured_backbone", "simulated/backbone"}
+    with RunningNode(namespace), RunningSimulator(namespace):
+        client.wait_until(lambda: all(map(publishers(client), topics)), "the publishers")
+        published = {
+            (
+                info.topic_type.split("/")[-1],
+                topic,
+                latched[info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL],
+            )
+            for topic in topics
+            for info in publishers(client)(topic)
+            if info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+        }
+    assert shown == published
+
+
+def publishers(client):
+    """Return a function that finds the publishers of a topic of the client's namespace."""
+    return lambda topic: client.get_publishers_info_by_topic(f"{client.get_namespace()}/{topic}")

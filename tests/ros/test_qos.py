@@ -1,0 +1,92 @@
+"""Qualities of service: what is offered, and that the middleware tells when commands stop."""
+
+import os
+import signal
+
+import pytest
+from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+from ros.harness import FAST_RAMP, RunningNode
+from std_msgs.msg import Float64
+
+from spiral_gripper_ros.node.qos import COMMAND_LEASE
+
+RELIABLE = (ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+BEST_EFFORT = (ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
+
+
+class Watchful:
+    """A regulator that asks to be told when its commands stop."""
+
+    def __init__(self, client, kind):
+        self.alive = []
+        self.subscription = client.create_subscription(
+            Float64,
+            "pressure_command",
+            lambda message: None,
+            QoSProfile(
+                depth=1,
+                liveliness=kind,
+                liveliness_lease_duration=Duration(seconds=COMMAND_LEASE),
+            ),
+            event_callbacks=SubscriptionEventCallbacks(
+                liveliness=lambda event: self.alive.append(event.alive_count)
+            ),
+        )
+
+
+ENDS = {
+    "deactivated": lambda client, node: client.transition("deactivate"),
+    "hanging": lambda client, node: os.kill(node.process_id, signal.SIGSTOP),
+    "killed": lambda client, node: node.stop(signal.SIGKILL),
+}
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_a_regulator_is_told_when_commands_stop(client, namespace, end):
+    kinds = (LivelinessPolicy.AUTOMATIC, LivelinessPolicy.MANUAL_BY_TOPIC)
+    regulators = [Watchful(client, kind) for kind in kinds]
+
+    def wait_for(alive):
+        client.wait_until(
+            lambda: all(r.alive and r.alive[-1] == alive for r in regulators), f"{alive} alive"
+        )
+
+    with RunningNode(namespace, FAST_RAMP) as node:
+        client.wait_until_active()
+        wait_for(1)
+        ENDS[end](client, node)
+        wait_for(0)
+        if end == "hanging":
+            os.kill(node.process_id, signal.SIGCONT)
+            wait_for(1)
+
+
+def test_slow_commands_are_signs_of_life(client, namespace):
+    regulator = Watchful(client, LivelinessPolicy.MANUAL_BY_TOPIC)
+    with RunningNode(namespace, {"publish_rate": 1.0}):
+        client.wait_until_active()
+        client.wait_until(lambda: len(client.pressures) >= 4, "some commands")
+        assert regulator.alive == [1]
+
+
+@pytest.mark.parametrize(
+    ("topic", "qos"),
+    [
+        ("pressure_command", RELIABLE),
+        ("status", RELIABLE),
+        ("backbone", RELIABLE),
+        ("measured_backbone", RELIABLE),
+        ("markers", RELIABLE),
+    ],
+)
+def test_what_is_published_is_reliable_and_there_for_latecomers(active, topic, qos):
+    (end,) = active.get_publishers_info_by_topic(f"{active.get_namespace()}/{topic}")
+    assert (end.qos_profile.reliability, end.qos_profile.durability) == qos
+
+
+@pytest.mark.parametrize("topic", ["object_radius", "gravity", "measured_pressure"])
+def test_what_is_heard_may_be_best_effort(active, topic):
+    (end,) = active.get_subscriptions_info_by_topic(f"{active.get_namespace()}/{topic}")
+    assert (end.qos_profile.reliability, end.qos_profile.durability) == BEST_EFFORT

@@ -1,0 +1,188 @@
+"""`spiral-gripper simulate`, as people start it, watch it, break it and stop it."""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from spiral_gripper import ros_side
+from spiral_gripper.cli import run
+from spiral_gripper.cli_simulate import FAULTS
+from spiral_gripper_ros.simulation.regulator import Fault
+from spiral_gripper_ros.simulation.view import LiveView, View
+
+COMMAND = [str(Path(sys.executable).with_name("spiral-gripper")), "simulate"]
+VIEW = View(
+    elapsed=1.0,
+    radius=(20.0, 20.1),
+    command=57.0,
+    measured=None,
+    regime="overhang",
+    wrapped=False,
+    grip="perfect wrap",
+    state="tracking",
+    trouble="it leaks [badly]",
+)
+
+
+@pytest.fixture
+def simulation(namespace):
+    """The command in a process group of its own, as a shell starts it; ended in any case."""
+    with subprocess.Popen(
+        [*COMMAND, "--radius", "20 mm", "--namespace", namespace],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    ) as process:
+        yield process
+        if group_exists(process.pid):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def read_until(process, words):
+    """Return the lines up to the first that contains words."""
+    lines = []
+    for line in process.stdout:
+        lines.append(line)
+        if words in line:
+            return lines
+    raise AssertionError(f"no {words!r} in {''.join(lines)}")
+
+
+def group_exists(group):
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def child_running(process, module):
+    """Return the id of the child process that runs a module."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    (found,) = [
+        int(child)
+        for child in children
+        if module in Path(f"/proc/{child}/cmdline").read_bytes().decode().split("\0")
+    ]
+    return found
+
+
+def test_it_runs_for_its_duration_and_ends_vented():
+    done = subprocess.run(
+        [*COMMAND, "--duration", "3", "--noise", "0.01 mm"],
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "--inject leak" in done.stdout
+    assert "perfect wrap  yes" in done.stdout
+    assert done.stdout.rstrip().endswith("vented; node and simulator have ended")
+    assert "Traceback" not in done.stdout + done.stderr
+    assert "\x1b" not in done.stdout
+
+
+def test_a_fault_is_injected_from_another_terminal_and_control_c_ends_it_vented(simulation):
+    lines = read_until(simulation, "perfect wrap  yes")
+    # The command is printed as it is to be pasted.
+    (pasted,) = [line.split() for line in lines if "--inject leak" in line]
+    assert pasted[:2] == ["spiral-gripper", "simulate"]
+    injected = subprocess.run([*COMMAND, *pasted[2:]], capture_output=True, text=True, check=False)
+    assert injected.returncode == 0, injected.stderr
+    assert (injected.stdout, injected.stderr) == ("fault: leak\n", "")
+    read_until(simulation, "leak, weak supply")
+    os.killpg(simulation.pid, signal.SIGINT)  # as a terminal does: the children get it too
+    output = simulation.stdout.read()
+    assert simulation.wait(30.0) == 0, output
+    assert output.rstrip().endswith("vented; node and simulator have ended")
+    assert "Traceback" not in output
+    deadline = time.monotonic() + 5.0
+    while group_exists(simulation.pid):
+        assert time.monotonic() < deadline, "a process is left"
+        time.sleep(0.05)
+
+
+def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulation):
+    read_until(simulation, "perfect wrap  yes")
+    os.kill(child_running(simulation, "spiral_gripper_ros.node.main"), signal.SIGKILL)
+    output = simulation.stdout.read()
+    assert simulation.wait(30.0) == 1
+    assert "the node has ended by itself, with exit code -9" in output
+    assert "the last command was" in output
+    assert "grips radii from" in output  # from the log
+    assert "Traceback" not in output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["no_such_gripper"], "no gripper has this name"),
+        (["--recording", "/no/such/file"], "recording must be"),
+        (["--recording", "a.csv", "--radius", "20 mm"], "exclude each other"),
+        (["--radius", "20"], "unit"),
+        (["--duration", "-1"], "must be positive"),
+        (["--fault", "typhoon"], "stuck_valve"),
+        (["--inject", "leak"], "needs the --namespace"),
+        (["--inject", "leak", "--namespace", "nobody_here"], "no simulation answers"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line_before_anything_starts(arguments, words):
+    done = subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert words in done.stderr
+    assert done.stderr.startswith("spiral-gripper: ")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("missing", ros_side.ROS_SIDE)
+def test_without_ros_it_says_so_in_one_line(missing, monkeypatch, capsys):
+    found = ros_side.find_spec
+    monkeypatch.setattr(ros_side, "find_spec", lambda n: None if n == missing else found(n))
+    assert run(["simulate"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert f"{missing} is not installed here" in captured.err
+
+
+def test_the_faults_of_the_command_are_those_of_the_regulator():
+    assert set(FAULTS) == {fault.value for fault in Fault}
+
+
+# --- what it shows -----------------------------------------------------------------------------
+
+
+def shown(*views, terminal):
+    output = io.StringIO()
+    with LiveView(Console(file=output, force_terminal=terminal, width=200)) as live:
+        for view in views:
+            live.show(view)
+    return output.getvalue()
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_view_shows_all_that_it_knows(terminal):
+    text = shown(VIEW, terminal=terminal)
+    for part in (
+        "object [mm]", "20.00", "20.10", "57.00", "overhang", "no", "perfect wrap", "tracking",
+        "it leaks [badly]",
+    ):  # fmt: skip
+        assert part in text
+
+
+def test_elsewhere_than_on_a_terminal_only_news_makes_a_line():
+    same = replace(VIEW, elapsed=1.1, command=57.1)
+    news = replace(VIEW, elapsed=1.2, trouble="")
+    assert shown(VIEW, same, same, news, same, terminal=False).count("\n") == 4

@@ -1,0 +1,55 @@
+import subprocess
+import sys
+
+import pytest
+from ros.harness import RunningNode
+
+from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.node.parameters import PARAMETERS
+
+
+@pytest.mark.parametrize("option", ["-h", "--help"])
+def test_help_is_printed_and_no_node_started(option):
+    run = subprocess.run(
+        [sys.executable, "-m", "spiral_gripper_ros.node.main", option],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert run.stdout.startswith("usage: spiral_gripper_node")
+    assert run.stderr == ""
+    for spec in PARAMETERS:
+        assert f"  {spec.name} (" in run.stdout
+
+
+def test_an_operator_reads_what_happens_once(client, namespace):
+    with RunningNode(namespace, {"pressure_rate_up": 2.0e6, "radius_timeout": 600.0}) as node:
+        client.wait_until_active()
+        client.regulator = lambda pressure: pressure
+        client.wrap(0.02)
+        client.wait_until(lambda: client.status.wrapped, "the wrap")
+        for _ in range(20):
+            client.send_radius(0.2)
+            client.spin(0.02)
+        client.wait_for_state(State.HOLDING)
+        client.regulator = lambda pressure: 0.8 * pressure
+        client.wait_until(lambda: client.status.pressure_fault, "the fault")
+        assert client.release().success
+        client.wait_for_state(State.RELEASED)
+        client.spin(0.2)
+        assert node.stop() == 0
+        log = node.log()
+    for line in (
+        "waiting for an object_radius",
+        "following object_radius, radius 20 mm",
+        "the object is wrapped at",
+        "holding at",
+        "stays below the command",
+        "released, vented",
+        "inactive, vented",
+    ):
+        assert log.count(line) == 1, f"{line!r} in\n{log}"
+    assert "[ERROR]" in log
+    assert "[WARN]" in log
+    assert len(log.splitlines()) < 20, log
