@@ -84,6 +84,15 @@ def test_messages_timers_and_services_are_served(spinner):
     assert future.result().success
 
 
+def test_a_callback_may_want_to_know_about_its_message(spinner):
+    _, publisher = spinner.hear(lambda message, info: spinner.heard.append((message.data, info)))
+    publisher.publish(Float64(data=1.0))
+    spinner.spin_until(lambda: spinner.heard)
+    ((value, info),) = spinner.heard
+    assert value == 1.0
+    assert info["source_timestamp"] > 0
+
+
 def test_a_timer_is_called_at_its_rate_and_not_after_it_is_canceled(spinner):
     ticks = []
     timer = spinner.node.create_timer(0.02, lambda: ticks.append(time.monotonic()))
@@ -115,6 +124,21 @@ def test_what_is_created_later_is_served_and_what_is_destroyed_is_not(spinner):
     _, again = spinner.hear()
     again.publish(Float64(data=3.0))
     spinner.spin_until(lambda: spinner.heard[1:] == [3.0])
+
+
+def test_a_subscription_that_a_callback_destroys_is_not_called_though_it_was_ready_too(spinner):
+    def first(message):
+        spinner.heard.append(message.data)
+        for subscription in subscriptions:
+            spinner.node.destroy_subscription(subscription)
+
+    publisher = spinner.peer.create_publisher(Float64, "x", 10)
+    subscriptions = [spinner.node.create_subscription(Float64, "x", first, 10) for _ in range(2)]
+    spinner.spin_until(lambda: publisher.get_subscription_count() == 2, "discovery")
+    publisher.publish(Float64(data=1.0))
+    time.sleep(0.1)  # both have it
+    spinner.spin(0.1)
+    assert spinner.heard == [1.0]
 
 
 @pytest.mark.parametrize("end", ["destroy", "cancel"])

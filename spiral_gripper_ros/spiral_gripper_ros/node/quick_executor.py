@@ -84,7 +84,7 @@ class QuickExecutor(SingleThreadedExecutor):  # type: ignore[misc]
             raise ExternalShutdownException
         subscriptions, timers = waited.ready_subscriptions(), waited.ready_timers()
         for subscription in subscriptions:
-            _call(self._take_subscription(subscription))
+            _deliver(subscription)
         for timer in timers:
             if timer.handle.is_timer_ready():  # it may have been canceled
                 _call(self._take_timer(timer))
@@ -122,6 +122,17 @@ class QuickExecutor(SingleThreadedExecutor):  # type: ignore[misc]
         waited, self._waited = self._waited, None
         if waited is not None:
             waited.close()
+
+
+def _deliver(subscription: Any) -> None:  # noqa: ANN401
+    """Call the callback of a subscription with its message, unless something took that away."""
+    try:
+        with subscription.handle:
+            taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+    except InvalidHandle:  # a callback before this one has destroyed it
+        return
+    if taken is not None:
+        subscription.callback(taken[0])
 
 
 def _call(taken: Callable[[], Coroutine[None, None, None]] | None) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from rclpy.utilities import timeout_sec_to_nsec
 from rclpy.waitable import NumberOfEntities
 
@@ -32,7 +33,7 @@ class WaitedEntities:
         self._guards = self._hold(guards)
         self._plain = {
             entity.handle.pointer: entity
-            for entity in (*self._subscriptions, *self._timers)
+            for entity in (*filter(_takes_message_only, self._subscriptions), *self._timers)
             if not inspect.iscoroutinefunction(entity.callback)
         }
         self._waitables: list[Any] = []
@@ -77,7 +78,10 @@ class WaitedEntities:
         wait_set.wait(timeout_sec_to_nsec(timeout_sec))
 
     def ready_subscriptions(self) -> list[Any]:
-        """Return the subscriptions with a message, of those whose callbacks are no coroutines."""
+        """Return the subscriptions with a message, of those with plain callbacks.
+
+        Such a callback is no coroutine and wants the message only.
+        """
         return self._ready("subscription")
 
     def ready_timers(self) -> list[Any]:
@@ -102,3 +106,7 @@ class WaitedEntities:
     def _ready(self, kind: str) -> list[Any]:
         pointers = self._wait_set.get_ready_entities(kind)
         return [self._plain[pointer] for pointer in pointers if pointer in self._plain]
+
+
+def _takes_message_only(subscription: Subscription) -> bool:
+    return subscription._callback_type is Subscription.CallbackType.MessageOnly
