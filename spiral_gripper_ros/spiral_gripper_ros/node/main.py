@@ -1,19 +1,16 @@
-"""The process of the node: its arguments, its executor, its end.
-
-Whatever takes time is imported by :func:`main`, so that a signal that comes early ends it in order.
-"""
+"""The process of the node: its executor, its end."""
 
 from __future__ import annotations
 
 import sys
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.stop_signals import StopSignals
+from spiral_gripper_ros.node.process_frame import run_process
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
+    from spiral_gripper_ros.node.stop_signals import StopSignals
 
-HELP_OPTIONS = frozenset({"-h", "--help"})
 # The interpreter lets another thread run after this time [s] instead of 5 ms: a question that is
 # answered in the background then delays a radius by less.
 SWITCH_INTERVAL = 0.0005
@@ -21,25 +18,20 @@ SWITCH_INTERVAL = 0.0005
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the process's exit code."""
-    if not HELP_OPTIONS.isdisjoint(sys.argv[1:] if args is None else args):
-        from spiral_gripper_ros.node.usage import usage
+    return run_process(args, _usage, _run)
 
-        sys.stdout.write(usage())
-        return 0
-    signals = StopSignals()
-    sys.setswitchinterval(SWITCH_INTERVAL)
-    try:
-        return _run(signals, args)
-    except KeyboardInterrupt:
-        return 0
-    finally:
-        signals.ignore()
+
+def _usage() -> str:
+    from spiral_gripper_ros.node.usage import usage
+
+    return usage()
 
 
 def _run(signals: StopSignals, args: list[str] | None) -> int:
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
+    sys.setswitchinterval(SWITCH_INTERVAL)
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = _made()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,5 +12,13 @@ from spiral_core.rod import RodState
 
 def picked_nodes(state: RodState, points: int) -> NDArray[np.intp]:
     """Return the indices of at most ``points`` >= 2 nodes, evenly spread, the ends always."""
-    last = len(state.positions) - 1
-    return np.unique(np.linspace(0, last, min(points, last + 1)).round().astype(np.intp))
+    return _evenly(len(state.positions), points)
+
+
+@lru_cache(maxsize=64)
+def _evenly(count: int, points: int) -> NDArray[np.intp]:
+    """Return indices of ``count`` nodes; shape after shape asks for the same ones."""
+    last = count - 1
+    picked = np.unique(np.linspace(0, last, min(points, count)).round().astype(np.intp))
+    picked.flags.writeable = False
+    return picked

@@ -1,39 +1,31 @@
-"""``spiral_gripper_simulator``: the process of the simulator.
-
-Whatever takes time is imported by :func:`main`, so that a signal that comes early ends it in order.
-"""
+"""``spiral_gripper_simulator``: the process of the simulator."""
 
 from __future__ import annotations
 
 import sys
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.stop_signals import StopSignals
+from spiral_gripper_ros.node.process_frame import run_process
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
 
+    from spiral_gripper_ros.node.stop_signals import StopSignals
     from spiral_gripper_ros.simulation.simulator import Simulator
 
-HELP_OPTIONS = frozenset({"-h", "--help"})
 # How long the executor may sleep before it looks whether it was asked to stop [s].
 LONGEST_SLEEP = 0.05
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the simulator until SIGINT or SIGTERM; return the process's exit code."""
-    if not HELP_OPTIONS.isdisjoint(sys.argv[1:] if args is None else args):
-        from spiral_gripper_ros.simulation.simulator_usage import simulator_usage
+    return run_process(args, _usage, _run)
 
-        sys.stdout.write(simulator_usage())
-        return 0
-    signals = StopSignals()
-    try:
-        return _run(signals, args)
-    except KeyboardInterrupt:
-        return 0
-    finally:
-        signals.ignore()
+
+def _usage() -> str:
+    from spiral_gripper_ros.simulation.simulator_usage import simulator_usage
+
+    return simulator_usage()
 
 
 def _run(signals: StopSignals, args: list[str] | None) -> int:
