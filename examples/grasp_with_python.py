@@ -16,16 +16,18 @@ with SpiralGripper(namespace=sys.argv[1] if len(sys.argv) > 1 else "") as grippe
     # Before the arm approaches: will it wrap, and with what?
     print(gripper.plan(radius=0.02).message)
 
-    # Wrap 20 mm, with 5 kPa more than the wrap needs, for a firmer hold.
-    gripper.wrap(radius=0.02, overpressure=5.0e3, timeout=20.0)
-    while not gripper.is_done():
-        feedback = gripper.feedback()
-        if feedback is not None:
-            print(f"{feedback.progress:4.0%}, {1e-3 * feedback.pressure_command:.1f} kPa")
-    result = gripper.wait(timeout=1.0)
-    if result.outcome is not WrapOutcome.SUCCEEDED:
-        raise SystemExit(result.message)
-    print(f"{result.message}; {result.turns:.2f} turns, {result.line_force:.1f} N/m on the object")
+    try:
+        # Wrap 20 mm, with 5 kPa more than the wrap needs, for a firmer hold.
+        gripper.wrap(radius=0.02, overpressure=5.0e3, timeout=20.0, abort_policy="vent")
+        while not gripper.is_done():
+            feedback = gripper.feedback()
+            if feedback is not None:
+                print(f"{feedback.progress:4.0%}, {1e-3 * feedback.pressure_command:.1f} kPa")
+        result = gripper.wait(timeout=1.0)
+        if result.outcome is not WrapOutcome.SUCCEEDED:
+            raise SystemExit(result.message)
+        print(f"{result.message}; {result.turns:.2f} turns, {result.line_force:.1f} N/m")
 
-    # Here the arm would move. The gripper holds, whatever `object_radius` says, until it is told:
-    gripper.release()
+        # Here the arm would move. The gripper holds, whatever `object_radius` says, until told:
+    finally:  # after an error or Ctrl-C too; without this it would go on holding
+        gripper.release()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import click
 
@@ -11,6 +12,11 @@ from spiral_gripper.ros_side import load_ros_side
 
 FAULTS = ("none", "leak", "stuck_valve", "lost_link")
 DEFAULT_GRIPPER = "paper_design_70"
+# What the simulator takes [m].
+RADIUS_MAX = 1.0
+# DDS's names have at most 255 characters; those of our topics and services need their part.
+NAMESPACE_LENGTH_MAX = 150
+_NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?")
 
 
 @click.command()
@@ -52,6 +58,7 @@ def simulate(
     GRIPPER is the name of a shipped gripper or the path of a description file. Ctrl-C vents and
     ends both. The exit code is 0 if they ended as they should, 1 if not.
     """
+    _check(radius, namespace)
     if inject is not None:
         if namespace is None:
             raise click.UsageError("--inject needs the --namespace of a running simulation")
@@ -75,3 +82,27 @@ def simulate(
             session.Plan(gripper, given, math.inf if duration is None else duration, namespace)
         )
     )
+
+
+def _check(radius: float | None, namespace: str | None) -> None:
+    """Refuse what neither ROS 2 nor the simulator takes.
+
+    Raises:
+        click.BadParameter: the radius or the namespace cannot be.
+    """
+    if radius is not None and not 0.0 < radius <= RADIUS_MAX:
+        raise click.BadParameter(
+            f"it must be above 0 m and at most {RADIUS_MAX:g} m", param_hint="--radius"
+        )
+    if namespace is None:
+        return
+    if not _NAMESPACE.fullmatch(namespace):
+        raise click.BadParameter(
+            "it must be names of letters, digits and _, none beginning with a digit, "
+            f"separated by single /, got {namespace!r}",
+            param_hint="--namespace",
+        )
+    if len(namespace) > NAMESPACE_LENGTH_MAX:
+        raise click.BadParameter(
+            f"it must have at most {NAMESPACE_LENGTH_MAX} characters", param_hint="--namespace"
+        )

@@ -74,7 +74,7 @@ ROS_FREE = frozenset(
         "doctor.memory", "doctor.security", "grasping.__init__", "grasping.goal_jobs",
         "grasping.gripper_command", "node.__init__", "node.grip_log", "node.parameters",
         "node.proposed_gripper", "node.quiet_memory", "node.stop_signals", "node.usage",
-        "node.process_frame", "node_process",
+        "node_process",
         "simulation.__init__", "simulation.pacing", "simulation.parameters",
         "simulation.radius_estimator", "simulation.radius_source", "simulation.regulator",
         "simulation.replay", "simulation.simulated_gripper", "simulation.simulator_usage",

@@ -2,8 +2,11 @@
 
 import math
 import re
+import signal
 import subprocess
 import sys
+import time
+import warnings
 from pathlib import Path
 
 import pytest
@@ -16,13 +19,14 @@ from spiral_core import InvalidInputError
 from spiral_core.errors import SpiralError
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_ros.client import (
+    AbortPolicy,
     NoAnswerError,
     RequestRefusedError,
     SpiralGripper,
     WrapOutcome,
     WrapResult,
+    spiral_gripper,
 )
-from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.states import Reason, State
 
 ROOT = Path(__file__).parents[2]
@@ -30,6 +34,13 @@ EXAMPLE = ROOT / "examples" / "grasp_with_python.py"
 RADIUS = 0.02
 # Of everything that these tests wait for [s]; nothing takes a tenth of it.
 PATIENCE = 30.0
+QUESTIONS = [
+    lambda gripper: gripper.wait_until_active(0.2),
+    lambda gripper: gripper.wrap(RADIUS),
+    lambda gripper: gripper.plan(RADIUS),
+    lambda gripper: gripper.release(),
+    lambda gripper: gripper.rearm(),
+]
 
 
 @pytest.fixture(scope="module")
@@ -160,6 +171,86 @@ def test_a_wait_that_is_too_short_says_so_and_the_wrap_goes_on(slow):
     assert slow.cancel()
 
 
+def test_a_wait_on_a_silent_node_does_not_say_that_the_wrap_goes_on(slow, monkeypatch):
+    slow.wrap(RADIUS, timeout=600.0)
+    monkeypatch.setattr(slow, "_heard", time.monotonic() - 5.0)
+    monkeypatch.setattr(slow, "is_done", lambda: False)  # which would hear of it
+    with pytest.raises(NoAnswerError, match=r"nothing has been heard of the node for 5\.\d s"):
+        slow.wait(0.01)
+    monkeypatch.undo()
+    assert slow.cancel()
+
+
+@pytest.mark.usefixtures("slow")
+def test_a_goal_that_is_accepted_too_late_is_canceled(active, shared):
+    with SpiralGripper(shared.get_namespace(), answer_timeout=1.0e-6) as hasty:
+        hasty.wait_until_active(PATIENCE)
+        with pytest.raises(NoAnswerError, match="it may still start; it is canceled as soon as"):
+            hasty.wrap(RADIUS, timeout=600.0)
+        assert hasty.is_done()
+        active.wait_for_state(State.GRASPING)
+        deadline = time.monotonic() + PATIENCE
+        while active.status.state == State.GRASPING:
+            assert time.monotonic() < deadline
+            assert hasty.status is not None  # a call, within which it hears of the goal
+            active.spin(0.05)
+    assert active.wait_for_state(State.RELEASED, Reason.GRASP_CANCELED)
+
+
+@pytest.mark.usefixtures("slow")
+def test_closing_waits_a_moment_for_a_late_answer(active, shared, monkeypatch):
+    monkeypatch.setattr(spiral_gripper, "GLANCE", PATIENCE)
+    with SpiralGripper(shared.get_namespace(), answer_timeout=1.0e-6) as hasty:
+        hasty.wait_until_active(PATIENCE)
+        with pytest.raises(NoAnswerError, match="it may still start"):
+            hasty.wrap(RADIUS, timeout=600.0)
+    assert active.wait_for_state(State.RELEASED, Reason.GRASP_CANCELED)
+
+
+def test_cancel_is_sent_at_once(slow, monkeypatch):
+    slow.wrap(RADIUS, timeout=600.0)
+    sent = []
+    cancel = slow._goal.cancel_goal_async
+    spin_once = slow._link._executor.spin_once
+    monkeypatch.setattr(slow._goal, "cancel_goal_async", lambda: sent.append("sent") or cancel())
+    monkeypatch.setattr(
+        slow._link._executor, "spin_once", lambda **args: sent.append("spun") or spin_once(**args)
+    )
+    assert slow.cancel()
+    assert sent[0] == "sent"
+
+
+@pytest.mark.parametrize("policy", ["hold", AbortPolicy.HOLD])
+def test_the_abort_policy_may_be_a_word(slow, active, policy):
+    slow.wrap(RADIUS, abort_policy=policy)
+    active.wait_until(lambda: active.pressures and active.pressures[-1] > 0.0, "some pressure")
+    assert slow.cancel()
+    assert slow.wait(PATIENCE).pressure_command > 0.0
+
+
+@pytest.mark.parametrize("policy", ["keep", "", 1, []])
+def test_another_abort_policy_is_refused_with_the_choices(nowhere, policy):
+    with pytest.raises(InvalidInputError, match='abort_policy must be "vent", "hold" or None'):
+        nowhere.wrap(RADIUS, abort_policy=policy)
+
+
+def test_closing_twice_is_harmless_and_a_closed_one_says_so(namespace):
+    gripper = SpiralGripper(namespace)
+    gripper.close()
+    gripper.close()
+    for question in (*QUESTIONS, lambda gripper: gripper.status):
+        with pytest.raises(RequestRefusedError, match="this SpiralGripper is closed"):
+            question(gripper)
+
+
+@pytest.mark.parametrize("bad", ["bad name!", "/1", "/a/", "~", "//a", None, 3])
+def test_a_bad_namespace_is_refused_without_a_warning(bad):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InvalidInputError, match="namespace must be a ROS namespace"):
+            SpiralGripper(bad)
+
+
 def test_a_node_that_is_gone_is_noticed_while_polling(slow, monkeypatch):
     slow.wrap(RADIUS, timeout=600.0)
     monkeypatch.setattr(slow._grasp, "server_is_ready", lambda: False)
@@ -209,16 +300,7 @@ def test_a_bad_figure_is_refused_before_it_is_sent(nowhere, bad):
             nowhere.wrap(RADIUS, overpressure=-1.0 if bad == 1.0 else bad)
 
 
-@pytest.mark.parametrize(
-    "question",
-    [
-        lambda gripper: gripper.wait_until_active(0.2),
-        lambda gripper: gripper.wrap(RADIUS),
-        lambda gripper: gripper.plan(RADIUS),
-        lambda gripper: gripper.release(),
-        lambda gripper: gripper.rearm(),
-    ],
-)
+@pytest.mark.parametrize("question", QUESTIONS)
 def test_where_there_is_no_node_the_error_says_where_and_how_to_start_one(nowhere, question):
     with pytest.raises(NoAnswerError) as caught:
         question(nowhere)
@@ -299,10 +381,30 @@ def test_the_example_wraps_and_releases(grip, active):
     lines = printed.splitlines()
     assert lines[0].startswith("wraps 0.02 m with ")
     assert re.fullmatch(
-        r"wraps 0.02 m at 62045.\d Pa, as commanded; 1\.\d\d turns, \d\.\d N/m on the object",
+        r"wraps 0.02 m at 62045.\d Pa, as commanded; 1\.\d\d turns, \d\.\d N/m",
         lines[-1],
     )
     assert active.wait_for_state(State.RELEASED)
+
+
+def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(slow, active):
+    lines = [
+        "from spiral_gripper_ros.client import SpiralGripper",
+        f"with SpiralGripper({slow._link.node.get_namespace()!r}) as gripper:",
+        "    try:",
+        "        gripper.wrap(0.02, timeout=600.0)",
+        "        gripper.wait(600.0)",
+        "    finally:",
+        "        gripper.release()",
+    ]
+    command = [sys.executable, "-c", "\n".join(lines)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        active.wait_for_state(State.GRASPING)
+        active.spin(0.5)
+        process.send_signal(signal.SIGINT)
+        errors = process.communicate(timeout=PATIENCE)[1]
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+    assert active.wait_for_state(State.RELEASED, Reason.RELEASED)
 
 
 def test_the_page_shows_the_example():

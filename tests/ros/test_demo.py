@@ -13,6 +13,7 @@ from rich.console import Console
 
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.demo import run
 from spiral_gripper_ros.demo.report import EXPECTED_REFUSALS, DemoReport
 from spiral_gripper_ros.demo.table import COLUMNS, DemoTable, Row
 from spiral_gripper_ros.simulation.replay import samples_from_lines, shipped_recording
@@ -106,14 +107,27 @@ def test_a_row_fits_a_terminal_of_80_columns():
         assert text in line
 
 
+@pytest.mark.parametrize("option", ["-h", "--help"])
+def test_help_is_shown_and_nothing_started(option, capsys):
+    assert run.main([option]) == 0
+    assert capsys.readouterr().out == run.USAGE
+
+
+def test_an_argument_that_is_none_is_refused_in_one_line():
+    done = subprocess.run([*COMMAND, "--fast"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
+    assert "--fast" in done.stderr
+
+
 def test_two_demos_at_once_play_to_their_ends_without_hearing_each_other():
     runs = [
         subprocess.Popen(COMMAND, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         for _ in range(2)
     ]
-    for run in runs:
-        output, _ = run.communicate(timeout=240)
-        assert run.returncode == 0, output
+    for demo in runs:
+        output, _ = demo.communicate(timeout=240)
+        assert demo.returncode == 0, output
         assert "all as expected" in output
         assert "radius not finite" in output
         assert "Traceback" not in output

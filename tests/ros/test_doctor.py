@@ -305,12 +305,12 @@ def test_nodes_of_other_users_are_a_warning():
     running = leftovers_finding(replace(EMPTY, in_use=port, foreign=port), "clean")
     assert running.mark is Mark.WARNING
     assert running.commands == ("export FASTDDS_BUILTIN_TRANSPORTS=UDPv4",)
-    dead = leftovers_finding(
-        replace(EMPTY, left=(*port, "fastrtps_port7413_el"), foreign=port), "c"
-    )
+    memory = replace(EMPTY, left=(*port, "fastrtps_port7413_el"), foreign=port)
+    dead = leftovers_finding(memory, "c")
     assert dead.text.startswith("2 locks of Fast DDS are left")
     assert dead.text.endswith("1 of them of other users")
     assert dead.commands == ("sudo c",)
+    assert leftovers_finding(memory, "c", root=True).commands == ("c",)
     assert leftovers_finding(replace(EMPTY, in_use=port), "clean").mark is Mark.OK
 
 

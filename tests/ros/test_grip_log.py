@@ -144,5 +144,12 @@ def test_a_clock_that_stops_and_runs_is_told():
 
 def test_a_loaded_gripper_is_told_with_its_range():
     notes = Notes()
-    GripLog(notes).tell_range("p1", (0.01, 0.0412))
-    assert notes.lines == [("info", "p1: grips radii from 10 to 41.2 mm")]
+    GripLog(notes).tell_range("p1", (0.01, 0.0412), 5.5e4)
+    assert notes.lines == [("info", "p1: grips radii from 10 to 41.2 mm, with at most 55 kPa")]
+
+
+@pytest.mark.parametrize(("publishers", "warnings"), [(1, 0), (2, 1)])
+def test_another_node_that_commands_the_same_regulator_is_told(publishers, warnings):
+    notes = Notes()
+    GripLog(notes).tell_others(publishers)
+    assert [level for level, _ in notes.lines] == ["warning"] * warnings

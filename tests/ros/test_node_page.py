@@ -19,7 +19,7 @@ def _row(spec: ParameterSpec) -> list[str]:
     if isinstance(default, bool):
         shown = str(default).lower()
     elif isinstance(default, float):
-        shown = f"{default:g}"
+        shown = repr(default)  # as it must be typed: rclpy takes 1 for another type than 1.0
     else:
         shown = "[]" if default == () else str(default)
     span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"

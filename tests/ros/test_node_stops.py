@@ -1,15 +1,18 @@
 """Start and stop of node processes: signals, bad starts, lifecycle managers."""
 
 import signal
+import subprocess
+import sys
 
 import pytest
 from lifecycle_msgs.msg import State as LifecycleState
 from ros.harness import FAST_RAMP, RunningNode
 
 from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.node_process import NODE, SIMULATOR
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_a_stop_signal_makes_a_vent_the_last_command(client, namespace, number):
     with RunningNode(namespace, FAST_RAMP) as node:
         client.wait_until_active()
@@ -51,3 +54,41 @@ def test_a_start_that_cannot_be_ends_with_the_reason(client, namespace, paramete
         assert message in node.log()
         assert "Traceback" not in node.log()
         assert not any(client.pressures)
+
+
+@pytest.mark.parametrize("program", [NODE, SIMULATOR])
+@pytest.mark.parametrize("arguments", [["-p", "pressure_cap:=20000.0"], ["--gripper", "p1"]])
+def test_an_argument_that_nobody_reads_ends_the_start(program, arguments):
+    ended = run(program, *arguments)
+    assert ended.returncode == 1
+    assert "unknown arguments" in ended.stderr
+    assert arguments[1] in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.parametrize("program", [NODE, SIMULATOR])
+@pytest.mark.parametrize("arguments", [["-r", "__ns:=left"], ["-p", "gravity:=[0,0"]])
+def test_ros_arguments_that_cannot_be_end_the_start_in_one_line(program, arguments):
+    ended = run(program, "--ros-args", *arguments)
+    assert ended.returncode == 1
+    assert "ROS does not start" in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+def run(program, *arguments):
+    command = [sys.executable, "-m", program, *arguments]
+    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=60.0)
+
+
+def test_an_inactive_node_publishes_nothing_but_its_vents(client, namespace):
+    with RunningNode(namespace, {"autostart": "false"}) as node:
+        assert client.transition("configure")
+        client.spin(0.2)
+        client.pressures.clear()
+        assert not client.rearm().success
+        assert client.set_parameter("gripper", "prototype_p1").successful
+        client.spin(0.3)
+        assert not client.pressures
+        assert client.release().success
+        client.wait_until(lambda: client.pressures == [0.0], "the vent of a release")
+        assert node.stop() == 0, node.log()

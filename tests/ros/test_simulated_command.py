@@ -2,6 +2,7 @@
 
 import io
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -15,7 +16,10 @@ from rich.console import Console
 from spiral_gripper import ros_side
 from spiral_gripper.cli import run
 from spiral_gripper.cli_simulate import FAULTS
+from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.simulation.injection import injection_name
 from spiral_gripper_ros.simulation.regulator import Fault
+from spiral_gripper_ros.simulation.session import program
 from spiral_gripper_ros.simulation.view import LiveView, View
 
 COMMAND = [str(Path(sys.executable).with_name("spiral-gripper")), "simulate"]
@@ -29,6 +33,7 @@ VIEW = View(
     grip="perfect wrap",
     state="tracking",
     trouble="it leaks [badly]",
+    reasons=(Reason.PRESSURE_LOW,),
 )
 
 
@@ -96,9 +101,8 @@ def test_it_runs_for_its_duration_and_ends_vented():
 def test_a_fault_is_injected_from_another_terminal_and_control_c_ends_it_vented(simulation):
     lines = read_until(simulation, "perfect wrap  yes")
     # The command is printed as it is to be pasted.
-    (pasted,) = [line.split() for line in lines if "--inject leak" in line]
-    assert pasted[:2] == ["spiral-gripper", "simulate"]
-    injected = subprocess.run([*COMMAND, *pasted[2:]], capture_output=True, text=True, check=False)
+    (pasted,) = [shlex.split(line) for line in lines if "--inject leak" in line]
+    injected = subprocess.run(pasted, capture_output=True, text=True, check=False, cwd="/")
     assert injected.returncode == 0, injected.stderr
     assert (injected.stdout, injected.stderr) == ("fault: leak\n", "")
     read_until(simulation, "leak, weak supply")
@@ -111,6 +115,29 @@ def test_a_fault_is_injected_from_another_terminal_and_control_c_ends_it_vented(
     while group_exists(simulation.pid):
         assert time.monotonic() < deadline, "a process is left"
         time.sleep(0.05)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.01, 0.02, 0.03])
+def test_control_c_at_the_very_start_is_no_failure(delay, simulation):
+    read_until(simulation, "--inject leak")  # the children have not installed their handlers yet
+    time.sleep(delay)
+    os.killpg(simulation.pid, signal.SIGINT)
+    output = simulation.stdout.read()
+    assert simulation.wait(30.0) == 0, output
+    assert "Traceback" not in output
+
+
+def test_the_program_is_named_by_its_path_if_it_has_one(tmp_path, monkeypatch):
+    script = tmp_path / "my tools"
+    monkeypatch.setattr(sys, "argv", [str(script)])
+    assert program() == "spiral-gripper"
+    script.touch(0o755)
+    assert shlex.split(program()) == [str(script)]
+
+
+def test_the_service_of_a_fault_is_found_below_every_namespace():
+    assert injection_name("/", Fault.LEAK) == "/simulated_regulator/inject_leak"
+    assert injection_name("left/", Fault.LEAK) == "/left/simulated_regulator/inject_leak"
 
 
 def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulation):
@@ -131,6 +158,15 @@ def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulati
         (["--recording", "/no/such/file"], "recording must be"),
         (["--recording", "a.csv", "--radius", "20 mm"], "exclude each other"),
         (["--radius", "20"], "unit"),
+        (["--radius", "0 mm"], "above 0 m"),
+        (["--radius", "-1 mm"], "above 0 m"),
+        (["--radius", "1.1 m"], "at most 1 m"),
+        (["--namespace", "bad!name"], "letters, digits and _"),
+        (["--namespace", "a//b"], "single /"),
+        (["--namespace", "1st"], "beginning with a digit"),
+        (["--namespace", ""], "--namespace"),
+        (["--namespace", "a" * 151], "at most 150"),
+        (["--inject", "leak", "--namespace", "bad!name"], "letters, digits and _"),
         (["--duration", "-1"], "must be positive"),
         (["--fault", "typhoon"], "stuck_valve"),
         (["--inject", "leak"], "needs the --namespace"),
@@ -184,5 +220,6 @@ def test_a_view_shows_all_that_it_knows(terminal):
 
 def test_elsewhere_than_on_a_terminal_only_news_makes_a_line():
     same = replace(VIEW, elapsed=1.1, command=57.1)
-    news = replace(VIEW, elapsed=1.2, trouble="")
-    assert shown(VIEW, same, same, news, same, terminal=False).count("\n") == 4
+    reworded = replace(VIEW, elapsed=1.1, trouble="it leaks [worse]")
+    news = replace(VIEW, elapsed=1.2, trouble="", reasons=())
+    assert shown(VIEW, same, reworded, news, same, terminal=False).count("\n") == 4

@@ -7,5 +7,13 @@ from spiral_gripper_ros.client.answers import (
     WrapResult,
 )
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
+from spiral_gripper_ros.control.grasp import AbortPolicy
 
-__all__ = ["NoAnswerError", "RequestRefusedError", "SpiralGripper", "WrapOutcome", "WrapResult"]
+__all__ = [
+    "AbortPolicy",
+    "NoAnswerError",
+    "RequestRefusedError",
+    "SpiralGripper",
+    "WrapOutcome",
+    "WrapResult",
+]

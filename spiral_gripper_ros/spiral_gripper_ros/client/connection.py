@@ -10,13 +10,16 @@ from typing import Any
 
 import rclpy
 from rclpy.context import Context
+from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from rclpy.validate_namespace import validate_namespace
 
+from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_positive
-from spiral_gripper_ros.client.answers import NoAnswerError
+from spiral_gripper_ros.client.answers import NoAnswerError, RequestRefusedError
 
 # The executor looks so often whether what it waits for has happened [s].
 SPIN_PERIOD = 0.05
@@ -35,11 +38,14 @@ class Connection:
 
     Attributes:
         node: the node.
+        closed: whether it is closed, for good.
     """
 
     def __init__(self, namespace: str, answer_timeout: float, missing: Callable[[], str]) -> None:
         self._answer_timeout = require_positive("answer_timeout", answer_timeout)
         self._missing = missing
+        _require_namespace(namespace)
+        self.closed = False
         self._own: Context | None = None
         if not rclpy.ok():
             self._own = Context()
@@ -50,7 +56,10 @@ class Connection:
         self._executor.add_node(self.node)
 
     def close(self) -> None:
-        """Destroy the node."""
+        """Destroy the node; once is enough."""
+        if self.closed:
+            return
+        self.closed = True
         self._executor.shutdown()
         self.node.destroy_node()
         if self._own is not None:
@@ -58,6 +67,8 @@ class Connection:
 
     def spin_until(self, condition: Callable[[], bool], timeout: float) -> bool:
         """Handle what arrives until a condition holds; return whether it did in time [s]."""
+        if self.closed:
+            raise RequestRefusedError("the call", "this SpiralGripper is closed")
         deadline = time.monotonic() + timeout
         while not condition():
             remaining = deadline - time.monotonic()
@@ -81,3 +92,12 @@ class Connection:
         """Return a service's answer."""
         self.require(client.service_is_ready)
         return self.answer(client.call_async(request), client.srv_name)
+
+
+def _require_namespace(namespace: str) -> None:
+    """Raise InvalidInputError for what cannot be a namespace, before ROS warns about it."""
+    try:
+        validate_namespace(f"/{namespace.removeprefix('/')}")
+    except (InvalidNamespaceException, AttributeError):
+        requirement = 'a ROS namespace: letters, digits and "_", such as "/left"'
+        raise InvalidInputError("namespace", namespace, requirement) from None

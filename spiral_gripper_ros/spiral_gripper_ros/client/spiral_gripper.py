@@ -15,6 +15,7 @@ from rclpy.action import ActionClient
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_non_negative, require_positive
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import GripStatus
@@ -32,6 +33,8 @@ from spiral_gripper_ros.node.qos import LATEST
 
 # is_done and status let messages arrive for so long [s].
 GLANCE = 0.1
+# Twice the period of the slowest node's status: one that is silent for longer is not well [s].
+SILENCE = 2.0
 _ABORT_POLICIES = {
     None: Grasp.Goal.ABORT_DEFAULT,
     AbortPolicy.VENT: Grasp.Goal.ABORT_VENT,
@@ -71,14 +74,18 @@ class SpiralGripper:
         self._rearm = node.create_client(Trigger, "rearm")
         self._statuses = 0
         self._status: GripStatus | None = None
+        self._heard = time.monotonic()
         node.create_subscription(GripStatus, "status", self._on_status, LATEST)
         self._goal: Any = None
         self._result: Future | None = None
+        self._late: Future | None = None  # a goal's answer that is late, then its cancellation's
         self._feedback: Grasp.Feedback | None = None
 
     def close(self) -> None:
-        """End the connection; what the gripper does is not changed by it."""
-        self._grasp.destroy()
+        """End the connection, once; what the gripper does, to hold for instance, goes on."""
+        if not self._link.closed:
+            self._link.spin_until(lambda: self._late is None, GLANCE)
+            self._grasp.destroy()
         self._link.close()
 
     def __enter__(self) -> SpiralGripper:
@@ -116,7 +123,10 @@ class SpiralGripper:
 
     @property
     def status(self) -> GripStatus | None:
-        """What the gripper does, or None if nothing was heard of it; takes a tenth of a second."""
+        """What was last heard of the gripper, or None: nothing; takes up to a tenth of a second.
+
+        It is as old as its stamp says: a node that has died is not heard of any more.
+        """
         seen = self._statuses
         self._link.spin_until(lambda: self._statuses > seen, GLANCE)
         return self._status
@@ -167,7 +177,7 @@ class SpiralGripper:
         radius: float | None,
         overpressure: float = 0.0,
         timeout: float | None = None,
-        abort_policy: AbortPolicy | None = None,
+        abort_policy: AbortPolicy | str | None = None,
     ) -> bool:
         """Start to wrap an object, in place of what is being wrapped; does not wait for the end.
 
@@ -176,25 +186,33 @@ class SpiralGripper:
             overpressure: held above the wrap's pressure [Pa], >= 0.
             timeout: longest time until the wrap is reached [s], > 0; None: as the node's
                 parameter says.
-            abort_policy: what becomes of the pressure if it fails; None: as the parameter says.
+            abort_policy: what becomes of the pressure if it fails or is canceled, "vent" or
+                "hold"; None: as the parameter says.
 
         Returns:
             Whether the node has accepted the goal. Why it cannot be done is in :meth:`result`.
 
         Raises:
             InvalidInputError: a figure is not possible.
-            NoAnswerError: the node does not answer.
+            NoAnswerError: the node does not answer. If the goal is accepted later, the next call
+                of this object that hears of it cancels it.
         """
         goal = Grasp.Goal(
             object_radius=0.0 if radius is None else require_positive("radius", radius),
             overpressure=require_non_negative("overpressure", overpressure),
             timeout=0.0 if timeout is None else require_positive("timeout", timeout),
-            abort_policy=_ABORT_POLICIES[abort_policy],
+            abort_policy=_abort_policy(abort_policy),
         )
         self._link.require(self._grasp.server_is_ready)
         self._goal = self._result = self._feedback = None
         answer = self._grasp.send_goal_async(goal, feedback_callback=self._on_feedback)
-        handle = self._link.answer(answer, "grasp")
+        try:
+            handle = self._link.answer(answer, "grasp")
+        except NoAnswerError as error:
+            self._late = answer
+            answer.add_done_callback(self._cancel_if_accepted)
+            late = "it may still start; it is canceled as soon as it answers; release() vents"
+            raise NoAnswerError(f"{error.missing}: {late}", error.timeout) from None
         if handle.accepted:
             self._goal, self._result = handle, handle.get_result_async()
         return bool(handle.accepted)
@@ -229,14 +247,17 @@ class SpiralGripper:
 
         Raises:
             RequestRefusedError: no wrap has been started.
-            NoAnswerError: it has not ended in time; it goes on.
+            NoAnswerError: it has not ended in time and goes on, or the node is gone or silent.
         """
         deadline = time.monotonic() + require_positive("timeout", timeout)
         if self._result is None:
             raise RequestRefusedError("wait", "no wrap has been started")
         while not self.is_done():
             if time.monotonic() > deadline:
-                raise NoAnswerError("the wrap has not ended; it goes on", timeout)
+                silence = time.monotonic() - self._heard
+                heard = f"nothing has been heard of the node for {silence:.1f} s"
+                state = heard if silence > SILENCE else "it goes on"
+                raise NoAnswerError(f"the wrap has not ended; {state}", timeout)
         return _wrap_result(self._result.result())
 
     def cancel(self) -> bool:
@@ -245,8 +266,9 @@ class SpiralGripper:
         Raises:
             NoAnswerError: the node does not answer.
         """
-        if self._goal is None or self.is_done():
+        if self._result is None or self._result.done():
             return False
+        self._link.require(self._grasp.server_is_ready)
         answer = self._link.answer(self._goal.cancel_goal_async(), "grasp (cancel)")
         return len(answer.goals_canceling) > 0
 
@@ -255,9 +277,21 @@ class SpiralGripper:
     def _on_status(self, status: GripStatus) -> None:
         self._status = status
         self._statuses += 1
+        self._heard = time.monotonic()
 
     def _on_feedback(self, message: Any) -> None:  # noqa: ANN401
         self._feedback = message.feedback
+
+    def _cancel_if_accepted(self, answer: Future) -> None:
+        """Cancel a goal whose answer comes after the program was told that there is none."""
+        handle = answer.result()
+        accepted = handle is not None and handle.accepted
+        self._late = handle.cancel_goal_async() if accepted else None
+        if self._late is not None:
+            self._late.add_done_callback(self._forget_late)
+
+    def _forget_late(self, _: Future) -> None:
+        self._late = None
 
     def _missing(self) -> str:
         """Return what there is of the gripper's node, and how to go on."""
@@ -272,6 +306,14 @@ class SpiralGripper:
             f"the node {node} is there but not active: `ros2 lifecycle set {node} configure`, "
             "then `activate`; its log says why if that fails"
         )
+
+
+def _abort_policy(policy: AbortPolicy | str | None) -> int:
+    """Return the goal's field for an abort policy."""
+    try:
+        return int(_ABORT_POLICIES[None if policy is None else AbortPolicy(policy)])
+    except ValueError:
+        raise InvalidInputError("abort_policy", policy, '"vent", "hold" or None') from None
 
 
 def _wrap_result(response: Any) -> WrapResult:  # noqa: ANN401

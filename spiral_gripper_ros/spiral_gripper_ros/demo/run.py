@@ -21,6 +21,7 @@ from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.demo.demo_client import DemoClient
 from spiral_gripper_ros.demo.report import DemoReport
 from spiral_gripper_ros.demo.table import DemoTable, Row
+from spiral_gripper_ros.node.process_frame import HELP_OPTIONS
 from spiral_gripper_ros.node.stop_signals import StopSignals
 from spiral_gripper_ros.node_process import NodeProcess
 from spiral_gripper_ros.simulation.replay import RadiusSample, shipped_recording
@@ -33,6 +34,14 @@ SERVICE_TIMEOUT = 10.0
 # How long to listen for the vent of a node that has ended [s].
 LAST_WORDS = 1.0
 INTERRUPTED = 130
+BAD_USAGE = 2
+USAGE = """\
+usage: spiral_gripper_demo [-h]
+
+Starts the node as a process and plays a recorded stream of radii to it, good and bad ones, in about
+25 s. Keeps to this machine and a namespace of its own, and ends vented; Ctrl-C stops it.
+Exit code: 0 all was as expected, 1 something was not, 2 an unknown argument, 130 interrupted.
+"""
 LOCAL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
@@ -41,8 +50,19 @@ def private_namespace() -> str:
     return f"/spiral_gripper_demo_{os.getpid()}"
 
 
-def main() -> int:
-    """Run the demo and return the process's exit code."""
+def main(args: list[str] | None = None) -> int:
+    """Run the demo, or show its help; return the process's exit code.
+
+    Args:
+        args: the command line's arguments; None: those of this process.
+    """
+    given = sys.argv[1:] if args is None else args
+    if not HELP_OPTIONS.isdisjoint(given):
+        sys.stdout.write(USAGE)
+        return 0
+    if given:
+        sys.stderr.write(f"spiral_gripper_demo: it takes no arguments, got {given[0]!r}\n")
+        return BAD_USAGE
     for name, value in LOCAL.items():
         os.environ.setdefault(name, value)
     console = Console()

@@ -68,11 +68,16 @@ class SharedMemory:
 def check_room(facts: Facts) -> Finding:
     """Look whether there is room for messages in shared memory."""
     memory = SharedMemory.of(facts)
-    return _NONE if memory is None else room_finding(memory)
+    return _NONE if memory is None else room_finding(memory, root=_is_root())
 
 
-def room_finding(memory: SharedMemory) -> Finding:
-    """Judge the room in shared memory."""
+def room_finding(memory: SharedMemory, *, root: bool = False) -> Finding:
+    """Judge the room in shared memory.
+
+    Args:
+        memory: what lies there.
+        root: whether it is root who asks, and needs no sudo.
+    """
     text = f"{memory.free / MEGABYTE:,.0f} MB free in {memory.folder}"
     if memory.free >= TIGHT:
         return Finding(Mark.OK, text)
@@ -81,22 +86,25 @@ def room_finding(memory: SharedMemory) -> Finding:
         text,
         "A ROS 2 process takes half a megabyte, and dies where there is none. Start the container "
         "with --shm-size=512m, or make the folder larger:",
-        (f"sudo mount -o remount,size=512M {memory.folder}",),
+        (f"{'' if root else 'sudo '}mount -o remount,size=512M {memory.folder}",),
     )
 
 
 def check_leftovers(facts: Facts) -> Finding:
     """Look whether dead processes or other users have left files there."""
     memory = SharedMemory.of(facts)
-    return _NONE if memory is None else leftovers_finding(memory, _cleaner(facts))
+    if memory is None:
+        return _NONE
+    return leftovers_finding(memory, _cleaner(facts), root=_is_root())
 
 
-def leftovers_finding(memory: SharedMemory, cleaner: str) -> Finding:
+def leftovers_finding(memory: SharedMemory, cleaner: str, *, root: bool = False) -> Finding:
     """Judge what lies in shared memory.
 
     Args:
         memory: what lies there.
         cleaner: the command that removes what no process uses.
+        root: whether it is root who asks, and needs no sudo.
     """
     if set(memory.foreign) & set(memory.in_use):
         return Finding(
@@ -114,13 +122,17 @@ def leftovers_finding(memory: SharedMemory, cleaner: str) -> Finding:
             f"{len(memory.left)} locks of Fast DDS are left from processes that were killed{whose}",
             "They take room, make new nodes print open_and_lock_file failed, and can stop messages "
             "if they are another user's. Remove what no process uses:",
-            (f"sudo {cleaner}" if others else cleaner,),
+            (f"sudo {cleaner}" if others and not root else cleaner,),
         )
     segments = sum("port" not in name for name in memory.in_use)
     return Finding(Mark.OK, f"nothing left behind; in use by {segments} processes")
 
 
 _NONE = Finding(Mark.INFO, f"there is no /{FOLDER} here; messages take the network")
+
+
+def _is_root() -> bool:
+    return os.geteuid() == 0
 
 
 def _cleaner(facts: Facts) -> str:

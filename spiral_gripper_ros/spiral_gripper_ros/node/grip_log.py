@@ -95,10 +95,20 @@ class GripLog:
         else:
             self._logger.info("/clock runs again")
 
-    def tell_range(self, name: str, radius_range: tuple[float, float]) -> None:
-        """Tell which radii [m] a gripper that has been loaded can grip."""
+    def tell_range(self, name: str, radius_range: tuple[float, float], cap: float) -> None:
+        """Tell which radii [m] a loaded gripper can grip, and the cap in force [Pa]."""
         low, high = radius_range
-        self._logger.info(f"{name}: grips radii from {1e3 * low:.4g} to {1e3 * high:.4g} mm")
+        self._logger.info(
+            f"{name}: grips radii from {1e3 * low:.4g} to {1e3 * high:.4g} mm, "
+            f"with at most {1e-3 * cap:.4g} kPa"
+        )
+
+    def tell_others(self, publishers: int) -> None:
+        """Warn if more than one node commands the regulator."""
+        if publishers > 1:
+            self._logger.warning(
+                f"{publishers} nodes publish pressure_command here: the regulator obeys them all"
+            )
 
     def _say_grip(self, snapshot: Snapshot[Any]) -> None:
         """Log the line of a state; each level from a place of its own, as rclpy demands."""

@@ -94,7 +94,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
             self.create_subscription(Vector3Stamped, "gravity", self._on_gravity, NEWEST),
             self.create_subscription(FluidPressure, "measured_pressure", self._on_measured, NEWEST),
         ]
-        self.log.tell_range(self.loaded.gripper.name, self.loaded.planner.radius_range)
+        self._tell_range(self.loaded)
         return super().on_configure(state)
 
     @guarded_transition
@@ -105,6 +105,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         self.control.activate()
         self._start_timers()
         self.publish()
+        self.log.tell_others(self.count_publishers("pressure_command"))
         return result
 
     @guarded_transition
@@ -203,7 +204,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
             return
         self.control.replan(planner)
         if was_loading:
-            self.log.tell_range(self.loaded.gripper.name, self.loaded.planner.radius_range)
+            self._tell_range(self.loaded)
 
     # --- parameters ----------------------------------------------------------------------------
 
@@ -227,7 +228,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         if self.loaded is None or description is None:
             return
         self.control.reload()
-        self.publish()
+        if self.is_active:
+            self.publish()
         self.loaded = LoadedGripper.loading(description, self._gravity, self.background.gravity)
 
     # --- outputs -------------------------------------------------------------------------------
@@ -270,6 +272,10 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         return self._timer is not None
 
     # --- inside --------------------------------------------------------------------------------
+
+    def _tell_range(self, loaded: LoadedGripper) -> None:
+        name, radii = loaded.gripper.name, loaded.planner.radius_range
+        self.log.tell_range(name, radii, self.limits.pressure_cap)
 
     def now(self) -> float:
         """Return the time of the control loop [s]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.process_frame import run_process
+from spiral_gripper_ros.node.process_frame import run_process, start_ros
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
@@ -29,10 +29,12 @@ def _usage() -> str:
 
 def _run(signals: StopSignals, args: list[str] | None) -> int:
     import rclpy
-    from rclpy.signals import SignalHandlerOptions
 
     sys.setswitchinterval(SWITCH_INTERVAL)
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    problem = start_ros(args)
+    if problem is not None:
+        sys.stderr.write(f"spiral_gripper_node: {problem}\n")
+        return 1
     try:
         node = _made()
         return 1 if node is None else _spin(node, signals)

@@ -1,4 +1,4 @@
-"""What every process of ours does around its work: help, signals, exit code. Imports no ROS.
+"""What every process of ours does around its work: help, signals, ROS, exit code.
 
 Whatever takes time is imported by the work itself, so that a signal that comes early ends the
 process in order.
@@ -39,3 +39,35 @@ def run_process(
         return 0
     finally:
         signals.ignore()
+
+
+def start_ros(args: list[str] | None) -> str | None:
+    """Initialize rclpy without signal handlers of its own; return why not if that cannot be.
+
+    An argument that nobody reads is a mistake that must not go unnoticed: a limit, say, that was
+    given without ``--ros-args``.
+
+    Args:
+        args: the command line's arguments; None: those of this process.
+    """
+    import rclpy
+    from rclpy.impl.implementation_singleton import rclpy_implementation
+    from rclpy.signals import SignalHandlerOptions
+    from rclpy.utilities import remove_ros_args
+
+    given = sys.argv[1:] if args is None else args
+    try:
+        unread = remove_ros_args(["", *given])[1:]
+        if unread:
+            return (
+                f"unknown arguments: {' '.join(unread)}; parameters are given as "
+                "--ros-args -p NAME:=VALUE, see --help"
+            )
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except (
+        rclpy_implementation.RCLError,
+        rclpy_implementation.RCLInvalidROSArgsError,
+        rclpy_implementation.UnknownROSArgsError,
+    ) as error:
+        return f"ROS does not start: {error}"
+    return None

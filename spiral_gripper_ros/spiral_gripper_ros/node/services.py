@@ -103,7 +103,8 @@ class Services:
         """Do something, command what follows from it, and answer; an exception vents."""
         try:
             refusal = act()
-            self._node.publish()
+            if refusal is None:  # an inactive node is silent: another may command
+                self._node.publish()
             response.success = refusal is None
             response.message = done if refusal is None else refusal.text
         except Exception as error:

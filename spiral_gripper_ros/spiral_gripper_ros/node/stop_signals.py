@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as a request to stop, so that the last command can still be sent.
+"""Signals that end a process as a request to stop, so that the last command can still be sent.
 
 rclpy's own handlers shut the context down at once; after that nothing can be published any more.
 """
@@ -8,7 +8,8 @@ from __future__ import annotations
 import signal
 from types import FrameType
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# Ctrl-C, a manager's stop, a terminal or ssh session that is closed, Ctrl-\\.
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
 class StopSignals:
@@ -23,7 +24,8 @@ class StopSignals:
         self.requested = False
         self._deferred = False
         for number in STOP_SIGNALS:
-            signal.signal(number, self._on_signal)
+            if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:  # nohup
+                signal.signal(number, self._on_signal)
 
     def defer(self) -> None:
         """Only note signals from now on."""

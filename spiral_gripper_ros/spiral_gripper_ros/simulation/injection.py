@@ -22,10 +22,16 @@ def local_discovery() -> None:
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 
+def injection_name(namespace: str, fault: Fault) -> str:
+    """Return the full name of the service that sets a fault."""
+    space = namespace.strip("/")
+    return f"{'/' if space else ''}{space}/{REGULATOR_NODE}/{injection_service(fault)}"
+
+
 def inject(namespace: str, fault: str) -> int:
     """Set the fault of the simulation in a namespace; return the process's exit code."""
     local_discovery()
-    name = f"/{namespace.strip('/')}/{REGULATOR_NODE}/{injection_service(Fault(fault))}"
+    name = injection_name(namespace, Fault(fault))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node, executor = rclpy.create_node("spiral_gripper_injection"), SingleThreadedExecutor()
     executor.add_node(node)

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
+import shutil
+import sys
 import tempfile
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
-from spiral_gripper_ros.node.stop_signals import StopSignals
+from spiral_gripper_ros.node.stop_signals import STOP_SIGNALS, StopSignals
 from spiral_gripper_ros.node_process import NODE, SIMULATOR, NodeProcess
-from spiral_gripper_ros.simulation.injection import local_discovery
+from spiral_gripper_ros.simulation.injection import injection_name, local_discovery
 from spiral_gripper_ros.simulation.parameters import recording_samples
 from spiral_gripper_ros.simulation.regulator import Fault
-from spiral_gripper_ros.simulation.regulator_node import REGULATOR_NODE, injection_service
 from spiral_gripper_ros.simulation.view import LiveView
 from spiral_gripper_ros.simulation.watcher import Watcher
 
@@ -74,6 +77,12 @@ def simulate(plan: Plan) -> int:
         rclpy.try_shutdown()
 
 
+def program() -> str:
+    """Return the program that runs, as a shell anywhere on this machine finds it."""
+    own = Path(sys.argv[0]).absolute()
+    return shlex.quote(str(own)) if own.is_file() and os.access(own, os.X_OK) else "spiral-gripper"
+
+
 class _Session:
     """One run of the command."""
 
@@ -83,6 +92,7 @@ class _Session:
         self._console = console
         self._watcher = Watcher(plan.space)
         self._processes: dict[str, NodeProcess] = {}
+        self._started = False
 
     def run(self) -> int:
         """Start both, watch them, stop them; return the process's exit code."""
@@ -117,6 +127,7 @@ class _Session:
             self._watcher.spin(SHOW_PERIOD)
             if time.monotonic() - begin > START_TIMEOUT:
                 return [f"node and simulator were not ready within {START_TIMEOUT:g} s"]
+        self._started = self._watcher.ready
         begin = time.monotonic()
         with LiveView(self._console) as view:
             while not self._is_over() and time.monotonic() - begin < self._plan.duration:
@@ -146,7 +157,7 @@ class _Session:
                 process.wait(GRACE)
         for name in ("node", "simulator"):
             code = self._processes[name].stop()
-            if code != 0:
+            if not self._is_good_end(code):
                 problems.append(f"the {name} ended with exit code {code}")
             self._watcher.spin(LAST_WORDS)
         if self._watcher.command not in (None, 0.0):
@@ -155,18 +166,30 @@ class _Session:
             self._say("vented; node and simulator have ended")
         return problems
 
+    def _is_good_end(self, code: int) -> bool:
+        """Return whether a process ended as it should.
+
+        Ctrl-C reaches it too, and where it has not installed its handlers yet it is killed, or
+        Python gives up its own start with 1. What was last commanded is checked in any case.
+        """
+        if code == 0 or not self._signals.requested:
+            return code == 0
+        return -code in STOP_SIGNALS or (code == FAILED and not self._started)
+
     def _introduce(self) -> None:
         """Say what is started, and what may be done with it."""
         space = self._plan.space
         faults = ", ".join(fault.value for fault in Fault)
-        service = f"{space}/{REGULATOR_NODE}/{injection_service(Fault.LEAK)}"
-        for line in (
+        lines = [
             "starting node and simulator (the very first start compiles the solver: 10 to 60 s)",
             f"topics: below {space}; stop: Ctrl-C",
             f"faults ({faults}), from another terminal:",
-            f"  spiral-gripper simulate --namespace {space} --inject {Fault.LEAK.value}",
-            f"  ros2 service call {service} std_srvs/srv/Trigger",
-        ):
+            f"  {program()} simulate --namespace {space} --inject {Fault.LEAK.value}",
+        ]
+        if shutil.which("ros2") is not None:
+            service = injection_name(space, Fault.LEAK)
+            lines.append(f"  ros2 service call {service} std_srvs/srv/Trigger")
+        for line in lines:
             self._say(line)
 
     def _say(self, text: str, style: str | None = None) -> None:

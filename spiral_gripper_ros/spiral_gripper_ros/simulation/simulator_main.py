@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.process_frame import run_process
+from spiral_gripper_ros.node.process_frame import run_process, start_ros
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
@@ -31,9 +31,11 @@ def _usage() -> str:
 def _run(signals: StopSignals, args: list[str] | None) -> int:
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
-    from rclpy.signals import SignalHandlerOptions
 
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    problem = start_ros(args)
+    if problem is not None:
+        sys.stderr.write(f"spiral_gripper_simulator: {problem}\n")
+        return 1
     executor = SingleThreadedExecutor()
     try:
         simulator = _started(executor)

@@ -28,6 +28,7 @@ class View:
         grip: how it is really held.
         state: of the node.
         trouble: why the node refuses something, or what is wrong with the pressure; "": nothing.
+        reasons: for the trouble; its text has numbers in it, which differ each time.
     """
 
     elapsed: float
@@ -39,6 +40,7 @@ class View:
     grip: str
     state: str
     trouble: str
+    reasons: tuple[int, ...]
 
     def cells(self) -> tuple[tuple[str, str, int], ...]:
         """Return name, text and width of each column."""
@@ -99,9 +101,9 @@ class LiveView:
 
 def _news(shown: View, view: View) -> bool:
     """Return whether a view tells of something new, other than numbers."""
-    return (shown.state, shown.trouble, shown.grip, shown.wrapped) != (
+    return (shown.state, shown.reasons, shown.grip, shown.wrapped) != (
         view.state,
-        view.trouble,
+        view.reasons,
         view.grip,
         view.wrapped,
     )

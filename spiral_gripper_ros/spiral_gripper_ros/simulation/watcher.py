@@ -73,6 +73,7 @@ class Watcher(Node):  # type: ignore[misc]
         """Return what there is to show, a time [s] after the node became active."""
         status = self._fresh("status") or GripStatus()
         measured = self._fresh("measured_pressure")
+        troubles = _troubles(status)
         radius, grip = self._fresh("simulated/object_radius"), self._fresh("simulated/grip")
         return View(
             elapsed=elapsed,
@@ -83,7 +84,8 @@ class Watcher(Node):  # type: ignore[misc]
             wrapped=bool(status.wrapped),
             grip="-" if grip is None else grip.data,
             state=State(status.state).name.lower().replace("_", " "),
-            trouble=_trouble(status),
+            trouble="; ".join(troubles.values()),
+            reasons=tuple(troubles),
         )
 
     def _on_command(self, message: Float64) -> None:
@@ -106,11 +108,11 @@ def _in(factor: float, value: float | None) -> float | None:
     return factor * value if value else None
 
 
-def _trouble(status: GripStatus) -> str:
-    """Return what is wrong, for people."""
-    parts = []
+def _troubles(status: GripStatus) -> dict[int, str]:
+    """Return the reasons for what is wrong, each with its text for people."""
+    troubles = {}
     if status.pressure_fault != Reason.NONE:
-        parts.append(status.pressure_fault_text)
+        troubles[status.pressure_fault] = status.pressure_fault_text
     if status.reason not in (*_NO_TROUBLE, status.pressure_fault):
-        parts.append(status.reason_text)
-    return "; ".join(parts)
+        troubles[status.reason] = status.reason_text
+    return troubles
