@@ -2,7 +2,6 @@
 
 import math
 import re
-import signal
 import subprocess
 import sys
 import time
@@ -385,26 +384,6 @@ def test_the_example_wraps_and_releases(grip, active):
         lines[-1],
     )
     assert active.wait_for_state(State.RELEASED)
-
-
-def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(slow, active):
-    lines = [
-        "from spiral_gripper_ros.client import SpiralGripper",
-        f"with SpiralGripper({slow._link.node.get_namespace()!r}) as gripper:",
-        "    try:",
-        "        gripper.wrap(0.02, timeout=600.0)",
-        "        gripper.wait(600.0)",
-        "    finally:",
-        "        gripper.release()",
-    ]
-    command = [sys.executable, "-c", "\n".join(lines)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        active.wait_for_state(State.GRASPING)
-        active.spin(0.5)
-        process.send_signal(signal.SIGINT)
-        errors = process.communicate(timeout=PATIENCE)[1]
-    assert errors.splitlines()[-1] == "KeyboardInterrupt"
-    assert active.wait_for_state(State.RELEASED, Reason.RELEASED)
 
 
 def test_the_page_shows_the_example():
