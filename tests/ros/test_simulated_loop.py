@@ -146,12 +146,14 @@ def test_an_uncalibrated_gripper_does_not_hold_what_the_node_believes_it_holds(n
 
 def test_everything_runs_in_simulated_time(namespace):
     observer = Observer(namespace)
-    simulated = {"publish_clock": "true", "real_time_factor": 4.0}
+    # No radius before the node is heard: discovery takes DDS up to three seconds, the ramp less.
+    simulated = {"publish_clock": "true", "real_time_factor": 4.0, "dropout_probability": 1.0}
     node, simulator = closed_loop(
         namespace, {**PATIENT_NODE, "use_sim_time": "true", "pressure_rate_up": 2.0e4}, simulated
     )
     with node, simulator:
         observer.wait_until_active()
+        observer.set_simulated("radius_source", dropout_probability=0.0)
         observer.wait_until(lambda: is_held(observer), "the object to be held")
         ramp = [
             (seconds(status.header.stamp), status.pressure_command)
