@@ -2,9 +2,11 @@
 
 import math
 import re
+import signal
 import subprocess
 import sys
 import time
+import traceback
 import warnings
 from pathlib import Path
 
@@ -213,7 +215,7 @@ def test_cancel_is_sent_at_once(slow, monkeypatch):
     spin_once = slow._link._executor.spin_once
     monkeypatch.setattr(slow._goal, "cancel_goal_async", lambda: sent.append("sent") or cancel())
     monkeypatch.setattr(
-        slow._link._executor, "spin_once", lambda **args: sent.append("spun") or spin_once(**args)
+        slow._link._executor, "spin_once", lambda *args: sent.append("spun") or spin_once(*args)
     )
     assert slow.cancel()
     assert sent[0] == "sent"
@@ -338,6 +340,18 @@ def test_it_works_inside_a_callback_of_another_node(grip):
     assert seen == [True]
 
 
+def test_ctrl_c_never_strikes_in_the_midst_of_rclpy(slow, active, monkeypatch):
+    monkeypatch.setattr(slow, "_on_feedback", lambda _: signal.raise_signal(signal.SIGINT))
+    slow.wrap(RADIUS)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        slow.wait(PATIENCE)
+    files = [Path(frame.filename).parts for frame in traceback.extract_tb(caught.tb)]
+    assert not [file for file in files if "rclpy" in file]
+    monkeypatch.undo()
+    slow.release()
+    assert active.wait_for_state(State.RELEASED)
+
+
 def test_a_result_cannot_be_changed(grip):
     grip.wrap(RADIUS)
     result = grip.wait(PATIENCE)
@@ -384,6 +398,34 @@ def test_the_example_wraps_and_releases(grip, active):
         lines[-1],
     )
     assert active.wait_for_state(State.RELEASED)
+
+
+@pytest.mark.parametrize(
+    "before", ["", "rclpy.init()"], ids=["its own context", "shut down by rclpy"]
+)
+def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(slow, active, before):
+    lines = [
+        "import rclpy",
+        "from spiral_gripper_ros.client import SpiralGripper",
+        before,
+        f"with SpiralGripper({slow._link.node.get_namespace()!r}) as gripper:",
+        "    try:",
+        "        gripper.wrap(0.02, timeout=600.0)",
+        "        print('wrapping', flush=True)",
+        "        gripper.wait(600.0)",
+        "    finally:",
+        "        gripper.release()",
+    ]
+    command = [sys.executable, "-c", "\n".join(lines)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout.readline() == "wrapping\n"
+        assert active.wait_for_state(State.GRASPING)
+        process.send_signal(signal.SIGINT)
+        errors = process.communicate(timeout=PATIENCE)[1]
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+    assert active.wait_for_state(State.RELEASED, Reason.RELEASED)
 
 
 def test_the_page_shows_the_example():

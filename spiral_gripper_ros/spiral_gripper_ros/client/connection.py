@@ -6,6 +6,7 @@ import itertools
 import os
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import rclpy
@@ -31,6 +32,10 @@ class Connection:
 
     If nobody has initialized rclpy, this does, in a context of its own, for as long as it is open.
 
+    It is spun by a thread of its own, for which the calls wait: Python's signal handlers run in the
+    main thread, and a KeyboardInterrupt in the midst of rclpy's executor leaves entities behind
+    that are never looked at again. Measured: after one Ctrl-C of 100 nothing was answered any more.
+
     Args:
         namespace: of the node.
         answer_timeout: longest time that a question may take [s], > 0.
@@ -54,12 +59,19 @@ class Connection:
         self.node = Node(name, namespace=namespace, context=self._own)
         self._executor = SingleThreadedExecutor(context=self._own)
         self._executor.add_node(self.node)
+        self._spinner = ThreadPoolExecutor(1, "spiral_gripper_client")
+
+    @property
+    def is_shut_down(self) -> bool:
+        """Whether ROS was shut down while it was open: rclpy does so at Ctrl-C for who asks it."""
+        return not (self.closed or self.node.context.ok())
 
     def close(self) -> None:
         """Destroy the node; once is enough."""
         if self.closed:
             return
         self.closed = True
+        self._spinner.shutdown()
         self._executor.shutdown()
         self.node.destroy_node()
         if self._own is not None:
@@ -74,7 +86,8 @@ class Connection:
             remaining = deadline - time.monotonic()
             if not remaining > 0.0:
                 return False
-            self._executor.spin_once(timeout_sec=min(SPIN_PERIOD, remaining))
+            period = min(SPIN_PERIOD, remaining)
+            self._spinner.submit(self._executor.spin_once, period).result()
         return True
 
     def require(self, condition: Callable[[], bool]) -> None:

@@ -1,7 +1,7 @@
 """A gripper for Python programs: wrap, wait, release, without a line of ROS.
 
-It spins a node of its own within each call and starts no thread, so that it works in a script,
-beside other nodes, and inside another node's callback alike.
+It spins a node of its own, only within its calls, so that it works in a script, beside other nodes,
+and inside another node's callback alike.
 """
 
 from __future__ import annotations
@@ -66,20 +66,24 @@ class SpiralGripper:
     """
 
     def __init__(self, namespace: str = "", answer_timeout: float = 10.0) -> None:
-        self._link = Connection(namespace, answer_timeout, self._missing)
+        self._namespace, self._answer_timeout = namespace, answer_timeout
+        self._statuses = 0
+        self._status: GripStatus | None = None
+        self._goal: Any = None
+        self._result: Future | None = None
+        self._late: Future | None = None  # a goal's answer that is late, then its cancellation's
+        self._feedback: Grasp.Feedback | None = None
+        self._connect()
+
+    def _connect(self) -> None:
+        self._link = Connection(self._namespace, self._answer_timeout, self._missing)
         node = self._link.node
         self._grasp = ActionClient(node, Grasp, "grasp")
         self._plan = node.create_client(PlanWrap, "plan_wrap")
         self._release = node.create_client(Trigger, "release")
         self._rearm = node.create_client(Trigger, "rearm")
-        self._statuses = 0
-        self._status: GripStatus | None = None
         self._heard = time.monotonic()
         node.create_subscription(GripStatus, "status", self._on_status, LATEST)
-        self._goal: Any = None
-        self._result: Future | None = None
-        self._late: Future | None = None  # a goal's answer that is late, then its cancellation's
-        self._feedback: Grasp.Feedback | None = None
 
     def close(self) -> None:
         """End the connection, once; what the gripper does, to hold for instance, goes on."""
@@ -154,10 +158,19 @@ class SpiralGripper:
     def release(self) -> None:
         """Vent; the gripper stays vented until `rearm` or the next wrap.
 
+        It does so even after ROS was shut down in this program, as by rclpy's own Ctrl-C.
+
         Raises:
             NoAnswerError: the node does not answer.
         """
-        self._link.call(self._release, Trigger.Request())
+        try:
+            self._link.call(self._release, Trigger.Request())
+        except Exception:
+            if not self._link.is_shut_down:
+                raise
+            self._link.close()
+            self._connect()
+            self._link.call(self._release, Trigger.Request())
 
     def rearm(self) -> None:
         """Follow `object_radius` again, after a release or a fault.
