@@ -7,7 +7,6 @@ the backbone. Shapes and grips are those of the mounted gripper under its weight
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -23,11 +22,11 @@ from spiral_core.calibration_observations import (
     ShapeReading,
     TwistReading,
 )
-from spiral_core.coil import coil_axis, tip_angle
 from spiral_core.errors import InvalidInputError
 from spiral_core.fibers import fiber_state
 from spiral_core.gripper import Gripper
 from spiral_core.rod import Array, RodState, solve_rod
+from spiral_core.wrap import wrapped_radius
 
 # Step for the slope over the pressure, as a fraction of it: far above the rod's tolerance, and so
 # small that the slope, which only weighs a stated error, is good to a thousandth.
@@ -150,7 +149,5 @@ def _position(shapes: _Shapes, reading: ShapeReading) -> tuple[float, ...]:
 
 def _wrapped_radius(shapes: _Shapes, reading: GripReading) -> float:
     """Return the radius that this pressure wraps perfectly [m], as in :mod:`spiral_core.wrap`."""
-    shape, state = shapes.at(reading.pressure)
-    turn_length = 2.0 * math.pi / math.hypot(shape.curvature, shape.torsion)
-    angle = tip_angle(state, coil_axis(state, shapes.gripper.object_axis, turn_length))
-    return math.sin(angle) ** 2 / shape.curvature - shapes.gripper.tube.outer_radius
+    radius, _ = wrapped_radius(shapes.gripper, *shapes.at(reading.pressure))
+    return radius

@@ -9,9 +9,6 @@ import numpy as np
 
 from spiral_core.rod import Array, RodState, Vector
 
-# Tangents taken from the last turn to fit its axis; more change the axis by less than the rod's own
-# error.
-AXIS_SAMPLES = 33
 # Parts of a rod count as coiled where their tangent's sine to the axis is at least this fraction of
 # the tip's.
 LEAST_SINE = 0.5
@@ -108,26 +105,20 @@ def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vecto
         axis: unit vector in the base frame, in either sense; None fits it.
         turn_length: arc length of one turn at the tip [m], the window of that fit.
     """
-    if axis is None:
-        from spiral_core.coil_kernels import fitted_axis
+    # Compile only when a coil is asked for.
+    from spiral_core.coil_kernels import advancing_axis
+    from spiral_core.rod_discretization import floats
 
-        length = float(state.arc_lengths[-1])
-        step = length / (len(state.arc_lengths) - 1)
-        axis = fitted_axis(
-            state.orientations, state.strains, step, min(turn_length, length), AXIS_SAMPLES
-        )
-    tip = state.positions[-1]
-    if axis[0] * tip[0] + axis[1] * tip[1] + axis[2] * tip[2] < 0.0:
-        return (-axis[0], -axis[1], -axis[2])
-    return axis
+    step = float(state.arc_lengths[-1]) / (len(state.arc_lengths) - 1)
+    given = None if axis is None else floats(axis)
+    return advancing_axis(
+        state.orientations, state.strains, state.positions[-1], step, float(turn_length), given
+    )
 
 
 def tip_angle(state: RodState, axis: Vector) -> float:
     """Return the angle between the tip's tangent and a unit axis [rad]."""
-    x, y, z, w = state.orientations[-1].tolist()
-    along = (
-        axis[0] * (1.0 - 2.0 * (y * y + z * z))
-        + axis[1] * 2.0 * (x * y + z * w)
-        + axis[2] * 2.0 * (x * z - y * w)
-    )
-    return math.acos(min(1.0, max(-1.0, along)))
+    from spiral_core.coil_kernels import angle_at_tip
+    from spiral_core.rod_discretization import floats
+
+    return angle_at_tip(state.orientations, floats(axis))

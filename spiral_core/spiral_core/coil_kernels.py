@@ -1,4 +1,4 @@
-"""Tangents along a rod, the axis that fits them and their turns about one (compiled)."""
+"""Tangents along a rod, the axis that fits them, and what they are to one (compiled)."""
 
 import math
 
@@ -12,6 +12,9 @@ from spiral_core.rod_newton import TANGENT, Array, quaternion_at, vector_at
 # rounding, and the off-diagonal counts as zero at this fraction of the trace.
 SWEEPS = 12
 DIAGONAL = 1e-17
+# Tangents taken from the last turn to fit its axis; more change the axis by less than the rod's own
+# error.
+AXIS_SAMPLES = 33
 
 
 @inlined
@@ -21,9 +24,7 @@ def tangent_at(orientations: Array, i: int) -> Vec:
 
 
 @compiled
-def tangent_covariance(
-    orientations: Array, strains: Array, h: float, window: float, samples: int
-) -> Array:
+def tangent_covariance(orientations: Array, strains: Array, h: float, window: float) -> Array:
     """Return the covariance (3, 3) of the tangents over the last ``window`` [m] of a rod.
 
     The tangents are sampled evenly, between nodes by cubic Hermite interpolation with the slope
@@ -31,9 +32,9 @@ def tangent_covariance(
     """
     n = orientations.shape[0] - 1
     mean = (0.0, 0.0, 0.0)
-    tangents = np.empty((samples, 3))
-    for j in range(samples):
-        place = (n * h - window + window * j / (samples - 1)) / h
+    tangents = np.empty((AXIS_SAMPLES, 3))
+    for j in range(AXIS_SAMPLES):
+        place = (n * h - window + window * j / (AXIS_SAMPLES - 1)) / h
         i = max(0, min(n - 1, int(place)))
         f = place - i
         q0, q1 = quaternion_at(orientations, i), quaternion_at(orientations, i + 1)
@@ -45,11 +46,11 @@ def tangent_covariance(
             scale((3.0 - 2.0 * f) * f * f, to_base(q1, TANGENT)),
         )
         t = add(ends, scale(h * f * g, add(scale(g, slope0), scale(-f, slope1))))
-        mean = add(mean, scale(1.0 / samples, t))
+        mean = add(mean, scale(1.0 / AXIS_SAMPLES, t))
         for k in range(3):
             tangents[j, k] = t[k]
     covariance = np.zeros((3, 3))
-    for j in range(samples):
+    for j in range(AXIS_SAMPLES):
         for k in range(3):
             for m in range(3):
                 covariance[k, m] += (tangents[j, k] - mean[k]) * (tangents[j, m] - mean[m])
@@ -99,9 +100,23 @@ def least_direction(symmetric: Array) -> Vec:
 
 
 @compiled
-def fitted_axis(orientations: Array, strains: Array, h: float, window: float, samples: int) -> Vec:
-    """Return the direction in which the tangents over the last ``window`` [m] vary least."""
-    return least_direction(tangent_covariance(orientations, strains, h, window, samples))
+def advancing_axis(
+    orientations: Array, strains: Array, tip: Array, h: float, turn_length: float, axis: Vec | None
+) -> Vec:
+    """Return a coil's axis; see :func:`spiral_core.coil.coil_axis`. Nodes are ``h`` [m] apart."""
+    if axis is None:
+        window = min(turn_length, h * (orientations.shape[0] - 1))
+        axis = least_direction(tangent_covariance(orientations, strains, h, window))
+    if axis[0] * tip[0] + axis[1] * tip[1] + axis[2] * tip[2] < 0.0:
+        return (-axis[0], -axis[1], -axis[2])
+    return axis
+
+
+@compiled
+def angle_at_tip(orientations: Array, axis: Vec) -> float:
+    """Return the angle between the tip's tangent and a unit axis [rad]."""
+    along = dot(axis, tangent_at(orientations, orientations.shape[0] - 1))
+    return math.acos(min(1.0, max(-1.0, along)))
 
 
 @inlined

@@ -96,10 +96,15 @@ class Gripper:
         )
 
     def load(self, shape: RestShape) -> RodLoad:
-        """Return the gripper's weight on its rod; the mass stays when the backbone stretches."""
+        """Return the gripper's weight on its rod."""
+        return RodLoad(distributed=self.weight(shape))
+
+    def weight(self, shape: RestShape) -> Vector:
+        """Return the weight per length of the backbone [N/m]; the mass stays when it stretches."""
         density = self.weight_per_length * self.tube.length / shape.backbone_length
-        x, y, z = (density * g / STANDARD_GRAVITY for g in self.gravity)
-        return RodLoad(distributed=(x, y, z))
+        x, y, z = self.gravity
+        unit = density / STANDARD_GRAVITY
+        return (unit * x, unit * y, unit * z)
 
     def with_mount(self, gravity: Vector, object_axis: Vector | None) -> Gripper:
         """Return the same gripper held otherwise: gravity [m/s^2] and axis in the base frame."""

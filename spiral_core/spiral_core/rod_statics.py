@@ -12,7 +12,7 @@ from spiral_core.rod_discretization import RodArrays, discretize, floats
 from spiral_core.rod_follow import path_elements, resample, settle, walk, walk_and_refine
 from spiral_core.rod_newton import Solution, minimize
 from spiral_core.rod_shape import shape_from_orientations
-from spiral_core.rod_uniform import settle_uniform
+from spiral_core.rod_uniform import Settled, settle_uniform
 
 # In the order of the kernels' outcomes.
 STATUSES = (
@@ -57,7 +57,7 @@ def _settled(rod: Rod, load: RodLoad, q: Array) -> RodState:
         arrays = discretize(rod, load, count)
         folds, solution = settle(q, arrays.system, DEFAULT_TOLERANCE * arrays.moment_scale)
         return state_from_solution(arrays, q, folds, solution)
-    folds, solution, forces, positions, moments, strains = settle_uniform(
+    settled = settle_uniform(
         q,
         float(rod.length),
         float(torsional),
@@ -67,10 +67,17 @@ def _settled(rod: Rod, load: RodLoad, q: Array) -> RodState:
         floats(load.tip_force),
         floats(load.tip_moment),
     )
+    return state_from_settled(rod.length, q, settled)
+
+
+def state_from_settled(length: float, q: Array, settled: Settled) -> RodState:
+    """Return the state of a uniform rod with orientations q (N + 1, 4), as its kernel found it."""
+    folds, solution, forces, positions, moments, strains = settled
     outcome, iterations, energy, residual, pivot = solution
+    count = len(q) - 1
     return RodState(
         status=STATUSES[outcome],
-        arc_lengths=_arc_lengths(rod.length / count, count),
+        arc_lengths=_arc_lengths(length / count, count),
         positions=positions,
         orientations=q,
         forces=forces,

@@ -1,5 +1,7 @@
 """A uniform rod's warm solve in one compiled call: what a control loop asks for over and over."""
 
+from typing import TypeAlias
+
 import numpy as np
 
 from spiral_core.kernel import compiled
@@ -8,6 +10,10 @@ from spiral_core.rod_discretization import uniform_arrays
 from spiral_core.rod_follow import settle
 from spiral_core.rod_newton import Array, Solution
 from spiral_core.rod_shape import shape_from_orientations
+
+# Folds, solution (the energy complete, residual and pivot as fractions of EI/L), forces, positions,
+# moments and strains as `RodState` holds them.
+Settled: TypeAlias = tuple[int, Solution, Array, Array, Array, Array]
 
 
 @compiled
@@ -20,12 +26,8 @@ def settle_uniform(
     weight: Vector,
     tip_force: Vector,
     tip_moment: Vector,
-) -> tuple[int, Solution, Array, Array, Array, Array]:
-    """Settle q, in place, and evaluate the state: the general way, without its arrays between.
-
-    Returns folds, solution (the energy complete, residual and pivot as fractions of EI/L), forces,
-    positions, moments and strains as :class:`~spiral_core.rod.RodState` holds them.
-    """
+) -> Settled:
+    """Settle q, in place, and evaluate the state: the general way, without its arrays between."""
     count = q.shape[0] - 1
     h = length / count
     unit = bending / length

@@ -17,7 +17,7 @@ from enum import Enum
 from functools import cached_property
 
 from spiral_core.actuation import RestShape
-from spiral_core.coil import Coil, coil_axis, coil_from_state, tip_angle
+from spiral_core.coil import Coil, coil_from_state
 from spiral_core.gripper import Gripper
 from spiral_core.rod import RodState, RodStiffness, Vector
 
@@ -99,10 +99,19 @@ def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple
         shape: its unloaded shape at the pressure in question.
         state: its shape there.
     """
-    turn_length = 2.0 * math.pi / math.hypot(shape.curvature, shape.torsion)
-    axis = coil_axis(state, gripper.object_axis, turn_length)
-    sine = math.sin(tip_angle(state, axis))
-    return sine * sine / shape.curvature - gripper.tube.outer_radius, axis
+    # Compile only when a wrap is asked for.
+    from spiral_core.rod_discretization import floats
+    from spiral_core.wrap_kernel import fitted_radius
+
+    return fitted_radius(
+        state.orientations,
+        state.strains,
+        state.positions[-1],
+        float(shape.backbone_length),
+        floats((shape.torsion, 0.0, shape.curvature)),
+        None if gripper.object_axis is None else floats(gripper.object_axis),
+        float(gripper.tube.outer_radius),
+    )
 
 
 def line_force(

@@ -8,12 +8,16 @@ from bisect import bisect_left
 from spiral_core.actuation import RestShape
 from spiral_core.errors import NotGrippableError, SolverError
 from spiral_core.gripper import Gripper
-from spiral_core.rod import RodState, RodStatus, solve_rod
-from spiral_core.rod_discretization import element_count
+from spiral_core.rod import Array, RodState, RodStatus, Vector, solve_rod
+from spiral_core.rod_discretization import element_count, floats
+from spiral_core.rod_newton import CONVERGED
 from spiral_core.rod_path import follow_path
+from spiral_core.rod_statics import STATUSES, state_from_settled
+from spiral_core.rod_uniform import Settled
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap import PERFECT_BAND, Wrap, WrapRegime, wrapped_radius
 from spiral_core.wrap_branch import BranchFinder, sample_pressures
+from spiral_core.wrap_kernel import settle_on_object
 from spiral_core.wrap_table import WrapTable
 
 # Largest angle that an element turns by, at the tightest coil [rad]: the wrapped radius is then
@@ -27,8 +31,8 @@ SEARCH_LIMIT = 60
 class WrapCurve:
     """Pressure against object radius for one gripper as it is mounted.
 
-    The whole range is solved once; every question after that is a short warm start from the nearest
-    solved pressure, so that answers do not depend on the order of the questions.
+    The whole range is solved once; every question after that is a short warm start from the solved
+    pressures next to it, so that answers do not depend on the order of the questions.
 
     Args:
         gripper: the gripper.
@@ -173,14 +177,14 @@ class WrapCurve:
         """Return the wrap of a radius in range: a secant search that never leaves its bracket."""
         target = self._table.contact_curvature(radius)
         low, high, pressure, slope = self._table.bracket_and_guess(target)
-        state = self._nearest_state(pressure)
+        q = self._table.orientations(target)
         last, miss = pressure, math.inf
         for _ in range(SEARCH_LIMIT):
             shape = self.gripper.rest_shape(pressure)
-            state = self._solve(shape, state)
-            fits, axis = wrapped_radius(self.gripper, shape, state)
+            settled, fits, axis = self._settle(shape, q)
             previous, miss = miss, self._table.contact_curvature(fits) - target
             if abs(fits - radius) <= RADIUS_TOLERANCE * radius:
+                state = state_from_settled(shape.backbone_length, q, settled)
                 return Wrap(pressure, fits, shape, state, axis, self.gripper.turns_required)
             low, high = (pressure, high) if miss < 0.0 else (low, pressure)
             if math.isfinite(previous) and miss != previous:
@@ -188,6 +192,24 @@ class WrapCurve:
             last, proposal = pressure, pressure - miss / slope
             pressure = proposal if low < proposal < high else 0.5 * (low + high)
         raise SolverError(RodStatus.ITERATION_LIMIT, abs(miss) / target, SEARCH_LIMIT)
+
+    def _settle(self, shape: RestShape, q: Array) -> tuple[Settled, float, Vector]:
+        """Settle q, in place, into the certified state of an unloaded shape, and what it fits."""
+        gripper = self.gripper
+        settled, fits, axis = settle_on_object(
+            q,
+            float(shape.backbone_length),
+            float(gripper.stiffness.torsional),
+            float(gripper.stiffness.bending),
+            floats((shape.torsion, 0.0, shape.curvature)),
+            gripper.weight(shape),
+            None if gripper.object_axis is None else floats(gripper.object_axis),
+            float(gripper.tube.outer_radius),
+        )
+        outcome, iterations, _, residual, _ = settled[1]
+        if outcome != CONVERGED:
+            raise SolverError(STATUSES[outcome], residual, iterations)
+        return settled, fits, axis
 
     def _nearest_state(self, pressure: float) -> RodState:
         """Return the solved state at the pressure nearest to this one."""

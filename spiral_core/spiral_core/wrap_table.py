@@ -1,4 +1,4 @@
-"""A table of solved wraps from which the pressure for a radius is guessed."""
+"""A table of solved wraps from which the wrap of a radius is guessed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from spiral_core.rod import Array
 from spiral_core.wrap import Wrap
+from spiral_core.wrap_kernel import interpolated_orientations
 
 # Solved wraps that one interpolation goes through.
 NODES = 8
@@ -30,6 +32,8 @@ class WrapTable:
         self._outer_radius = outer_radius
         kept = self._well_spaced(branch)
         curvatures = np.array([self.contact_curvature(wrap.object_radius) for wrap in kept])
+        self._nodes = curvatures
+        self._orientations: Array = np.array([wrap.state.orientations for wrap in kept])
         differences = np.array([wrap.pressure for wrap in kept])
         self._curvatures: list[float] = curvatures.tolist()
         self._pressures: list[float] = differences.tolist()
@@ -63,6 +67,10 @@ class WrapTable:
             return low, high, guess, 1.0 / change
         change = (high - low) / (curvatures[above] - curvatures[above - 1])
         return low, high, low + change * (target - curvatures[above - 1]), 1.0 / change
+
+    def orientations(self, target: float) -> Array:
+        """Return guessed orientations (N + 1, 4) of the wrap with a contact curvature [1/m]."""
+        return interpolated_orientations(self._nodes, self._orientations, target)
 
     def _well_spaced(self, branch: Sequence[Wrap]) -> list[Wrap]:
         """Return the branch without those next to an end that are too near to it."""

@@ -22,7 +22,7 @@ NO_COMPILATION = "NUMBA_DISABLE_JIT"
 START_LOADS = (
     "spiral_core.rod_statics",
     "spiral_core.rod_discretization",
-    "spiral_core.coil_kernels",
+    "spiral_core.wrap_kernel",
 )
 _KERNELS = ("grippers.kernel_cache", "grippers.kernels")
 
@@ -98,7 +98,8 @@ def check_kernels(facts: Facts) -> Finding:
     gripper = load_gripper(available_grippers()[0])
     missing = KernelCache.here()
     start = time.monotonic()
-    WrapCurve(gripper)
+    curve = WrapCurve(gripper)
+    curve.wrap_for_radius(0.5 * (curve.radius_min + curve.radius_max))
     return kernels_finding(time.monotonic() - start, missing, KernelCache.here())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
@@ -19,6 +20,14 @@ class SolvedWrap:
 
     def __init__(self, pressure: float, object_radius: float) -> None:
         self.pressure, self.object_radius = pressure, object_radius
+        turn = orientations(1.0 / (object_radius + OUTER_RADIUS))
+        self.state = SimpleNamespace(orientations=turn)
+
+
+def orientations(curvature: float) -> np.ndarray:
+    """Return a clamped node's orientation, and a tip's that turns with the contact curvature."""
+    half = 0.05 * curvature
+    return np.array([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, math.sin(half), math.cos(half)]])
 
 
 def contact_curvature(pressure: float) -> float:
@@ -60,6 +69,25 @@ def test_a_sample_next_to_an_end_of_the_branch_does_not_spoil_the_guess() -> Non
     for pressure in np.linspace(SAMPLES[0], SAMPLES[1], 11).tolist():
         guess = near_doubles.bracket_and_guess(contact_curvature(pressure))[2]
         assert guess == pytest.approx(pressure, rel=3e-6)
+
+
+def test_the_guessed_shape_is_near_and_its_quaternions_are_units() -> None:
+    guesses = table(*SAMPLES)
+    for pressure in np.linspace(SAMPLES[0], SAMPLES[-1], 211).tolist():
+        target = contact_curvature(pressure)
+        guess = guesses.orientations(target)
+        # The tip turns by a quarter of a radian from one sample to the next.
+        np.testing.assert_allclose(guess, orientations(target), atol=2e-5)
+        np.testing.assert_allclose(np.linalg.norm(guess, axis=1), 1.0, rtol=1e-15)
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 30])
+def test_the_guessed_shape_of_a_sample_is_its_own(count: int) -> None:
+    pressures = np.linspace(2.0e4, 1.0e5, count).tolist()
+    guesses = table(*pressures)
+    for pressure in pressures:
+        target = contact_curvature(pressure)
+        np.testing.assert_allclose(guesses.orientations(target), orientations(target), atol=1e-13)
 
 
 @pytest.mark.parametrize("count", [2, 3, 5])

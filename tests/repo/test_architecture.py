@@ -40,7 +40,9 @@ CORE_LAYERS = {
     ),
     "coil": Layer(("coil", "coil_kernels"), ("foundations", "rod")),
     "gripper": Layer(
-        ("gripper", "wrap", "wrap_branch", "wrap_curve", "wrap_table"),
+        (
+            "gripper", "wrap", "wrap_branch", "wrap_curve", "wrap_kernel", "wrap_table",
+        ),
         ("foundations", "actuator", "helix", "rod", "coil"),
     ),
     "design": Layer(
