@@ -35,6 +35,9 @@ from spiral_gripper_ros.node.qos import LATEST
 GLANCE = 0.1
 # Twice the period of the slowest node's status: one that is silent for longer is not well [s].
 SILENCE = 2.0
+# A node that has told so many statuses without a word about the wrap has forgotten it: it tells of
+# both with each tick.
+FORGOTTEN = 20
 _ABORT_POLICIES = {
     None: Grasp.Goal.ABORT_DEFAULT,
     AbortPolicy.VENT: Grasp.Goal.ABORT_VENT,
@@ -73,6 +76,7 @@ class SpiralGripper:
         self._result: Future | None = None
         self._late: Future | None = None  # a goal's answer that is late, then its cancellation's
         self._feedback: Grasp.Feedback | None = None
+        self._told = 0  # statuses heard when last told of the wrap
         self._connect()
 
     def _connect(self) -> None:
@@ -228,6 +232,7 @@ class SpiralGripper:
             raise NoAnswerError(f"{error.missing}: {late}", error.timeout) from None
         if handle.accepted:
             self._goal, self._result = handle, handle.get_result_async()
+            self._told = self._statuses
         return bool(handle.accepted)
 
     def is_done(self) -> bool:
@@ -240,6 +245,8 @@ class SpiralGripper:
             return True
         if not self._grasp.server_is_ready():
             raise NoAnswerError(self._missing(), GLANCE)
+        if self._statuses - self._told > FORGOTTEN:  # a node that was started in its place
+            self._result, self._told = self._goal.get_result_async(), self._statuses
         return False
 
     def feedback(self) -> Grasp.Feedback | None:
@@ -294,6 +301,7 @@ class SpiralGripper:
 
     def _on_feedback(self, message: Any) -> None:  # noqa: ANN401
         self._feedback = message.feedback
+        self._told = self._statuses
 
     def _cancel_if_accepted(self, answer: Future) -> None:
         """Cancel a goal whose answer comes after the program was told that there is none."""
