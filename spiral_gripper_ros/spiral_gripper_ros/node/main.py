@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.process_frame import run_process, start_ros
+from spiral_gripper_ros.node.process_frame import ros_errors, run_process, start_ros
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
@@ -53,7 +53,9 @@ def _made() -> GripperNode | None:
         return GripperNode()
     except (ParameterException, ValueError) as error:
         get_logger(NODE_NAME).fatal(f"bad parameter at start: {error}")
-        return None
+    except ros_errors() as error:
+        get_logger(NODE_NAME).fatal(f"cannot start: {error}")
+    return None
 
 
 def _spin(node: GripperNode, signals: StopSignals) -> int:

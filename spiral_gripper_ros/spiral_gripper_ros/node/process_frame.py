@@ -51,7 +51,6 @@ def start_ros(args: list[str] | None) -> str | None:
         args: the command line's arguments; None: those of this process.
     """
     import rclpy
-    from rclpy.impl.implementation_singleton import rclpy_implementation
     from rclpy.signals import SignalHandlerOptions
     from rclpy.utilities import remove_ros_args
 
@@ -64,10 +63,13 @@ def start_ros(args: list[str] | None) -> str | None:
                 "--ros-args -p NAME:=VALUE, see --help"
             )
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except (
-        rclpy_implementation.RCLError,
-        rclpy_implementation.RCLInvalidROSArgsError,
-        rclpy_implementation.UnknownROSArgsError,
-    ) as error:
+    except ros_errors() as error:
         return f"ROS does not start: {error}"
     return None
+
+
+def ros_errors() -> tuple[type[Exception], ...]:
+    """Return what ROS raises when it cannot start, or cannot make a node: for lack of keys, say."""
+    from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+
+    return rcl.RCLError, rcl.RCLInvalidROSArgsError, rcl.UnknownROSArgsError

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.process_frame import run_process, start_ros
+from spiral_gripper_ros.node.process_frame import ros_errors, run_process, start_ros
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
@@ -61,7 +61,7 @@ def _started(executor: Executor) -> Simulator | None:
 
     try:
         return Simulator(executor)
-    except (ParameterException, SpiralError, ValueError) as error:
+    except (ParameterException, SpiralError, ValueError, *ros_errors()) as error:
         get_logger("spiral_gripper_simulator").fatal(f"cannot start: {error}")
         return None
 
