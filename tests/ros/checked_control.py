@@ -125,7 +125,9 @@ class CheckedControl(RuleBasedStateMachine):
             regime = None if seen.plan is None else regime_at(pressure, seen.plan.pressure)
         self.control.observe(self.time(), regime)
         self.regime = regime
-        assert self.control.snapshot().wrapped is (seen.radius is not None and self.is_held())
+        is_heard = seen.pressure_fault.reason is not Reason.PRESSURE_LOST
+        wrapped = seen.radius is not None and is_heard and self.is_held()
+        assert self.control.snapshot().wrapped is wrapped
 
     def is_held(self):
         """Return whether the regime seen last holds the object in use."""

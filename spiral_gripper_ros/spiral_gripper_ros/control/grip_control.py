@@ -185,12 +185,14 @@ class GripControl(Generic[PlanT]):
 
     def snapshot(self) -> Snapshot[PlanT]:
         """Return what is commanded and why, and what is measured, as of the last call."""
-        snapshot = self._supervisor.snapshot()
+        snapshot, fault = self._supervisor.snapshot(), self._monitor.fault
+        # A regulator that is not heard any more may have vented by its own watchdog.
+        is_heard = fault.reason is not Reason.PRESSURE_LOST
         return replace(
             snapshot,
             measured=self._monitor.measured(self._time),
-            pressure_fault=self._monitor.fault,
-            wrapped=snapshot.radius is not None and self._is_held(),
+            pressure_fault=fault,
+            wrapped=snapshot.radius is not None and is_heard and self._is_held(),
         )
 
     # --- inside ------------------------------------------------------------------------------

@@ -39,7 +39,8 @@ class Snapshot(Generic[PlanT]):
         refused: refusals since activation, by reason.
         measured: the measured pressure, or None if none arrives or none is believed.
         pressure_fault: what is wrong with it (``Reason.NONE`` if nothing is).
-        wrapped: the object in use is held: at the measured pressure, else as commanded.
+        wrapped: the object in use is held: at the measured pressure, else as commanded; not while
+            ``PRESSURE_LOST``.
     """
 
     state: State
