@@ -292,14 +292,14 @@ def same(before, after):
 
 
 def run(**profile):
-    """Run the machine and return what happened how often."""
-    GripMachine.tally.clear()
+    """Run the machine and return what has happened how often since the tally was cleared."""
     run_state_machine_as_test(GripMachine, settings=settings(deadline=None, **profile))
     return GripMachine.tally
 
 
 @pytest.mark.timeout(3600)
 def test_whatever_happens_what_must_hold_holds_and_it_can_grip_again(capsys):
+    GripMachine.tally.clear()
     tally = run()
     if settings.get_current_profile_name() == "fuzz":
         assert tally["steps"] >= 100_000
@@ -310,8 +310,12 @@ def test_whatever_happens_what_must_hold_holds_and_it_can_grip_again(capsys):
 
 
 def test_the_machine_reaches_every_state_and_every_end_of_a_grasp():
-    tally = run(derandomize=True, database=None, max_examples=150, stateful_step_count=50)
-    for state in State:
-        assert tally[f"state {state.name}"], state
-    for outcome in ENDS:
-        assert tally[f"outcome {outcome.name}"], outcome
+    """One run as a rule; what hypothesis draws hangs on the modules loaded, and luck may miss."""
+    wanted = {f"state {state.name}" for state in State} | {f"outcome {end.name}" for end in ENDS}
+    GripMachine.tally.clear()
+    for _ in range(10):
+        tally = run(database=None, max_examples=150, stateful_step_count=50)
+        missing = sorted(what for what in wanted if not tally[what])
+        if not missing:
+            break
+    assert not missing
