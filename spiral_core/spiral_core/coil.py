@@ -106,11 +106,11 @@ def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vecto
         turn_length: arc length of one turn at the tip [m], the window of that fit.
     """
     # Compile only when a coil is asked for.
-    from spiral_core.coil_kernels import advancing_axis
+    from spiral_core.coil_kernels import FITTED, advancing_axis
     from spiral_core.rod_discretization import floats
 
     step = float(state.arc_lengths[-1]) / (len(state.arc_lengths) - 1)
-    given = None if axis is None else floats(axis)
+    given = FITTED if axis is None else floats(axis)
     return advancing_axis(
         state.orientations, state.strains, state.positions[-1], step, float(turn_length), given
     )

@@ -15,6 +15,8 @@ DIAGONAL = 1e-17
 # Tangents taken from the last turn to fit its axis; more change the axis by less than the rod's own
 # error.
 AXIS_SAMPLES = 33
+# In place of a given axis: fit it.
+FITTED = (0.0, 0.0, 0.0)
 
 
 @inlined
@@ -101,10 +103,10 @@ def least_direction(symmetric: Array) -> Vec:
 
 @compiled
 def advancing_axis(
-    orientations: Array, strains: Array, tip: Array, h: float, turn_length: float, axis: Vec | None
+    orientations: Array, strains: Array, tip: Array, h: float, turn_length: float, axis: Vec
 ) -> Vec:
     """Return a coil's axis; see :func:`spiral_core.coil.coil_axis`. Nodes are ``h`` [m] apart."""
-    if axis is None:
+    if axis == FITTED:
         window = min(turn_length, h * (orientations.shape[0] - 1))
         axis = least_direction(tangent_covariance(orientations, strains, h, window))
     if axis[0] * tip[0] + axis[1] * tip[1] + axis[2] * tip[2] < 0.0:

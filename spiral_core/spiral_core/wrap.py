@@ -100,6 +100,7 @@ def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple
         state: its shape there.
     """
     # Compile only when a wrap is asked for.
+    from spiral_core.coil_kernels import FITTED
     from spiral_core.rod_discretization import floats
     from spiral_core.wrap_kernel import fitted_radius
 
@@ -109,7 +110,7 @@ def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple
         state.positions[-1],
         float(shape.backbone_length),
         floats((shape.torsion, 0.0, shape.curvature)),
-        None if gripper.object_axis is None else floats(gripper.object_axis),
+        FITTED if gripper.object_axis is None else floats(gripper.object_axis),
         float(gripper.tube.outer_radius),
     )
 

@@ -6,6 +6,7 @@ import math
 from bisect import bisect_left
 
 from spiral_core.actuation import RestShape
+from spiral_core.coil_kernels import FITTED
 from spiral_core.errors import NotGrippableError, SolverError
 from spiral_core.gripper import Gripper
 from spiral_core.rod import Array, RodState, RodStatus, Vector, solve_rod
@@ -203,7 +204,7 @@ class WrapCurve:
             float(gripper.stiffness.bending),
             floats((shape.torsion, 0.0, shape.curvature)),
             gripper.weight(shape),
-            None if gripper.object_axis is None else floats(gripper.object_axis),
+            FITTED if gripper.object_axis is None else floats(gripper.object_axis),
             float(gripper.tube.outer_radius),
         )
         outcome, iterations, _, residual, _ = settled[1]

@@ -48,12 +48,12 @@ def fitted_radius(
     tip: Array,
     length: float,
     rest: Vector,
-    axis: Vector | None,
+    axis: Vector,
     outer_radius: float,
 ) -> tuple[float, Vector]:
     """Return r_w [m] of a shape with some rest strain, and the object's axis (unit vector).
 
-    See :mod:`spiral_core.wrap`; ``axis`` None fits it to the coil's last turn.
+    See :mod:`spiral_core.wrap`; ``FITTED`` for ``axis`` fits it to the coil's last turn.
     """
     torsion, _, curvature = rest
     turn_length = 2.0 * math.pi / math.hypot(curvature, torsion)
@@ -71,7 +71,7 @@ def settle_on_object(
     bending: float,
     rest: Vector,
     weight: Vector,
-    axis: Vector | None,
+    axis: Vector,
     outer_radius: float,
 ) -> tuple[Settled, float, Vector]:
     """Settle a gripper's orientations q, in place; return the state, r_w [m] and the axis."""
