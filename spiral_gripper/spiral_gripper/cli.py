@@ -15,6 +15,8 @@ from typing import Final, NamedTuple
 
 import click
 
+from spiral_gripper.cli_group import Group, NoCommandError
+
 NO_ANSWER: Final = 2
 
 
@@ -40,7 +42,7 @@ COMMANDS: Final = MappingProxyType(
 )
 
 
-class LazyGroup(click.Group):
+class LazyGroup(Group):
     """A group that imports a command's module only to run that command."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -80,7 +82,7 @@ def run(arguments: Sequence[str]) -> int:
         result = spiral_gripper.main(
             args=list(arguments), prog_name="spiral-gripper", standalone_mode=False
         )
-    except click.exceptions.NoArgsIsHelpError as error:
+    except NoCommandError as error:
         click.echo(error.format_message(), err=True)
         return NO_ANSWER
     except click.ClickException as error:
@@ -101,11 +103,13 @@ def main() -> None:
 
 
 def _complain_or_raise(error: Exception) -> int:
-    """Report an error raised on purpose, or a missing extra; raise a defect."""
+    """Report an error raised on purpose, an overflow, or a missing extra; raise a defect."""
     from spiral_core import SpiralError
 
     if isinstance(error, (SpiralError, OSError)):
         return _complain(str(error))
+    if isinstance(error, OverflowError):
+        return _complain("the numbers given are too large to compute with; check the units")
     if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("matplotlib"):
         return _complain("pictures need matplotlib: pip install 'spiral-gripper[plot]'")
     raise error

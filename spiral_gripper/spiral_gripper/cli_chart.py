@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from spiral_gripper.cli_gripper import mounted
+from spiral_gripper.cli_group import Group
 from spiral_gripper.cli_types import (
     ANGLE,
     LENGTH,
@@ -21,7 +22,7 @@ from spiral_gripper.cli_types import (
 CHART_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
 
 
-@click.group()
+@click.group(cls=Group)
 def chart() -> None:
     """Charts: the design space, the effect of gravity, pressure against radius."""
 

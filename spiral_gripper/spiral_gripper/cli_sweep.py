@@ -10,20 +10,22 @@ from pathlib import Path
 
 import click
 
+from spiral_gripper.cli_group import Group
 from spiral_gripper.cli_requirement import requirement_from, requirement_options
 from spiral_gripper.cli_types import LENGTH, json_option, plot_option
 
 MOST_ANGLES = 181
+MOST_JOBS = 1024
 
 
-@click.group()
+@click.group(cls=Group)
 def sweep() -> None:
     """Many designs at once: where designs exist, and which are worth a look."""
 
 
 _jobs = click.option(
     "--jobs",
-    type=click.IntRange(min=1),
+    type=click.IntRange(1, MOST_JOBS),
     help="Processes to work in. [default: one per core]",
 )
 

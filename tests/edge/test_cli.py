@@ -148,6 +148,13 @@ def test_saved_description_is_the_design(
     )
 
 
+@pytest.mark.parametrize("name", ["70", "2026-01-01", "null", 'a: "b"'])
+def test_a_saved_description_may_have_any_name(name: str, tmp_path: Path) -> None:
+    path = tmp_path / f"{name}.yaml"
+    assert run([*EXAMPLE, "--save", str(path)]) == 0
+    assert load_description(path).gripper.name == name
+
+
 def test_nothing_is_saved_that_is_not_feasible(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -269,6 +276,11 @@ def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
         ([*WRAP, "--object-axis", "0", "0", "0"], "all be zero"),
         ([*WRAP, "--object-axis", "0", "0", "inf"], "finite"),
         (["wrap", "prototype_p1", "--profile", "no.csv"], "no.csv"),
+        ([*WRAP, "--gravity-magnitude", "-9.81 m/s^2"], "from 0 to 10000 m/s^2"),
+        ([*WRAP, "--gravity-magnitude", "1e300 m/s^2"], "from 0 to 10000 m/s^2"),
+        (["simulate", "--noise", "-1 mm"], "from 0 to 0.1 m"),
+        (["simulate", "--noise", "1e300 m"], "from 0 to 0.1 m"),
+        (["simulate", "--radius", "2 m"], "at most 1 m"),
         (["chart", "gravity", "prototype_p1"], "--plot FILE"),
         (["chart", "gravity", "prototype_p1", "--plot", "x.bmp"], ".png, .svg, .pdf"),
         (["chart", "gravity", "prototype_p1", "--plot", "no/where/x.png"], "there is no folder"),
@@ -281,6 +293,8 @@ def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
         ([*EXAMPLE, "--tubing", "latex"], "natural_latex"),
         ([*EXAMPLE, "--beta", "88 deg"], "cross"),
         ([*EXAMPLE, "--report", "x.doc"], ".md, .html"),
+        ([*EXAMPLE[:5], "--tube", "1e300 m x 1 mm"], "too large to compute with"),
+        (["sweep", "pareto", *EXAMPLE[1:], "--jobs", "99999999999"], "1<=x<=1024"),
         (["sweep", "map", *EXAMPLE[1:], "--angles", "1"], "2<=x<=181"),
     ],
 )  # fmt: skip
@@ -297,6 +311,7 @@ def test_one_line_says_what_is_wrong(
         ("position [mm], radius [kPa]\n0, 1\n", "reduces to"),
         ("position [mm], radius [mm]\n0, a\n", "number"),
         ("position [mm], radius [mm]\n0\n", "two numbers"),
+        (f"position [mm], radius [mm]\n0, {'9' * 200_000}\n", "a CSV file in UTF-8"),
         ("", "header with units"),
     ],
 )
@@ -308,9 +323,10 @@ def test_a_bad_profile_is_named(
     assert expected in complaint(capsys, "wrap", "prototype_p1", "--profile", str(path))
 
 
-def test_no_arguments_show_the_help(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run([]) == 2
-    assert "Usage: spiral-gripper" in capsys.readouterr().err
+@pytest.mark.parametrize("group", [[], ["sweep"], ["chart"]])
+def test_no_command_shows_the_help(capsys: pytest.CaptureFixture[str], group: list[str]) -> None:
+    assert run(group) == 2
+    assert " ".join(["Usage: spiral-gripper", *group]) in capsys.readouterr().err
 
 
 def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
