@@ -138,12 +138,20 @@ def gravity_from(
     Args:
         options: from which the two are taken out.
         default: direction, where only the magnitude is given.
+
+    Raises:
+        click.BadParameter: the magnitude is negative or enormous, or the direction is none.
     """
     from spiral_core.gripper import STANDARD_GRAVITY
+    from spiral_gripper.description import GRAVITY_MAX
 
     direction, magnitude = options.pop("gravity_direction"), options.pop("gravity_magnitude")
     if not direction and magnitude is None:
         return None
+    if magnitude is not None and not 0.0 <= magnitude <= GRAVITY_MAX:
+        raise click.BadParameter(
+            f"it must be from 0 to {GRAVITY_MAX:g} m/s^2", param_hint="--gravity-magnitude"
+        )
     x, y, z = unit_vector("--gravity-direction", direction or default)
     size = STANDARD_GRAVITY if magnitude is None else magnitude
     return (size * x, size * y, size * z)

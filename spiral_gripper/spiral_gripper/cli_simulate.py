@@ -13,7 +13,7 @@ from spiral_gripper.ros_side import load_ros_side
 FAULTS = ("none", "leak", "stuck_valve", "lost_link")
 DEFAULT_GRIPPER = "paper_design_70"
 # What the simulator takes [m].
-RADIUS_MAX = 1.0
+RADIUS_MAX, NOISE_MAX = 1.0, 0.1
 # DDS's names have at most 255 characters; those of our topics and services need their part.
 NAMESPACE_LENGTH_MAX = 150
 _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?")
@@ -58,7 +58,7 @@ def simulate(
     GRIPPER is the name of a shipped gripper or the path of a description file. Ctrl-C vents and
     ends both. The exit code is 0 if they ended as they should, 1 if not.
     """
-    _check(radius, namespace)
+    _check(radius, noise, namespace)
     if inject is not None:
         if namespace is None:
             raise click.UsageError("--inject needs the --namespace of a running simulation")
@@ -84,16 +84,18 @@ def simulate(
     )
 
 
-def _check(radius: float | None, namespace: str | None) -> None:
+def _check(radius: float | None, noise: float | None, namespace: str | None) -> None:
     """Refuse what neither ROS 2 nor the simulator takes.
 
     Raises:
-        click.BadParameter: the radius or the namespace cannot be.
+        click.BadParameter: the radius, the noise or the namespace cannot be.
     """
     if radius is not None and not 0.0 < radius <= RADIUS_MAX:
         raise click.BadParameter(
             f"it must be above 0 m and at most {RADIUS_MAX:g} m", param_hint="--radius"
         )
+    if noise is not None and not 0.0 <= noise <= NOISE_MAX:
+        raise click.BadParameter(f"it must be from 0 to {NOISE_MAX:g} m", param_hint="--noise")
     if namespace is None:
         return
     if not _NAMESPACE.fullmatch(namespace):

@@ -29,6 +29,17 @@ from spiral_gripper.fields import FIELDS, LAWS, Vector, constants_of
 from spiral_gripper.units import Dimension, convert_from_si, unit_of
 from spiral_gripper.values import Values, complain_of_argument, read_values
 
+# A thousand times that of the Earth [m/s^2]: no arm accelerates a gripper like that.
+GRAVITY_MAX = 1.0e4
+# More than anybody means. A longer or heavier tube, such as one of meters in place of millimeters,
+# takes so many elements that there is neither time nor memory for them, in a node least of all.
+_LARGEST = {
+    "length": (10.0, "m"),
+    "density": (1.0e5, "kg/m^3"),
+    "extra_mass_per_length": (1.0e3, "kg/m"),
+    "gravity_magnitude": (GRAVITY_MAX, "m/s^2"),
+}
+
 
 @dataclass(frozen=True, slots=True)
 class GripperDescription:
@@ -186,7 +197,9 @@ def _actuator(values: Values) -> Actuator:
 
 
 def _tube(values: Values) -> Tube:
-    return Tube(**_arguments(values, "tube.inner_radius", "tube.wall_thickness", "tube.length"))
+    tube = Tube(**_arguments(values, "tube.inner_radius", "tube.wall_thickness", "tube.length"))
+    _bounded("length", tube.length)
+    return tube
 
 
 def _fibers(values: Values) -> FiberAngles:
@@ -212,21 +225,28 @@ def _measured_actuation(values: Values) -> MeasuredActuation | None:
 
 
 def _density(values: Values) -> float:
-    return require_positive("density", values["material.density"])
+    return _bounded("density", require_positive("density", values["material.density"]))
 
 
 def _extra_mass(values: Values) -> float:
     extra = values.get("extra_mass_per_length", 0.0)
-    return require_non_negative("extra_mass_per_length", extra)
+    return _bounded("extra_mass_per_length", require_non_negative("extra_mass_per_length", extra))
 
 
 def _gravity(values: Values) -> Vector:
     """Return the acceleration of gravity in the base frame [m/s^2]."""
-    magnitude = require_non_negative(
-        "gravity_magnitude", values.get("mount.gravity_magnitude", STANDARD_GRAVITY)
-    )
+    given = values.get("mount.gravity_magnitude", STANDARD_GRAVITY)
+    magnitude = _bounded("gravity_magnitude", require_non_negative("gravity_magnitude", given))
     x, y, z = cast("Vector", values["mount.gravity_direction"])
     return (magnitude * x, magnitude * y, magnitude * z)
+
+
+def _bounded(argument: str, value: float) -> float:
+    """Return a value that is not larger than anybody means."""
+    largest, unit = _LARGEST[argument]
+    if value > largest:
+        raise InvalidInputError(argument, value, f"at most {largest:g} {unit}")
+    return value
 
 
 def _pressure_max(values: Values) -> float:

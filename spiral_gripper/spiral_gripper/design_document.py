@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from enum import Enum
 from typing import Any
@@ -131,7 +132,7 @@ def description_text(design: Design, name: str) -> str:
     extra = gripper.weight_per_length / 9.80665 - design.elastomer.density * actuator.tube.wall_area
     return (
         f"# Written by spiral-gripper design: {design.sentence}.\n"
-        f"name: {name}\n"
+        f"name: {json.dumps(name, ensure_ascii=False)}\n"  # in quotes: it may look like a number
         f"description: designed for radii from {1e3 * design.smallest.radius:.4g} mm to "
         f"{1e3 * design.largest.radius:.4g} mm\n"
         f"tube:\n"

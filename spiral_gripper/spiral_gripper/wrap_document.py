@@ -167,10 +167,13 @@ def read_profile(path: Path) -> ObjectProfile:
     """Return the object profile that a CSV file holds, its units in its header.
 
     Raises:
-        InvalidInputError: the header has no units, or a line has no two numbers.
+        InvalidInputError: it is no CSV text, the header has no units, or a line has no two numbers.
     """
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except (csv.Error, UnicodeError) as error:
+        raise InvalidInputError(str(path), str(error), "a CSV file in UTF-8") from None
     scales = _scales(rows[0] if rows else [], path)
     columns: list[list[float]] = [[], []]
     for number, row in enumerate(rows[1:], start=2):

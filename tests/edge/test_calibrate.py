@@ -369,6 +369,13 @@ def test_the_commands_choices_are_those_of_the_code():
     assert cli_calibrate.DRAWS_MIN == DRAWS_MIN
 
 
+@pytest.mark.parametrize("option", [("--seed", "-1"), ("--draws", "1000000000")])
+def test_draws_that_cannot_be_are_refused(folder, option):
+    result = run(folder, "--no-output", "--radius", "20 mm", *option)
+    assert result.exit_code == 2
+    assert f"'{option[0]}'" in result.output
+
+
 def test_a_forgotten_section_length_makes_a_modulus_that_is_doubted(folder):
     assert "warning: the fitted rubber's modulus" not in run(folder, "--no-output").output
     text = (folder / "bench.csv").read_text(encoding="utf-8")

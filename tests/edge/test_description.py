@@ -308,6 +308,17 @@ WRONG_VALUES = {
             "(it is -9.81 m/s^2), got -9.81 m/s^2"
         ),
     ),
+    "meters for millimeters": (
+        ("500 mm", "500 m"),
+        "5:11: tube.length must be at most 10 m (it is 500 m), got 500 m",
+    ),
+    "enormous gravity": (
+        ("[1, 0, 0]", "[1, 0, 0]\n  gravity_magnitude: 1e10 m/s^2"),
+        (
+            "16:22: mount.gravity_magnitude must be at most 10000 m/s^2 "
+            "(it is 1e+10 m/s^2), got 1e10 m/s^2"
+        ),
+    ),
     "a truth value in words": (
         ("limits:", "model:\n  twist_shear: yes\nlimits:"),
         "17:16: model.twist_shear must be true or false, got yes",

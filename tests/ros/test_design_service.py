@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Vector3
 from ros.harness import PATIENT, RunningNode, all_finite
-from std_msgs.msg import Float64
 
 from spiral_core import (
     Constraint,
     DesignRequirement,
     Elastomer,
+    InvalidInputError,
     Preference,
     TubeSize,
     WrapCurve,
@@ -27,6 +27,7 @@ from spiral_gripper import load_description, load_tubing
 from spiral_gripper.description import parse_description
 from spiral_gripper_msgs.srv import DesignGripper
 from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.node.design_service import question_from_msg
 from spiral_gripper_ros.node_process import STOP_TIMEOUT
 
 LIMITS = {
@@ -168,14 +169,6 @@ def test_a_whole_request_reaches_the_procedure(active):
 
 def test_a_catalog_by_name_while_the_node_goes_on_commanding(active):
     active.wrap(0.02)
-    active.pressures.clear()
-    times = []
-    note = lambda _: times.append(time.monotonic())  # noqa: E731
-    active.create_subscription(Float64, "pressure_command", note, 100)
-    active.spin(0.2)
-    start = time.monotonic()
-    answer = asked(active, tubing="natural_latex", preference="largest_margin", **LIMITS)
-    duration = time.monotonic() - start
     tubing = load_tubing("natural_latex")
     requirement = own_requirement(
         tubes=tubing.sizes,
@@ -183,13 +176,24 @@ def test_a_catalog_by_name_while_the_node_goes_on_commanding(active):
         preference=Preference.LARGEST_MARGIN,
         **LIMITS,
     )
-    assert_same(answer, design_gripper(requirement))
-    during = [t for t in times if start <= t <= start + duration]
-    # 50 commands a second are due; a machine with two busy cores may hold one up for a while, but
-    # a design in the node's own thread would leave no command for all of its time.
-    assert len(during) > 10.0 * duration
-    gaps = [b - a for a, b in itertools.pairwise([start, *during, start + duration])]
-    assert max(gaps) < 0.5 * max(1.0, duration)
+    report = design_gripper(requirement)
+
+    def goes_on():
+        active.spin()
+        active.statuses.clear()
+        start = time.time()
+        answer = asked(active, tubing="natural_latex", preference="largest_margin", **LIMITS)
+        duration = time.time() - start
+        assert_same(answer, report)
+        stamps = [status.header.stamp for status in active.statuses]
+        times = [start, *(stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps), start + duration]
+        # 50 a second are due; a machine with two busy cores may hold one up for a while.
+        longest = max(b - a for a, b in itertools.pairwise(times))
+        return len(stamps) > 10.0 * duration and longest < 0.5 * max(1.0, duration)
+
+    # A machine may be held up as a whole; a design in the node's own thread would leave no command
+    # for all of its time, each time.
+    assert any(goes_on() for _ in range(3))
     assert active.status.state == State.TRACKING
 
 
@@ -243,6 +247,7 @@ def test_the_description_loads_as_the_design(active):
             "tubing",
         ),
         (0.011, 0.03, {"preference": "cheapest"}, "preference"),
+        (0.011, 1e200, {}, "too large"),
     ],
 )
 def test_a_request_that_cannot_be_is_answered_with_the_reason(
@@ -288,7 +293,7 @@ def test_a_killed_design_process_is_replaced(client, own_node):
 def test_the_node_stops_in_the_middle_of_a_design(client, own_node):
     assert asked(client).success  # the process for designs runs from here on
     workers = list(filter(is_a_design_process, children_of(own_node.process_id)))
-    angles = np.linspace(0.9, 1.4, 60).tolist()
+    angles = np.linspace(0.9, 1.4, 300).tolist()  # half a minute's work
     request = DesignGripper.Request(
         object_radius_min=0.011,
         object_radius_max=0.030,
@@ -304,4 +309,13 @@ def test_the_node_stops_in_the_middle_of_a_design(client, own_node):
     assert own_node.stop() == 0, own_node.log()
     assert time.monotonic() - start < STOP_TIMEOUT
     assert "Traceback" not in own_node.log()
-    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+    client.wait_until(
+        lambda: not any(Path(f"/proc/{worker}").exists() for worker in workers), "its workers' end"
+    )
+
+
+@pytest.mark.parametrize("x", [math.nan, math.inf, 51.0, 1e308])
+def test_a_design_for_a_gravity_that_cannot_be_is_refused(x):
+    request = DesignGripper.Request(gravity=[Vector3(x=x)])
+    with pytest.raises(InvalidInputError, match="gravity must be 3 finite numbers"):
+        question_from_msg(request, (0.0, 0.0, -9.81))

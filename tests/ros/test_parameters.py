@@ -164,3 +164,7 @@ def test_limits_refuse_what_is_no_limit(field, bad):
 def test_a_policy_must_be_one(field, names):
     with pytest.raises(InvalidInputError, match=f"{field} must be one of {names}"):
         Limits(**{"pressure_cap": 1.0e5, field: "vent"})
+
+
+def test_no_number_is_too_large_to_be_refused():
+    assert "publish_rate must be" in refusal_of_values({"publish_rate": 10**400})

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors, RadiusEstimator
 from spiral_gripper_ros.simulation.radius_source import (
+    FASTEST_RECORDING,
     NoSource,
     ProfileSource,
     RecordingSource,
@@ -152,3 +153,10 @@ def _many(errors, seed=0):
     """4000 looks at the steady object."""
     estimator = RadiusEstimator(STEADY, errors, seed)
     return [radius for second in range(1, 201) for radius in estimator.estimates(float(second))]
+
+
+@pytest.mark.parametrize("step", [5e-324, 1e-9, 0.9 / FASTEST_RECORDING])
+def test_a_recording_whose_rows_come_too_fast_is_refused(step):
+    samples = [RadiusSample(number * step, 0.02, "pipe") for number in range(3)]
+    with pytest.raises(InvalidInputError, match="rows a second"):
+        RecordingSource(samples, loop=False)

@@ -16,11 +16,11 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
 from spiral_gripper import load_gripper
-from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.demo.demo_client import DemoClient
 from spiral_gripper_ros.demo.report import DemoReport
 from spiral_gripper_ros.demo.table import DemoTable, Row
+from spiral_gripper_ros.node.conversions import REGIME_NAMES
 from spiral_gripper_ros.node.process_frame import HELP_OPTIONS
 from spiral_gripper_ros.node.stop_signals import StopSignals
 from spiral_gripper_ros.node_process import NodeProcess
@@ -135,14 +135,6 @@ def _row(elapsed: float, label: str, status: Any) -> Row:  # noqa: ANN401
         state=State(status.state).name.lower().replace("_", " "),
         reason="" if reason is Reason.NONE else reason.name.lower().replace("_", " "),
     )
-
-
-REGIME_NAMES = {
-    GripStatus.REGIME_UNKNOWN: "-",
-    GripStatus.REGIME_OVERHANG: "overhang",
-    GripStatus.REGIME_PERFECT_WRAP: "perfect wrap",
-    GripStatus.REGIME_CURLING: "curling",
-}
 
 
 def _judge(console: Console, report: DemoReport) -> int:

@@ -31,8 +31,7 @@ def check_domain(facts: Facts) -> Finding:
     if not text:
         return Finding(Mark.OK, f"0, shared with everyone else who has not set {DOMAIN}")
     first, last = outgoing_ports(facts)
-    highest = highest_safe_domain(facts)
-    advice, command = f"Choose one from 0 to {highest}:", f"export {DOMAIN}={highest // 2}"
+    advice, command = _mend(highest_safe_domain(facts))
     if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) > HIGHEST_DOMAIN:
         wrong = f"{DOMAIN}={text} is not a number from 0 to {HIGHEST_DOMAIN}"
         return Finding(Mark.PROBLEM, wrong, advice, (command,))
@@ -49,7 +48,7 @@ def check_domain(facts: Facts) -> Finding:
 
 
 def highest_safe_domain(facts: Facts) -> int:
-    """Return the last domain below the ports of outgoing connections."""
+    """Return the last domain below the ports of outgoing connections; negative: there is none."""
     return (outgoing_ports(facts)[0] - FIRST_PORT - PORTS_USED) // PORTS_PER_DOMAIN
 
 
@@ -61,6 +60,17 @@ def outgoing_ports(facts: Facts) -> tuple[int, int]:
     except (OSError, ValueError):  # not Linux, or hidden in a container
         return OUTGOING_PORTS
     return first, last
+
+
+def _mend(highest: int) -> tuple[str, str]:
+    """Return what to do about a domain, in words and as a command."""
+    if highest >= 0:
+        return f"Choose one from 0 to {highest}:", f"export {DOMAIN}={highest // 2}"
+    ports = " ".join(str(port) for port in OUTGOING_PORTS)
+    return (
+        "All domains' ports are among them. To give outgoing connections the usual ones:",
+        f"sudo sysctl -w net.ipv4.ip_local_port_range='{ports}'",
+    )
 
 
 def check_discovery(facts: Facts) -> Finding:

@@ -25,6 +25,10 @@ REGIMES = {
     WrapRegime.PERFECT_WRAP: GripStatus.REGIME_PERFECT_WRAP,
     WrapRegime.CURLING: GripStatus.REGIME_CURLING,
 }
+# What people read of a message's regime.
+REGIME_NAMES = {
+    number: "-" if regime is None else regime.value for regime, number in REGIMES.items()
+}
 
 # Refusals of other inputs than radii.
 _NO_RADII = (Reason.GRAVITY_INVALID, Reason.PRESSURE_INVALID)

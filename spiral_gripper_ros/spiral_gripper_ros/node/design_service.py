@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from spiral_core.design_report import Design, DesignReport
+from spiral_core.errors import InvalidInputError
 from spiral_core.rod import Vector
 from spiral_gripper.design_document import description_text
 from spiral_gripper_msgs.msg import DesignChange, DesignMargin, DesignStep, Winding
 from spiral_gripper_ros.node.conversions import vector_from_msg
+from spiral_gripper_ros.node.parameters import GRAVITY_REQUIREMENT, gravity_problem
 from spiral_gripper_ros.planning.design_question import DesignQuestion
 
 # What the service calls the fields of the core's requirement.
@@ -23,8 +25,15 @@ def question_from_msg(request: Any, gravity: Vector) -> DesignQuestion:  # noqa:
     Args:
         request: the ``DesignGripper`` request.
         gravity: the node's present gravity [m/s^2]; used if the request names none.
+
+    Raises:
+        InvalidInputError: the request's gravity is not one that the node would follow.
     """
     axis = vector_from_msg(request.object_axis[0]) if request.object_axis else None
+    if request.gravity:
+        gravity = vector_from_msg(request.gravity[0])
+        if gravity_problem(gravity) is not None:
+            raise InvalidInputError("gravity", gravity, GRAVITY_REQUIREMENT)
     return DesignQuestion(
         object_radius_min=request.object_radius_min,
         object_radius_max=request.object_radius_max,
@@ -39,7 +48,7 @@ def question_from_msg(request: Any, gravity: Vector) -> DesignQuestion:  # noqa:
         fiber_angles_beta=tuple(request.fiber_angles_beta),
         fiber_angle_alpha=request.fiber_angle_alpha,
         end_allowance=request.end_allowance,
-        gravity=vector_from_msg(request.gravity[0]) if request.gravity else gravity,
+        gravity=gravity,
         object_axis=axis,
         preference=request.preference,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from rclpy.timer import Timer
 
@@ -10,6 +10,7 @@ from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.guards import harmless
 from spiral_gripper_ros.node.markers import Scene, no_markers, scene_to_msg
+from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_placement import ObjectPlacement, place_object
 from spiral_gripper_ros.planning.planner import WrapPlan
@@ -57,7 +58,7 @@ class Display:
             return
         message = scene_to_msg(
             self._scene(node.loaded, node.control.snapshot()),
-            points=cast("int", node.values["backbone_points"]),
+            points=int(number(node.values, "backbone_points")),
             lifetime=LIFETIME_PERIODS / self._rate(),
             header=node.outputs.header(),
         )
@@ -90,7 +91,7 @@ class Display:
         return self._placed[1]
 
     def _rate(self) -> float:
-        return cast("float", self._node.values["marker_rate"])
+        return number(self._node.values, "marker_rate")
 
     def _stop_timer(self) -> None:
         if self._timer is not None:

@@ -32,7 +32,7 @@ from spiral_gripper_ros.node.guards import (
     guarded_transition,
 )
 from spiral_gripper_ros.node.outputs import Outputs
-from spiral_gripper_ros.node.parameters import gravity_problem, limits_from_values
+from spiral_gripper_ros.node.parameters import gravity_problem, limits_from_values, number
 from spiral_gripper_ros.node.proposed_gripper import ProposedGripper
 from spiral_gripper_ros.node.qos import NEWEST
 from spiral_gripper_ros.node.services import Services
@@ -182,7 +182,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
             self.control.refuse(Refusal(Reason.GRAVITY_INVALID, problem))
             return
         self._gravity = gravity
-        self.loaded.mount.want(gravity, cast("float", self.values["gravity_hysteresis"]))
+        self.loaded.mount.want(gravity, number(self.values, "gravity_hysteresis"))
 
     @guarded_callback
     def _on_tick(self) -> None:
@@ -259,7 +259,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         self.outputs.publish_status(
             status_to_msg(snapshot, loaded, self.limits.pressure_cap, header)
         )
-        points = cast("int", self.values["backbone_points"])
+        points = int(number(self.values, "backbone_points"))
         if moved:
             self.outputs.publish_backbone(loaded.shape, points, header)
         if measured_moved:
@@ -283,7 +283,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     def _start_timers(self) -> None:
         self._stop_timers()
-        period = 1.0 / cast("float", self.values["publish_rate"])
+        period = 1.0 / number(self.values, "publish_rate")
         self._timer = self.create_timer(period, self._on_tick, clock=self.time.clock)
         self._display.start()
 

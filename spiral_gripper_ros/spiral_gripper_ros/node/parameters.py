@@ -231,29 +231,37 @@ def refusal_of_values(
 
 
 def limits_from_values(values: Mapping[str, ParameterValue], pressure_max: float) -> Limits:
-    """Return the supervisor's limits for checked parameter values.
+    """Return the control logic's limits for checked parameter values.
 
     Args:
         values: a value for every parameter in the table.
         pressure_max: the gripper's own limit [Pa]; no parameter can raise the cap above it.
     """
-    cap = _float(values, "pressure_cap")
+    cap = number(values, "pressure_cap")
     return Limits(
         pressure_cap=min(cap, pressure_max) if cap > 0.0 else pressure_max,
-        pressure_rate_up=_float(values, "pressure_rate_up"),
-        pressure_rate_down=_float(values, "pressure_rate_down"),
-        radius_timeout=_float(values, "radius_timeout"),
+        pressure_rate_up=number(values, "pressure_rate_up"),
+        pressure_rate_down=number(values, "pressure_rate_down"),
+        radius_timeout=number(values, "radius_timeout"),
         timeout_policy=TimeoutPolicy(values["radius_timeout_policy"]),
-        radius_rate_limit=_float(values, "radius_rate_limit"),
-        radius_jump_limit=_float(values, "radius_jump_limit"),
-        radius_hysteresis=_float(values, "radius_hysteresis"),
-        grasp_timeout=_float(values, "grasp_timeout"),
+        radius_rate_limit=number(values, "radius_rate_limit"),
+        radius_jump_limit=number(values, "radius_jump_limit"),
+        radius_hysteresis=number(values, "radius_hysteresis"),
+        grasp_timeout=number(values, "grasp_timeout"),
         grasp_abort_policy=AbortPolicy(values["grasp_abort_policy"]),
-        measured_pressure_timeout=_float(values, "measured_pressure_timeout"),
-        pressure_settle_time=_float(values, "pressure_settle_time"),
-        pressure_tolerance=_float(values, "pressure_tolerance"),
+        measured_pressure_timeout=number(values, "measured_pressure_timeout"),
+        pressure_settle_time=number(values, "pressure_settle_time"),
+        pressure_tolerance=number(values, "pressure_tolerance"),
         pressure_fault_policy=FaultPolicy(values["pressure_fault_policy"]),
     )
+
+
+def number(values: Mapping[str, ParameterValue], name: str) -> float:
+    """Return a number among checked values."""
+    value = values[name]
+    if not isinstance(value, (int, float)):
+        raise InvalidInputError(name, value, "a number")
+    return float(value)
 
 
 def gravity_problem(components: Iterable[float]) -> str | None:
@@ -274,10 +282,9 @@ def gravity_problem(components: Iterable[float]) -> str | None:
 
 
 def _unmet_requirement(spec: ParameterSpec, value: ParameterValue) -> str | None:
-    if spec.low is not None and spec.high is not None:
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not (is_number and spec.low <= float(value) <= spec.high):  # type: ignore[arg-type]
-            return f"a number from {spec.low:g} to {spec.high:g}"
+    low, high = spec.low, spec.high
+    if low is not None and high is not None and not _is_within(value, low, high):
+        return f"a number from {low:g} to {high:g}"
     if spec.choices and value not in spec.choices:
         return f"one of {', '.join(spec.choices)}"
     if isinstance(spec.default, str) and not value:
@@ -287,8 +294,6 @@ def _unmet_requirement(spec: ParameterSpec, value: ParameterValue) -> str | None
     return None
 
 
-def _float(values: Mapping[str, ParameterValue], name: str) -> float:
-    value = values[name]
-    if not isinstance(value, (int, float)):
-        raise InvalidInputError(name, value, "a number")
-    return float(value)
+def _is_within(value: ParameterValue, low: float, high: float) -> bool:
+    """Return whether a value is a number within bounds; true and false are none."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and low <= value <= high

@@ -17,6 +17,7 @@ from spiral_core.validation import (
     require_vector,
 )
 from spiral_core.wrap import Wrap
+from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 from spiral_gripper_ros.node.conversions import backbone_to_msg, vector_from_msg, vector_to_msg
 from spiral_gripper_ros.node.parameters import gravity_problem
@@ -88,7 +89,11 @@ def _direction(field: str, vector: Vector) -> Vector:
 
 
 def _fill(request: Any, response: Any, context: PlanContext) -> None:  # noqa: ANN401
-    radius = _checked_radius(request.object_radius)
+    radius = request.object_radius
+    # Whether this gripper can wrap it is for the planner to say: it knows why, and what it can.
+    refusal = impossible_radius(radius, (0.0, math.inf))
+    if refusal is not None:
+        raise _RefusedError(refusal)
     overpressure = require_non_negative("overpressure", request.overpressure)
     length = require_non_negative("object_length", request.object_length)
     friction = require_in_range("friction_coefficient", request.friction_coefficient, 0.0, 10.0)
@@ -110,16 +115,6 @@ def _fill(request: Any, response: Any, context: PlanContext) -> None:  # noqa: A
     response.message = (
         f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa"
     )
-
-
-def _checked_radius(radius: float) -> float:
-    if not math.isfinite(radius):
-        text = f"object_radius must be a finite number, got {radius}"
-        raise _RefusedError(Refusal(Reason.RADIUS_NOT_FINITE, text))
-    if not radius > 0.0:
-        text = f"object_radius must be positive, got {radius:.6g} m"
-        raise _RefusedError(Refusal(Reason.RADIUS_NOT_POSITIVE, text))
-    return radius
 
 
 def _check_length(available: float, needed: float) -> None:

@@ -15,6 +15,7 @@ from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.node.design_service import fill_response, question_from_msg
 from spiral_gripper_ros.node.guards import report
+from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.node.plan_service import PlanContext, answer_plan_wrap
 from spiral_gripper_ros.planning.design_question import requirement_from_question
 
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 
 NOT_CONFIGURED = "the node has no gripper yet: configure it first"
+TOO_LARGE = "the numbers of the request are too large to compute with: SI units are expected"
 RELEASED = "vented; call rearm to follow radii again"
+RELEASED_INACTIVE = "vented; the node is not active"
 
 
 class Services:
@@ -72,7 +75,7 @@ class Services:
             planner=loaded.planner,
             gripper=loaded.gripper,
             pressure_cap=node.limits.pressure_cap,
-            points=int(node.values["backbone_points"]),  # type: ignore[arg-type]
+            points=int(number(node.values, "backbone_points")),
             header=node.outputs.header(),
         )
         question = functools.partial(answer_plan_wrap, request, response, context)
@@ -84,6 +87,8 @@ class Services:
             return await answer
         except SpiralError as error:
             return type(response)(success=False, message=str(error))
+        except OverflowError:
+            return type(response)(success=False, message=TOO_LARGE)
         except Exception as error:
             self._node.get_logger().error(
                 f"exception in a service:\n{''.join(traceback.format_exception(error))}"
@@ -94,7 +99,8 @@ class Services:
             return failed
 
     def _release(self, request: Any, response: Any) -> Any:  # noqa: ANN401
-        return self._acted(self._node.control.release, RELEASED, response)
+        done = RELEASED if self._node.is_active else RELEASED_INACTIVE
+        return self._acted(self._node.control.release, done, response)
 
     def _rearm(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         return self._acted(self._node.control.rearm, "following radii", response)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from spiral_core.errors import InvalidInputError
-from spiral_gripper_ros.node.parameters import ParameterSpec, ParameterValue
+from spiral_gripper_ros.node.parameters import ParameterSpec, ParameterValue, number
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors
 from spiral_gripper_ros.simulation.radius_source import (
     LARGEST_VARIATION,
@@ -213,16 +213,8 @@ def _read_samples(name_or_path: str) -> tuple[RadiusSample, ...]:
         return shipped_recording()
     try:
         text = Path(name_or_path).read_text(encoding="utf-8")
-    except (OSError, UnicodeError) as error:
+    except (OSError, ValueError) as error:  # ValueError: a path with a null, text not in UTF-8
         raise InvalidInputError(
             "recording", name_or_path, f"{SHIPPED!r} or a text file that can be read ({error})"
         ) from None
     return samples_from_lines(text.splitlines())
-
-
-def number(values: Mapping[str, ParameterValue], name: str) -> float:
-    """Return a number among checked values."""
-    value = values[name]
-    if not isinstance(value, (int, float)):
-        raise InvalidInputError(name, value, "a number")
-    return float(value)

@@ -9,11 +9,11 @@ from rclpy.qos import qos_profile_sensor_data
 from std_msgs.msg import Float64
 
 from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
+from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.simulation.parameters import (
     ALL_NAMES,
     RADIUS_PARAMETERS,
     estimator_errors,
-    number,
     radius_source,
     recording_samples,
 )

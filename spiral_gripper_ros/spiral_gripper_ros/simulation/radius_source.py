@@ -21,6 +21,9 @@ from spiral_gripper_ros.simulation.replay import RadiusSample
 
 # More variation than this, as a part of the radius, would leave next to nothing of the object.
 LARGEST_VARIATION = 0.9
+# Rows per second of a recording, on average [Hz]: no camera has more, and without a bound a slip in
+# the times could ask for any number of estimates in each step.
+FASTEST_RECORDING = 1.0e4
 
 
 class RadiusSource(Protocol):
@@ -102,7 +105,8 @@ class RecordingSource:
         loop: whether it begins anew at its end; if not, the stream stops there.
 
     Raises:
-        InvalidInputError: no sample of the recording tells what is really there.
+        InvalidInputError: no sample of the recording tells what is really there, or they follow
+            each other faster than ``FASTEST_RECORDING``.
 
     Example:
         >>> recording = [RadiusSample(0.0, 0.02, "pipe"), RadiusSample(0.1, math.nan, "pipe, dark")]
@@ -122,7 +126,14 @@ class RecordingSource:
             )
         self._true_times = [sample.time - start for sample in good]
         self._true_radii = [sample.radius for sample in good]
-        self._duration = self._times[-1] + _interval(self._times) if loop else math.inf
+        duration = self._times[-1] + _interval(self._times)
+        if not duration >= len(samples) / FASTEST_RECORDING:
+            raise InvalidInputError(
+                "recording",
+                f"{len(samples)} rows in {duration:.3g} s",
+                f"at most {FASTEST_RECORDING:g} rows a second, on average",
+            )
+        self._duration = duration if loop else math.inf
 
     def samples(self, start: float, end: float) -> list[float]:
         """Return the estimates [m] between two times [s], the first included."""

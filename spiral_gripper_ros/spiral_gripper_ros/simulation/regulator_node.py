@@ -13,11 +13,11 @@ from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
 from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
+from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.simulation.pacing import Every
 from spiral_gripper_ros.simulation.parameters import (
     ALL_NAMES,
     REGULATOR_PARAMETERS,
-    number,
     regulator_model,
 )
 from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulator

@@ -11,6 +11,7 @@ from importlib.resources import files
 from spiral_core.errors import InvalidInputError
 
 SHIPPED_RECORDING = "radii.csv"
+ROWS = "rows of time [s], radius [m], label"
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,24 +44,27 @@ def samples_from_lines(lines: Iterable[str]) -> tuple[RadiusSample, ...]:
     """Return the samples of a CSV text with the columns time, radius, label; ``#`` is a comment.
 
     Raises:
-        InvalidInputError: a column is missing, or the times are not finite and in order.
+        InvalidInputError: it is no such table, or the times are not finite and in order.
 
     Example:
         >>> samples_from_lines(["time,radius,label", "0.0,nan,nothing"])
         (RadiusSample(time=0.0, radius=nan, label='nothing'),)
     """
-    reader = csv.DictReader(line for line in lines if not line.startswith("#"))
+    try:
+        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    except csv.Error as error:
+        raise InvalidInputError("recording", str(error), ROWS) from None
     samples: list[RadiusSample] = []
-    for row in reader:
+    for row in rows:
+        if None in (row.get("time"), row.get("radius"), row.get("label")):
+            raise InvalidInputError("recording", row, ROWS)
         try:
             sample = RadiusSample(float(row["time"]), float(row["radius"]), row["label"])
-        except (KeyError, TypeError, ValueError):
-            raise InvalidInputError(
-                "recording", row, "rows of time [s], radius [m], label"
-            ) from None
+        except ValueError:
+            raise InvalidInputError("recording", row, ROWS) from None
         if not (math.isfinite(sample.time) and (not samples or sample.time > samples[-1].time)):
             raise InvalidInputError("time", sample.time, "finite and later than the row before")
         samples.append(sample)
     if not samples:
-        raise InvalidInputError("recording", "no rows", "rows of time [s], radius [m], label")
+        raise InvalidInputError("recording", "no rows", ROWS)
     return tuple(samples)

@@ -12,8 +12,8 @@ from rclpy.executors import Executor
 from rosgraph_msgs.msg import Clock
 
 from spiral_gripper import load_gripper
+from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.simulation.pacing import STEP, Every, Pacing
-from spiral_gripper_ros.simulation.parameters import number
 from spiral_gripper_ros.simulation.radius_node import RadiusNode
 from spiral_gripper_ros.simulation.regulator_node import RegulatorNode
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper

@@ -14,6 +14,7 @@ from std_msgs.msg import Float64, String
 
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.node.conversions import REGIME_NAMES
 from spiral_gripper_ros.node.qos import LATEST
 from spiral_gripper_ros.simulation.view import View
 
@@ -21,12 +22,6 @@ from spiral_gripper_ros.simulation.view import View
 FRESH = 1.0
 # What is a state rather than trouble: the state says it already.
 _NO_TROUBLE = (Reason.NONE, Reason.NOT_ACTIVE)
-_REGIMES = {
-    GripStatus.REGIME_UNKNOWN: "-",
-    GripStatus.REGIME_OVERHANG: "overhang",
-    GripStatus.REGIME_PERFECT_WRAP: "perfect wrap",
-    GripStatus.REGIME_CURLING: "curling",
-}
 
 
 class Watcher(Node):  # type: ignore[misc]
@@ -80,7 +75,7 @@ class Watcher(Node):  # type: ignore[misc]
             radius=(_in(1e3, radius and radius.data), _in(1e3, status.object_radius)),
             command=None if self.command is None else 1e-3 * self.command,
             measured=None if measured is None else 1e-3 * measured.fluid_pressure,
-            regime=_REGIMES[status.measured_regime if status.measured else status.regime],
+            regime=REGIME_NAMES[status.measured_regime if status.measured else status.regime],
             wrapped=bool(status.wrapped),
             grip="-" if grip is None else grip.data,
             state=State(status.state).name.lower().replace("_", " "),
