@@ -26,15 +26,9 @@ class Goal:
         return value <= self.bound if self.at_most else value >= self.bound
 
 
-def times(value: float) -> str:
-    """Return a ratio as text."""
-    return f"{value:,.0f} ×"
-
-
-def count(value: float) -> str:
-    """Return a count as text."""
-    return f"{value:,.0f}"
-
+# How figures are shown.
+times = "{:,.0f} ×".format
+count = "{:,.0f}".format
 
 GOALS = (
     Goal("warm solve, N = 100", "solves", "warm_100", 50e-6, True, micro),

@@ -8,10 +8,11 @@ from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
-LIBRARIES = ("numpy", "scipy", "numba", "pyelastica")
+# Of both suites.
+LIBRARIES = ("numpy", "scipy", "numba")
 
 
-def describe(libraries: Iterable[str] = LIBRARIES) -> dict[str, str]:
+def describe(libraries: Iterable[str]) -> dict[str, str]:
     """Return processor, cores, Python and library versions, and the load."""
     versions = {name: _version(name) for name in libraries}
     return {

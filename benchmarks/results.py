@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+MEGABYTE = 1024.0**2
+
 
 @dataclass(frozen=True, slots=True)
 class Effort:

@@ -11,7 +11,7 @@ import tracemalloc
 import numpy as np
 
 from benchmarks.accuracy import usual_state, warm_call
-from benchmarks.results import Effort, Section, Table, milli
+from benchmarks.results import MEGABYTE, Effort, Section, Table, milli
 
 IMPORT = """
 import time
@@ -48,7 +48,6 @@ for i in range({solves}):
 found.append(resident())
 print(*found)
 """
-MEGABYTE = 1024.0**2
 
 
 def run(code: str, cache: str | None = None) -> list[float]:

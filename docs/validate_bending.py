@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from spiral_core import (
     ActuationLimitError,
+    ActuationModel,
     Actuator,
     BendReading,
     Calibration,
@@ -76,11 +77,14 @@ PSI = 6894.757293168361  # [Pa]
 INNER_RADIUS, WALL_THICKNESS = 4.7625e-3, 0.79375e-3  # [m]
 # One specimen's repeats scatter by about 2 %; a fit uses this as relative weights only.
 RELATIVE_ERROR = 0.02
-LAWS: tuple[type[HyperelasticLaw], ...] = (NeoHookean, MooneyRivlin, Yeoh, Gent)
+Law = type[HyperelasticLaw]
+LAWS: tuple[Law, ...] = (NeoHookean, MooneyRivlin, Yeoh, Gent)
+# Those that every specimen has readings enough for.
+SMALL_LAWS: tuple[Law, ...] = (NeoHookean, MooneyRivlin)
 START = NeoHookean(c1=145.0e3)
 NOT_POSSIBLE = "–"
 
-Specimens = Mapping[int, tuple[BendReading, ...]]
+Specimens = Mapping[int, tuple[BendReading, ...]]  # by fiber angle in degrees
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +100,11 @@ class Outcome:
     cross_validation: CrossValidation | None
 
 
+Outcomes = Mapping[int, Mapping[Law, Outcome]]  # by fiber angle in degrees
+
+
 def read_specimens(path: Path) -> Specimens:
-    """Return the readings of each specimen, by its fiber angle in degrees."""
+    """Return the readings of each specimen."""
     specimens: dict[int, list[BendReading]] = {}
     with path.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
@@ -119,9 +126,9 @@ def bending_actuator(angle: int, length: float, material: HyperelasticLaw = STAR
     )
 
 
-def fit_all(specimens: Specimens) -> dict[int, dict[type[HyperelasticLaw], Outcome]]:
+def fit_all(specimens: Specimens) -> Outcomes:
     """Return every law's fit to every specimen; those with too few readings are left out."""
-    outcomes: dict[int, dict[type[HyperelasticLaw], Outcome]] = {}
+    outcomes: dict[int, dict[Law, Outcome]] = {}
     for angle, readings in specimens.items():
         outcomes[angle] = {}
         for law in LAWS:
@@ -156,7 +163,7 @@ def extrapolation_errors(fit: Calibration, count: int) -> NDArray[np.float64] | 
 
 
 def relative_errors(
-    actuation: FreeActuation, readings: Sequence[BendReading]
+    actuation: ActuationModel, readings: Sequence[BendReading]
 ) -> NDArray[np.float64]:
     """Return predicted over measured bend angle, minus one.
 
@@ -167,11 +174,20 @@ def relative_errors(
     return np.array([s.curvature * r.section_length / r.bend_angle - 1.0 for s, r in shapes])
 
 
-def transfer_error(fit: Calibration, angle: int, readings: Sequence[BendReading]) -> str:
-    """Return the error on another specimen with this one's constants, as text."""
+def transferred(fit: Calibration, angle: int, readings: Sequence[BendReading]) -> float:
+    """Return the root mean square error on another specimen with this one's constants.
+
+    Raises:
+        ActuationLimitError: a pressure is past that actuator's limit.
+    """
     actuator = bending_actuator(angle, readings[0].section_length, fit.actuator.material)
+    return rms(relative_errors(FreeActuation(actuator), readings))
+
+
+def transfer_error(fit: Calibration, angle: int, readings: Sequence[BendReading]) -> str:
+    """Return that error as text."""
     try:
-        return percent(rms(relative_errors(FreeActuation(actuator), readings)))
+        return percent(transferred(fit, angle, readings))
     except ActuationLimitError as error:
         return f"balloons at {error.bound * 1e-3:.0f} kPa"
 
@@ -183,13 +199,8 @@ def interpolation_errors(readings: Sequence[BendReading]) -> NDArray[np.float64]
     for left_out in pressures[:-1]:
         others = [r for r in readings if r.pressure != left_out]
         curve = measured_actuation_from_readings(others, readings[0].section_length)
-        shape = curve.rest_shape(left_out)
-        errors.extend(
-            shape.curvature * r.section_length / r.bend_angle - 1.0
-            for r in readings
-            if r.pressure == left_out
-        )
-    return np.array(errors)
+        errors.append(relative_errors(curve, [r for r in readings if r not in others]))
+    return np.concatenate(errors)
 
 
 def rms(errors: NDArray[np.float64]) -> float:
@@ -242,25 +253,18 @@ inversely proportional to its relative area, and no prediction depends on it.
     return "\n".join(parts) + "\n"
 
 
-def _summary(
-    outcomes: Mapping[int, Mapping[type[HyperelasticLaw], Outcome]], specimens: Specimens
-) -> str:
+def _summary(outcomes: Outcomes, specimens: Specimens) -> str:
     """Return the summary with its figures."""
     results = {
         angle: laws[MooneyRivlin].cross_validation.relative_error
         for angle, laws in outcomes.items()
     }
     transfers = [
-        rms(relative_errors(FreeActuation(actuator), readings))
+        transferred(laws[law].calibration, angle, readings)
         for source, laws in outcomes.items()
         for angle, readings in specimens.items()
+        for law in SMALL_LAWS
         if angle != source
-        for law in (NeoHookean, MooneyRivlin)
-        for actuator in [
-            bending_actuator(
-                angle, readings[0].section_length, laws[law].calibration.actuator.material
-            )
-        ]
     ]
     return SUMMARY.format(
         left_out=", ".join(f"{percent(error)} ({angle}°)" for angle, error in results.items()),
@@ -274,9 +278,7 @@ def _low_count(readings: Sequence[BendReading]) -> int:
     return max(3, len({reading.pressure for reading in readings}) - 2)
 
 
-def _left_out_rows(
-    outcomes: Mapping[int, Mapping[type[HyperelasticLaw], Outcome]], specimens: Specimens
-) -> list[list[str]]:
+def _left_out_rows(outcomes: Outcomes, specimens: Specimens) -> list[list[str]]:
     best = {
         angle: choose_law([one.calibration for one in laws.values()]).best.model.fitted_law
         for angle, laws in outcomes.items()
@@ -302,9 +304,7 @@ def _left_out_cell(result: CrossValidation) -> str:
     return f"{percent(result.relative_error)} ({percent(worst)}{note})"
 
 
-def _extrapolation_rows(
-    outcomes: Mapping[int, Mapping[type[HyperelasticLaw], Outcome]], specimens: Specimens
-) -> list[list[str]]:
+def _extrapolation_rows(outcomes: Outcomes, specimens: Specimens) -> list[list[str]]:
     rows = []
     for law in LAWS:
         cells = []
@@ -316,11 +316,9 @@ def _extrapolation_rows(
     return rows
 
 
-def _transfer_rows(
-    outcomes: Mapping[int, Mapping[type[HyperelasticLaw], Outcome]], specimens: Specimens
-) -> list[list[str]]:
+def _transfer_rows(outcomes: Outcomes, specimens: Specimens) -> list[list[str]]:
     rows = []
-    for law in (NeoHookean, MooneyRivlin):
+    for law in SMALL_LAWS:
         for source in specimens:
             cells = [
                 "" if source == angle
@@ -331,12 +329,10 @@ def _transfer_rows(
     return rows
 
 
-def _constant_rows(
-    outcomes: Mapping[int, Mapping[type[HyperelasticLaw], Outcome]],
-) -> list[list[str]]:
+def _constant_rows(outcomes: Outcomes) -> list[list[str]]:
     rows = []
     for angle, laws in outcomes.items():
-        for law in (NeoHookean, MooneyRivlin):
+        for law in SMALL_LAWS:
             fit = laws[law].calibration
             constants = [
                 f"{name} = {fit.value(name) * 1e-3:.0f} kPa "

@@ -26,7 +26,7 @@ SUITE = command.Suite(
     effort=NodeEffort(),
     smoke=SMOKE,
     goals=goal_table,
-    libraries=(*LIBRARIES[:3], "rclpy", "ros-rmw-fastrtps-cpp"),
+    libraries=(*LIBRARIES, "rclpy", "ros-rmw-fastrtps-cpp"),
     latest=RESULTS / "ros_latest.json",
     page=PAGE,
 )

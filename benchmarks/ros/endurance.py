@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.results import Section, Table, milli
+from benchmarks.results import MEGABYTE, Section, Table, milli
 from benchmarks.ros.effort import NodeEffort
 from benchmarks.ros.probe import Probe
 from benchmarks.ros.session import PROMPT, process
 from benchmarks.ros.sweep import radius_sweep
-from benchmarks.ros.usage_of_process import MEGABYTE, usage
+from benchmarks.ros.usage_of_process import usage
 
 # Pieces of the run, after each of which the memory is looked at; the first is the warm-up.
 PIECES = 6

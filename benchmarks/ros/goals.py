@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from benchmarks.goals import Goal, Values, goal_rows, table_of_goals
 from benchmarks.results import Table, milli
 
-
-def hertz(value: float) -> str:
-    """Return a rate as text."""
-    return f"{value:,.0f} Hz"
-
-
-def megabytes(value: float) -> str:
-    """Return an amount of memory as text."""
-    return f"{value:.1f} MB"
-
-
-def whole(value: float) -> str:
-    """Return a whole number as text."""
-    return f"{value:.0f}"
-
-
-def seconds(value: float) -> str:
-    """Return a time as text."""
-    return f"{value:.1f} s"
-
+# How figures are shown.
+hertz = "{:,.0f} Hz".format
+megabytes = "{:.1f} MB".format
+whole = "{:.0f}".format
+share = "{:.0%}".format
+seconds = "{:.1f} s".format
 
 GOALS = (
     Goal("radius to pressure at 50 Hz, median", "latency", "gripper_50_median", 1e-3, True, milli),
@@ -41,12 +29,12 @@ GOALS = (
     Goal("open files gained", "lifecycle", "file_growth", 0.0, True, whole),
     Goal("entities gained", "lifecycle", "entity_growth", 0.0, True, whole),
     Goal("ten grippers in one process, 99 %", "many", "p99", 20e-3, True, milli),
-    Goal("their processor time", "many", "cpu", 1.0, True, lambda share: f"{share:.0%}"),
+    Goal("their processor time", "many", "cpu", 1.0, True, share),
     Goal("start, kernels cached", "startup", "warm", 5.0, True, seconds),
     Goal("first start ever", "startup", "compiling", 60.0, True, seconds),
 )
 
 
-def goal_table(values: dict[str, Values]) -> Table:
+def goal_table(values: Mapping[str, Values]) -> Table:
     """Return the table of the goals whose sections were measured."""
     return table_of_goals(goal_rows(GOALS, values))

@@ -10,12 +10,12 @@ import numpy as np
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 
-from benchmarks.results import Section, Table
+from benchmarks.results import MEGABYTE, Section, Table
 from benchmarks.ros.effort import NodeEffort
 from benchmarks.ros.probe import Probe
 from benchmarks.ros.session import PROMPT, process
 from benchmarks.ros.sweep import radius_sweep
-from benchmarks.ros.usage_of_process import MEGABYTE, Usage, usage
+from benchmarks.ros.usage_of_process import Usage, usage
 
 NODE = "spiral_gripper"
 UP = (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)

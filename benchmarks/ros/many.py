@@ -11,13 +11,13 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from sensor_msgs.msg import FluidPressure
 
-from benchmarks.results import Section, Table, milli
+from benchmarks.results import MEGABYTE, Section, Table, milli
 from benchmarks.ros import many_grippers
 from benchmarks.ros.effort import NodeEffort
 from benchmarks.ros.probe import Probe
 from benchmarks.ros.session import process
 from benchmarks.ros.sweep import Sweep, radius_sweep
-from benchmarks.ros.usage_of_process import MEGABYTE, usage
+from benchmarks.ros.usage_of_process import usage
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node.qos import NEWEST
 from spiral_gripper_ros.node.quick_executor import QuickExecutor
@@ -91,7 +91,9 @@ def run(effort: NodeEffort, grippers: int, environment: dict[str, str]) -> Found
     settings = environment | {"SPIRAL_GRIPPERS": str(grippers)}
     with process("/", environment=settings, module=many_grippers.MODULE) as running:
         for probe in probes:
-            probe.spin_until(lambda p=probe: p.status is not None and p.status.state != 0)
+            probe.spin_until(
+                lambda p=probe: p.status is not None and p.status.state != State.INACTIVE
+            )
         start = time.perf_counter() - begin
         for probe in probes:
             probe.approach(sweep)
@@ -140,7 +142,8 @@ def are_isolated(probes: list[Probe], sweep: Sweep) -> bool:
         position += 1
     for probe in others:
         probe.take()
-    feed(others, sweep.part(position, 10)) if others else None
+    if others:
+        feed(others, sweep.part(position, 10))
     followed = all(p.status.state == State.TRACKING and len(p.take()) > 0 for p in others)
     return first.status.state == State.FAULT and followed and _rates(others) <= {50.0}
 

@@ -6,8 +6,6 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-MEGABYTE = 1024.0**2
-
 
 @dataclass(frozen=True, slots=True)
 class Usage:

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Generic
 
 from spiral_gripper_ros.control.plan_protocol import PlanT
-from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 
 
 class AbortPolicy(Enum):
@@ -46,23 +46,25 @@ class GraspGoal:
 
 @dataclass(frozen=True, slots=True)
 class GraspReport(Generic[PlanT]):
-    """What has become of a grasp; final once ``outcome`` is not ``RUNNING``.
+    """What has become of a grasp, or of a release; final once ``outcome`` is not ``RUNNING``.
 
     Args:
         outcome: how far it is.
-        refusal: why it failed or was canceled; ``Reason.NONE`` otherwise.
-        radius: of the object [m].
-        plan: the wrap that it aims for.
-        elapsed: time from its acceptance to its end, or until now [s].
+        refusal: why it was refused, failed or was canceled; ``Reason.NONE`` otherwise.
+        elapsed: time from its start to its end, or until now [s].
         progress: the command's part of the way to its target, 0 to 1.
+        radius: of the object [m]; 0: none.
+        plan: the wrap that it aims for, or None.
+        overpressure: that it asks for above the wrap's pressure [Pa].
     """
 
     outcome: GraspOutcome
-    refusal: Refusal
-    radius: float
-    plan: PlanT
-    elapsed: float
-    progress: float
+    refusal: Refusal = NOT_REFUSED
+    elapsed: float = 0.0
+    progress: float = 0.0
+    radius: float = 0.0
+    plan: PlanT | None = None
+    overpressure: float = 0.0
 
 
 def impossible_goal(goal: GraspGoal) -> Refusal | None:

@@ -11,7 +11,7 @@ from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
 from spiral_gripper_ros.control.plan_protocol import PlanT
 from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.control.states import NOT_REFUSED, Refusal
+from spiral_gripper_ros.control.states import Refusal
 
 # The reports of so many grasps that have ended are kept.
 KEPT_REPORTS = 16
@@ -49,11 +49,11 @@ class GraspLog(Generic[PlanT]):
             return
         self._report = GraspReport(
             outcome=GraspOutcome.RUNNING,
-            refusal=NOT_REFUSED,
-            radius=snapshot.radius,
-            plan=snapshot.plan,
             elapsed=attempt.elapsed(now),
             progress=attempt.progress(snapshot.pressure_command, snapshot.pressure_target),
+            radius=snapshot.radius,
+            plan=snapshot.plan,
+            overpressure=attempt.overpressure,
         )
 
     def end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:

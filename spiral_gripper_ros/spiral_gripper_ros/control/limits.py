@@ -1,4 +1,4 @@
-"""The limits that the supervisor keeps, validated together."""
+"""The limits that the control logic keeps, validated together."""
 
 from __future__ import annotations
 

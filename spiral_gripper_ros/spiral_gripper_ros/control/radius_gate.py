@@ -1,4 +1,4 @@
-"""Is a radius estimate believable, and is it news?"""
+"""Is a radius estimate possible, and is it believable?"""
 
 from __future__ import annotations
 

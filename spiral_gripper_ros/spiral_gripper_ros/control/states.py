@@ -1,4 +1,4 @@
-"""The node's states and reasons: one name each, shared by the supervisor and ``GripStatus``.
+"""The node's states and reasons: one name each, shared by control logic and ``GripStatus``.
 
 The numbers are those of ``spiral_gripper_msgs/msg/GripStatus.msg``; a test compares them.
 """
@@ -17,7 +17,7 @@ from spiral_core.errors import (
 
 
 class State(IntEnum):
-    """What the supervisor does; see ``docs/node.md`` for the transitions."""
+    """What the control logic does; see ``docs/node.md`` for the transitions."""
 
     INACTIVE = 0
     WAITING = 1

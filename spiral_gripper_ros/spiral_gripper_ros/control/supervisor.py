@@ -1,7 +1,8 @@
-"""The control logic of the node: a state machine without ROS, without a clock, without files.
+"""The state machine of the control logic: without ROS, without a clock, without files.
 
-It is told what happened and when; it answers with the pressure to command and why. The node only
-unpacks messages, calls it, and packs what it says. ``docs/node.md`` draws the transitions.
+It is told what happened and when; it answers with the pressure to command and why. What is measured
+and how grasps end is added by :mod:`spiral_gripper_ros.control.grip_control`, which the node calls.
+``docs/node.md`` draws the transitions.
 """
 
 from __future__ import annotations
@@ -80,11 +81,11 @@ class Supervisor(Generic[PlanT]):
         self._vent(State.INACTIVE, NOT_ACTIVE)
 
     def release(self) -> None:
-        """Vent, and stay vented until re-armed or activated anew. Safe in any state."""
+        """Vent, and stay vented until re-armed, a grasp or the next activation; in any state."""
         self.let_go(RELEASED)
 
     def let_go(self, refusal: Refusal) -> None:
-        """Vent for a reason, and stay vented until re-armed or activated anew."""
+        """Vent for a reason, and stay vented until re-armed, a grasp or the next activation."""
         if self._state in (State.INACTIVE, State.FAULT):
             self._pressure = 0.0
         else:

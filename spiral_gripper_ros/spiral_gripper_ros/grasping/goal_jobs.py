@@ -2,42 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
-from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome, GraspReport
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 
 Control: TypeAlias = GripControl[WrapPlan]
+GoalReport: TypeAlias = GraspReport[WrapPlan]
 
 _RELEASE_REPLACED = Refusal(Reason.GRASP_REPLACED, "the gripper was told to grip again")
 _RELEASE_CANCELED = Refusal(Reason.GRASP_CANCELED, "canceled; the gripper stays released")
-
-
-@dataclass(frozen=True, slots=True)
-class GoalReport:
-    """How far a goal is; final once ``outcome`` is not ``RUNNING``.
-
-    Args:
-        outcome: how far.
-        refusal: why it was refused, failed or was canceled; ``Reason.NONE`` otherwise.
-        elapsed: time from its start to its end, or until now [s].
-        progress: the command's part of the way to its target, 0 to 1.
-        radius: of the object [m]; 0: none.
-        plan: the wrap that it aims for, or None.
-        overpressure: that it asks for above the wrap's pressure [Pa].
-    """
-
-    outcome: GraspOutcome
-    refusal: Refusal = NOT_REFUSED
-    elapsed: float = 0.0
-    progress: float = 0.0
-    radius: float = 0.0
-    plan: WrapPlan | None = None
-    overpressure: float = 0.0
 
 
 class Job(Protocol):
@@ -83,16 +60,7 @@ class GraspJob:
 
     def report(self, now: float) -> GoalReport:
         """Return what the control logic says of it."""
-        grasp = self._control.grasp_report(self._ticket)
-        return GoalReport(
-            outcome=grasp.outcome,
-            refusal=grasp.refusal,
-            elapsed=grasp.elapsed,
-            progress=grasp.progress,
-            radius=grasp.radius,
-            plan=grasp.plan,
-            overpressure=self._goal.overpressure,
-        )
+        return self._control.grasp_report(self._ticket)
 
 
 class ReleaseJob:
@@ -129,7 +97,7 @@ class ReleaseJob:
         elapsed = max(now - self._started_at, 0.0)
         end = self._end(elapsed)
         outcome, refusal = (GraspOutcome.RUNNING, NOT_REFUSED) if end is None else end
-        return GoalReport(outcome, refusal, elapsed=elapsed, progress=1.0)
+        return GraspReport(outcome, refusal, elapsed=elapsed, progress=1.0)
 
     def _end(self, elapsed: float) -> tuple[GraspOutcome, Refusal] | None:
         """Return how it has ended, or None if it has not."""

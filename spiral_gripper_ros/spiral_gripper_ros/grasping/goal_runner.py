@@ -11,7 +11,7 @@ from rclpy.executors import Executor
 from rclpy.task import Future
 
 from spiral_core.wrap import WrapRegime
-from spiral_gripper_ros.control.grasp import GraspOutcome
+from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.grasping.goal_jobs import GoalReport, Job
@@ -158,11 +158,11 @@ class GoalRunner:
 
     def refused(self, refusal: Refusal) -> Moment:
         """Return the moment of a goal that is not carried out, and why."""
-        return self._moment(GoalReport(GraspOutcome.FAILED, refusal), None)
+        return self._moment(GraspReport(GraspOutcome.FAILED, refusal), None)
 
     def canceled(self) -> Moment:
         """Return the moment of a goal that was canceled before it was started."""
-        return self._moment(GoalReport(GraspOutcome.CANCELED, _CANCELED_BEFORE), None)
+        return self._moment(GraspReport(GraspOutcome.CANCELED, _CANCELED_BEFORE), None)
 
     def failed(self, where: str, error: Exception) -> Moment:
         """Log an exception, vent, and return the moment of the goal that it ends."""

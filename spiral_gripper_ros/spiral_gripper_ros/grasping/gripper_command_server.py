@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from sensor_msgs.msg import JointState
 
@@ -25,6 +25,7 @@ from spiral_gripper_ros.grasping.gripper_command import (
     goal_from_command,
     wrapped_diameter,
 )
+from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.node.services import NOT_CONFIGURED
 
 if TYPE_CHECKING:
@@ -56,8 +57,8 @@ def gripper_command_servers(node: GripperNode, runner: GoalRunner) -> list[GoalS
     return servers
 
 
-class GripperCommandDialect:
-    """The messages of ``GripperCommand``, or of any action of that shape.
+class _CommandDialect:
+    """What the actions have in common: commands of an opening, readings of one.
 
     Args:
         node: whose control logic carries out the goals.
@@ -68,10 +69,43 @@ class GripperCommandDialect:
         self._node = node
         self._action = action
 
+    def _job(self, command: OpeningCommand) -> Job | Refusal:
+        """Return what a command has the gripper do, or why it cannot."""
+        node = self._node
+        if node.loaded is None:
+            return Refusal(Reason.NOT_ACTIVE, NOT_CONFIGURED)
+        goal = goal_from_command(command, self._opening(), node.loaded.planner)
+        if isinstance(goal, Refusal):
+            return goal
+        if isinstance(goal, GraspGoal):
+            return GraspJob(node.control, goal)
+        return ReleaseJob(node.control, node.limits)
+
+    def _reading(self, moment: Moment) -> GripperReading:
+        """Return what a parallel gripper would say of itself.
+
+        It never says that it is stalled: clients are free to take that for an object that is held.
+        """
+        planner = moment.planner
+        if planner is None and self._node.loaded is not None:
+            planner = self._node.loaded.planner
+        plan, pressure = moment.report.plan, moment.pressure
+        force = 0.0
+        if plan is not None and moment.snapshot.wrapped:
+            force = contact_force(plan, planner, pressure)
+        return GripperReading(wrapped_diameter(pressure, self._opening(), planner), force)
+
+    def _opening(self) -> float:
+        return number(self._node.values, "gripper_command_open")
+
+
+class GripperCommandDialect(_CommandDialect):
+    """The messages of ``GripperCommand``, or of any action of that shape."""
+
     def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
         """Return the grasp or the release that a goal asks for."""
         command = request.command
-        return _job(self._node, OpeningCommand(command.position, command.max_effort))
+        return self._job(OpeningCommand(command.position, command.max_effort))
 
     def feedback(self, request: Any, moment: Moment) -> Any:  # noqa: ANN401
         """Return how a goal goes."""
@@ -84,23 +118,14 @@ class GripperCommandDialect:
         return self._filled(self._action.Result(), moment)
 
     def _filled(self, message: Any, moment: Moment) -> Any:  # noqa: ANN401
-        reading = _reading(self._node, moment)
+        reading = self._reading(moment)
         message.position, message.effort = reading.position, reading.effort
         message.reached_goal = moment.report.outcome is GraspOutcome.SUCCEEDED
         return message
 
 
-class ParallelGripperCommandDialect:
-    """The messages of ``ParallelGripperCommand``, or of any action of that shape.
-
-    Args:
-        node: whose control logic carries out the goals.
-        action: the type of the action.
-    """
-
-    def __init__(self, node: GripperNode, action: Any) -> None:  # noqa: ANN401
-        self._node = node
-        self._action = action
+class ParallelGripperCommandDialect(_CommandDialect):
+    """The messages of ``ParallelGripperCommand``, or of any action of that shape."""
 
     def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
         """Return the grasp or the release that a goal asks for."""
@@ -110,7 +135,7 @@ class ParallelGripperCommandDialect:
                 "pressure_rate_up and pressure_rate_down bound how fast the gripper moves"
             )
         command = command_from_joint(request.command.position, request.command.effort)
-        return command if isinstance(command, Refusal) else _job(self._node, command)
+        return command if isinstance(command, Refusal) else self._job(command)
 
     def feedback(self, request: Any, moment: Moment) -> Any:  # noqa: ANN401
         """Return how a goal goes."""
@@ -122,7 +147,7 @@ class ParallelGripperCommandDialect:
         return self._action.Result(state=self._state(request, moment), reached_goal=reached)
 
     def _state(self, request: Any, moment: Moment) -> JointState:  # noqa: ANN401
-        reading = _reading(self._node, moment)
+        reading = self._reading(moment)
         state = JointState(position=[reading.position], effort=[reading.effort])
         state.header.stamp = self._node.get_clock().now().to_msg()
         state.name = list(request.command.name)[:1]
@@ -133,35 +158,3 @@ _DIALECTS: dict[str, tuple[str, Callable[[GripperNode, Any], Dialect]]] = {
     "gripper_cmd": ("GripperCommand", GripperCommandDialect),
     "parallel_gripper_cmd": ("ParallelGripperCommand", ParallelGripperCommandDialect),
 }
-
-
-def _opening(node: GripperNode) -> float:
-    return cast("float", node.values["gripper_command_open"])
-
-
-def _job(node: GripperNode, command: OpeningCommand) -> Job | Refusal:
-    """Return what a command has the gripper do, or why it cannot."""
-    loaded = node.loaded
-    if loaded is None:
-        return Refusal(Reason.NOT_ACTIVE, NOT_CONFIGURED)
-    goal = goal_from_command(command, _opening(node), loaded.planner)
-    if isinstance(goal, Refusal):
-        return goal
-    if isinstance(goal, GraspGoal):
-        return GraspJob(node.control, goal)
-    return ReleaseJob(node.control, node.limits)
-
-
-def _reading(node: GripperNode, moment: Moment) -> GripperReading:
-    """Return what a parallel gripper would say of itself.
-
-    It never says that it is stalled: clients are free to take that for an object that is held.
-    """
-    planner = moment.planner
-    if planner is None and node.loaded is not None:
-        planner = node.loaded.planner
-    plan, pressure = moment.report.plan, moment.pressure
-    force = 0.0
-    if plan is not None and moment.snapshot.wrapped:
-        force = contact_force(plan, planner, pressure)
-    return GripperReading(wrapped_diameter(pressure, _opening(node), planner), force)

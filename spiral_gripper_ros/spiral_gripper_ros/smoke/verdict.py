@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from spiral_gripper.doctor import Answer, Finding, Mark
+from spiral_gripper_ros.simulation.simulated_gripper import Grip
 
 SECTION = "Smoke"
 # What the measured pressure may be off by when it has settled [Pa]: twice what the node tolerates
@@ -14,7 +15,7 @@ SECTION = "Smoke"
 PRESSURE_TOLERANCE = 2.0e3
 # A gripper is vented below this gauge pressure [Pa].
 VENTED = 500.0
-HELD = "perfect wrap"
+HELD = Grip.PERFECT_WRAP.value
 FEWEST_POSES = 10
 
 
