@@ -26,6 +26,8 @@ DEFAULT_ALPHA = math.radians(88.0)
 DEFAULT_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
 # No elastomer stretches farther: a larger limit is a percentage that was meant as a fraction.
 LARGEST_STRAIN = 10.0
+# Objects above a thousand kilometers [m]: not even a wrong unit gets there.
+LARGEST_RADIUS = 1.0e6
 # Tube that a plug and a fitting take up at each end (our choice: one inch, less a little).
 DEFAULT_END_ALLOWANCE = 0.02
 
@@ -151,6 +153,8 @@ class DesignRequirement:
             raise InvalidInputError(
                 "radius_max", self.radius_max, f"at least radius_min = {self.radius_min:.6g} m"
             )
+        if not self.radius_max <= LARGEST_RADIUS:
+            raise InvalidInputError("radius_max", self.radius_max, f"at most {LARGEST_RADIUS:g} m")
         for field in ("tubes", "elastomers", "fiber_angles_beta"):
             if not getattr(self, field):
                 raise InvalidInputError(field, getattr(self, field), "at least one on offer")

@@ -9,7 +9,7 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.kernel import compiled
-from spiral_core.rod import Array, Rod, RodLoad, ScalarProfile, Vector, VectorProfile
+from spiral_core.rod import MAX_ELEMENTS, Array, Rod, RodLoad, ScalarProfile, Vector, VectorProfile
 from spiral_core.rod_newton import System
 from spiral_core.rod_shape import discrete_strain_scale
 
@@ -62,14 +62,25 @@ class RodArrays:
 
 
 def element_count(rod: Rod, load: RodLoad, angle: float = ELEMENT_ANGLE) -> int:
-    """Return how many elements turn by at most ``angle`` [rad] each; an even number."""
+    """Return how many elements turn by at most ``angle`` [rad] each; an even number.
+
+    Raises:
+        InvalidInputError: a profile is not valid, or it would be more than ``MAX_ELEMENTS``.
+    """
     sites = np.linspace(0.0, rod.length, SURVEY_SITES)
-    curvature = np.linalg.norm(vector_samples("rest_strain", rod.rest_strain, sites), axis=1).max()
     bending = scalar_samples("bending_stiffness", rod.bending_stiffness, sites).min()
-    weight = np.linalg.norm(vector_samples("distributed", load.distributed, sites), axis=1).max()
+    strains = vector_samples("rest_strain", rod.rest_strain, sites)
+    weights = vector_samples("distributed", load.distributed, sites)
+    with np.errstate(over="ignore"):
+        curvature = np.linalg.norm(strains, axis=1).max()
+        weight = np.linalg.norm(weights, axis=1).max()
     force = weight * rod.length + math.hypot(*load.tip_force)
     bent = math.sqrt(force / bending) + math.hypot(*load.tip_moment) / bending
-    count: int = math.ceil(rod.length * max(float(curvature), bent) / angle)
+    needed = float(rod.length * max(float(curvature), bent) / angle)
+    if not needed <= MAX_ELEMENTS - 1:
+        requirement = f"at most {MAX_ELEMENTS} for a rod and its load; are they in SI units?"
+        raise InvalidInputError("elements", needed, requirement)
+    count = math.ceil(needed)
     return max(FEWEST_ELEMENTS, count + count % 2)
 
 

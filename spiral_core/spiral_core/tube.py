@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_positive
+
+# No tube is larger [m], whatever its unit was taken for.
+LARGEST = 1.0e3
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +26,7 @@ class Tube:
         length: unstretched length L [m], > 0.
 
     Raises:
-        InvalidInputError: a dimension is not positive and finite.
+        InvalidInputError: a dimension is not positive, or larger than ``LARGEST``.
 
     Example:
         >>> tube = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)
@@ -35,9 +39,10 @@ class Tube:
     length: float
 
     def __post_init__(self) -> None:
-        require_positive("inner_radius", self.inner_radius)
-        require_positive("wall_thickness", self.wall_thickness)
-        require_positive("length", self.length)
+        for field in ("inner_radius", "wall_thickness", "length"):
+            value = require_positive(field, getattr(self, field))
+            if not value <= LARGEST:
+                raise InvalidInputError(field, value, f"at most {LARGEST:g} m")
 
     @property
     def outer_radius(self) -> float:

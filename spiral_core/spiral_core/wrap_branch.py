@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from spiral_core.errors import NoCoilError
+from spiral_core.errors import InvalidInputError, NoCoilError
 from spiral_core.gripper import Gripper
 from spiral_core.rod import Array
 from spiral_core.roots import minimum
@@ -21,6 +21,8 @@ from spiral_core.wrap import Wrap
 # angle from one to the next [rad], and every solve between two of them is a short warm start.
 FEWEST_SAMPLES = 48
 SAMPLE_TURN = 1.2
+# A gripper that turns by more than this [rad] has a length in millimeters, taken for meters.
+MOST_TURN = 5.0e3
 # Pressures at which the unloaded shape is looked up to place them.
 TABLE = 256
 # A helix whose centerline is nearer to its axis than this many outer radii holds nothing, with or
@@ -36,6 +38,9 @@ def sample_pressures(gripper: Gripper) -> Array:
     """Return the pressures [Pa] to solve once: even steps of strain, until no object fits inside.
 
     The helix decides where that is, with room to spare for what gravity adds.
+
+    Raises:
+        InvalidInputError: there would be too many of them.
     """
     fine = np.linspace(0.0, gripper.pressure_max, TABLE + 1)[1:]
     shapes = [gripper.rest_shape(float(p)) for p in fine]
@@ -44,6 +49,9 @@ def sample_pressures(gripper: Gripper) -> Array:
     closed = np.nonzero(radii < CLOSED_RATIO * gripper.tube.outer_radius)[0]
     end = int(closed[0]) + 1 if closed.size else TABLE
     turn = float(strains[end - 1]) * shapes[end - 1].backbone_length
+    if not turn <= MOST_TURN:
+        requirement = f"so short that it turns by at most {MOST_TURN:g} rad"
+        raise InvalidInputError("length", gripper.tube.length, requirement)
     samples = max(FEWEST_SAMPLES, math.ceil(turn / SAMPLE_TURN))
     levels = np.linspace(0.0, strains[end - 1], samples + 1)[1:]
     table = np.maximum.accumulate(np.concatenate(([0.0], strains[:end])))

@@ -267,6 +267,7 @@ def test_evaluation_keeps_the_estimate_and_the_lengths() -> None:
         ("tubes", ()),
         ("elastomers", ()),
         ("fiber_angles_beta", ()),
+        ("radius_max", 1.0e200),
         ("turns_required", 0.0),
         ("object_length", -1.0),
         ("length_max", 0.0),

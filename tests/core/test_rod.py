@@ -96,6 +96,20 @@ def test_rods_refuse_bad_constants_by_name(field: str, value: object) -> None:
     assert caught.value.field == field
 
 
+@pytest.mark.parametrize(
+    ("rod", "weight"),
+    [
+        (Rod(300.0e3, 1e-4, 1e-4, (0.0, 0.0, 20.0)), 0.2),
+        (Rod(0.3, 1e-4, 1e-4, (0.0, 0.0, 1e300)), 0.2),
+        (Rod(0.3, 1e-300, 1e-300, (0.0, 0.0, 20.0)), 0.2),
+        (Rod(0.3, 1e-4, 1e-4, (0.0, 0.0, 20.0)), 1e300),
+    ],
+)
+def test_rods_that_need_endless_elements_are_refused_at_once(rod: Rod, weight: float) -> None:
+    with pytest.raises(InvalidInputError, match=r"elements must be at most 20000 .* SI units"):
+        solve_rod(rod, RodLoad((weight, 0.0, 0.0)))
+
+
 @pytest.mark.parametrize("field", ["distributed", "tip_force", "tip_moment"])
 @pytest.mark.parametrize("value", [(1.0, 2.0), (1.0, 2.0, math.nan), 3.0, "abc"])
 def test_loads_refuse_bad_vectors_by_name(field: str, value: object) -> None:

@@ -46,3 +46,11 @@ def test_dimensions_must_be_positive(field: str, value: object) -> None:
     with pytest.raises(InvalidInputError) as caught:
         Tube(**(dimensions | {field: value}))  # type: ignore[arg-type]
     assert caught.value.field == field
+
+
+@pytest.mark.parametrize("field", ["inner_radius", "wall_thickness", "length"])
+@pytest.mark.parametrize("value", [1.1e3, 1e300])
+def test_no_tube_is_larger_than_a_kilometer(field: str, value: float) -> None:
+    sizes = {"inner_radius": 5e-3, "wall_thickness": 1e-3, "length": 0.5, field: value}
+    with pytest.raises(InvalidInputError, match=f"{field} must be at most 1000 m"):
+        Tube(**sizes)

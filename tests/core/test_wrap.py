@@ -35,6 +35,19 @@ def curves() -> dict[str, WrapCurve]:
     return {name: WrapCurve(paper_gripper(name)) for name in DESIGNS}
 
 
+@pytest.mark.parametrize("magnitude", [1e10, 1e300])
+def test_a_gravity_that_cannot_be_is_refused_at_once(magnitude: float) -> None:
+    with pytest.raises(InvalidInputError, match="elements must be at most 20000"):
+        WrapCurve(paper_gripper("P1", (magnitude, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize("length", [361.0, 1000.0])
+def test_millimeters_taken_for_meters_are_refused_at_once(length: float) -> None:
+    gripper = linear_gripper(length=length)
+    with pytest.raises(InvalidInputError, match="length must be so short that it turns"):
+        WrapCurve(gripper)
+
+
 @pytest.mark.parametrize("mount", MOUNTS)
 @pytest.mark.parametrize("name", DESIGNS)
 def test_radius_to_pressure_to_radius(name: str, mount: str) -> None:

@@ -247,7 +247,7 @@ def test_the_description_loads_as_the_design(active):
             "tubing",
         ),
         (0.011, 0.03, {"preference": "cheapest"}, "preference"),
-        (0.011, 1e200, {}, "too large"),
+        (0.011, 1e200, {}, "radius_max must be at most 1e+06 m"),
     ],
 )
 def test_a_request_that_cannot_be_is_answered_with_the_reason(
