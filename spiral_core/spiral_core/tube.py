@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_positive
 
-# No tube is larger [m], whatever its unit was taken for.
-LARGEST = 1.0e3
+# No tube is larger [m]; a design for absurd objects may ask for a thousand kilometers of it.
+LARGEST = 1.0e9
 
 
 @dataclass(frozen=True, slots=True)
