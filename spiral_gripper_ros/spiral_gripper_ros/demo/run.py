@@ -33,6 +33,8 @@ START_TIMEOUT = 180.0
 SERVICE_TIMEOUT = 10.0
 # How long to listen for the vent of a node that has ended [s].
 LAST_WORDS = 1.0
+# Between two looks at what comes back [s].
+LOOK_PERIOD = 0.02
 INTERRUPTED = 130
 BAD_USAGE = 2
 USAGE = """\
@@ -112,12 +114,14 @@ def _play(
     start, shown = time.monotonic(), client.status
     for sample in recording:
         while (wait := start + sample.time - time.monotonic()) > 0.0 and process.running:
-            client.spin(min(wait, 0.02))
+            client.spin(min(wait, LOOK_PERIOD))
             if client.status is not None and client.status is not shown:
                 shown = client.status
                 table.show(_row(time.monotonic() - start, client.label, shown))
         if not process.running:
             return
+        # After a stall the recording goes on from there: of many at once the node hears the newest.
+        start += max(-wait - LOOK_PERIOD, 0.0)
         client.send(sample)
 
 

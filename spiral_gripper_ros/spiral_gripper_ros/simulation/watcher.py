@@ -35,7 +35,7 @@ class Watcher(Node):  # type: ignore[misc]
         super().__init__("spiral_gripper_simulation", namespace=namespace)
         self.command: float | None = None
         self._newest: dict[str, tuple[float, Any]] = {}
-        self.create_subscription(Float64, "pressure_command", self._on_command, 10)
+        self.create_subscription(Float64, "pressure_command", self._on_command, LATEST)
         self.create_subscription(GripStatus, "status", self._noting("status"), LATEST)
         for kind, topic in (
             (FluidPressure, "measured_pressure"),

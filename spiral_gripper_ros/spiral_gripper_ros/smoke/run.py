@@ -20,6 +20,7 @@ from spiral_gripper_ros.client import NoAnswerError, SpiralGripper, WrapOutcome
 from spiral_gripper_ros.node.stop_signals import StopSignals
 from spiral_gripper_ros.node_process import NODE, SIMULATOR, NodeProcess
 from spiral_gripper_ros.simulation.injection import local_discovery
+from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.smoke.listener import SmokeListener
 from spiral_gripper_ros.smoke.verdict import VENTED, SmokeRecord, verdicts
 
@@ -82,12 +83,14 @@ class _Smoke:
     """One run; what it sees goes into the record."""
 
     def __init__(self, record: SmokeRecord, namespace: str, say: Say) -> None:
+        self._is_measured = True
         self._record = record
         self._namespace = namespace
         self._say = say
 
     def run(self, gripper: str, fault: str, log: IO[str]) -> None:
         """Start both processes, grasp and release, and stop them."""
+        self._is_measured = fault != Fault.LOST_LINK.value
         self._say(f"starting node and simulator of {gripper}, below {self._namespace}")
         with ExitStack() as stack:
             ears = SmokeListener(self._namespace)
@@ -127,13 +130,23 @@ class _Smoke:
             except NoAnswerError as error:
                 self._record.answer = str(error.missing)
                 continue
-            if ears.hear(PROGRESS_PERIOD, lambda: ears.radius is not None):
+            missing = self._missing(hands, ears)
+            if missing is None:
                 self._record.active_after = time.monotonic() - start
                 self._record.answer = ""
                 self._say(f"node active after {self._record.active_after:.1f} s")
                 return True
-            self._record.answer = "nothing is heard of the simulated object"
+            self._record.answer = missing
         return False
+
+    def _missing(self, hands: SpiralGripper, ears: SmokeListener) -> str | None:
+        """Return what is not heard yet, of what a grasp is judged by."""
+        if not ears.hear(PROGRESS_PERIOD, lambda: ears.radius is not None):
+            return "nothing is heard of the simulated object"
+        status = hands.status
+        if self._is_measured and (status is None or not status.measured):
+            return "the node hears no measured_pressure"
+        return None
 
     def _grasp(self, hands: SpiralGripper, ears: SmokeListener) -> None:
         """Wrap the simulated object, hold it for a while, and look at everything."""
