@@ -17,11 +17,19 @@ import hypothesis
 import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
+from ros.control_bench import SUCCEEDED, Bench
 from ros.harness import Client, RunningNode
 
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
+from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.node.gripper_node import GripperNode
 
+# An example takes its time on a busy machine.
+hypothesis.settings.register_profile(
+    "patient", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.load_profile("patient")
 # For a long run of test_control_machine.py: pytest --hypothesis-profile=fuzz.
 hypothesis.settings.register_profile("fuzz", max_examples=1500, stateful_step_count=100)
 
@@ -75,3 +83,28 @@ def active(shared):
     """The shared node, freshly configured and activated, with known parameters."""
     shared.restore()
     return shared
+
+
+@pytest.fixture
+def node(namespace):
+    """A node in this process, whose commands are noted instead of published."""
+    node = GripperNode(namespace=namespace)
+    node.published = []
+    node.outputs.publish_pressure = node.published.append
+    assert node.start()
+    yield node
+    node.vent()
+    node.destroy_node()
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+@pytest.fixture
+def holding(bench):
+    """A bench that has grasped a 20 mm object at its wrap pressure of 50 kPa, measured."""
+    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+    bench.run(0.5)
+    return bench

@@ -2,6 +2,7 @@
 
 import math
 import signal
+import sys
 import tempfile
 import time
 
@@ -15,7 +16,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as PythonParameter
 from rclpy.parameter import parameter_value_to_python
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -34,14 +35,15 @@ NODE = "spiral_gripper"
 FAST_RAMP = {"pressure_rate_up": 2.0e6, "pressure_rate_down": 2.0e6}
 # Nor does a message grow old because the machine is slow; tests of the time-outs set their own.
 PATIENT = {"radius_timeout": 600.0, "measured_pressure_timeout": 600.0}
+ALL_AND_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class RunningNode(NodeProcess):
-    """A node process whose log a failing test can show."""
+    """A process of ours whose log can be read while it is written: each line goes to its end."""
 
-    def __init__(self, namespace, parameters=None):
-        self._output = tempfile.TemporaryFile("w+")  # noqa: SIM115
-        super().__init__(namespace, parameters, output=self._output)
+    def __init__(self, namespace, parameters=None, **options):
+        self._output = tempfile.TemporaryFile("a+")  # noqa: SIM115
+        super().__init__(namespace, parameters, output=self._output, **options)
 
     def log(self):
         self._output.seek(0)
@@ -54,13 +56,35 @@ class RunningNode(NodeProcess):
             self.wait(DEADLINE)
         return super().stop(number)
 
-    def __exit__(self, *details):
-        super().__exit__(*details)
+    def __exit__(self, kind, *details):
+        super().__exit__(kind, *details)
+        if kind is not None:
+            sys.stdout.write(self.log())
         self._output.close()
+
+
+class Spinner(SingleThreadedExecutor):
+    """An executor that knows whether it has found something to do.
+
+    Attributes:
+        idle: whether nothing was waiting when it last looked.
+    """
+
+    idle = found = False
+
+    def wait_for_ready_callbacks(self, *arguments, **options):
+        # A look ends with a time-out too after it has found one message of each topic.
+        self.idle, self.found = not self.found, False
+        callback = super().wait_for_ready_callbacks(*arguments, **options)
+        self.idle, self.found = False, True
+        return callback
 
 
 class Client(Node):
     """Publishes radii, gravity and measured pressures, calls every service, remembers all answers.
+
+    The newest of what the node latches is heard however late DDS discovers it, and so can be waited
+    for. Every command and every status is heard only from ``wait_until_active`` on.
 
     While ``regulator`` is set it answers each command with the measured pressure that it returns.
     """
@@ -75,15 +99,16 @@ class Client(Node):
         )
         self._gravity = self.create_publisher(Vector3Stamped, "gravity", 1)
         self._measured = self.create_publisher(FluidPressure, "measured_pressure", 1)
-        self.create_subscription(Float64, "pressure_command", self._on_pressure, 100)
-        self.create_subscription(PoseArray, "backbone", self.backbones.append, 100)
-        self.create_subscription(
-            PoseArray, "measured_backbone", self.measured_backbones.append, 100
-        )
-        self.create_subscription(GripStatus, "status", self.statuses.append, 100)
+        for kind, topic, callback in (
+            (Float64, "pressure_command", self._on_pressure),
+            (PoseArray, "backbone", self.backbones.append),
+            (PoseArray, "measured_backbone", self.measured_backbones.append),
+            (GripStatus, "status", self.statuses.append),
+        ):
+            self.create_subscription(kind, topic, callback, ALL_AND_LATCHED)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._calls = {}
-        self._spinner = SingleThreadedExecutor()
+        self._spinner = Spinner()
         self._spinner.add_node(self)
 
     def close(self):
@@ -93,10 +118,11 @@ class Client(Node):
     # --- waiting -------------------------------------------------------------------------------
 
     def spin(self, duration=0.0):
+        """Handle what arrives within a time, and all that has arrived by then."""
         end = time.monotonic() + duration
         while True:
             self._spinner.spin_once(timeout_sec=max(0.0, min(0.02, end - time.monotonic())))
-            if time.monotonic() >= end:
+            if time.monotonic() >= end and self._spinner.idle:
                 return
 
     def wait_until(self, condition, what, deadline=DEADLINE):
@@ -106,19 +132,32 @@ class Client(Node):
             self._spinner.spin_once(timeout_sec=0.02)
 
     def wait_until_active(self, deadline=START_DEADLINE):
-        """Wait for a status of the active node, and until it hears our radii."""
+        """Wait for a status and a command of the active node, and until it hears us."""
         self.statuses.clear()
         self.wait_until(
             lambda: (
                 self.status is not None
                 and self.status.state != State.INACTIVE
-                and self._radius.get_subscription_count() == 1
-                and self._gravity.get_subscription_count() == 1
-                and self._measured.get_subscription_count() >= 1
+                and self.pressures
+                and self.is_heard
             ),
             "the node to become active",
             deadline,
         )
+
+    @property
+    def is_heard(self):
+        """Whether all that is sent here arrives: DDS discovers each topic in a time of its own."""
+        return all(count >= 1 for count in self._listeners())
+
+    def _listeners(self):
+        publishers = (self._radius, self._gravity, self._measured)
+        return [publisher.get_subscription_count() for publisher in publishers]
+
+    def hear_more(self, count=5):
+        """Wait until the node has said so many times more what it commands, and why."""
+        expected = [(heard, len(heard) + count) for heard in (self.pressures, self.statuses)]
+        self.wait_until(lambda: all(len(heard) >= length for heard, length in expected), "more")
 
     def wait_for_state(self, state, reason=None):
         self.wait_until(
@@ -159,7 +198,7 @@ class Client(Node):
         self._measured.publish(FluidPressure(fluid_pressure=pressure))
 
     def wrap(self, radius):
-        """Offer a radius until its wrap pressure is commanded; return the status then."""
+        """Offer a radius until its wrap pressure is commanded and heard; return the status then."""
         end = time.monotonic() + DEADLINE
         while True:
             self.send_radius(radius)
@@ -169,6 +208,7 @@ class Client(Node):
                 status is not None
                 and status.object_radius == radius
                 and status.pressure_command == status.pressure_target > 0.0
+                and self.pressures[-1:] == [status.pressure_command]
             ):
                 return status
             assert time.monotonic() < end, f"{radius} was not wrapped; last: {status}"
@@ -226,12 +266,14 @@ class Client(Node):
         return self.call(DescribeParameters, f"{NODE}/describe_parameters", request).descriptors
 
     def restore(self):
-        """Bring the node to a fresh activation with known parameters, and forget all messages."""
+        """Bring the node to a fresh activation with known parameters; forget what was before."""
         self.regulator = None
         if self.lifecycle_state() == LifecycleState.PRIMARY_STATE_ACTIVE:
             assert self.transition("deactivate")
         if self.lifecycle_state() == LifecycleState.PRIMARY_STATE_INACTIVE:
             assert self.transition("cleanup")
+        # What listens afterwards is not what listened before.
+        self.wait_until(lambda: not any(self._listeners()), "the end of what listens")
         values = {spec.name: spec.default for spec in PARAMETERS if not spec.read_only}
         values.update(FAST_RAMP, **PATIENT)
         values["gravity"] = [9.80665, 0.0, 0.0]
@@ -242,6 +284,7 @@ class Client(Node):
         self.wait_until_active()
         self.spin(0.05)
         self.forget()
+        self.hear_more(1)
 
     def forget(self):
         """Forget everything that was received."""

@@ -1,11 +1,9 @@
 """The simulator as a process, and a client that hears what it and the node publish."""
 
-import tempfile
-
 from geometry_msgs.msg import PoseArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros.harness import FAST_RAMP, START_DEADLINE, Client, RunningNode
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure
@@ -13,28 +11,22 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node_process import SIMULATOR, NodeProcess
+from spiral_gripper_ros.node.qos import LATEST
+from spiral_gripper_ros.node_process import SIMULATOR
 
 REGULATOR = "simulated_regulator"
 # No noise, so that figures can be compared; fast estimates, so that the tests are.
 QUIET = {"pressure_noise": 0.0, "pressure_resolution": 0.0, "estimate_noise": 0.0}
 RADIUS = 0.02
+# Of a sensor's topic every message: a listener that is held up for a while hears all of it later.
+ALL = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
-class RunningSimulator(NodeProcess):
-    """A simulator process whose log a failing test can show."""
+class RunningSimulator(RunningNode):
+    """The same, of the simulator."""
 
     def __init__(self, namespace, parameters=None):
-        self._output = tempfile.TemporaryFile("w+")  # noqa: SIM115
-        super().__init__(namespace, parameters, output=self._output, module=SIMULATOR)
-
-    def log(self):
-        self._output.seek(0)
-        return self._output.read()
-
-    def __exit__(self, *details):
-        super().__exit__(*details)
-        self._output.close()
+        super().__init__(namespace, parameters, module=SIMULATOR)
 
 
 class Observer(Client):
@@ -44,7 +36,7 @@ class Observer(Client):
         super().__init__(namespace)
         self.measured, self.radii, self.truths, self.true_radii = [], [], [], []
         self.grips, self.shapes, self.clocks = [], [], []
-        self._commands = self.create_publisher(Float64, "pressure_command", 1)
+        self._commands = self.create_publisher(Float64, "pressure_command", LATEST)
         for kind, topic, received in (
             (FluidPressure, "measured_pressure", self.measured),
             (Float64, "object_radius", self.radii),
@@ -54,13 +46,15 @@ class Observer(Client):
             (PoseArray, "simulated/backbone", self.shapes),
             (Clock, "/clock", self.clocks),
         ):
-            self.create_subscription(kind, topic, received.append, qos_profile_sensor_data)
+            self.create_subscription(kind, topic, received.append, ALL)
 
     def wait_until_active(self, deadline=START_DEADLINE):
-        """Wait for a status of the active node; the radii that it hears are the simulator's."""
+        """Wait for a status and a command of the active node, which hears the simulator's radii."""
         self.statuses.clear()
         self.wait_until(
-            lambda: self.status is not None and self.status.state != State.INACTIVE,
+            lambda: (
+                self.status is not None and self.status.state != State.INACTIVE and self.pressures
+            ),
             "the node to become active",
             deadline,
         )
@@ -74,11 +68,26 @@ class Observer(Client):
         self.wait_until(lambda: (self.command(pressure), condition())[1], what)
 
     def wait_for_simulator(self):
-        """Wait until the simulator publishes, and hears our commands."""
+        """Wait until the simulator is heard on each topic that never falls silent, and hears us."""
+        heard = (self.grips, self.measured, self.truths, self.true_radii, self.shapes)
         self.wait_until(
-            lambda: self.grips and self.measured and self._commands.get_subscription_count() >= 1,
+            # Who listens to our commands besides ourselves is the regulator.
+            lambda: all(heard) and self._commands.get_subscription_count() >= 2,
             "the simulator",
+            START_DEADLINE,
         )
+
+    def wait_for_silence(self, silent, steady, what):
+        """Wait until nothing comes of one topic while 20 messages of another do."""
+
+        def is_silent():
+            if silent:
+                silent.clear()
+                steady.clear()
+            return len(steady) >= 20
+
+        steady.clear()
+        self.wait_until(is_silent, what)
 
     @property
     def pressure(self):
@@ -89,6 +98,13 @@ class Observer(Client):
     def true_pressure(self):
         """The pressure that is really there [Pa]."""
         return self.truths[-1].fluid_pressure if self.truths else None
+
+    def next_true_pressure(self):
+        """Wait for what is told from now on, and return the pressure that is there then [Pa]."""
+        self.spin()
+        self.truths.clear()
+        self.wait_until(lambda: len(self.truths) >= 3, "the truth")
+        return self.true_pressure
 
     @property
     def grip(self):

@@ -15,19 +15,6 @@ from spiral_gripper_ros.control.limits import TimeoutPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 
 
-@pytest.fixture
-def bench():
-    return Bench()
-
-
-@pytest.fixture
-def holding(bench):
-    """A bench that has grasped a 20 mm object at its wrap pressure of 50 kPa, measured."""
-    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
-    bench.run(0.5)
-    return bench
-
-
 def test_a_grasp_is_reached_once_the_measured_pressure_has_settled_and_the_wrap_is_perfect(bench):
     ticket = bench.grasp()
     assert (bench.state, bench.reason) == (State.GRASPING, Reason.NONE)

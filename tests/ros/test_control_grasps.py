@@ -13,19 +13,6 @@ from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State
 
 
-@pytest.fixture
-def bench():
-    return Bench()
-
-
-@pytest.fixture
-def holding(bench):
-    """A bench that has grasped a 20 mm object at its wrap pressure of 50 kPa, measured."""
-    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
-    bench.run(0.5)
-    return bench
-
-
 @pytest.mark.parametrize("policy", list(AbortPolicy))
 def test_a_canceled_grasp_does_what_its_policy_says(bench, policy):
     ticket = bench.grasp(abort_policy=policy)

@@ -81,7 +81,7 @@ def test_what_is_wrapped_is_held_and_no_radius_is_followed(goals):
     _, result = goals.grasp(RADIUS).end()
     for _ in range(20):
         goals.client.send_radius(0.03)
-        goals.client.spin(0.02)
+        goals.client.hear_more(1)
     status = goals.client.status
     assert status.state == State.GRASPING
     assert status.object_radius == RADIUS
@@ -90,6 +90,8 @@ def test_what_is_wrapped_is_held_and_no_radius_is_followed(goals):
 
 
 def test_a_measured_pressure_decides_when_it_is_known(goals):
+    # What is measured here comes as late as this process is held up.
+    assert goals.client.set_parameter("pressure_settle_time", 2.0).successful
     measure(goals, ideal)
     status, result = goals.grasp(RADIUS).end()
     assert status == SUCCEEDED, result.message
@@ -217,8 +219,8 @@ def test_a_newer_goal_replaces_the_older(slow):
     first = started(slow.grasp(RADIUS))
     second = slow.grasp(0.025)
     assert "newer" in refused(first, Reason.GRASP_REPLACED)
-    slow.client.statuses.clear()
-    assert slow.client.wait_for_state(State.GRASPING).object_radius == 0.025
+    slow.client.wait_until(lambda: slow.client.status.object_radius == 0.025, "the newer goal")
+    assert slow.client.status.state == State.GRASPING
     assert slow.client.set_parameter("pressure_rate_up", 2.0e6).successful
     assert second.end()[0] == SUCCEEDED
 
@@ -280,7 +282,7 @@ def test_a_node_that_is_stopped_ends_its_goal(client, namespace):
 )
 def test_a_goal_that_cannot_be_done_says_why_and_changes_nothing(goals, fields, reason):
     refused(goals.send(Grasp.Goal(**fields)), reason)
-    goals.client.spin(0.1)
+    goals.client.hear_more()
     status = goals.client.status
     assert (status.state, status.reason) == (State.WAITING, Reason.NO_RADIUS)
     assert set(goals.client.pressures) == {0.0}

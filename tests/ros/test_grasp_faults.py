@@ -14,18 +14,6 @@ RADIUS = 0.02
 
 
 @pytest.fixture
-def node(namespace):
-    node = GripperNode(namespace=namespace)
-    published = []
-    node.outputs.publish_pressure = published.append
-    node.published = published
-    assert node.start()
-    yield node
-    node.vent()
-    node.destroy_node()
-
-
-@pytest.fixture
 def inside(node, client):
     """Goals to a node in this process, which is spun by hand after each of the client's rounds."""
     executor = SingleThreadedExecutor()
@@ -88,14 +76,17 @@ def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(namespace,
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     goals = Goals(client)
+
+    def spin_until(condition):
+        client.wait_until(lambda: (executor.spin_once(timeout_sec=0.01), condition())[1], "it")
+
+    spin_until(goals._action.server_is_ready)
     request = goals._action.send_goal_async(Grasp.Goal(object_radius=RADIUS))
-    while not request.done():
-        executor.spin_once(timeout_sec=0.01)
-        client.spin()
+    spin_until(request.done)
     request.result().get_result_async()
     for _ in range(20):
         executor.spin_once(timeout_sec=0.01)
-    assert node.control.snapshot().state is State.GRASPING
+    spin_until(lambda: node.control.snapshot().state is State.GRASPING)
     if is_vented:
         node.vent()
     executor.remove_node(node)

@@ -13,7 +13,7 @@ from lifecycle_msgs.msg import Transition
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from repo.source_tree import ROOT, pyproject
 from ros import launch_stand_ins
-from ros.harness import RunningNode
+from ros.harness import START_DEADLINE, RunningNode
 from ros.launch_stand_ins import EmitEvent, LifecycleNode, Node, RegisterEventHandler, started
 from ros.simulation_harness import RunningSimulator
 from ruamel.yaml import YAML
@@ -238,7 +238,9 @@ def test_rviz_shows_topics_that_are_published_as_it_asks_for_them(client, namesp
     topics = {topic for _, topic, _ in shown}
     assert topics == {"markers", "backbone", "measured_backbone", "simulated/backbone"}
     with RunningNode(namespace), RunningSimulator(namespace):
-        client.wait_until(lambda: all(map(publishers(client), topics)), "the publishers")
+        client.wait_until(
+            lambda: all(map(publishers(client), topics)), "the publishers", START_DEADLINE
+        )
         published = {
             (
                 info.topic_type.split("/")[-1],

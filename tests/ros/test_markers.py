@@ -11,7 +11,6 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from spiral_core import WrapRegime
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.node.markers import (
     NAMESPACES,
     REGIME_COLORS,
@@ -191,8 +190,10 @@ def test_the_object_appears_with_its_wrap_and_goes_with_it(active, display, grip
     assert display.shown["tube"].header.frame_id == "gripper_base"
     assert display.shown["tube"].header.stamp.sec > 0
     assert display.shown["tube"].scale.x == pytest.approx(2.0 * gripper.tube.outer_radius)
-    end = points_of(display.shown["tube"])[-1]
-    assert end == pytest.approx((status.tip.x, status.tip.y, status.tip.z), abs=1e-9)
+    tip = (status.tip.x, status.tip.y, status.tip.z)
+    active.wait_until(
+        lambda: points_of(display.shown["tube"])[-1] == pytest.approx(tip, abs=1e-9), "its tip"
+    )
     assert "TRACKING" in display.shown["state"].text
     assert f"{1e-3 * status.pressure_command:.1f} kPa" in display.shown["state"].text
     assert active.release().success
@@ -230,15 +231,6 @@ def test_markers_come_at_their_rate_and_not_at_all_at_zero(active, display):
     display.messages.clear()
     active.spin(0.3)
     assert display.messages == []
-
-
-@pytest.fixture
-def node(namespace):
-    node = GripperNode(namespace=namespace)
-    assert node.start()
-    yield node
-    node.vent()
-    node.destroy_node()
 
 
 def test_nothing_is_drawn_while_nobody_looks(node):

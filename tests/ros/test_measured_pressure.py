@@ -68,7 +68,14 @@ def test_the_measured_shape_is_that_at_the_measured_pressure(tolerant, curve):
         lambda: abs(tolerant.status.measured_pressure - 0.8 * pressure) < 1.0,
         "the measured pressure",
     )
-    tolerant.spin(0.1)
+    tolerant.wait_until(
+        lambda: (
+            tolerant.measured_backbones
+            and tip_of(tolerant.measured_backbones[-1].poses[-1].position)
+            == pytest.approx(tip_of(tolerant.status.measured_tip), abs=1e-12)
+        ),
+        "the shape of the status",
+    )
     status = tolerant.status
     tip = curve.state_at_pressure(0.8 * pressure).tip_position
     # 50 Pa move the tip by 0.35 mm.
@@ -79,10 +86,7 @@ def test_the_measured_shape_is_that_at_the_measured_pressure(tolerant, curve):
     assert status.regime == GripStatus.REGIME_PERFECT_WRAP
     assert status.measured_regime == GripStatus.REGIME_OVERHANG
     assert not status.wrapped
-    shape = tolerant.measured_backbones[-1]
-    assert shape.header.frame_id == "gripper_base"
-    last = shape.poses[-1].position
-    assert tip_of(last) == pytest.approx(tip_of(status.measured_tip), abs=1e-12)
+    assert tolerant.measured_backbones[-1].header.frame_id == "gripper_base"
     assert all_finite(*tolerant.statuses, *tolerant.measured_backbones)
 
 
@@ -137,8 +141,9 @@ def test_a_leak_is_reported_and_the_grip_is_kept(active):
 
 def test_a_leak_vents_if_that_is_the_policy(active):
     assert active.set_parameter("pressure_fault_policy", "vent").successful
-    active.regulator = leaking
+    active.regulator = ideal
     active.wrap(RADIUS)
+    active.regulator = leaking
     active.wait_for_state(State.FAULT, Reason.PRESSURE_LOW)
     active.wait_until(lambda: active.pressures[-1] == 0.0, "the vent")
     active.regulator = ideal
@@ -196,7 +201,7 @@ def test_a_pressure_beyond_the_description_has_no_shape(active, gripper):
 
 
 def test_a_wrap_that_the_measured_pressure_does_not_make_fails(tolerant):
-    assert tolerant.set_parameter("grasp_timeout", 2.0).successful
+    assert tolerant.set_parameter("grasp_timeout", 4.0).successful
     tolerant.regulator = leaking
     client = ActionClient(tolerant, Grasp, "grasp")
     assert client.wait_for_server(30.0)

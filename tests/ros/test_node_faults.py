@@ -35,18 +35,6 @@ class BrokenPlanner:
         raise self.error
 
 
-@pytest.fixture
-def node(namespace):
-    node = GripperNode(namespace=namespace)
-    published = []
-    node.outputs.publish_pressure = published.append
-    node.published = published
-    assert node.start()
-    yield node
-    node.vent()
-    node.destroy_node()
-
-
 def state_of(node):
     snapshot = node.control.snapshot()
     return snapshot.state, snapshot.refusal.reason

@@ -35,8 +35,10 @@ def test_plan_wrap_answers_what_the_core_answers(active, curve):
 
 def test_plan_wrap_moves_nothing_and_is_answered_while_inactive(active):
     assert active.transition("deactivate")
+    active.spin(0.1)
     active.pressures.clear()
     assert active.plan_wrap(0.02).success
+    active.spin(0.1)
     assert active.pressures == []
 
 

@@ -19,9 +19,9 @@ def test_a_stop_signal_makes_a_vent_the_last_command(client, namespace, number):
         assert client.wrap(0.02).pressure_command > 0.0
         assert node.stop(number) == 0
         client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
+        client.wait_for_state(State.INACTIVE)
         client.spin(0.2)
         assert client.pressures[-1] == 0.0
-        assert client.status.state == State.INACTIVE
         assert "Traceback" not in node.log()
 
 

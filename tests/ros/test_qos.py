@@ -67,6 +67,8 @@ def test_slow_commands_are_signs_of_life(client, namespace):
     regulator = Watchful(client, LivelinessPolicy.MANUAL_BY_TOPIC)
     with RunningNode(namespace, {"publish_rate": 1.0}):
         client.wait_until_active()
+        client.wait_until(lambda: regulator.alive, "the first sign of life")
+        client.pressures.clear()
         client.wait_until(lambda: len(client.pressures) >= 4, "some commands")
         assert regulator.alive == [1]
 
@@ -82,11 +84,17 @@ def test_slow_commands_are_signs_of_life(client, namespace):
     ],
 )
 def test_what_is_published_is_reliable_and_there_for_latecomers(active, topic, qos):
-    (end,) = active.get_publishers_info_by_topic(f"{active.get_namespace()}/{topic}")
-    assert (end.qos_profile.reliability, end.qos_profile.durability) == qos
+    assert qos_of_the_node(active, active.get_publishers_info_by_topic, topic) == qos
 
 
 @pytest.mark.parametrize("topic", ["object_radius", "gravity", "measured_pressure"])
 def test_what_is_heard_may_be_best_effort(active, topic):
-    (end,) = active.get_subscriptions_info_by_topic(f"{active.get_namespace()}/{topic}")
-    assert (end.qos_profile.reliability, end.qos_profile.durability) == BEST_EFFORT
+    assert qos_of_the_node(active, active.get_subscriptions_info_by_topic, topic) == BEST_EFFORT
+
+
+def qos_of_the_node(client, ends, topic):
+    """Return reliability and durability of the only end of a topic, once the graph shows it."""
+    name = f"{client.get_namespace()}/{topic}"
+    client.wait_until(lambda: len(ends(name)) == 1, topic)
+    (end,) = ends(name)
+    return end.qos_profile.reliability, end.qos_profile.durability

@@ -137,6 +137,7 @@ def test_a_subscription_that_a_callback_destroys_is_not_called_though_it_was_rea
     spinner.spin_until(lambda: publisher.get_subscription_count() == 2, "discovery")
     publisher.publish(Float64(data=1.0))
     time.sleep(0.1)  # both have it
+    spinner.spin_until(lambda: spinner.heard)
     spinner.spin(0.1)
     assert spinner.heard == [1.0]
 
@@ -152,6 +153,7 @@ def test_what_a_callback_ends_is_not_called_though_it_was_ready_too(spinner, end
 
     timers = [spinner.node.create_timer(0.01, first) for _ in range(3)]
     time.sleep(0.02)  # all are due
+    spinner.spin_until(lambda: called)
     spinner.spin(0.1)
     assert called == [1]
 
@@ -170,9 +172,10 @@ def test_a_coroutine_is_awaited_and_wakes_the_executor(spinner):
 
 
 def test_an_awaiting_coroutine_blocks_its_group_and_no_other(spinner):
-    gate = Future(executor=spinner.executor)
+    gate, waiting = Future(executor=spinner.executor), []
 
     async def waits(_, response):
+        waiting.append(1)
         await gate
         return answer(_, response)
 
@@ -182,26 +185,28 @@ def test_an_awaiting_coroutine_blocks_its_group_and_no_other(spinner):
     spinner.node.create_timer(0.01, lambda: others.append(1))
     _, publisher = spinner.hear(callback_group=group)
     future = client.call_async(Trigger.Request())
-    spinner.spin(0.1)
+    spinner.spin_until(lambda: waiting)
     publisher.publish(Float64(data=1.0))
     before = len(others)
     spinner.spin(0.1)
+    spinner.spin_until(lambda: len(others) > before)
     assert not spinner.heard
-    assert len(others) > before
     gate.set_result(True)
     spinner.spin_until(lambda: future.done() and spinner.heard == [1.0])
 
 
 def test_a_coroutine_may_be_the_callback_of_a_subscription(spinner):
-    gate = Future(executor=spinner.executor)
+    gate, waiting = Future(executor=spinner.executor), []
 
     async def hear(message):
+        waiting.append(1)
         await gate
         spinner.heard.append(message.data)
 
     _, publisher = spinner.hear(hear)
     publisher.publish(Float64(data=1.0))
-    spinner.spin(0.1)
+    spinner.spin_until(lambda: waiting)
+    spinner.spin(0.05)
     assert not spinner.heard
     gate.set_result(True)
     spinner.spin_until(lambda: spinner.heard == [1.0])

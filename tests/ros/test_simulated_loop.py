@@ -12,6 +12,8 @@ from ros.simulation_harness import (
 from spiral_gripper_ros.control.states import Reason, State
 
 PATIENT_NODE = {"radius_timeout": 600.0, "grasp_timeout": 600.0}
+# A node that a busy machine holds up for a moment is not taken for a dead one.
+PATIENT_REGULATOR = {"watchdog_timeout": 2.0}
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +21,7 @@ def shared_loop():
     """A node and a simulator that the tests here share."""
     namespace = "/simulated_loop"
     observer = Observer(namespace)
-    node, simulator = closed_loop(namespace, PATIENT_NODE)
+    node, simulator = closed_loop(namespace, PATIENT_NODE, PATIENT_REGULATOR)
     with node, simulator:
         observer.wait_until_active()
         observer.wait_for_simulator()
@@ -38,6 +40,7 @@ def loop(shared_loop):
         shared_loop.wait_until(lambda: shared_loop.rearm().success, "the end of a fault")
     shared_loop.wait_until(lambda: is_held(shared_loop), "the object to be held")
     shared_loop.forget()
+    shared_loop.hear_more(1)
     return shared_loop
 
 
@@ -75,8 +78,10 @@ def test_the_object_is_wrapped_and_the_node_knows_it_from_what_is_measured(loop)
 def test_a_leak_is_noticed_as_a_low_pressure(loop):
     loop.inject("leak")
     wait_for_fault(loop, Reason.PRESSURE_LOW)
-    loop.wait_until(lambda: not loop.status.wrapped, "the node to see that nothing is held")
-    assert loop.grip == "overhang"
+    loop.wait_until(
+        lambda: not loop.status.wrapped and loop.grip == "overhang",
+        "the node to see that nothing is held",
+    )
     loop.inject("none")
     loop.wait_until(lambda: is_held(loop), "the end of the fault")
 
@@ -105,12 +110,12 @@ def test_a_link_that_comes_back_inflates_nothing_before_somebody_has_looked(loop
 
 def test_a_stuck_valve_is_noticed_when_it_should_vent(loop):
     loop.inject("stuck_valve")
-    before = loop.true_pressure
+    before = loop.next_true_pressure()
     assert loop.release().success
     wait_for_fault(loop, Reason.PRESSURE_HIGH)
     assert loop.status.pressure_command == 0.0
-    # What still came in between the last message and the fault.
-    assert loop.true_pressure == pytest.approx(before, abs=500.0)
+    assert before > 3.0e4
+    assert loop.next_true_pressure() == before
     loop.inject("none")
     loop.wait_until(lambda: loop.true_pressure < 10.0, "the vent")
     loop.wait_until(lambda: loop.status.pressure_fault == Reason.NONE, "the end of the fault")
@@ -125,11 +130,13 @@ def test_a_stuck_valve_is_noticed_when_it_should_fill(loop):
 
 
 def test_a_stopped_estimator_leaves_the_object_held(loop):
+    held = loop.pressures[-1]
     loop.set_simulated("radius_source", dropout_probability=1.0)
-    loop.radii.clear()
-    loop.spin(0.3)
-    assert loop.radii == []
-    assert is_held(loop)
+    loop.wait_for_silence(loop.radii, loop.truths, "the estimator to stop")
+    loop.pressures.clear()
+    loop.hear_more()
+    assert set(loop.pressures) == {held}
+    loop.wait_until(lambda: is_held(loop), "the object to be held")
     loop.set_simulated("radius_source", dropout_probability=0.0)
 
 
@@ -138,6 +145,7 @@ def test_an_uncalibrated_gripper_does_not_hold_what_the_node_believes_it_holds(n
     node, simulator = closed_loop(namespace, PATIENT_NODE, {"stiffness_factor": 1.5})
     with node, simulator:
         observer.wait_until_active()
+        observer.wait_for_simulator()
         observer.wait_until(
             lambda: observer.status.wrapped and observer.grip == "overhang", "the disagreement"
         )
@@ -147,12 +155,19 @@ def test_an_uncalibrated_gripper_does_not_hold_what_the_node_believes_it_holds(n
 def test_everything_runs_in_simulated_time(namespace):
     observer = Observer(namespace)
     # No radius before the node is heard: discovery takes DDS up to three seconds, the ramp less.
-    simulated = {"publish_clock": "true", "real_time_factor": 4.0, "dropout_probability": 1.0}
+    simulated = {
+        **PATIENT_REGULATOR,
+        "publish_clock": "true",
+        "real_time_factor": 4.0,
+        "dropout_probability": 1.0,
+    }
     node, simulator = closed_loop(
         namespace, {**PATIENT_NODE, "use_sim_time": "true", "pressure_rate_up": 2.0e4}, simulated
     )
     with node, simulator:
         observer.wait_until_active()
+        observer.wait_for_simulator()
+        observer.wait_until(lambda: observer.clocks, "the clock")
         observer.set_simulated("radius_source", dropout_probability=0.0)
         observer.wait_until(lambda: is_held(observer), "the object to be held")
         ramp = [
@@ -164,8 +179,9 @@ def test_everything_runs_in_simulated_time(namespace):
         # 57 kPa at 20 kPa/s: most of three seconds, on the simulated clock.
         assert last - first > 1.0
         assert high - low <= 2.0e4 * (last - first) + 1.0
-        observer.wait_until(lambda: observer.clocks, "the clock")
-        assert abs(seconds(observer.clocks[-1].clock) - last) < 60.0
+        assert seconds(observer.clocks[0].clock) <= first
+        # A machine's clock would be decades ahead.
+        observer.wait_until(lambda: seconds(observer.clocks[-1].clock) >= last, "the same clock")
         assert node.stop() == 0, node.log()
         assert simulator.stop() == 0, simulator.log()
     observer.close()
@@ -180,9 +196,12 @@ def test_the_simulator_lives_in_the_time_of_somebody_elses_clock(namespace):
         slave.wait_for_simulator()
         master.wait_for_simulator()
         stamp = seconds(slave.measured[-1].header.stamp)
-        assert abs(stamp - seconds(master.measured[-1].header.stamp)) < 60.0
+        # A machine's clock would be decades ahead.
+        master.wait_until(
+            lambda: seconds(master.measured[-1].header.stamp) >= stamp, "the same time"
+        )
         # Its time stands still when the clock does.
-        clock.stop()
+        assert clock.stop() == 0, clock.log()
         slave.spin(0.3)
         slave.measured.clear()
         slave.spin(0.5)

@@ -146,18 +146,18 @@ def test_a_lost_link_is_noticed_though_the_node_cannot_know():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_stop_signal_ends_everything(number):
-    command = subprocess.Popen(
+    with subprocess.Popen(
         COMMAND, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1
-    )
-    try:
-        for line in command.stdout:
-            if line.startswith("node active"):
-                break
-        assert processes_of(command)
-        os.kill(command.pid, number)
-        _, errors = command.communicate(timeout=START_DEADLINE)
-    finally:
-        command.kill()
+    ) as command:
+        try:
+            for line in command.stdout:
+                if line.startswith("node active"):
+                    break
+            assert processes_of(command)
+            os.kill(command.pid, number)
+            _, errors = command.communicate(timeout=START_DEADLINE)
+        finally:
+            command.kill()
     assert errors.splitlines()[-1] == "spiral-gripper: interrupted"
     assert command.returncode == 2
     assert processes_of(command) == []

@@ -2,7 +2,7 @@ import subprocess
 import sys
 
 import pytest
-from ros.harness import RunningNode
+from ros.harness import FAST_RAMP, PATIENT, RunningNode
 
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node.parameters import PARAMETERS
@@ -24,9 +24,10 @@ def test_help_is_printed_and_no_node_started(option):
 
 
 def test_an_operator_reads_what_happens_once(client, namespace):
-    with RunningNode(namespace, {"pressure_rate_up": 2.0e6, "radius_timeout": 600.0}) as node:
+    with RunningNode(namespace, {**FAST_RAMP, **PATIENT}) as node:
         client.wait_until_active()
         client.regulator = lambda pressure: pressure
+        client.wait_until(lambda: client.status.measured, "a measured pressure")
         client.wrap(0.02)
         client.wait_until(lambda: client.status.wrapped, "the wrap")
         for _ in range(20):

@@ -13,6 +13,7 @@ def test_a_killed_node_is_survived_by_the_regulators_watchdog(namespace):
     node, simulator = closed_loop(namespace, {"radius_timeout": 600.0})
     with node, simulator:
         observer.wait_until_active()
+        observer.wait_for_simulator()
         observer.wait_until(lambda: observer.grip == "perfect wrap", "the object to be held")
         held = observer.true_pressure
         assert held > 3.0e4
@@ -31,6 +32,7 @@ def test_a_node_that_hangs_is_survived_too_and_may_come_back(namespace):
     node, simulator = closed_loop(namespace, {"radius_timeout": 600.0})
     with node, simulator:
         observer.wait_until_active()
+        observer.wait_for_simulator()
         observer.wait_until(lambda: observer.grip == "perfect wrap", "the object to be held")
         os.kill(node.process_id, signal.SIGSTOP)
         observer.wait_until(lambda: observer.true_pressure < 10.0, "the watchdog's vent")
