@@ -12,6 +12,15 @@ from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node_process import NODE, SIMULATOR
 
 
+@pytest.fixture
+def hangups():
+    """Hangups reach what is started here, even where these tests run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.usefixtures("hangups")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_a_stop_signal_makes_a_vent_the_last_command(client, namespace, number):
     with RunningNode(namespace, FAST_RAMP) as node:
