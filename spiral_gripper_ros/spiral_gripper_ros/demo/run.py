@@ -35,6 +35,8 @@ SERVICE_TIMEOUT = 10.0
 LAST_WORDS = 1.0
 # Between two looks at what comes back [s].
 LOOK_PERIOD = 0.02
+# A sample that is later than this [s] finds the next ones due too.
+STALL = 0.1
 INTERRUPTED = 130
 BAD_USAGE = 2
 USAGE = """\
@@ -121,7 +123,7 @@ def _play(
         if not process.running:
             return
         # After a stall the recording goes on from there: of many at once the node hears the newest.
-        start += max(-wait - LOOK_PERIOD, 0.0)
+        start += -wait if -wait > STALL else 0.0
         client.send(sample)
 
 
