@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.rod import Array, RodState, Vector
+from spiral_core.validation import require_unit_vector
 
 # Parts of a rod count as coiled where their tangent's sine to the axis is at least this fraction of
 # the tip's.
@@ -104,21 +105,32 @@ def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vecto
         state: the shape.
         axis: unit vector in the base frame, in either sense; None fits it.
         turn_length: arc length of one turn at the tip [m], the window of that fit.
+
+    Raises:
+        InvalidInputError: the given axis is no unit vector.
     """
     # Compile only when a coil is asked for.
     from spiral_core.coil_kernels import FITTED, advancing_axis
-    from spiral_core.rod_discretization import floats
 
     step = float(state.arc_lengths[-1]) / (len(state.arc_lengths) - 1)
-    given = FITTED if axis is None else floats(axis)
+    given = FITTED if axis is None else _checked(axis)
     return advancing_axis(
         state.orientations, state.strains, state.positions[-1], step, float(turn_length), given
     )
 
 
 def tip_angle(state: RodState, axis: Vector) -> float:
-    """Return the angle between the tip's tangent and a unit axis [rad]."""
-    from spiral_core.coil_kernels import angle_at_tip
-    from spiral_core.rod_discretization import floats
+    """Return the angle between the tip's tangent and a unit axis [rad].
 
-    return angle_at_tip(state.orientations, floats(axis))
+    Raises:
+        InvalidInputError: the axis is no unit vector.
+    """
+    from spiral_core.coil_kernels import angle_at_tip
+
+    return angle_at_tip(state.orientations, _checked(axis))
+
+
+def _checked(axis: Vector) -> Vector:
+    """Return an axis as floats; raise InvalidInputError if it is no unit vector."""
+    x, y, z = require_unit_vector("axis", axis)
+    return (x, y, z)

@@ -9,7 +9,7 @@ import pytest
 from core.rod_cases import gripper_rod
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodLoad, RodState, solve_rod
+from spiral_core import InvalidInputError, Rod, RodLoad, RodState, solve_rod
 from spiral_core.coil import coil_axis, coil_from_state, tip_angle
 from spiral_core.coil_kernels import least_direction
 
@@ -54,6 +54,15 @@ def test_a_given_axis_is_kept_and_turned_along_the_advance() -> None:
     assert forward == backward
     assert forward in ((0.6, 0.0, 0.8), (-0.6, 0.0, -0.8))
     assert np.dot(forward, state.tip_position) > 0.0
+
+
+@pytest.mark.parametrize("axis", [(math.nan, 0.0, 1.0), (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)])
+def test_what_is_no_axis_is_refused(axis: tuple[float, float, float]) -> None:
+    state = helix_state(-13.5)
+    with pytest.raises(InvalidInputError, match="axis"):
+        coil_axis(state, axis, 0.1)
+    with pytest.raises(InvalidInputError, match="axis"):
+        tip_angle(state, axis)
 
 
 def test_the_tip_angle_is_between_tangent_and_axis() -> None:
