@@ -20,9 +20,9 @@ from benchmarks.cases import WARM_CHANGE, usual_case
 from benchmarks.results import Effort, Section, Table, micro, milli
 from benchmarks.timing import median_time
 from spiral_core import follow_path
-from spiral_core.rod import DEFAULT_TOLERANCE
-from spiral_core.rod_discretization import discretize
-from spiral_core.rod_follow import path_elements, settle, walk_and_refine
+from spiral_core.rod._arrays import discretize
+from spiral_core.rod._continuation import path_elements, settle, walk_and_refine
+from spiral_core.rod.types import DEFAULT_TOLERANCE
 
 STATIONS = 50
 

@@ -19,10 +19,10 @@ from pathlib import Path
 
 from spiral_core import WrapCurve, leave_one_out, pressure_uncertainty, weak_directions
 from spiral_gripper import load_description, load_gripper
-from spiral_gripper.calibrated_file import write_calibrated_description
-from spiral_gripper.calibration_run import CalibrationRequest, run_calibration
-from spiral_gripper.measurements import MeasurementOptions, load_measurements
-from spiral_gripper.residual_plot import save_residual_plot
+from spiral_gripper.bench.calibrated_file import write_calibrated_description
+from spiral_gripper.bench.measurements import MeasurementOptions, load_measurements
+from spiral_gripper.bench.residual_plot import save_residual_plot
+from spiral_gripper.bench.run import CalibrationRequest, run_calibration
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 data = Path(__file__).parent / "data" / "synthetic_bench_test.csv"

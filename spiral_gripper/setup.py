@@ -17,7 +17,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
     ],
-    entry_points={"console_scripts": ["spiral-gripper = spiral_gripper.cli:main"]},
+    entry_points={"console_scripts": ["spiral-gripper = spiral_gripper.cli.main:main"]},
     install_requires=["setuptools"],
     zip_safe=False,
 )

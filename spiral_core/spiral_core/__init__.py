@@ -7,9 +7,21 @@ used, so that ``import spiral_core`` stays light.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from spiral_core.actuation import ActuationModel, RestShape
-from spiral_core.actuator import Actuator, CurvatureForm
-from spiral_core.curvature import rest_shape_from_stretch
+from spiral_core.actuator.actuator import Actuator, CurvatureForm
+from spiral_core.actuator.curvature import rest_shape_from_stretch
+from spiral_core.actuator.fibers import FiberAngles, FiberState, fiber_state, locking_stretch
+from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.interface import ActuationModel, RestShape
+from spiral_core.actuator.materials import (
+    Gent,
+    HyperelasticLaw,
+    InvariantDerivatives,
+    MooneyRivlin,
+    NeoHookean,
+    Yeoh,
+)
+from spiral_core.actuator.pressure import energy_from_stretch, pressure_from_stretch
+from spiral_core.actuator.tube import Tube
 from spiral_core.errors import (
     ActuationLimit,
     ActuationLimitError,
@@ -19,26 +31,23 @@ from spiral_core.errors import (
     SolverError,
     SpiralError,
 )
-from spiral_core.fibers import FiberAngles, FiberState, fiber_state, locking_stretch
-from spiral_core.free_actuation import FreeActuation
-from spiral_core.helix import Helix, helix_from_curvature, helix_orientations, helix_positions
-from spiral_core.materials import (
-    Gent,
-    HyperelasticLaw,
-    InvariantDerivatives,
-    MooneyRivlin,
-    NeoHookean,
-    Yeoh,
-)
-from spiral_core.pressure import energy_from_stretch, pressure_from_stretch
-from spiral_core.tube import Tube
+from spiral_core.wrap.helix import Helix, helix_from_curvature, helix_orientations, helix_positions
 
 if TYPE_CHECKING:
-    from spiral_core.calibration_choice import CrossValidation, LawChoice, choose_law, leave_one_out
-    from spiral_core.calibration_fit import calibrate
-    from spiral_core.calibration_identifiability import WeakDirection, weak_directions
-    from spiral_core.calibration_model import CalibrationModel, FittedQuantity
-    from spiral_core.calibration_observations import (
+    from spiral_core.actuator.measured import MeasuredActuation
+    from spiral_core.actuator.winding import Winding, windings_of
+    from spiral_core.calibration.fit import calibrate
+    from spiral_core.calibration.grip_drift import (
+        DriftKind,
+        DriftSuggestion,
+        GripRecord,
+        suggest_drift_correction,
+    )
+    from spiral_core.calibration.identifiability import WeakDirection, weak_directions
+    from spiral_core.calibration.intervals import profile_interval
+    from spiral_core.calibration.measured_curve import measured_actuation_from_readings
+    from spiral_core.calibration.model import CalibrationModel, FittedQuantity
+    from spiral_core.calibration.readings import (
         BendReading,
         ExtensionReading,
         GripReading,
@@ -46,14 +55,19 @@ if TYPE_CHECKING:
         ShapeReading,
         TwistReading,
     )
-    from spiral_core.calibration_profile import profile_interval
-    from spiral_core.calibration_result import Calibration, Interval
-    from spiral_core.calibration_uncertainty import (
+    from spiral_core.calibration.result import Calibration, Interval
+    from spiral_core.calibration.selection import (
+        CrossValidation,
+        LawChoice,
+        choose_law,
+        leave_one_out,
+    )
+    from spiral_core.calibration.uncertainty import (
         RadiusPressure,
         pressure_uncertainty,
         pressure_uncertainty_by_draws,
     )
-    from spiral_core.charts import (
+    from spiral_core.design.charts import (
         DesignSpace,
         PressureRange,
         RegimeChart,
@@ -63,126 +77,118 @@ if TYPE_CHECKING:
         regime_chart,
         without_gravity,
     )
-    from spiral_core.coil import Coil, coil_axis, coil_from_state
-    from spiral_core.design import design_gripper
-    from spiral_core.design_helix import GripFigures
-    from spiral_core.design_margin import Constraint, Margin
-    from spiral_core.design_report import Design, DesignReport, DesignStep, Figure, Relaxation
-    from spiral_core.design_requirement import (
+    from spiral_core.design.helix_estimate import GripFigures
+    from spiral_core.design.margin import Constraint, Margin
+    from spiral_core.design.procedure import design_gripper
+    from spiral_core.design.report import Design, DesignReport, DesignStep, Figure, Relaxation
+    from spiral_core.design.requirement import (
         Candidate,
         DesignRequirement,
         Elastomer,
         Preference,
         TubeSize,
     )
-    from spiral_core.design_sweep import (
+    from spiral_core.design.sweep import (
         FeasibilityMap,
         SweepPoint,
         feasibility_map,
         pareto_set,
         solve_points,
     )
-    from spiral_core.grip_drift import (
-        DriftKind,
-        DriftSuggestion,
-        GripRecord,
-        suggest_drift_correction,
-    )
-    from spiral_core.gripper import Gripper, gripper_from_actuator, stiffness_from_actuator
-    from spiral_core.measured_actuation import MeasuredActuation
-    from spiral_core.measured_curve import measured_actuation_from_readings
-    from spiral_core.object_profile import ObjectProfile, ProfileWrap, Station, wrap_for_profile
-    from spiral_core.rod import Rod, RodLoad, RodState, RodStatus, RodStiffness, solve_rod
-    from spiral_core.rod_batch import RodBatch, solve_rods
-    from spiral_core.rod_equilibria import find_equilibria
-    from spiral_core.rod_path import Fold, RodPath, follow_path
-    from spiral_core.winding import Winding, windings_of
-    from spiral_core.wrap import Wrap, WrapRegime, line_force
-    from spiral_core.wrap_curve import WrapCurve
+    from spiral_core.rod.batch import RodBatch, solve_rods
+    from spiral_core.rod.equilibria import find_equilibria
+    from spiral_core.rod.path import Fold, RodPath, follow_path
+    from spiral_core.rod.solve import solve_rod
+    from spiral_core.rod.types import Rod, RodLoad, RodState, RodStatus, RodStiffness
+    from spiral_core.wrap.coil import Coil, coil_axis, coil_from_state
+    from spiral_core.wrap.curve import WrapCurve
+    from spiral_core.wrap.gripper import Gripper, gripper_from_actuator, stiffness_from_actuator
+    from spiral_core.wrap.profile import ObjectProfile, ProfileWrap, Station, wrap_for_profile
+    from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 
 _MODULE_OF_LAZY_NAME = {
-    "BendReading": "calibration_observations",
-    "Calibration": "calibration_result",
-    "CalibrationModel": "calibration_model",
-    "Candidate": "design_requirement",
-    "Coil": "coil",
-    "Constraint": "design_margin",
-    "CrossValidation": "calibration_choice",
-    "Design": "design_report",
-    "DesignReport": "design_report",
-    "DesignRequirement": "design_requirement",
-    "DesignSpace": "charts",
-    "DesignStep": "design_report",
-    "DriftKind": "grip_drift",
-    "DriftSuggestion": "grip_drift",
-    "Elastomer": "design_requirement",
-    "ExtensionReading": "calibration_observations",
-    "FeasibilityMap": "design_sweep",
-    "Figure": "design_report",
-    "FittedQuantity": "calibration_model",
-    "Fold": "rod_path",
-    "GripFigures": "design_helix",
-    "GripReading": "calibration_observations",
-    "GripRecord": "grip_drift",
-    "Gripper": "gripper",
-    "Interval": "calibration_result",
-    "LawChoice": "calibration_choice",
-    "Margin": "design_margin",
-    "MeasuredActuation": "measured_actuation",
-    "ObjectProfile": "object_profile",
-    "Preference": "design_requirement",
-    "PressureRange": "charts",
-    "ProfileWrap": "object_profile",
-    "RadiusPressure": "calibration_uncertainty",
-    "Reading": "calibration_observations",
-    "RegimeChart": "charts",
-    "Relaxation": "design_report",
-    "Rod": "rod",
-    "RodBatch": "rod_batch",
-    "RodLoad": "rod",
-    "RodPath": "rod_path",
-    "RodState": "rod",
-    "RodStatus": "rod",
-    "RodStiffness": "rod",
-    "ShapeReading": "calibration_observations",
-    "Station": "object_profile",
-    "SweepPoint": "design_sweep",
-    "TubeSize": "design_requirement",
-    "TwistReading": "calibration_observations",
-    "WeakDirection": "calibration_identifiability",
-    "Winding": "winding",
-    "Wrap": "wrap",
-    "WrapCurve": "wrap_curve",
-    "WrapRegime": "wrap",
-    "calibrate": "calibration_fit",
-    "choose_law": "calibration_choice",
-    "coil_axis": "coil",
-    "coil_from_state": "coil",
-    "design_gripper": "design",
-    "design_space": "charts",
-    "feasibility_map": "design_sweep",
-    "find_equilibria": "rod_equilibria",
-    "follow_path": "rod_path",
-    "gripper_from_actuator": "gripper",
-    "helix_range": "charts",
-    "leave_one_out": "calibration_choice",
-    "measured_actuation_from_readings": "measured_curve",
-    "line_force": "wrap",
-    "pareto_set": "design_sweep",
-    "pressure_range": "charts",
-    "pressure_uncertainty": "calibration_uncertainty",
-    "pressure_uncertainty_by_draws": "calibration_uncertainty",
-    "profile_interval": "calibration_profile",
-    "regime_chart": "charts",
-    "solve_points": "design_sweep",
-    "solve_rod": "rod",
-    "solve_rods": "rod_batch",
-    "stiffness_from_actuator": "gripper",
-    "suggest_drift_correction": "grip_drift",
-    "weak_directions": "calibration_identifiability",
-    "windings_of": "winding",
-    "without_gravity": "charts",
-    "wrap_for_profile": "object_profile",
+    "BendReading": "calibration.readings",
+    "Calibration": "calibration.result",
+    "CalibrationModel": "calibration.model",
+    "Candidate": "design.requirement",
+    "Coil": "wrap.coil",
+    "Constraint": "design.margin",
+    "CrossValidation": "calibration.selection",
+    "Design": "design.report",
+    "DesignReport": "design.report",
+    "DesignRequirement": "design.requirement",
+    "DesignSpace": "design.charts",
+    "DesignStep": "design.report",
+    "DriftKind": "calibration.grip_drift",
+    "DriftSuggestion": "calibration.grip_drift",
+    "Elastomer": "design.requirement",
+    "ExtensionReading": "calibration.readings",
+    "FeasibilityMap": "design.sweep",
+    "Figure": "design.report",
+    "FittedQuantity": "calibration.model",
+    "Fold": "rod.path",
+    "GripFigures": "design.helix_estimate",
+    "GripReading": "calibration.readings",
+    "GripRecord": "calibration.grip_drift",
+    "Gripper": "wrap.gripper",
+    "Interval": "calibration.result",
+    "LawChoice": "calibration.selection",
+    "Margin": "design.margin",
+    "MeasuredActuation": "actuator.measured",
+    "ObjectProfile": "wrap.profile",
+    "Preference": "design.requirement",
+    "PressureRange": "design.charts",
+    "ProfileWrap": "wrap.profile",
+    "RadiusPressure": "calibration.uncertainty",
+    "Reading": "calibration.readings",
+    "RegimeChart": "design.charts",
+    "Relaxation": "design.report",
+    "Rod": "rod.types",
+    "RodBatch": "rod.batch",
+    "RodLoad": "rod.types",
+    "RodPath": "rod.path",
+    "RodState": "rod.types",
+    "RodStatus": "rod.types",
+    "RodStiffness": "rod.types",
+    "ShapeReading": "calibration.readings",
+    "Station": "wrap.profile",
+    "SweepPoint": "design.sweep",
+    "TubeSize": "design.requirement",
+    "TwistReading": "calibration.readings",
+    "WeakDirection": "calibration.identifiability",
+    "Winding": "actuator.winding",
+    "Wrap": "wrap.wrap",
+    "WrapCurve": "wrap.curve",
+    "WrapRegime": "wrap.wrap",
+    "calibrate": "calibration.fit",
+    "choose_law": "calibration.selection",
+    "coil_axis": "wrap.coil",
+    "coil_from_state": "wrap.coil",
+    "design_gripper": "design.procedure",
+    "design_space": "design.charts",
+    "feasibility_map": "design.sweep",
+    "find_equilibria": "rod.equilibria",
+    "follow_path": "rod.path",
+    "gripper_from_actuator": "wrap.gripper",
+    "helix_range": "design.charts",
+    "leave_one_out": "calibration.selection",
+    "measured_actuation_from_readings": "calibration.measured_curve",
+    "line_force": "wrap.wrap",
+    "pareto_set": "design.sweep",
+    "pressure_range": "design.charts",
+    "pressure_uncertainty": "calibration.uncertainty",
+    "pressure_uncertainty_by_draws": "calibration.uncertainty",
+    "profile_interval": "calibration.intervals",
+    "regime_chart": "design.charts",
+    "solve_points": "design.sweep",
+    "solve_rod": "rod.solve",
+    "solve_rods": "rod.batch",
+    "stiffness_from_actuator": "wrap.gripper",
+    "suggest_drift_correction": "calibration.grip_drift",
+    "weak_directions": "calibration.identifiability",
+    "windings_of": "actuator.winding",
+    "without_gravity": "design.charts",
+    "wrap_for_profile": "wrap.profile",
 }
 
 __all__ = [

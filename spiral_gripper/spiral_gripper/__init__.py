@@ -8,27 +8,27 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from spiral_gripper.catalog import available_grippers
-    from spiral_gripper.description import GripperDescription, load_description, load_gripper
-    from spiral_gripper.errors import Complaint, DescriptionError, Problem
-    from spiral_gripper.tubing import Tubing, available_tubing, load_tubing, parse_tube_size
-    from spiral_gripper.units import Dimension, convert_from_si, parse_quantity
+    from spiral_gripper.files.catalog import available_grippers
+    from spiral_gripper.files.description import GripperDescription, load_description, load_gripper
+    from spiral_gripper.files.errors import Complaint, DescriptionError, Problem
+    from spiral_gripper.files.tubing import Tubing, available_tubing, load_tubing, parse_tube_size
+    from spiral_gripper.files.units import Dimension, convert_from_si, parse_quantity
 
 _MODULE_OF_NAME = {
-    "Complaint": "errors",
-    "DescriptionError": "errors",
-    "Dimension": "units",
-    "GripperDescription": "description",
-    "Problem": "errors",
-    "Tubing": "tubing",
-    "available_grippers": "catalog",
-    "available_tubing": "tubing",
-    "convert_from_si": "units",
-    "load_description": "description",
-    "load_gripper": "description",
-    "load_tubing": "tubing",
-    "parse_quantity": "units",
-    "parse_tube_size": "tubing",
+    "Complaint": "files.errors",
+    "DescriptionError": "files.errors",
+    "Dimension": "files.units",
+    "GripperDescription": "files.description",
+    "Problem": "files.errors",
+    "Tubing": "files.tubing",
+    "available_grippers": "files.catalog",
+    "available_tubing": "files.tubing",
+    "convert_from_si": "files.units",
+    "load_description": "files.description",
+    "load_gripper": "files.description",
+    "load_tubing": "files.tubing",
+    "parse_quantity": "files.units",
+    "parse_tube_size": "files.tubing",
 }
 
 __all__ = [

@@ -8,7 +8,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from spiral_core import Actuator, CurvatureForm, FiberAngles, HyperelasticLaw, MooneyRivlin, Tube
-from spiral_core.volume import initial_volume_slope
+from spiral_core.actuator.volume import initial_volume_slope
 
 # The same examples in every run, and no wall clock: a failure repeats.
 repeatable = settings(derandomize=True, deadline=None, database=None, max_examples=150)

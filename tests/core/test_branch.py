@@ -27,10 +27,15 @@ from spiral_core import (
     fiber_state,
     locking_stretch,
 )
-from spiral_core.branch import SCAN_NODES, SINGULARITY_MARGIN, clustered_nodes, find_useful_branch
-from spiral_core.fibers import fiber_jet
-from spiral_core.pressure import invariants_from_jet, pressure_point
-from spiral_core.volume import largest_volume_stretch
+from spiral_core.actuator.fibers import fiber_jet
+from spiral_core.actuator.limits import (
+    SCAN_NODES,
+    SINGULARITY_MARGIN,
+    clustered_nodes,
+    find_useful_branch,
+)
+from spiral_core.actuator.pressure import invariants_from_jet, pressure_point
+from spiral_core.actuator.volume import largest_volume_stretch
 
 SOFTENING = Yeoh(c1=145.0e3, c2=-30.0e3, c3=3.0e3)
 

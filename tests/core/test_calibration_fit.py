@@ -28,8 +28,8 @@ from spiral_core import (
     calibrate,
     gripper_from_actuator,
 )
-from spiral_core.calibration_prediction import effective_errors, predict
-from spiral_core.calibration_solver import CalibrationStatus, Problem
+from spiral_core.calibration.predict import effective_errors, predict
+from spiral_core.calibration.problem import CalibrationStatus, Problem
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -286,7 +286,7 @@ def test_pressures_no_start_reaches_are_refused():
 
 def test_a_fit_that_does_not_end_says_so(monkeypatch):
     truth = actuator(LAWS[1])
-    monkeypatch.setattr("spiral_core.calibration_solver.EVALUATIONS_MAX", 1)
+    monkeypatch.setattr("spiral_core.calibration.problem.EVALUATIONS_MAX", 1)
     readings = extensions(truth, PRESSURES)
     with pytest.raises(SolverError) as caught:
         calibrate(CalibrationModel(truth), readings, start=(300.0e3, 1.0e3))

@@ -28,10 +28,10 @@ from spiral_core import (
     leave_one_out,
     weak_directions,
 )
-from spiral_core.calibration_identifiability import CONDITION_MAX, condition_indices
-from spiral_core.calibration_model import Trial
-from spiral_core.calibration_plausibility import find_unit_mix_up
-from spiral_core.calibration_prediction import predict
+from spiral_core.calibration.identifiability import CONDITION_MAX, condition_indices
+from spiral_core.calibration.model import Trial
+from spiral_core.calibration.plausibility import find_unit_mix_up
+from spiral_core.calibration.predict import predict
 
 
 def noisy(truth, seed=4):

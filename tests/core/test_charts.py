@@ -23,7 +23,7 @@ from spiral_core import (
     regime_chart,
     without_gravity,
 )
-from spiral_core.wrap import PERFECT_BAND
+from spiral_core.wrap.wrap import PERFECT_BAND
 
 TUBE = Tube(4.7625e-3, 0.79375e-3, 0.361)
 HOOP = Actuator(TUBE, FiberAngles(math.pi / 2, math.radians(60.0)), MooneyRivlin(130e3, 15e3))

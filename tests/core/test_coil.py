@@ -10,8 +10,8 @@ from core.rod_cases import gripper_rod
 from scipy.spatial.transform import Rotation
 
 from spiral_core import InvalidInputError, Rod, RodLoad, RodState, solve_rod
-from spiral_core.coil import coil_axis, coil_from_state, tip_angle
-from spiral_core.coil_kernels import least_direction
+from spiral_core.wrap._coil_kernels import least_direction
+from spiral_core.wrap.coil import coil_axis, coil_from_state, tip_angle
 
 CURVATURE, LENGTH = 21.0, 0.5
 

@@ -23,7 +23,7 @@ from spiral_core import (
     fiber_state,
     rest_shape_from_stretch,
 )
-from spiral_core.fibers import FiberAngles
+from spiral_core.actuator.fibers import FiberAngles
 
 EXACT = CurvatureForm.EXACT
 CASES = [(88.0, 50.0, 1.2, None), (90.0, 60.0, 1.15, 5.5e-3), (88.0, -70.0, 1.3, 3.0e-3)]

@@ -24,7 +24,7 @@ from spiral_core import (
     WrapCurve,
     design_gripper,
 )
-from spiral_core.design_evaluation import estimate_candidate, evaluate_candidate
+from spiral_core.design.evaluation import estimate_candidate, evaluate_candidate
 
 G = 9.80665
 

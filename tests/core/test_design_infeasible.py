@@ -17,7 +17,7 @@ from spiral_core import (
     Margin,
     design_gripper,
 )
-from spiral_core.design_margin import tightest
+from spiral_core.design.margin import tightest
 
 FREE = replace(
     PAPER_EXAMPLE, object_length=None, pressure_max=None, strain_max=None, length_max=None

@@ -18,7 +18,7 @@ from spiral_core import (
     fiber_state,
     locking_stretch,
 )
-from spiral_core.fibers import fiber_jet
+from spiral_core.actuator.fibers import fiber_jet
 
 STRETCHES = [1.0, 1.0 + 1e-9, 1.05, 1.3, 1.9]
 

@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-import spiral_core.free_actuation as module
+import spiral_core.actuator.free as module
 from spiral_core import (
     ActuationLimit,
     ActuationLimitError,
@@ -35,7 +35,7 @@ from spiral_core import (
     pressure_from_stretch,
     rest_shape_from_stretch,
 )
-from spiral_core.pressure import PressurePoint, pressure_point
+from spiral_core.actuator.pressure import PressurePoint, pressure_point
 
 LAWS: list[HyperelasticLaw] = [
     MooneyRivlin(c1=130.0e3, c2=15.0e3),

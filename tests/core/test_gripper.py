@@ -8,8 +8,8 @@ import pytest
 from core.gripper_cases import PRESSURE_MAX, linear_gripper, paper_gripper
 
 from spiral_core import InvalidInputError, MooneyRivlin, RestShape, gripper_from_actuator
-from spiral_core.actuator import Actuator
-from spiral_core.gripper import stiffness_from_actuator
+from spiral_core.actuator.actuator import Actuator
+from spiral_core.wrap.gripper import stiffness_from_actuator
 
 
 def test_stiffness_is_that_of_the_annulus() -> None:

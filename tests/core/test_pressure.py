@@ -36,9 +36,9 @@ from spiral_core import (
     locking_stretch,
     pressure_from_stretch,
 )
-from spiral_core.fibers import fiber_jet
-from spiral_core.pressure import invariants_from_jet, pressure_point
-from spiral_core.volume import largest_volume_stretch
+from spiral_core.actuator.fibers import fiber_jet
+from spiral_core.actuator.pressure import invariants_from_jet, pressure_point
+from spiral_core.actuator.volume import largest_volume_stretch
 
 
 @dataclasses.dataclass(frozen=True)

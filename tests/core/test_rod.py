@@ -12,7 +12,7 @@ import pytest
 from core.rod_cases import GRAVITY, gripper_rod, straight_rod
 
 from spiral_core import InvalidInputError, Rod, RodLoad, RodStatus, SolverError, solve_rod
-from spiral_core.rod import RodStiffness
+from spiral_core.rod.types import RodStiffness
 
 FREE = RodLoad()
 

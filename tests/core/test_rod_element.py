@@ -9,8 +9,8 @@ import pytest
 from core import documented_energy as documented
 from scipy.spatial.transform import Rotation
 
-from spiral_core import rod_element
-from spiral_core.rod_algebra import (
+from spiral_core.rod import _element as rod_element
+from spiral_core.rod._algebra import (
     inverse,
     quaternion_product,
     rotated,

@@ -8,8 +8,8 @@ from core.rod_cases import gripper_rod
 from scipy.spatial.transform import Rotation
 
 from spiral_core import Rod, RodLoad, RodStatus, SolverError, solve_rod
-from spiral_core.rod_discretization import discretize
-from spiral_core.rod_follow import (
+from spiral_core.rod._arrays import discretize
+from spiral_core.rod._continuation import (
     LARGEST_TURN,
     SMALLEST_STEP,
     advance,
@@ -23,8 +23,8 @@ from spiral_core.rod_follow import (
     walk,
     walk_and_refine,
 )
-from spiral_core.rod_newton import CONVERGED, LEFT_BRANCH, UNSTABLE, energy_and_imbalance, minimize
-from spiral_core.rod_shape import shape_from_orientations
+from spiral_core.rod._newton import CONVERGED, LEFT_BRANCH, UNSTABLE, energy_and_imbalance, minimize
+from spiral_core.rod._shape import shape_from_orientations
 
 # A rod mounted sideways and up, found among random ones: on its way it snaps, once.
 SNAPPING = gripper_rod(
@@ -186,7 +186,7 @@ def test_resampling_a_uniform_rotation_is_exact(
 
 def test_a_path_of_endless_snaps_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """The kernels' LEFT_BRANCH becomes an error with its figures."""
-    from spiral_core import rod_statics
+    from spiral_core.rod import solve as rod_statics
 
     case = gripper_rod()
     state = solve_rod(case.rod, case.load)

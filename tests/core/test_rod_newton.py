@@ -10,9 +10,10 @@ from core import documented_energy as documented
 from core.rod_cases import gripper_rod, straight_rod
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodLoad, RodStatus, rod_newton
-from spiral_core.rod_discretization import RodArrays, discretize
-from spiral_core.rod_newton import (
+from spiral_core import Rod, RodLoad, RodStatus
+from spiral_core.rod import _newton as rod_newton
+from spiral_core.rod._arrays import RodArrays, discretize
+from spiral_core.rod._newton import (
     CONVERGED,
     ITERATION_LIMIT,
     LEFT_BRANCH,
@@ -25,7 +26,7 @@ from spiral_core.rod_newton import (
     newton_pass,
     turn_nodes,
 )
-from spiral_core.rod_statics import STATUSES
+from spiral_core.rod.solve import STATUSES
 
 COUNT = 6
 # A rod of order one (L = EI = 1), everything varying along it.

@@ -10,9 +10,9 @@ import pytest
 from core.rod_cases import Case, gripper_rod, random_direction
 
 from spiral_core import InvalidInputError, Rod, RodLoad, solve_rod
-from spiral_core.rod_batch import solve_rods
-from spiral_core.rod_equilibria import find_equilibria
-from spiral_core.rod_path import follow_path
+from spiral_core.rod.batch import solve_rods
+from spiral_core.rod.equilibria import find_equilibria
+from spiral_core.rod.path import follow_path
 
 # Found among random rods: snaps once while its rest strain grows.
 SNAPPING = gripper_rod(

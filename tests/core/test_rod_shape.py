@@ -10,8 +10,8 @@ from core.rod_cases import Case, gripper_rod
 from scipy.spatial.transform import Rotation
 
 from spiral_core import Rod, RodLoad, RodState, solve_rod
-from spiral_core.rod_element import strain_factor
-from spiral_core.rod_shape import arc_shortening, discrete_strain_scale
+from spiral_core.rod._element import strain_factor
+from spiral_core.rod._shape import arc_shortening, discrete_strain_scale
 
 VARIED = Case(
     Rod(

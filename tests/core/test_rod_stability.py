@@ -9,8 +9,8 @@ import pytest
 from core.rod_cases import gripper_rod, random_direction
 
 from spiral_core import Rod, RodLoad, solve_rod
-from spiral_core.rod_discretization import discretize
-from spiral_core.rod_newton import newton_pass
+from spiral_core.rod._arrays import discretize
+from spiral_core.rod._newton import newton_pass
 
 GREENHILL = (
     2.25 * 1.8663508588738948**2

@@ -10,7 +10,7 @@ from core.actuator_cases import repeatable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_core.roots import first_sign_change, last_positive
+from spiral_core.numerics.roots import first_sign_change, last_positive
 
 NODES = np.linspace(0.0, 4.0, 41).tolist()
 

@@ -18,7 +18,7 @@ from spiral_core import (
     WrapRegime,
     line_force,
 )
-from spiral_core.wrap import PERFECT_BAND
+from spiral_core.wrap.wrap import PERFECT_BAND
 
 G = 9.80665
 MOUNTS = {

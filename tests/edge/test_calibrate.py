@@ -21,20 +21,22 @@ from spiral_core import (
     WrapCurve,
     measured_actuation_from_readings,
 )
-from spiral_core.calibration_result import DEFAULT_LEVEL
-from spiral_core.calibration_uncertainty import DRAWS_MIN
-from spiral_gripper import DescriptionError, cli, cli_calibrate, load_description, load_gripper
-from spiral_gripper.calibrated_file import (
+from spiral_core.calibration.result import DEFAULT_LEVEL
+from spiral_core.calibration.uncertainty import DRAWS_MIN
+from spiral_gripper import DescriptionError, load_description, load_gripper
+from spiral_gripper.bench.calibrated_file import (
     calibrated_text,
     write_calibrated_description,
     write_measured_description,
 )
-from spiral_gripper.calibration_report import outlier_lines, report_lines
-from spiral_gripper.calibration_run import CalibrationRequest, run_calibration
-from spiral_gripper.fields import LAWS
-from spiral_gripper.measurement_errors import MeasurementError
-from spiral_gripper.measurements import Measurements, load_measurements
-from spiral_gripper.residual_plot import residual_figure, save_residual_plot
+from spiral_gripper.bench.errors import MeasurementError
+from spiral_gripper.bench.measurements import Measurements, load_measurements
+from spiral_gripper.bench.report import outlier_lines, report_lines
+from spiral_gripper.bench.residual_plot import residual_figure, save_residual_plot
+from spiral_gripper.bench.run import CalibrationRequest, run_calibration
+from spiral_gripper.cli import calibrate as cli_calibrate
+from spiral_gripper.cli import main as cli
+from spiral_gripper.files.fields import LAWS
 
 PSI = 6894.757293168361
 TRUE_C1 = 160.0e3

@@ -12,8 +12,8 @@ import pytest
 
 from spiral_core import FreeActuation, MooneyRivlin
 from spiral_gripper import load_description
-from spiral_gripper.measurement_table import COLUMNS
-from spiral_gripper.measurements import parse_measurements
+from spiral_gripper.bench.measurements import parse_measurements
+from spiral_gripper.bench.table import COLUMNS
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")

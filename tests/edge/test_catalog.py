@@ -7,7 +7,7 @@ import pytest
 
 from spiral_core import MooneyRivlin
 from spiral_gripper import DescriptionError, available_grippers, load_description, load_gripper
-from spiral_gripper.catalog import find_description
+from spiral_gripper.files.catalog import find_description
 
 CONFIG = Path(__file__).parents[2] / "config"
 SHIPPED = ("paper_design_70", "prototype_p1", "prototype_p2")

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from spiral_gripper import convert_from_si, load_description
-from spiral_gripper.cli import COMMANDS, run
-from spiral_gripper.units import Dimension
+from spiral_gripper.cli.main import COMMANDS, run
+from spiral_gripper.files.units import Dimension
 
 EXAMPLE = [
     "design", "--radius-min", "11 mm", "--radius-max", "30 mm", "--tube", "3/8 in x 1/32 in",
@@ -42,7 +42,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 def test_help_loads_nothing_heavy() -> None:
     for arguments in (["--help"], *([name, "--help"] for name in COMMANDS)):
         code = (
-            "import sys; from spiral_gripper.cli import run; run(sys.argv[1:]); "
+            "import sys; from spiral_gripper.cli.main import run; run(sys.argv[1:]); "
             "print(*{name.split('.')[0] for name in sys.modules}, file=sys.stderr)"
         )
         done = subprocess.run(
@@ -177,7 +177,7 @@ def test_without_matplotlib_one_line_says_what_to_install(
 ) -> None:
     for module in [name for name in sys.modules if name.split(".")[0] == "matplotlib"]:
         monkeypatch.delitem(sys.modules, module)
-    monkeypatch.delitem(sys.modules, "spiral_gripper.plots", raising=False)
+    monkeypatch.delitem(sys.modules, "spiral_gripper.reports.plots", raising=False)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     saved = tmp_path / "mine.yaml"
     picture = str(tmp_path / "mine.png")
@@ -335,6 +335,6 @@ def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise ZeroDivisionError("a defect")
 
-    monkeypatch.setattr("spiral_gripper.shape_document.solve_shape", broken)
+    monkeypatch.setattr("spiral_gripper.reports.shape_document.solve_shape", broken)
     with pytest.raises(ZeroDivisionError, match="a defect"):
         run(["shape", "prototype_p1", "--pressure", "5 kPa"])

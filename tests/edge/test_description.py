@@ -16,7 +16,7 @@ from spiral_core import (
     SpiralError,
     Yeoh,
 )
-from spiral_core.gripper import DEFAULT_TURNS, STANDARD_GRAVITY
+from spiral_core.wrap.gripper import DEFAULT_TURNS, STANDARD_GRAVITY
 from spiral_gripper import Complaint, DescriptionError, load_description, load_gripper
 
 SMALLEST = """\
@@ -570,7 +570,7 @@ def test_numbers_that_overflow_are_refused(load, monkeypatch):
         raise OverflowError
 
     # Each number is bounded; this is for those that are only together too large.
-    monkeypatch.setattr("spiral_gripper.description._description", overflowing)
+    monkeypatch.setattr("spiral_gripper.files.description._description", overflowing)
     with pytest.raises(DescriptionError) as caught:
         load(SMALLEST)
     assert str(caught.value) == (

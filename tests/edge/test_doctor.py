@@ -14,17 +14,18 @@ from textwrap import dedent
 import pytest
 from rich.console import Console
 
-from spiral_gripper import available_grippers, ros_side
-from spiral_gripper.cli import run
-from spiral_gripper.doctor import Answer, Check, Facts, Finding, Mark, finding_of
-from spiral_gripper.doctor_gripper import (
+from spiral_gripper import available_grippers
+from spiral_gripper.cli import ros_side
+from spiral_gripper.cli.main import run
+from spiral_gripper.doctor.checks import Answer, Check, Facts, Finding, Mark, finding_of
+from spiral_gripper.doctor.gripper import (
     KernelCache,
     check_cache,
     check_gripper,
     check_kernels,
     kernels_finding,
 )
-from spiral_gripper.doctor_install import (
+from spiral_gripper.doctor.install import (
     check_clock,
     check_compiler,
     check_libraries,
@@ -33,10 +34,10 @@ from spiral_gripper.doctor_install import (
     checks,
     too_old,
 )
-from spiral_gripper.doctor_package import Installation, check_package, copies_of, why_no_ros
-from spiral_gripper.doctor_report import as_document, has_problem, print_answer, verdict
-from spiral_gripper.doctor_run import TABLES, examine
-from spiral_gripper.doctor_worker import finding_as_dict, finding_from_dict
+from spiral_gripper.doctor.package import Installation, check_package, copies_of, why_no_ros
+from spiral_gripper.doctor.report import as_document, has_problem, print_answer, verdict
+from spiral_gripper.doctor.run import TABLES, examine
+from spiral_gripper.doctor.worker import finding_as_dict, finding_from_dict
 
 LIBRARIES = {
     "numpy": "2.1.0", "scipy": "1.14.1", "numba": "0.61.0", "pint": "0.24", "ruamel-yaml": "0.18.6",
@@ -189,7 +190,7 @@ def test_a_start_says_whether_it_compiled_and_whether_that_was_kept() -> None:
 
 def test_the_kernels_that_are_counted_are_those_of_a_start() -> None:
     code = dedent("""
-        from spiral_gripper.doctor_gripper import KernelCache
+        from spiral_gripper.doctor.gripper import KernelCache
         counted = KernelCache.here().kernels
         from spiral_core import WrapCurve
         from spiral_gripper import load_gripper
@@ -225,7 +226,7 @@ def broken_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "broken_table.py").write_text(
         dedent("""
             import os, sys, time
-            from spiral_gripper.doctor import Check, Finding, Mark
+            from spiral_gripper.doctor.checks import Check, Finding, Mark
 
             SECTION = "Broken"
 
@@ -327,7 +328,7 @@ def test_the_verdict_counts() -> None:
 
 
 def command(*arguments: str, **environ: str) -> subprocess.CompletedProcess[str]:
-    code = "import sys; from spiral_gripper.cli import main; main()"
+    code = "import sys; from spiral_gripper.cli.main import main; main()"
     return subprocess.run(
         [sys.executable, "-c", code, "doctor", *arguments],
         capture_output=True,

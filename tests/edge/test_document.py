@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiral_gripper import Complaint, DescriptionError
-from spiral_gripper.document import read_document
+from spiral_gripper.files.document import read_document
 
 FIELDS = ("name", "tube.length", "tube.inner_radius", "mount.axis")
 FILE = "mine.yaml"

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from spiral_core import Constraint
-from spiral_gripper.cli import run
+from spiral_gripper.cli.main import run
 
 ROOT = Path(__file__).parents[2]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from spiral_gripper import DescriptionError, available_grippers, load_description
-from spiral_gripper.description import parse_description
-from spiral_gripper.fields import FIELDS, LAWS, Kind, constants_of
-from spiral_gripper.units import Dimension, parse_quantity
+from spiral_gripper.files.description import parse_description
+from spiral_gripper.files.fields import FIELDS, LAWS, Kind, constants_of
+from spiral_gripper.files.units import Dimension, parse_quantity
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gripper_files.md").read_text(encoding="utf-8")
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiral_core import BendReading, ExtensionReading, GripReading, ShapeReading, TwistReading
-from spiral_gripper.measurement_errors import MeasurementError
-from spiral_gripper.measurements import (
+from spiral_gripper.bench.errors import MeasurementError
+from spiral_gripper.bench.measurements import (
     MeasurementOptions,
     load_measurements,
     parse_measurements,

@@ -14,7 +14,7 @@ from spiral_gripper import (
     load_tubing,
     parse_tube_size,
 )
-from spiral_gripper.tubing import parse_tubing
+from spiral_gripper.files.tubing import parse_tubing
 
 GOOD = """\
 name: mine

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiral_core import InvalidInputError
-from spiral_gripper.units import (
+from spiral_gripper.files.units import (
     Dimension,
     convert_from_si,
     parse_number,

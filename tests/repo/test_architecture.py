@@ -5,65 +5,33 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections import Counter
 from graphlib import TopologicalSorter
-from typing import NamedTuple
 
 import pytest
 from repo.source_tree import imports, internal_imports, modules
 
-
-class Layer(NamedTuple):
-    """Modules of spiral_core that belong together, and the layers they build on."""
-
-    modules: tuple[str, ...]
-    below: tuple[str, ...]
-
-
-# Within a layer modules may import each other, as long as no circle arises when they are loaded.
-CORE_LAYERS = {
-    "foundations": Layer(("errors", "kernel", "roots", "validation"), ()),
-    "actuator": Layer(
-        (
-            "actuation", "actuator", "branch", "curvature", "fibers", "free_actuation",
-            "materials", "measured_actuation", "pressure", "tube", "volume", "winding",
-        ),
-        ("foundations",),
-    ),
-    "helix": Layer(("helix",), ("foundations",)),
-    "rod": Layer(
-        (
-            "rod", "rod_algebra", "rod_batch", "rod_batch_kernel", "rod_discretization",
-            "rod_element", "rod_equilibria", "rod_follow", "rod_newton", "rod_path", "rod_shape",
-            "rod_statics", "rod_uniform",
-        ),
-        ("foundations",),
-    ),
-    "coil": Layer(("coil", "coil_kernels"), ("foundations", "rod")),
-    "gripper": Layer(
-        (
-            "gripper", "wrap", "wrap_branch", "wrap_curve", "wrap_kernel", "wrap_table",
-        ),
-        ("foundations", "actuator", "helix", "rod", "coil"),
-    ),
-    "design": Layer(
-        (
-            "charts", "design", "design_evaluation", "design_exact", "design_helix",
-            "design_margin", "design_nearest", "design_report", "design_requirement",
-            "design_steps", "design_sweep", "object_profile",
-        ),
-        ("foundations", "actuator", "helix", "rod", "gripper"),
-    ),
-    "calibration": Layer(
-        (
-            "calibration_choice", "calibration_fit", "calibration_identifiability",
-            "calibration_model", "calibration_neighbor", "calibration_observations",
-            "calibration_plausibility", "calibration_prediction", "calibration_profile",
-            "calibration_result", "calibration_solver", "calibration_start",
-            "calibration_uncertainty", "grip_drift", "measured_curve",
-        ),
-        ("foundations", "actuator", "rod", "coil", "gripper"),
-    ),
-}  # fmt: skip
+# Folder of spiral_core -> the folders it builds on; "" holds the errors and their validation.
+CORE_FOLDERS = {
+    "": set(),
+    "numerics": {""},
+    "actuator": {"", "numerics"},
+    "rod": {"", "numerics"},
+    "wrap": {"", "numerics", "actuator", "rod"},
+    "design": {"", "numerics", "actuator", "rod", "wrap"},
+    "calibration": {"", "numerics", "actuator", "rod", "wrap"},
+}
+# The same for spiral_gripper; "" holds its public names.
+EDGE_FOLDERS = {
+    "": {"files"},
+    "files": set(),
+    "reports": {"files"},
+    "bench": {"files", "reports"},
+    "doctor": {"files", "reports"},
+    "cli": {"files", "reports", "bench", "doctor"},
+}
+MOST_MODULES = 16
+MOST_LINES = 330
 
 # Folders of spiral_gripper_ros that a test can run without ROS, and what they build on.
 WITHOUT_ROS = {"control": {"control"}, "planning": {"control", "planning"}}
@@ -99,41 +67,52 @@ def tops(package: str, module: str) -> set[str]:
     return names - sys.stdlib_module_names - {package}
 
 
-def core_imports(module: str, *, deferred: bool = True) -> set[str]:
-    """Return the other modules of spiral_core that one of them imports."""
-    path = modules("spiral_core")[module]
-    return internal_imports("spiral_core", path, deferred=deferred)
+def folder_of(module: str) -> str:
+    """Return the folder of a package in which a module lies; "" for the package's own."""
+    return module.rpartition(".")[0]
 
 
-def test_every_core_module_has_exactly_one_layer() -> None:
-    listed = [module for layer in CORE_LAYERS.values() for module in layer.modules]
-    assert sorted(listed) == sorted(modules("spiral_core").keys() - {"__init__"})
+def inner_imports(package: str) -> dict[str, set[str]]:
+    """Return the modules of a package, and which others of it each of them imports."""
+    return {
+        module: internal_imports(package, path) - {"__init__"}
+        for module, path in modules(package).items()
+        if module != "__init__"
+    }
 
 
-def test_core_layers_build_on_earlier_ones() -> None:
-    earlier: set[str] = set()
-    for name, layer in CORE_LAYERS.items():
-        assert set(layer.below) <= earlier
-        earlier.add(name)
-
-
-@pytest.mark.parametrize("layer", CORE_LAYERS)
-def test_core_imports_its_own_layer_and_those_below(layer: str) -> None:
-    allowed = {m for name in (layer, *CORE_LAYERS[layer].below) for m in CORE_LAYERS[name].modules}
+@pytest.mark.parametrize(
+    ("package", "folders"), [("spiral_core", CORE_FOLDERS), ("spiral_gripper", EDGE_FOLDERS)]
+)
+def test_a_folder_imports_itself_and_those_below(
+    package: str, folders: dict[str, set[str]]
+) -> None:
+    graph = inner_imports(package)
+    assert {folder_of(module) for module in graph} | {""} == folders.keys()
     upward = {
         module: beyond
-        for module in CORE_LAYERS[layer].modules
-        if (beyond := core_imports(module) - allowed)
+        for module, imported in graph.items()
+        for folder in [folder_of(module)]
+        if (beyond := {one for one in imported if folder_of(one) not in folders[folder] | {folder}})
     }
     assert not upward
+    assert tuple(TopologicalSorter(folders).static_order())
 
 
-def test_core_has_no_import_circle() -> None:
-    graph = {
-        module: core_imports(module, deferred=False)
-        for module in modules("spiral_core").keys() - {"__init__"}
-    }
-    assert tuple(TopologicalSorter(graph).static_order())  # raises CycleError and names the circle
+@pytest.mark.parametrize("package", ["spiral_core", "spiral_gripper"])
+def test_no_import_circle(package: str) -> None:
+    """Deferred imports count: a module that needs another one needs it, whenever it asks."""
+    # raises CycleError and names the circle
+    assert tuple(TopologicalSorter(inner_imports(package)).static_order())
+
+
+@pytest.mark.parametrize("package", ["spiral_core", "spiral_gripper"])
+def test_folders_and_files_stay_small(package: str) -> None:
+    found = modules(package)
+    sizes = Counter(folder_of(m) for m in found if not m.endswith("__init__"))
+    assert not {folder: size for folder, size in sizes.items() if size > MOST_MODULES}
+    lines = {m: path.read_text(encoding="utf-8").count("\n") for m, path in found.items()}
+    assert not {module: count for module, count in lines.items() if count > MOST_LINES}
 
 
 @pytest.mark.parametrize("module", sorted(modules("spiral_core")))
@@ -156,11 +135,6 @@ def test_core_touches_no_file_clock_or_screen(module: str) -> None:
 @pytest.mark.parametrize("module", sorted(modules("spiral_gripper")))
 def test_edge_knows_the_core_but_no_ros(module: str) -> None:
     assert tops("spiral_gripper", module) <= EDGE_LIBRARIES | {"spiral_core"}
-
-
-def folder_of(module: str) -> str:
-    """Return the folder of spiral_gripper_ros in which a module lies; "" for the package's own."""
-    return module.rpartition(".")[0]
 
 
 def ros_free_modules() -> set[str]:

@@ -24,7 +24,7 @@ from spiral_core import (
     design_gripper,
 )
 from spiral_gripper import load_description, load_tubing
-from spiral_gripper.description import parse_description
+from spiral_gripper.files.description import parse_description
 from spiral_gripper_msgs.srv import DesignGripper
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node.design_service import question_from_msg

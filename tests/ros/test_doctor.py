@@ -13,9 +13,10 @@ import pytest
 from ros.harness import DEADLINE
 from std_msgs.msg import Float64
 
-from spiral_gripper import doctor_gripper, doctor_install
-from spiral_gripper.doctor import Facts, Mark
-from spiral_gripper.doctor_run import examine, tables
+from spiral_gripper.doctor import gripper as doctor_gripper
+from spiral_gripper.doctor import install as doctor_install
+from spiral_gripper.doctor.checks import Facts, Mark
+from spiral_gripper.doctor.run import examine, tables
 from spiral_gripper_ros.doctor import checks as doctor_ros
 from spiral_gripper_ros.doctor.checks import SECTION, check_control_msgs, check_rclpy, checks
 from spiral_gripper_ros.doctor.domain import check_discovery, check_domain, highest_safe_domain
@@ -52,7 +53,7 @@ from spiral_gripper_ros.doctor.transport import (
 from spiral_gripper_ros.node.qos import LATEST
 
 WHEELS = {"ros-jazzy-rclpy": "7.1.6", "rclpy": "7.1.5"}
-COMMAND = "from spiral_gripper.cli import main; main()"
+COMMAND = "from spiral_gripper.cli.main import main; main()"
 EMPTY = SharedMemory(Path("/dev/shm"), 512 * MEGABYTE, (), (), ())
 
 

@@ -8,7 +8,7 @@ from lifecycle_msgs.msg import State as LifecycleState
 from ros.harness import all_finite
 
 from spiral_core import WrapCurve
-from spiral_gripper.catalog import GRIPPERS
+from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.states import Reason, State
 

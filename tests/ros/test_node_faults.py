@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from spiral_core import SolverError
-from spiral_core.rod import RodStatus
+from spiral_core.rod.types import RodStatus
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.planning import mount_follower

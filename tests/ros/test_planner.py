@@ -13,8 +13,8 @@ from spiral_core import (
     WrapRegime,
 )
 from spiral_core.errors import ActuationLimit, ActuationLimitError
-from spiral_core.rod import RodStatus
-from spiral_core.wrap import line_force
+from spiral_core.rod.types import RodStatus
+from spiral_core.wrap.wrap import line_force
 from spiral_gripper import load_description
 from spiral_gripper_ros.control.states import Reason, refusal_from_error
 from spiral_gripper_ros.planning.loaded_gripper import MEASURED_STEP, LoadedGripper

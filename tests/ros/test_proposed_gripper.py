@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from spiral_gripper.catalog import GRIPPERS
+from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper_ros.node.proposed_gripper import LONGEST_FILE, ProposedGripper
 
 

@@ -6,7 +6,7 @@ from ros.harness import all_finite
 
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
-from spiral_gripper.catalog import GRIPPERS
+from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_ros.control.states import Reason, State
 

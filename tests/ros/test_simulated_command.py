@@ -14,9 +14,10 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from spiral_gripper import cli_simulate, ros_side
-from spiral_gripper.cli import run
-from spiral_gripper.cli_simulate import FAULTS
+from spiral_gripper.cli import ros_side
+from spiral_gripper.cli import simulate as cli_simulate
+from spiral_gripper.cli.main import run
+from spiral_gripper.cli.simulate import FAULTS
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.simulation.injection import injection_name
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spiral_core import InvalidInputError, SolverError
-from spiral_core.rod import RodStatus
+from spiral_core.rod.types import RodStatus
 from spiral_gripper_ros.simulation.simulated_gripper import (
     Grip,
     ScaledActuation,

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from ros.harness import START_DEADLINE
 
-from spiral_gripper.doctor import Mark
+from spiral_gripper.doctor.checks import Mark
 from spiral_gripper_ros.smoke.verdict import HELD, SmokeRecord, verdicts
 
-COMMAND = [sys.executable, "-c", "from spiral_gripper.cli import main; main()", "smoke"]
+COMMAND = [sys.executable, "-c", "from spiral_gripper.cli.main import main; main()", "smoke"]
 GRASPED = ("status", "object", "measured", "shape")
 
 

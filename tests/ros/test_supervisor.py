@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ros.fakes import FakePlanner
 
 from spiral_core import InvalidInputError, SolverError
-from spiral_core.rod import RodStatus
+from spiral_core.rod.types import RodStatus
 from spiral_gripper_ros.control.inner_clock import LONGEST_LEAP, InnerClock
 from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP

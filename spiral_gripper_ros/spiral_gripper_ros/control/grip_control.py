@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Generic
 
-from spiral_core.wrap import WrapRegime
+from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.grasp import (
     AbortPolicy,
     GraspGoal,

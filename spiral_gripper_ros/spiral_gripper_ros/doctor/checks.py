@@ -10,7 +10,7 @@ from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 
-from spiral_gripper.doctor import Check, Facts, Finding, Mark
+from spiral_gripper.doctor.checks import Check, Facts, Finding, Mark
 from spiral_gripper_ros.doctor.domain import check_discovery, check_domain
 from spiral_gripper_ros.doctor.environment import (
     check_distribution,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from spiral_gripper.doctor import Facts, Finding, Mark
+from spiral_gripper.doctor.checks import Facts, Finding, Mark
 
 DOMAIN = "ROS_DOMAIN_ID"
 # A domain's ports begin at 7400 + 250 * domain; forty processes take a hundred of them. The last

@@ -11,8 +11,8 @@ import re
 from collections import Counter
 from pathlib import Path
 
-from spiral_gripper.doctor import Facts, Finding, Mark
-from spiral_gripper.doctor_package import copies_of
+from spiral_gripper.doctor.checks import Facts, Finding, Mark
+from spiral_gripper.doctor.package import copies_of
 
 # What this package is tested with, and what its code is written for too.
 TESTED, ALSO = "jazzy", "kilted"

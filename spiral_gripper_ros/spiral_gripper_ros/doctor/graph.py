@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from spiral_gripper.doctor import Facts, Finding, Mark
+from spiral_gripper.doctor.checks import Facts, Finding, Mark
 from spiral_gripper_ros.doctor.transport import listener
 
 # How long a node of ours must have listened [s]: Fast DDS repeats announcements every 3 s.

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from spiral_gripper.doctor import Facts, Finding, Mark, first_line
+from spiral_gripper.doctor.checks import Facts, Finding, Mark, first_line
 from spiral_gripper_ros.control.states import Reason, State
 
 PACKAGE = "spiral_gripper_msgs"

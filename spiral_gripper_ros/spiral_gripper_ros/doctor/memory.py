@@ -12,7 +12,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from spiral_gripper.doctor import Facts, Finding, Mark
+from spiral_gripper.doctor.checks import Facts, Finding, Mark
 
 FOLDER = "dev/shm"
 # The lock of a process's segment, of a port it listens to alone, of one it shares.

@@ -23,7 +23,7 @@ from rclpy.node import Node
 from rclpy.utilities import get_rmw_implementation_identifier
 from std_msgs.msg import UInt64
 
-from spiral_gripper.doctor import Facts, Finding, Mark
+from spiral_gripper.doctor.checks import Facts, Finding, Mark
 
 # How long the first answer may take [s]: two processes have to find each other for it.
 DEADLINE = 10.0

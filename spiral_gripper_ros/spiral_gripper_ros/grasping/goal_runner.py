@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rclpy.executors import Executor
 from rclpy.task import Future
 
-from spiral_core.wrap import WrapRegime
+from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal

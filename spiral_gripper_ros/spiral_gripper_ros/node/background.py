@@ -15,7 +15,7 @@ from typing import Any
 import rclpy.executors
 import rclpy.task
 
-from spiral_core.design_requirement import DesignRequirement
+from spiral_core.design.requirement import DesignRequirement
 from spiral_gripper_ros.planning.design_question import answer_in_worker, ignore_interrupts
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
 from rclpy.serialization import serialize_message
 
-from spiral_core.rod import RodState, Vector
-from spiral_core.wrap import WrapRegime
+from spiral_core.rod.types import RodState, Vector
+from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason

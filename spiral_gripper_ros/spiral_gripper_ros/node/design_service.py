@@ -1,13 +1,13 @@
-"""Packing and unpacking of `design_gripper`; :mod:`spiral_core.design` decides."""
+"""Packing and unpacking of `design_gripper`; :mod:`spiral_core.design.procedure` decides."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from spiral_core.design_report import Design, DesignReport
+from spiral_core.design.report import Design, DesignReport
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod import Vector
-from spiral_gripper.design_document import description_text
+from spiral_core.rod.types import Vector
+from spiral_gripper.reports.design_document import description_text
 from spiral_gripper_msgs.msg import DesignChange, DesignMargin, DesignStep, Winding
 from spiral_gripper_ros.node.conversions import vector_from_msg
 from spiral_gripper_ros.node.parameters import GRAVITY_REQUIREMENT, gravity_problem

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from spiral_core.errors import SpiralError
-from spiral_core.gripper import Gripper
-from spiral_core.rod import Vector
+from spiral_core.rod.types import Vector
 from spiral_core.validation import (
     require_in_range,
     require_non_negative,
     require_positive,
     require_vector,
 )
-from spiral_core.wrap import Wrap
+from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.wrap import Wrap
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 from spiral_gripper_ros.node.conversions import backbone_to_msg, vector_from_msg, vector_to_msg

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from spiral_core.errors import SpiralError
 from spiral_gripper import GripperDescription, load_description
-from spiral_gripper.catalog import find_description
+from spiral_gripper.files.catalog import find_description
 from spiral_gripper_ros.node.parameters import ParameterValue
 
 # The longest description that is read while the node commands [byte]; those that are shipped have

@@ -6,9 +6,9 @@ import math
 import signal
 from dataclasses import dataclass
 
-from spiral_core.design import design_gripper
-from spiral_core.design_report import DesignReport
-from spiral_core.design_requirement import (
+from spiral_core.design.procedure import design_gripper
+from spiral_core.design.report import DesignReport
+from spiral_core.design.requirement import (
     DEFAULT_BETAS,
     DEFAULT_END_ALLOWANCE,
     DesignRequirement,
@@ -17,7 +17,7 @@ from spiral_core.design_requirement import (
     TubeSize,
 )
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod import Vector
+from spiral_core.rod.types import Vector
 from spiral_core.validation import require_positive, require_vector
 from spiral_gripper import GripperDescription, load_tubing
 

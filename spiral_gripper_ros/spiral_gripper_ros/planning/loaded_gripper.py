@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 
-from spiral_core.gripper import Gripper
-from spiral_core.rod import Vector
-from spiral_core.wrap import WrapRegime
+from spiral_core.rod.types import Vector
+from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription, load_description
 from spiral_gripper_ros.planning.followed_shape import FollowedShape
 from spiral_gripper_ros.planning.mount_follower import MountFollower

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from concurrent.futures import Executor, Future
 
-from spiral_core.gripper import Gripper
-from spiral_core.rod import Vector
+from spiral_core.rod.types import Vector
+from spiral_core.wrap.gripper import Gripper
 from spiral_gripper_ros.planning.planner import (
     AnyPlanner,
     NoPlanner,

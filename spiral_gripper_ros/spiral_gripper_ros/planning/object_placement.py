@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spiral_core.rod import Array, RodState, Vector
-from spiral_core.wrap import Wrap
+from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.wrap.wrap import Wrap
 
 # The search for the axis ends when a step is this fraction of the contact radius; it halves its
 # error several times over with each step and needs fewer than ten.

@@ -6,12 +6,12 @@ import time
 from dataclasses import dataclass
 from typing import NoReturn
 
-from spiral_core.actuation import RestShape
+from spiral_core.actuator.interface import RestShape
 from spiral_core.errors import SpiralError
-from spiral_core.gripper import Gripper
-from spiral_core.rod import RodState, Vector
-from spiral_core.wrap import Wrap, WrapRegime, line_force
-from spiral_core.wrap_curve import WrapCurve
+from spiral_core.rod.types import RodState, Vector
+from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 
 
 class StillLoadingError(SpiralError):

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.rod import RodState
+from spiral_core.rod.types import RodState
 
 
 def picked_nodes(state: RodState, points: int) -> NDArray[np.intp]:

@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from spiral_core.actuation import ActuationModel, RestShape
+from spiral_core.actuator.interface import ActuationModel, RestShape
 from spiral_core.errors import ActuationLimit, NotGrippableError, SolverError
-from spiral_core.gripper import Gripper
-from spiral_core.rod import RodState, RodStiffness
+from spiral_core.rod.types import RodState, RodStiffness
 from spiral_core.validation import require_positive
-from spiral_core.wrap_curve import WrapCurve
+from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import Gripper
 
 
 class Grip(Enum):

@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 
-from spiral_core.rod import RodState
+from spiral_core.rod.types import RodState
 from spiral_gripper_ros.node.conversions import backbone_to_msg
 from spiral_gripper_ros.simulation.simulated_gripper import Grip, SimulatedGripper
 

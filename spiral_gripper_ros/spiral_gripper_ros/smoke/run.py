@@ -15,7 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from spiral_core.errors import SpiralError
 from spiral_gripper import load_gripper
-from spiral_gripper.doctor import Answer
+from spiral_gripper.doctor.checks import Answer
 from spiral_gripper_ros.client import NoAnswerError, SpiralGripper, WrapOutcome
 from spiral_gripper_ros.node.stop_signals import StopSignals
 from spiral_gripper_ros.node_process import NODE, SIMULATOR, NodeProcess

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from spiral_gripper.doctor import Answer, Finding, Mark
+from spiral_gripper.doctor.checks import Answer, Finding, Mark
 from spiral_gripper_ros.simulation.simulated_gripper import Grip
 
 SECTION = "Smoke"

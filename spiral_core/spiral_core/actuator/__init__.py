@@ -1,0 +1,1 @@
+"""The actuator: from pressure to stretch, twist, curvature and torsion."""

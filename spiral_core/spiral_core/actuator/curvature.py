@@ -1,0 +1,85 @@
+r"""Curvature and torsion that the straight fiber makes of stretch and twist.
+
+The straight fiber, at distance :math:`r_f` from the axis, keeps its length L while the tube around
+it stretches and twists. Two forms, chosen by :class:`spiral_core.CurvatureForm`:
+
+``FIRST_ORDER`` (as the paper's numbers suggest), on a backbone of length L:
+
+.. math:: \kappa = \frac{\lambda_1 - 1}{r_f}, \qquad \tau = \frac{\omega}{r}
+
+``EXACT``, on the centerline of length :math:`\lambda_1 L`, from the length of a curve at distance
+:math:`r_f` inside a helix:
+
+.. math:: \kappa = \frac{\lambda_1 - \sqrt{1 - (\omega r_f / r)^2}}{\lambda_1 r_f}, \qquad
+    \tau = \frac{\omega}{\lambda_1 r}
+
+They agree to first order in the stretch; ``docs/derivations/actuator.md`` derives both.
+"""
+
+from __future__ import annotations
+
+import math
+
+from spiral_core.actuator.actuator import Actuator, CurvatureForm
+from spiral_core.actuator.fibers import fiber_state
+from spiral_core.actuator.interface import RestShape
+from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
+from spiral_core.validation import require_finite
+
+
+def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> RestShape:
+    r"""Return the unloaded shape of an actuator at an axial stretch.
+
+    The curvature points at the straight fiber, which is fixed in the wall, so the torsion of the
+    centerline is the rate at which the wall twists. With ``beta`` > 0 next to an ``alpha`` near
+    90 degrees, extension unwinds the fibers: twist and torsion are negative (a left-handed coil).
+
+    Args:
+        actuator: the actuator.
+        stretch: axial stretch, >= 1: a fiber can pull but not push.
+
+    Returns:
+        Curvature and torsion per length of the backbone, and that backbone's length.
+
+    Raises:
+        InvalidInputError: ``stretch`` is below 1 or not finite.
+        ActuationLimitError: a wound fiber locks, or (``EXACT``) the twist alone uses up the
+            length of the straight fiber: \|omega\| r_f / r >= 1.
+
+    Source: ``docs/derivations/actuator.md``, "Curvature and torsion".
+
+    Example:
+        >>> from spiral_core import FiberAngles, NeoHookean, Tube
+        >>> actuator = Actuator(
+        ...     tube=Tube(inner_radius=5.0e-3, wall_thickness=1.0e-3, length=0.5),
+        ...     fibers=FiberAngles(alpha=math.radians(90.0), beta=math.radians(60.0)),
+        ...     material=NeoHookean(c1=145.0e3),
+        ... )
+        >>> shape = rest_shape_from_stretch(actuator, stretch=1.1)
+        >>> round(shape.curvature, 6), round(shape.torsion, 6), shape.backbone_length
+        (20.0, -12.3443, 0.5)
+    """
+    if not require_finite("stretch", stretch) >= 1.0:
+        raise InvalidInputError("stretch", stretch, "at least 1 (a fiber cannot push)")
+    state = fiber_state(actuator.fibers, stretch)
+    length = actuator.tube.length
+    torsion = state.twist / actuator.tube.inner_radius
+    if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
+        curvature = (stretch - 1.0) / actuator.fiber_radius
+        return RestShape(curvature, torsion, length, stretch)
+    curvature = _exact_curvature_per_unstretched_length(actuator, stretch, state.twist)
+    return RestShape(curvature / stretch, torsion / stretch, stretch * length, stretch)
+
+
+def _exact_curvature_per_unstretched_length(
+    actuator: Actuator, stretch: float, twist: float
+) -> float:
+    """Return (lambda_1 - sqrt(1 - x^2)) / r_f with x = omega r_f / r, free of cancellation."""
+    radius_ratio = actuator.fiber_radius / actuator.tube.inner_radius
+    x = twist * radius_ratio
+    remaining = (1.0 - x) * (1.0 + x)
+    if not remaining > 0.0:
+        raise ActuationLimitError(
+            ActuationLimit.STRAIGHT_FIBER_LOCKING, "twist", abs(twist), 1.0 / radius_ratio
+        )
+    return ((stretch - 1.0) + x * x / (1.0 + math.sqrt(remaining))) / actuator.fiber_radius

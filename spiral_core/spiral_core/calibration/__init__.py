@@ -1,0 +1,1 @@
+"""The calibration: from bench readings to constants, with their uncertainty."""

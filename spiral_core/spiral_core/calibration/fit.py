@@ -1,0 +1,160 @@
+"""Fit of a calibration model to readings: least squares, or Huber's loss against outliers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from spiral_core.calibration.model import CalibrationModel, actuation_of
+from spiral_core.calibration.predict import effective_errors, measured_values
+from spiral_core.calibration.problem import Problem, Solution
+from spiral_core.calibration.readings import Reading
+from spiral_core.calibration.result import Calibration
+from spiral_core.calibration.start import starting_values
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.types import Array
+
+# Rounds in which errors that depend on the model's slope, or the robust scale, settle; each changes
+# them far less than the one before, and readings do not carry more than two digits of an error.
+ROUNDS = 4
+# Huber's constant: 95 % of the efficiency of least squares where there are no outliers.
+HUBER = 1.345
+# Median absolute deviation of a normal distribution, in standard deviations.
+NORMAL_MEDIAN = 0.6744897501960817
+# Readings that are met exactly leave no scale; any positive number then does.
+SMALLEST_SCALE = 1e-300
+
+
+def calibrate(
+    model: CalibrationModel,
+    readings: Sequence[Reading],
+    *,
+    robust: bool = False,
+    start: Sequence[float] | None = None,
+) -> Calibration:
+    """Return the parameters that meet the readings best, and how sure they are.
+
+    Args:
+        model: what is known, and what to fit.
+        readings: what was measured; more components than parameters.
+        robust: whether a few outliers may be among them: Huber's loss in place of squares.
+        start: values to start from; None takes those of the model's actuator.
+
+    Returns:
+        The calibration. Ask :func:`spiral_core.weak_directions` next whether the readings could
+        tell the parameters apart.
+
+    Raises:
+        InvalidInputError: too few readings, or a reading that needs a gripper without one.
+        ActuationLimitError: the readings' pressures are past what any start reaches.
+        SolverError: the fit did not converge.
+
+    Source: G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989, ch. 2 and 5; P. J. Huber,
+    Robust Statistics, 1981, ch. 7 (covariance of the robust fit).
+
+    Example:
+        >>> import math
+        >>> from spiral_core import FiberAngles, FreeActuation, Actuator, NeoHookean, Tube
+        >>> actuator = Actuator(
+        ...     tube=Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5),
+        ...     fibers=FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)),
+        ...     material=NeoHookean(c1=100.0e3),
+        ... )
+        >>> truth = FreeActuation(replace(actuator, material=NeoHookean(c1=145.0e3)))
+        >>> from spiral_core.calibration.readings import ExtensionReading
+        >>> readings = [
+        ...     ExtensionReading(p, 0.1 * (truth.stretch_from_pressure(p) - 1.0), 0.1, 1.0e-4)
+        ...     for p in (20.0e3, 40.0e3, 60.0e3)
+        ... ]
+        >>> round(calibrate(CalibrationModel(actuator), readings).value("c1"))
+        145000
+    """
+    readings = tuple(readings)
+    _require_enough(model, readings)
+    values = starting_values(model, readings) if start is None else tuple(start)
+    errors = effective_errors(model.trial(values), readings)
+    problem = Problem(model, readings, errors)
+    solution = problem.solve(values)
+    weighing = any(reading.pressure_error > 0.0 for reading in readings)
+    for _ in range(ROUNDS if weighing or robust else 0):
+        trial = model.trial(solution.values.tolist())
+        problem = replace(
+            problem,
+            errors=effective_errors(trial, readings),
+            huber_scale=HUBER * _robust_scale(solution) if robust else None,
+        )
+        solution = problem.solve(solution.values.tolist())
+    return _calibration(problem, solution)
+
+
+def _require_enough(model: CalibrationModel, readings: Sequence[Reading]) -> None:
+    """Refuse readings that leave nothing over to judge the errors by."""
+    count = len(measured_values(readings))
+    if not count > len(model.names):
+        names = ", ".join(model.names)
+        raise InvalidInputError(
+            "readings",
+            f"{count} measured values",
+            f"more measured values than the {len(model.names)} parameters ({names})",
+        )
+
+
+def _robust_scale(solution: Solution) -> float:
+    """Return the residuals' standard deviation judged by their median size."""
+    residuals = solution.residuals
+    freedom = len(residuals) - len(solution.values)
+    # Residuals of a fit are smaller than the errors behind them: the usual count corrects it.
+    correction = len(residuals) / freedom
+    scale = float(np.median(np.abs(residuals))) / NORMAL_MEDIAN * math.sqrt(correction)
+    return max(scale, SMALLEST_SCALE)
+
+
+def _calibration(problem: Problem, solution: Solution) -> Calibration:
+    """Return the result with its covariance."""
+    freedom = len(solution.residuals) - len(solution.values)
+    variance = _error_variance(problem, solution, freedom)
+    values = solution.values.tolist()
+    active = zip(problem.model.names, solution.active, strict=True)
+    return Calibration(
+        model=problem.model,
+        readings=problem.readings,
+        values=solution.values,
+        covariance=variance * _inverse_information(solution.jacobian),
+        degrees_of_freedom=freedom,
+        residuals=solution.residuals,
+        errors=problem.errors,
+        jacobian=solution.jacobian,
+        error_scale=math.sqrt(variance),
+        at_bound=tuple(name for name, hit in active if hit),
+        robust=problem.huber_scale is not None,
+        actuation=actuation_of(problem.model.actuator_from(values)),
+        gripper=problem.model.trial(values).gripper,
+    )
+
+
+def _error_variance(problem: Problem, solution: Solution, freedom: int) -> float:
+    r"""Return s^2, for Huber's loss :math:`\frac{\sum\psi^2/(m-p)}{(\sum\psi'/m)^2}`."""
+    residuals: Array = solution.residuals
+    if problem.huber_scale is None:
+        return float((residuals**2).sum()) / freedom
+    limited = np.clip(residuals, -problem.huber_scale, problem.huber_scale)
+    inside = float(np.mean(np.abs(residuals) <= problem.huber_scale))
+    return float(np.sum(limited**2)) / (freedom * inside * inside)
+
+
+def _inverse_information(jacobian: Array) -> Array:
+    """Return (J^T J)^-1 by singular values of J with its columns scaled to length one.
+
+    A direction that no reading sees at all would divide by zero; the smallest positive float times
+    the largest singular value stands in, and shows as an absurdly wide interval.
+    """
+    lengths = np.linalg.norm(jacobian, axis=0)
+    lengths = np.where(lengths > 0.0, lengths, np.finfo(np.float64).tiny ** 0.25)
+    _, singular, directions = np.linalg.svd(jacobian / lengths, full_matrices=False)
+    floor = np.finfo(np.float64).eps * max(float(singular[0]), 1.0)
+    scaled = directions / np.maximum(singular, floor)[:, None]
+    inverse: Array = scaled.T @ scaled / np.outer(lengths, lengths)
+    return inverse

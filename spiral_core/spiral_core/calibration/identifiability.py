@@ -1,0 +1,136 @@
+"""Whether the readings can tell the parameters apart, and what to measure if they cannot.
+
+The readings see a change of the parameters through the Jacobian of the weighted residuals. Where
+one combination of parameters, each counted in its own effect, changes nearly nothing, that
+combination is unknown, however good the fit looks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spiral_core.calibration.model import FittedQuantity
+from spiral_core.calibration.readings import ShapeReading
+from spiral_core.calibration.result import Calibration
+
+# Condition index above which regression texts call parameters collinear.
+CONDITION_MAX = 30.0
+# Share of a weak direction below which a parameter is not counted as part of it.
+SHARE_MIN = 0.2
+# Relative standard error above which a parameter is called undetermined by itself.
+RELATIVE_ERROR_MAX = 0.5
+
+_STIFFNESSES = {
+    FittedQuantity.BENDING_STIFFNESS.value,
+    FittedQuantity.TORSIONAL_STIFFNESS.value,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class WeakDirection:
+    """A combination of parameters that the readings hardly see.
+
+    Attributes:
+        names: the parameters that take part.
+        condition: how many times weaker its effect is than the strongest combination's.
+        stretch_min: least stretch among the readings, by the fitted actuator.
+        stretch_max: largest stretch among them.
+        advice: what to measure, or what to fix.
+    """
+
+    names: tuple[str, ...]
+    condition: float
+    stretch_min: float
+    stretch_max: float
+    advice: str
+
+    def __str__(self) -> str:
+        return (
+            f"{' and '.join(self.names)} cannot be told apart over stretches "
+            f"{self.stretch_min:.3f} to {self.stretch_max:.3f} "
+            f"(condition index {self.condition:.3g}): {self.advice}"
+            if len(self.names) > 1
+            else f"{self.names[0]} is not determined: {self.advice}"
+        )
+
+
+def condition_indices(calibration: Calibration) -> tuple[float, ...]:
+    """Return how much weaker each combination of parameters acts than the strongest, from 1 up.
+
+    Ratios of the singular values of the Jacobian, its columns scaled to length one.
+
+    Source: D. A. Belsley, E. Kuh, R. E. Welsch, Regression Diagnostics, 1980, ch. 3.
+    """
+    singular, _ = _directions(calibration)
+    return tuple(float(singular[0] / max(one, np.finfo(np.float64).tiny)) for one in singular)
+
+
+def weak_directions(calibration: Calibration) -> tuple[WeakDirection, ...]:
+    """Return the combinations of parameters that the readings cannot tell, the weakest first.
+
+    Empty where all is well. A weak combination need not hurt: what the gripper is asked for may not
+    depend on it either, which the uncertainty of the pressure for a radius shows.
+
+    Args:
+        calibration: the fit.
+    """
+    singular, directions = _directions(calibration)
+    found: list[WeakDirection] = []
+    for value, direction in zip(singular[::-1], directions[::-1], strict=True):
+        condition = float(singular[0] / max(value, np.finfo(np.float64).tiny))
+        shares = zip(calibration.names, direction, strict=True)
+        names = tuple(name for name, share in shares if abs(share) >= SHARE_MIN)
+        if condition > CONDITION_MAX:
+            found.append(_weak(calibration, names, condition))
+    named = {name for weak in found for name in weak.names}
+    relative = calibration.standard_errors / np.abs(calibration.values)
+    for name, error in zip(calibration.names, relative, strict=True):
+        if name not in named and error > RELATIVE_ERROR_MAX:
+            found.append(_weak(calibration, (name,), condition_indices(calibration)[-1]))
+    return tuple(found)
+
+
+def _directions(calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
+    """Return singular values and right vectors of the Jacobian with columns of length one."""
+    lengths = np.linalg.norm(calibration.jacobian, axis=0)
+    scaled = calibration.jacobian / np.where(lengths > 0.0, lengths, 1.0)
+    _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
+    return singular, directions
+
+
+def _weak(calibration: Calibration, names: tuple[str, ...], condition: float) -> WeakDirection:
+    stretches = [
+        calibration.actuation.stretch_from_pressure(reading.pressure)
+        for reading in calibration.readings
+    ]
+    return WeakDirection(
+        names, condition, min(stretches), max(stretches), _advice(calibration, names)
+    )
+
+
+def _advice(calibration: Calibration, names: tuple[str, ...]) -> str:
+    """Return what would tell these parameters apart."""
+    has_shapes = any(isinstance(reading, ShapeReading) for reading in calibration.readings)
+    if _STIFFNESSES & set(names):
+        if not has_shapes:
+            return (
+                "only a shape that gravity bends depends on EI and GJ; "
+                "measure positions of a long actuator, or leave them to the material"
+            )
+        return (
+            "measure shapes in a second mount, with gravity across the tube, and at low pressure "
+            "where the weight bends and twists it most"
+        )
+    if FittedQuantity.STRAIGHT_FIBER_RADIUS.value in names:
+        return (
+            "a bend angle sees stretch over radius only; "
+            "add the extension of a straight section, or fix straight_fiber_radius"
+        )
+    if len(names) == 1:
+        return "measure at higher pressures and more often, or fix it"
+    return (
+        "measure to a larger stretch, or a section wound at angles farther from 90 degrees (there "
+        "I1 = I2), or fix one of them, or choose a law with fewer constants"
+    )

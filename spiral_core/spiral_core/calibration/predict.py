@@ -1,0 +1,154 @@
+r"""What the model predicts for a reading, and how that changes with the pressure.
+
+Straight sections and bend angles follow from the stretch alone: extension
+:math:`(\lambda_1 - 1) L`, twist :math:`\omega L / r`, bend angle :math:`\kappa` times the length of
+the backbone. Shapes and grips are those of the mounted gripper under its weight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from spiral_core.actuator.fibers import fiber_state
+from spiral_core.actuator.interface import RestShape
+from spiral_core.calibration.model import Trial
+from spiral_core.calibration.readings import (
+    BendReading,
+    ExtensionReading,
+    GripReading,
+    Reading,
+    ShapeReading,
+    TwistReading,
+)
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.solve import solve_rod
+from spiral_core.rod.types import Array, RodState
+from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.wrap import wrapped_radius
+
+# Step for the slope over the pressure, as a fraction of it: far above the rod's tolerance, and so
+# small that the slope, which only weighs a stated error, is good to a thousandth.
+PRESSURE_STEP = 1e-3
+
+
+@dataclass(slots=True)
+class _Shapes:
+    """The mounted gripper's shapes by pressure, each solved once and from the one before."""
+
+    gripper: Gripper
+    states: dict[float, RodState] = field(default_factory=dict)
+
+    def at(self, pressure: float) -> tuple[RestShape, RodState]:
+        """Return the unloaded shape and the loaded state at a pressure [Pa]."""
+        shape = self.gripper.actuation.rest_shape(pressure)
+        if pressure not in self.states:
+            start = next(reversed(self.states.values())) if self.states else None
+            self.states[pressure] = solve_rod(
+                self.gripper.rod(shape),
+                self.gripper.load(shape),
+                # The same number for every trial, so that predictions depend smoothly on it.
+                elements=None if start is None else len(start.arc_lengths) - 1,
+                start=start,
+                estimate_error=False,
+            )
+        return shape, self.states[pressure]
+
+
+def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
+    """Return the predicted components of all readings, one after the other.
+
+    Args:
+        trial: the parameters' choice; it must hold a gripper if there are shapes or grips.
+        readings: the readings.
+
+    Returns:
+        (m,) in the units of ``measured``.
+
+    Raises:
+        InvalidInputError: a shape or grip needs a mounted gripper and there is none.
+        ActuationLimitError: a pressure is past the limit of this trial's actuator.
+        SolverError: a shape could not be certified.
+    """
+    shapes = None if trial.gripper is None else _Shapes(trial.gripper)
+    components = [_predict_one(trial, shapes, reading) for reading in readings]
+    return np.array([value for values in components for value in values], dtype=np.float64)
+
+
+def measured_values(readings: Sequence[Reading]) -> Array:
+    """Return the measured components of all readings, in the order of :func:`predict`."""
+    return np.array([value for reading in readings for value in reading.measured], dtype=np.float64)
+
+
+def effective_errors(trial: Trial, readings: Sequence[Reading]) -> Array:
+    r"""Return the standard error of each component, the pressure's share included.
+
+    .. math:: \sigma^2 = \sigma_y^2 + \left(\frac{\partial y}{\partial P} \sigma_P\right)^2
+
+    Source: J. Orear, American Journal of Physics 50, 1982, 912-916 (effective variance).
+    """
+    counts = [len(reading.measured) for reading in readings]
+    own: Array = np.repeat([reading.error for reading in readings], counts)
+    errors = np.repeat([reading.pressure_error for reading in readings], counts)
+    if not errors.any():
+        return own
+    slopes = _pressure_slopes(trial, readings)
+    total: Array = np.hypot(own, slopes * errors)
+    return total
+
+
+def _pressure_slopes(trial: Trial, readings: Sequence[Reading]) -> Array:
+    """Return the derivative of each component over the pressure, from steps that stay in range."""
+    limit = trial.actuation.pressure_limit
+    low = [replace(r, pressure=r.pressure * (1.0 - PRESSURE_STEP)) for r in readings]
+    high = [replace(r, pressure=min(limit, r.pressure * (1.0 + PRESSURE_STEP))) for r in readings]
+    widths = [
+        (b.pressure - a.pressure) or 1.0  # at zero pressure both are the same: slope 0
+        for a, b in zip(low, high, strict=True)
+        for _ in a.measured
+    ]
+    slopes: Array = (predict(trial, high) - predict(trial, low)) / np.array(widths)
+    return slopes
+
+
+def _predict_one(trial: Trial, shapes: _Shapes | None, reading: Reading) -> tuple[float, ...]:
+    if isinstance(reading, ExtensionReading):
+        stretch = trial.actuation.stretch_from_pressure(reading.pressure)
+        return ((stretch - 1.0) * reading.section_length,)
+    if isinstance(reading, TwistReading):
+        actuator = trial.actuation.actuator
+        stretch = trial.actuation.stretch_from_pressure(reading.pressure)
+        rate = fiber_state(actuator.fibers, stretch).twist / actuator.tube.inner_radius
+        return (rate * reading.section_length,)
+    if isinstance(reading, BendReading):
+        shape = trial.actuation.rest_shape(reading.pressure)
+        elongation = shape.backbone_length / trial.actuation.actuator.tube.length
+        return (shape.curvature * elongation * reading.section_length,)
+    if shapes is None:
+        raise InvalidInputError("gripper", None, "given: shapes and grips depend on the mount")
+    if isinstance(reading, ShapeReading):
+        return _position(shapes, reading)
+    return (_wrapped_radius(shapes, reading),)
+
+
+def _position(shapes: _Shapes, reading: ShapeReading) -> tuple[float, ...]:
+    """Return the predicted position of a point of the backbone [m]."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    shape, state = shapes.at(reading.pressure)
+    length = shapes.gripper.tube.length
+    if reading.arc_length is None:
+        return tuple(float(x) for x in state.tip_position)
+    if not reading.arc_length <= length:
+        raise InvalidInputError("arc_length", reading.arc_length, f"at most the length {length} m")
+    spline = CubicHermiteSpline(state.arc_lengths, state.positions, state.tangents)
+    position = spline(reading.arc_length / length * shape.backbone_length)
+    return tuple(float(x) for x in position)
+
+
+def _wrapped_radius(shapes: _Shapes, reading: GripReading) -> float:
+    """Return the radius that this pressure wraps perfectly [m]."""
+    radius, _ = wrapped_radius(shapes.gripper, *shapes.at(reading.pressure))
+    return radius

@@ -1,0 +1,174 @@
+"""Which law to use: information criteria over several fits, and leave-one-out errors of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spiral_core.calibration.fit import calibrate
+from spiral_core.calibration.predict import measured_values, predict
+from spiral_core.calibration.readings import Reading
+from spiral_core.calibration.result import Calibration
+from spiral_core.errors import ActuationLimitError, InvalidInputError, SpiralError
+from spiral_core.rod.types import Array
+
+# Readings whose pressures agree to this fraction were made at one setting of the regulator.
+SAME_PRESSURE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CrossValidation:
+    """How well readings are predicted by a fit that has not seen them.
+
+    Attributes:
+        measured: (k,) measured components that were predicted.
+        predicted: (k,) what the fits to all other pressures predict.
+        pressures: (k,) pressure of each [Pa].
+        not_predicted: pressures that a fit to the others does not reach, or where it failed [Pa].
+    """
+
+    measured: Array
+    predicted: Array
+    pressures: Array
+    not_predicted: tuple[float, ...]
+
+    @property
+    def relative_errors(self) -> Array:
+        """Predicted over measured, minus one (k,); meaningless where a measured value is near 0."""
+        errors: Array = self.predicted / self.measured - 1.0
+        return errors
+
+    @property
+    def relative_error(self) -> float:
+        """Root mean square of the relative errors."""
+        return float(np.sqrt(np.mean(self.relative_errors**2)))
+
+    @property
+    def error(self) -> float:
+        """Root mean square of predicted minus measured, in the unit of what was measured."""
+        return float(np.sqrt(np.mean((self.predicted - self.measured) ** 2)))
+
+
+def leave_one_out(calibration: Calibration) -> CrossValidation:
+    """Return how a fit predicts the readings of each pressure from those of all others.
+
+    Readings at one pressure are left out together: one of a pair of repeats would give its twin
+    away.
+
+    Args:
+        calibration: the fit to repeat, with the same model and loss.
+
+    Raises:
+        InvalidInputError: all readings were made at one pressure, or none could be predicted.
+    """
+    readings = calibration.readings
+    groups = _by_pressure(readings)
+    if len(groups) < 2:
+        raise InvalidInputError("readings", "one pressure", "made at two pressures at least")
+    measured: list[float] = []
+    predicted: list[float] = []
+    pressures: list[float] = []
+    missed: list[float] = []
+    for group in groups:
+        others = [reading for reading in readings if reading not in group]
+        try:
+            values = _predicted_from(calibration, others, group)
+        except SpiralError:
+            missed.append(group[0].pressure)
+            continue
+        measured.extend(measured_values(group))
+        predicted.extend(values)
+        pressures.extend(reading.pressure for reading in group for _ in reading.measured)
+    if not measured:
+        raise InvalidInputError("readings", f"{len(groups)} pressures", "enough to leave one out")
+    return CrossValidation(
+        np.array(measured), np.array(predicted), np.array(pressures), tuple(missed)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class LawChoice:
+    """Fits of several laws to the same readings, the most credible first.
+
+    Attributes:
+        calibrations: the fits by rising AICc; where too few readings leave it undefined, those with
+            fewer parameters first.
+        failures: law's name and reason, for those that could not be fitted.
+    """
+
+    calibrations: tuple[Calibration, ...]
+    failures: tuple[tuple[str, str], ...]
+
+    @property
+    def best(self) -> Calibration:
+        """The fit with the lowest criterion."""
+        return self.calibrations[0]
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        r"""Akaike weight of each law, :math:`\propto e^{-\Delta / 2}`: how much the data favor it.
+
+        Zero where the criterion is infinite.
+        """
+        lowest = self.best.information_criterion
+        if math.isinf(lowest):
+            return tuple(0.0 for _ in self.calibrations)
+        raw = [math.exp(0.5 * (lowest - c.information_criterion)) for c in self.calibrations]
+        return tuple(value / sum(raw) for value in raw)
+
+
+def choose_law(calibrations: Sequence[Calibration | tuple[str, SpiralError]]) -> LawChoice:
+    """Return fits to the same readings in the order in which an information criterion puts them.
+
+    Args:
+        calibrations: the fits, and for a law that could not be fitted its name and the error.
+
+    Raises:
+        InvalidInputError: nothing to choose from, or fits to different readings.
+    """
+    fits = [one for one in calibrations if isinstance(one, Calibration)]
+    failures = [one for one in calibrations if not isinstance(one, Calibration)]
+    if not fits:
+        raise InvalidInputError("calibrations", len(fits), "one successful fit at least")
+    if any(one.readings != fits[0].readings for one in fits):
+        raise InvalidInputError("calibrations", "different readings", "fits to the same readings")
+    ordered = sorted(fits, key=_rank)
+    return LawChoice(tuple(ordered), tuple((name, str(error)) for name, error in failures))
+
+
+def _rank(calibration: Calibration) -> tuple[float, int, float]:
+    return (
+        calibration.information_criterion,
+        len(calibration.values),
+        calibration.bayesian_criterion,
+    )
+
+
+def _by_pressure(readings: Sequence[Reading]) -> list[list[Reading]]:
+    """Return the readings in groups of one pressure, by rising pressure."""
+    groups: list[list[Reading]] = []
+    for reading in sorted(readings, key=lambda one: one.pressure):
+        last = groups[-1][0].pressure if groups else -math.inf
+        if reading.pressure - last > SAME_PRESSURE * reading.pressure:
+            groups.append([])
+        groups[-1].append(reading)
+    return groups
+
+
+def _predicted_from(
+    calibration: Calibration, others: Sequence[Reading], group: Sequence[Reading]
+) -> Array:
+    """Return what a fit to the other readings predicts for one group."""
+    fit = calibrate(
+        calibration.model, others, robust=calibration.robust, start=calibration.values.tolist()
+    )
+    trial = fit.model.trial(fit.values.tolist())
+    highest = max(reading.pressure for reading in group)
+    if not highest <= trial.actuation.pressure_limit:
+        raise ActuationLimitError(
+            trial.actuation.limit, "pressure", highest, trial.actuation.pressure_limit
+        )
+    return predict(trial, group)

@@ -1,0 +1,124 @@
+r"""Constants to start a fit from, found where nothing can go wrong: in the pressure.
+
+A measured stretch has a pressure in the model, :math:`P(\lambda_i; c)`, whether or not the
+actuator with constants c would be stable there; a measured pressure may have no stretch. So the
+constants that meet the pressures at the measured stretches come first, and the fit of the
+measured responses starts from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from spiral_core.actuator.fibers import locking_stretch
+from spiral_core.actuator.pressure import pressure_from_stretch
+from spiral_core.calibration.model import CalibrationModel, actuation_of
+from spiral_core.calibration.problem import difference_jacobian
+from spiral_core.calibration.readings import BendReading, ExtensionReading, Reading
+from spiral_core.errors import ActuationLimitError, SolverError, SpiralError
+from spiral_core.rod.types import Array
+
+# Until the start reaches the highest measured pressure it is made stiffer by these factors: a
+# little first, as noise near a limit point asks for no more.
+STIFFENING = (1.0, 1.01, 1.03, 1.1, 1.3, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+
+
+# Enough for the linear problem that most laws make of it; it is a start, not an answer.
+EVALUATIONS_MAX = 50
+
+
+class _Point(NamedTuple):
+    """A stretch that was measured, its pressure, and the pressure's error for a start."""
+
+    stretch: float
+    pressure: float
+    error: float
+
+
+def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> tuple[float, ...]:
+    """Return values from which every reading can be predicted.
+
+    Args:
+        model: what is to be fitted.
+        readings: what was measured.
+
+    Raises:
+        ActuationLimitError: the measured pressures are past what any start reaches.
+    """
+    highest = max(reading.pressure for reading in readings)
+    found = _values_from_pressures(model, _points(model, readings))
+    reached = actuation_of(model.actuator_from(model.start()))
+    for base in (found, model.start()):
+        for factor in STIFFENING:
+            scales = (1.0 if name == "extension_limit" else factor for name in model.names)
+            values = tuple(a * b for a, b in zip(base, scales, strict=True))
+            try:
+                reached = actuation_of(model.actuator_from(values))
+            except SpiralError:  # not an actuator that extends, at any scale
+                break
+            if reached.pressure_limit >= highest:
+                return values
+    raise ActuationLimitError(reached.limit, "pressure", highest, reached.pressure_limit)
+
+
+def _points(model: CalibrationModel, readings: Sequence[Reading]) -> list[_Point]:
+    """Return the stretches that extensions and bend angles tell directly, if they are possible."""
+    radius = model.actuator.fiber_radius
+    locking = locking_stretch(model.actuator.fibers)
+    points = []
+    for reading in readings:
+        if isinstance(reading, ExtensionReading):
+            elongation, scale = reading.extension, 1.0
+        elif isinstance(reading, BendReading):
+            # The first-order form will do for a start.
+            elongation, scale = reading.bend_angle * radius, radius
+        else:
+            continue
+        elongation /= reading.section_length
+        if not (reading.pressure > 0.0 and 0.0 < elongation < locking - 1.0):
+            continue
+        slope = reading.pressure / elongation
+        error = slope * reading.error * scale / reading.section_length
+        points.append(_Point(1.0 + elongation, reading.pressure, error))
+    return points
+
+
+def _values_from_pressures(model: CalibrationModel, points: Sequence[_Point]) -> tuple[float, ...]:
+    """Return the constants that meet the pressures at the measured stretches best."""
+    from scipy.optimize import least_squares
+
+    start = np.array(model.start())
+    if len(points) < len(model.names):
+        return model.start()
+    scales = np.array(model.scales())
+    measured = np.array([point.pressure for point in points])
+    errors = np.array([point.error for point in points])
+
+    def residuals(scaled: Array) -> Array:
+        try:
+            actuator = model.actuator_from((scaled * scales).tolist())
+            modeled = [pressure_from_stretch(actuator, point.stretch) for point in points]
+        except SpiralError:
+            return np.full(len(points), np.nan)
+        weighted: Array = (np.array(modeled) - measured) / errors
+        return weighted
+
+    low, high = np.array(model.limits()).T / scales
+    if not np.isfinite(residuals(start / scales)).all():
+        return model.start()
+
+    try:
+        found = least_squares(
+            residuals,
+            start / scales,
+            jac=partial(difference_jacobian, residuals),
+            bounds=(low, high),
+            max_nfev=EVALUATIONS_MAX,
+        )
+    except SolverError:  # at the edge of what the law allows: no start worth having
+        return model.start()
+    return tuple(float(value) for value in found.x * scales)

@@ -1,0 +1,215 @@
+r"""From uncertain parameters to the uncertain pressure for an object.
+
+Linear propagation takes the slopes of the pressure over the parameters,
+
+.. math:: \sigma_P^2 = g^T C g, \qquad g_k = \partial P(r) / \partial \theta_k,
+
+Monte Carlo draws parameters from their joint distribution and asks each gripper. Both carry the
+fitted parameters' uncertainty alone: not that of the radius, nor the model's own error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from spiral_core.calibration.result import (
+    DEFAULT_LEVEL,
+    Calibration,
+    Interval,
+    student_quantile,
+)
+from spiral_core.errors import InvalidInputError, SpiralError
+from spiral_core.rod.types import Array
+from spiral_core.wrap.curve import WrapCurve
+
+# Steps of the slopes, in standard errors along the principal directions of the covariance: small
+# against the curvature of P over the parameters, large against the wrap search's 1e-10.
+STEP = 0.1
+DEFAULT_DRAWS = 400
+# An interval from fewer draws than this would be their extremes.
+DRAWS_MIN = 40
+
+
+@dataclass(frozen=True, slots=True)
+class RadiusPressure:
+    """The pressure for one object with its uncertainty.
+
+    Attributes:
+        radius: of the object [m].
+        pressure: of the perfect wrap with the fitted values [Pa].
+        standard_error: of the pressure [Pa].
+        interval: confidence interval of the pressure [Pa].
+        failed_draws: share of Monte Carlo draws that cannot grip this radius; 0 for the linear
+            propagation.
+    """
+
+    radius: float
+    pressure: float
+    standard_error: float
+    interval: Interval
+    failed_draws: float = 0.0
+
+
+def pressure_uncertainty(
+    calibration: Calibration, radii: Sequence[float], level: float = DEFAULT_LEVEL
+) -> tuple[RadiusPressure, ...]:
+    """Return the pressure for each radius with its uncertainty, by linear propagation.
+
+    Args:
+        calibration: a fit whose model holds a gripper.
+        radii: objects' radii [m], each grippable with the fitted values.
+        level: confidence level, in (0, 1).
+
+    Raises:
+        InvalidInputError: the calibration has no gripper.
+        NotGrippableError: a radius cannot be gripped.
+        NoCoilError: the fitted gripper does not coil.
+    """
+    best = _pressures(calibration, calibration.values, radii)
+    variances = np.zeros(len(radii))
+    for direction in _principal_directions(calibration):
+        variances += _slope(calibration, direction, radii) ** 2
+    quantile = student_quantile(level, calibration.degrees_of_freedom)
+    results = []
+    for radius, pressure, error in zip(radii, best, np.sqrt(variances), strict=True):
+        interval = Interval(float(pressure - quantile * error), float(pressure + quantile * error))
+        results.append(RadiusPressure(float(radius), float(pressure), float(error), interval))
+    return tuple(results)
+
+
+def pressure_uncertainty_by_draws(
+    calibration: Calibration,
+    radii: Sequence[float],
+    *,
+    seed: int,
+    draws: int = DEFAULT_DRAWS,
+    level: float = DEFAULT_LEVEL,
+    executor: Executor | None = None,
+) -> tuple[RadiusPressure, ...]:
+    """Return the pressure for each radius with its uncertainty, by Monte Carlo.
+
+    Parameters are drawn from the multivariate t distribution of the fit. Each draw solves its own
+    range of grips, some 20 ms, because where the coil begins and ends depends on the draw too.
+
+    Args:
+        calibration: a fit whose model holds a gripper.
+        radii: objects' radii [m], each grippable with the fitted values.
+        seed: of the random numbers; the same seed gives the same answer.
+        draws: how many, >= 40.
+        level: confidence level, in (0, 1).
+        executor: makes the draws, in processes or threads; None makes them one after another.
+
+    Raises:
+        InvalidInputError: the calibration has no gripper, there are too few draws, or hardly any
+            of them grips a radius.
+        NotGrippableError: a radius cannot be gripped with the fitted values.
+        NoCoilError: the fitted gripper does not coil.
+    """
+    if not draws >= DRAWS_MIN:
+        raise InvalidInputError("draws", draws, f"at least {DRAWS_MIN}")
+    student_quantile(level, calibration.degrees_of_freedom)  # checks the level
+    best = _pressures(calibration, calibration.values, radii)
+    run = map if executor is None else executor.map
+    pressures_of = partial(_drawn, calibration, tuple(radii))
+    table = np.array(list(run(pressures_of, _draws(calibration, seed, draws))))
+    results = []
+    for radius, pressure, column in zip(radii, best, table.T, strict=True):
+        answers = column[np.isfinite(column)]
+        if not len(answers) >= DRAWS_MIN // 2:
+            raise InvalidInputError(
+                "calibration",
+                f"{len(answers)} of {draws} draws that grip {radius:.6g} m",
+                "sure enough of its parameters that most draws grip the radius",
+            )
+        ends = np.quantile(answers, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
+        results.append(
+            RadiusPressure(
+                float(radius),
+                float(pressure),
+                float(np.std(answers, ddof=1)),
+                Interval(float(ends[0]), float(ends[1])),
+                1.0 - len(answers) / draws,
+            )
+        )
+    return tuple(results)
+
+
+def _curve(calibration: Calibration, values: Array) -> WrapCurve:
+    """Return the range of grips for some parameters."""
+    gripper = calibration.model.trial(values.tolist()).gripper
+    if gripper is None:
+        raise InvalidInputError(
+            "calibration", "a fit without a gripper", "one whose model holds the mounted gripper"
+        )
+    return WrapCurve(gripper)
+
+
+def _pressures(calibration: Calibration, values: Array, radii: Sequence[float]) -> Array:
+    """Return the pressure [Pa] of each radius for some parameters."""
+    curve = _curve(calibration, values)
+    return np.array([curve.pressure_from_radius(float(radius)) for radius in radii])
+
+
+def _principal_directions(calibration: Calibration) -> Array:
+    """Return (p, p) rows whose outer products add up to the covariance.
+
+    The covariance of correlated constants is nearly singular; along its principal directions every
+    step is one standard error of something.
+    """
+    errors = calibration.standard_errors
+    strengths, vectors = np.linalg.eigh(calibration.correlation)
+    rows: Array = (vectors * np.sqrt(np.maximum(strengths, 0.0))).T * errors
+    return rows
+
+
+def _slope(calibration: Calibration, direction: Array, radii: Sequence[float]) -> Array:
+    """Return the change of each pressure per unit of ``direction``, from one or both sides."""
+    sides: list[tuple[float, Array]] = []
+    for sign in (-1.0, 1.0, 0.0):
+        if len(sides) == 2:  # both sides are known: the middle is not needed
+            break
+        moved = calibration.values + sign * STEP * direction
+        try:
+            sides.append((sign, _pressures(calibration, moved, radii)))
+        except SpiralError:  # beyond the end of what can be gripped
+            continue
+    if len(sides) < 2:
+        raise InvalidInputError(
+            "radii", tuple(radii), "farther from the ends of the range, to judge their uncertainty"
+        )
+    (a, low), (b, high) = sides[0], sides[1]
+    slope: Array = (high - low) / ((b - a) * STEP)
+    return slope
+
+
+def _draws(calibration: Calibration, seed: int, draws: int) -> Array:
+    """Return (draws, p) parameters from the fit's multivariate t distribution."""
+    generator = np.random.default_rng(seed)
+    directions = _principal_directions(calibration)
+    normal = generator.standard_normal((draws, len(directions)))
+    freedom = calibration.degrees_of_freedom
+    widening = np.sqrt(freedom / generator.chisquare(freedom, draws))
+    drawn: Array = calibration.values + widening[:, None] * (normal @ directions)
+    return drawn
+
+
+def _drawn(calibration: Calibration, radii: Sequence[float], values: Array) -> list[float]:
+    """Return the pressures of one draw [Pa]; infinite where it cannot grip."""
+    try:
+        curve = _curve(calibration, values)
+    except SpiralError:
+        return [math.inf] * len(radii)
+    return [_pressure_or_infinite(curve, float(radius)) for radius in radii]
+
+
+def _pressure_or_infinite(curve: WrapCurve, radius: float) -> float:
+    try:
+        return curve.pressure_from_radius(radius)
+    except SpiralError:
+        return math.inf

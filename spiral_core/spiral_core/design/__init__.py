@@ -1,0 +1,1 @@
+"""The design: from objects and limits to tube, angles, length and pressures."""

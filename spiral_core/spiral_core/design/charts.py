@@ -1,0 +1,215 @@
+"""Charts as data: the paper's design space, and what gravity and pressure change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.curvature import rest_shape_from_stretch
+from spiral_core.actuator.fibers import FiberAngles, locking_stretch
+from spiral_core.rod.types import Array, Vector
+from spiral_core.validation import require_positive
+from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.helix import helix_from_curvature
+from spiral_core.wrap.wrap import PERFECT_BAND
+
+NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
+# A curve ends this fraction of the elongation before a fiber locks, where torsion diverges.
+SHORT_OF_LOCKING = 1e-3
+# At rest everything is infinite: a curve begins at this strain.
+LEAST_STRAIN = 0.01
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DesignSpace:
+    """One angle's curves of the paper's design space (its Fig. 5 a to c), by the helix model.
+
+    Args:
+        fiber_angle_beta: [rad].
+        stretch: (n,) axial stretch lambda_1.
+        radius_ratio: (n,) object radius over tube radius, r_w / r.
+        object_length_ratio: (n,) object length over tube radius.
+        length_ratio: (n,) gripper length over tube radius, L / r.
+    """
+
+    fiber_angle_beta: float
+    stretch: Array
+    radius_ratio: Array
+    object_length_ratio: Array
+    length_ratio: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PressureRange:
+    """What a gripper wraps as its pressure rises.
+
+    Args:
+        pressure: (n,) gauge pressure [Pa].
+        radius: (n,) radius wrapped perfectly [m]; NaN where it does not coil.
+        free_length: (n,) gripper length that makes the required turns [m]; NaN likewise.
+        object_length: (n,) object length that those turns cover [m]; NaN likewise.
+    """
+
+    pressure: Array
+    radius: Array
+    free_length: Array
+    object_length: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RegimeChart:
+    """Pressure against object radius, with the band that still counts as a perfect wrap.
+
+    Below the band the gripper overhangs, above it its end curls.
+
+    Args:
+        radius: (n,) object radius [m], falling.
+        perfect: (n,) pressure of the perfect wrap [Pa].
+        lower: (n,) pressure at which the perfect wrap begins [Pa].
+        upper: (n,) pressure at which curling begins [Pa].
+    """
+
+    radius: Array
+    perfect: Array
+    lower: Array
+    upper: Array
+
+
+def design_space(
+    actuator: Actuator,
+    fiber_angles_beta: Sequence[float],
+    turns: float = 1.0,
+    stretch_max: float = 1.5,
+    points: int = 101,
+) -> tuple[DesignSpace, ...]:
+    """Return the paper's three charts for several angles of the second family.
+
+    The helix model knows no material: only ratios and angles of ``actuator`` count.
+
+    Args:
+        actuator: tube, first angle and form of the curvature; its second angle is replaced.
+        fiber_angles_beta: one curve each [rad].
+        turns: n, for lengths.
+        stretch_max: where the curves end, unless a fiber locks before.
+        points: of each curve.
+
+    Raises:
+        InvalidInputError: an angle is out of range.
+        ActuationLimitError: the straight fiber locks (``EXACT``) before ``stretch_max``.
+    """
+    require_positive("turns", turns)
+    return tuple(
+        _design_space(_with_beta(actuator, beta), turns, stretch_max, points)
+        for beta in fiber_angles_beta
+    )
+
+
+def pressure_range(gripper: Gripper, points: int = 61) -> PressureRange:
+    """Return radius, free length and object length against pressure, over the whole range.
+
+    Where the gripper makes fewer than the required turns the figures are NaN: they do not exist.
+
+    Args:
+        gripper: as it is mounted; see :func:`without_gravity` for the comparison.
+        points: of the chart.
+
+    Raises:
+        NoCoilError: it nowhere makes the required turns.
+        SolverError: a shape could not be certified.
+    """
+    curve = WrapCurve(gripper)
+    pressures = np.linspace(curve.pressure_min, curve.pressure_max, points)
+    wraps = [curve.wrap_at_pressure(float(p)) for p in pressures]
+    return PressureRange(
+        pressure=pressures,
+        radius=np.array([wrap.object_radius for wrap in wraps]),
+        free_length=_or_nan([wrap.free_length_needed for wrap in wraps]),
+        object_length=_or_nan([wrap.object_length_needed for wrap in wraps]),
+    )
+
+
+def helix_range(gripper: Gripper, pressures: Array) -> PressureRange:
+    """Return the same by the helix model: no gravity, closed form.
+
+    Args:
+        gripper: whose mount does not matter.
+        pressures: (n,) gauge pressures [Pa], > 0.
+
+    Raises:
+        InvalidInputError: a pressure is not in (0, ``pressure_max``].
+    """
+    shapes = [gripper.rest_shape(require_positive("pressure", float(p))) for p in pressures]
+    helices = [helix_from_curvature(shape.curvature, shape.torsion) for shape in shapes]
+    turns, outer = gripper.turns_required, gripper.tube.outer_radius
+    return PressureRange(
+        pressure=np.asarray(pressures, dtype=np.float64),
+        radius=np.array([helix.object_radius(outer) for helix in helices]),
+        free_length=np.array([helix.length_for_turns(turns) for helix in helices]),
+        object_length=np.array([helix.object_length(turns) for helix in helices]),
+    )
+
+
+def without_gravity(gripper: Gripper) -> Gripper:
+    """Return the same gripper where nothing weighs."""
+    return replace(gripper, gravity=NO_GRAVITY)
+
+
+def regime_chart(
+    curve: WrapCurve, radius_min: float, radius_max: float, points: int = 61
+) -> RegimeChart:
+    """Return pressure against object radius, and where each regime begins.
+
+    Args:
+        curve: of the gripper.
+        radius_min: smallest object [m].
+        radius_max: largest object [m].
+        points: of the chart.
+
+    Raises:
+        NotGrippableError: a radius is outside the grippable range.
+    """
+    radii = np.linspace(radius_max, radius_min, points)
+    pressures = (
+        [curve.pressure_from_radius(_clipped(curve, float(radius * scale))) for radius in radii]
+        for scale in (1.0, 1.0 + PERFECT_BAND, 1.0 - PERFECT_BAND)
+    )
+    for radius in (radius_max, radius_min):
+        curve.wrap_for_radius(radius)
+    perfect, lower, upper = (np.array(values) for values in pressures)
+    return RegimeChart(radius=radii, perfect=perfect, lower=lower, upper=upper)
+
+
+def _clipped(curve: WrapCurve, radius: float) -> float:
+    """Return the band's edge, which ends where the grippable range does."""
+    return min(max(radius, curve.radius_min), curve.radius_max)
+
+
+def _with_beta(actuator: Actuator, beta: float) -> Actuator:
+    return replace(actuator, fibers=FiberAngles(actuator.fibers.alpha, beta))
+
+
+def _design_space(actuator: Actuator, turns: float, stretch_max: float, points: int) -> DesignSpace:
+    locking = locking_stretch(actuator.fibers)
+    end = min(stretch_max, locking - SHORT_OF_LOCKING * (locking - 1.0))
+    stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
+    radius, length = actuator.tube.inner_radius, actuator.tube.length
+    shapes = [rest_shape_from_stretch(actuator, float(stretch)) for stretch in stretches]
+    helices = [helix_from_curvature(shape.curvature, shape.torsion) for shape in shapes]
+    unstretched = np.array([length / shape.backbone_length for shape in shapes])
+    lengths = np.array([helix.length_for_turns(turns) for helix in helices])
+    outer = actuator.tube.outer_radius
+    return DesignSpace(
+        fiber_angle_beta=actuator.fibers.beta,
+        stretch=stretches,
+        radius_ratio=np.array([helix.object_radius(outer) for helix in helices]) / radius,
+        object_length_ratio=np.array([helix.object_length(turns) for helix in helices]) / radius,
+        length_ratio=lengths * unstretched / radius,
+    )
+
+
+def _or_nan(values: Sequence[float | None]) -> Array:
+    return np.array([np.nan if value is None else value for value in values])

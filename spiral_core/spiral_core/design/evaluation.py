@@ -1,0 +1,209 @@
+"""One candidate against a requirement: by the helix model, then as a rod, with every margin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from spiral_core.actuator.free import FreeActuation
+from spiral_core.design.helix_estimate import GripFigures, helix_grip, helix_radius
+from spiral_core.design.margin import Constraint, Margin, tightest
+from spiral_core.design.requirement import Candidate, DesignRequirement, Preference
+from spiral_core.design.rod_correction import ExactFigures, OutOfReach, corrected_figures
+from spiral_core.errors import NotGrippableError
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A candidate by the helix model.
+
+    Args:
+        candidate: tube, material, angles.
+        largest: wrapped about the largest object; None if the actuator's limit comes first.
+        smallest: wrapped about the smallest object; None likewise.
+        margins: room on every constraint.
+    """
+
+    candidate: Candidate
+    largest: GripFigures | None
+    smallest: GripFigures | None
+    margins: tuple[Margin, ...]
+
+    @property
+    def is_feasible(self) -> bool:
+        """Whether the helix model meets every constraint."""
+        return all(margin.is_met for margin in self.margins)
+
+    @property
+    def length(self) -> float:
+        """Length that makes the required turns about the largest object [m]; 0 if unknown."""
+        return self.largest.length_needed if self.largest is not None else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """A candidate by the rod under gravity, its length corrected.
+
+    Args:
+        estimate: what the helix model says of it.
+        exact: its figures; None if no length wraps the largest object.
+        lengths_tried: every length solved on the way [m].
+        margins: room on every constraint, the helix model's where there are no exact figures.
+    """
+
+    estimate: Estimate
+    exact: ExactFigures | None
+    lengths_tried: tuple[float, ...]
+    margins: tuple[Margin, ...]
+
+    @property
+    def candidate(self) -> Candidate:
+        """Tube, material, angles."""
+        return self.estimate.candidate
+
+    @property
+    def is_feasible(self) -> bool:
+        """Whether every constraint is met."""
+        return all(margin.is_met for margin in self.margins)
+
+    @property
+    def binding(self) -> Margin:
+        """The margin that leaves least room."""
+        return tightest(self.margins)
+
+
+def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> Estimate:
+    """Return what the helix model says of a candidate (steps 2 to 5): a few milliseconds.
+
+    Raises:
+        InvalidInputError: pressure would not extend an actuator with these angles.
+    """
+    # The helix's figures do not depend on the length; one the size of the object will do.
+    actuation = FreeActuation(candidate.actuator(requirement, length=requirement.radius_max))
+    largest = _grip_or_none(actuation, requirement.radius_max, requirement.turns_required)
+    smallest = _grip_or_none(actuation, requirement.radius_min, requirement.turns_required)
+    margins = [
+        Margin(
+            Constraint.SMALLEST_RADIUS,
+            max(helix_radius(actuation, actuation.stretch_limit), 0.0),  # 0: the coil closes
+            requirement.radius_min,
+        )
+    ]
+    if smallest is not None:
+        margins += smallest_margins(requirement, candidate, smallest)
+    if largest is not None:
+        margins += largest_margins(requirement, largest, largest.length_needed)
+    return Estimate(candidate, largest, smallest, tuple(margins))
+
+
+def evaluate_candidate(requirement: DesignRequirement, estimate: Estimate) -> Evaluation:
+    """Return a candidate as a rod under gravity, with its length corrected (step 6).
+
+    Plain values in and out: it can run in another process.
+
+    Raises:
+        SolverError: a shape could not be certified.
+    """
+    candidate = estimate.candidate
+    if estimate.largest is None:
+        return Evaluation(estimate, None, (), estimate.margins)
+    try:
+        result = corrected_figures(requirement, candidate, estimate.length)
+    except NotGrippableError as error:  # even the largest object is too thin
+        least = Margin(Constraint.SMALLEST_RADIUS, error.nearest_radius or 0.0, error.radius)
+        return Evaluation(estimate, None, (), (*_without_smallest(estimate), least))
+    if isinstance(result, OutOfReach):
+        reach = Margin(Constraint.LARGEST_RADIUS, result.radius_reached, requirement.radius_max)
+        return Evaluation(estimate, None, result.lengths_tried, (*estimate.margins, reach))
+    margins = [
+        _smallest_radius_margin(requirement, estimate, result),
+        *largest_margins(requirement, result.largest, result.length),
+        Margin(Constraint.TURNS, result.largest.turns, requirement.turns_required),
+        Margin(Constraint.LARGEST_RADIUS, result.radius_max, requirement.radius_max),
+    ]
+    if result.smallest is not None:
+        margins += smallest_margins(requirement, candidate, result.smallest)
+    return Evaluation(estimate, result, result.lengths_tried, tuple(margins))
+
+
+def _without_smallest(estimate: Estimate) -> tuple[Margin, ...]:
+    return tuple(m for m in estimate.margins if m.constraint is not Constraint.SMALLEST_RADIUS)
+
+
+def _smallest_radius_margin(
+    requirement: DesignRequirement, estimate: Estimate, exact: ExactFigures
+) -> Margin:
+    """Return the helix model's, at the actuator's own limit, unless the rod misses the object.
+
+    The rod was solved only as far as the smallest object needs.
+    """
+    if exact.smallest is None:
+        return Margin(Constraint.SMALLEST_RADIUS, exact.radius_min, requirement.radius_min)
+    return next(m for m in estimate.margins if m.constraint is Constraint.SMALLEST_RADIUS)
+
+
+def rank(margins: tuple[Margin, ...]) -> tuple[int, float]:
+    """Return how near a candidate comes: fewest violated constraints first, then the most room."""
+    return sum(not margin.is_met for margin in margins), -tightest(margins).relative
+
+
+def preference_key(
+    preference: Preference, margins: tuple[Margin, ...], figures: GripFigures, length: float
+) -> float:
+    """Return what a preference makes smallest.
+
+    Args:
+        preference: which design is wanted.
+        margins: of the candidate.
+        figures: wrapped about the smallest object.
+        length: of the gripper [m].
+    """
+    if preference is Preference.LEAST_STRAIN:
+        return figures.strain
+    if preference is Preference.LEAST_PRESSURE:
+        return figures.pressure
+    if preference is Preference.SHORTEST:
+        return length
+    return -tightest(margins).relative
+
+
+def _grip_or_none(actuation: FreeActuation, radius: float, turns: float) -> GripFigures | None:
+    try:
+        return helix_grip(actuation, radius, turns)
+    except NotGrippableError:
+        return None
+
+
+def smallest_margins(
+    requirement: DesignRequirement, candidate: Candidate, figures: GripFigures
+) -> tuple[Margin, ...]:
+    """Return the room on the constraints that the smallest object decides."""
+    diameter = 2.0 * candidate.tube.outer_radius
+    limits = (
+        (Constraint.STRAIN, figures.strain, requirement.strain_max),
+        (Constraint.PRESSURE, figures.pressure, requirement.pressure_max),
+        (Constraint.TURN_CLEARANCE, figures.turn_spacing, diameter),
+    )
+    return _limited(limits)
+
+
+def largest_margins(
+    requirement: DesignRequirement, figures: GripFigures, length: float
+) -> tuple[Margin, ...]:
+    """Return the room on the constraints that the largest object decides.
+
+    Object length and turn spacing grow with the radius as the coil does.
+    """
+    limits = (
+        (Constraint.OBJECT_LENGTH, figures.object_length, requirement.object_length),
+        (Constraint.LENGTH, length, requirement.length_max),
+    )
+    return _limited(limits)
+
+
+def _limited(
+    limits: tuple[tuple[Constraint, float, float | None], ...],
+) -> tuple[Margin, ...]:
+    """Return a margin for each limit that is given."""
+    return tuple(
+        Margin(constraint, value, bound) for constraint, value, bound in limits if bound is not None
+    )

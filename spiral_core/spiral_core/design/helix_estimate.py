@@ -1,0 +1,126 @@
+r"""Steps 2 to 5 of the design procedure: what the helix model says of a candidate.
+
+The coil of a uniform, unloaded actuator is a helix, and everything about it follows from the
+stretch alone: the radius :math:`r_w = \rho - r_o` that it touches, the length
+:math:`L = 2 \pi n / \sqrt{\kappa^2 + \tau^2}` of n turns, and the object length :math:`n |p|`.
+The material enters only through the pressure. ``docs/design.md`` derives the procedure.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from spiral_core.actuator.curvature import rest_shape_from_stretch
+from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.limits import clustered_nodes
+from spiral_core.errors import NotGrippableError
+from spiral_core.numerics.roots import first_sign_change
+from spiral_core.wrap.helix import helix_from_curvature
+
+# Stretches at which the radius is looked at to bracket the one wanted; it falls smoothly.
+SCAN_NODES = 33
+# The radius is infinite at rest: the search starts this fraction of the elongation above it.
+START = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class GripFigures:
+    """A gripper wrapped about one cylinder.
+
+    Args:
+        radius: of the cylinder [m].
+        pressure: of the perfect wrap [Pa].
+        stretch: axial stretch lambda_1 there.
+        turns: of the whole length.
+        length_needed: gripper length of the turns required [m].
+        object_length: object length that those turns cover [m].
+        turn_spacing: distance between neighboring turns' centerlines [m].
+    """
+
+    radius: float
+    pressure: float
+    stretch: float
+    turns: float
+    length_needed: float
+    object_length: float
+    turn_spacing: float
+
+    @property
+    def strain(self) -> float:
+        """Axial strain lambda_1 - 1."""
+        return self.stretch - 1.0
+
+
+def helix_radius(actuation: FreeActuation, stretch: float) -> float:
+    """Return the radius that the helix at a stretch touches [m]; negative: nothing fits inside."""
+    shape = rest_shape_from_stretch(actuation.actuator, stretch)
+    helix = helix_from_curvature(shape.curvature, shape.torsion)
+    return helix.object_radius(actuation.actuator.tube.outer_radius)
+
+
+def helix_stretch(actuation: FreeActuation, radius: float) -> float:
+    """Return the least stretch whose helix is no wider than a cylinder of ``radius`` [m].
+
+    Raises:
+        NotGrippableError: the actuator's own limit comes first.
+
+    Example:
+        >>> import math
+        >>> from spiral_core import Actuator, FiberAngles, FreeActuation, NeoHookean, Tube
+        >>> tube = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.361)
+        >>> fibers = FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0))
+        >>> actuation = FreeActuation(Actuator(tube, fibers, NeoHookean(c1=145.0e3)))
+        >>> round(helix_stretch(actuation, radius=30.0e-3), 4)
+        1.1135
+    """
+    end = actuation.stretch_limit
+    start = 1.0 + START * (end - 1.0)
+    nodes = [start, *clustered_nodes(end, SCAN_NODES)[1:]]
+    stretch = first_sign_change(lambda x: helix_radius(actuation, x) - radius, nodes)
+    if stretch is None:
+        least = helix_radius(actuation, end)
+        raise NotGrippableError(radius, f"too thin: {actuation.limit.value}", radius - least, least)
+    return stretch
+
+
+def helix_grip(actuation: FreeActuation, radius: float, turns: float) -> GripFigures:
+    """Return how the helix model wraps ``turns`` turns about a cylinder of ``radius`` [m].
+
+    The length of the actuator is taken to be what those turns need.
+
+    Raises:
+        NotGrippableError: the actuator's own limit comes first.
+    """
+    stretch = helix_stretch(actuation, radius)
+    shape = rest_shape_from_stretch(actuation.actuator, stretch)
+    helix = helix_from_curvature(shape.curvature, shape.torsion)
+    object_length = helix.object_length(turns)
+    unstretched = actuation.actuator.tube.length / shape.backbone_length
+    return GripFigures(
+        radius=radius,
+        pressure=actuation.pressure_from_stretch(stretch),
+        stretch=stretch,
+        turns=turns,
+        length_needed=helix.length_for_turns(turns) * unstretched,
+        object_length=object_length,
+        turn_spacing=turn_spacing(object_length, turns, helix.cone_angle),
+    )
+
+
+def turn_spacing(object_length: float, turns: float, cone_angle: float) -> float:
+    r"""Return the distance between neighboring turns' centerlines, :math:`p \sin\theta` [m].
+
+    That is the distance of two parallel slanted lines, the coil unrolled from its cylinder: the
+    turns touch when it falls to the tube's diameter.
+
+    Args:
+        object_length: covered by ``turns`` turns [m].
+        turns: number of turns.
+        cone_angle: between tangent and axis [rad].
+
+    Example:
+        >>> round(turn_spacing(0.04, 2.0, math.pi / 2), 6)
+        0.02
+    """
+    return object_length / turns * math.sin(cone_angle)

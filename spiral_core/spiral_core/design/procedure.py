@@ -1,0 +1,213 @@
+"""The design procedure: from objects and limits to a gripper one can build, or what forbids it.
+
+The paper's seven steps; ``docs/design.md`` describes them and what was added.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from spiral_core.actuator.winding import windings_of
+from spiral_core.design.evaluation import (
+    Estimate,
+    Evaluation,
+    estimate_candidate,
+    evaluate_candidate,
+    preference_key,
+    rank,
+)
+from spiral_core.design.helix_estimate import GripFigures
+from spiral_core.design.relaxations import relaxations_of
+from spiral_core.design.report import Design, DesignReport, Relaxation
+from spiral_core.design.requirement import DesignRequirement, Preference
+from spiral_core.design.rod_correction import ExactFigures, grip_figures, gripper_of
+from spiral_core.design.steps import steps_of
+from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import Gripper
+
+# Points of the answer's pressure-radius curve.
+CURVE_POINTS = 41
+# Candidates that fail as helices and are solved as rods all the same, if none does: gravity
+# changes figures by tens of percent, and what binds should be named from exact figures.
+OTHERS_TRIED = 12
+
+# Candidates solved after the first that does, as the order of helices is not quite that of rods.
+# Strain, pressure and length change by percents; a margin may change by half.
+LOOK_AHEAD = {
+    Preference.LEAST_STRAIN: 2,
+    Preference.LEAST_PRESSURE: 2,
+    Preference.SHORTEST: 4,
+    Preference.LARGEST_MARGIN: 1000,
+}
+
+Progress = Callable[[int, int, str], None]
+
+
+def design_gripper(
+    requirement: DesignRequirement, progress: Progress | None = None
+) -> DesignReport:
+    """Return a gripper for objects and limits, or the constraint that forbids it.
+
+    Candidates (tube, material, angle) are ordered by the requirement's preference as the helix
+    model sees them, and solved as rods under gravity in that order, each with its length corrected.
+    A candidate that fails there sends the procedure back to its second step, with the next; of the
+    first that meet everything the preferred one is taken.
+
+    Args:
+        requirement: objects, limits, what is on offer.
+        progress: called with the number of candidates solved, the number there may be, and the
+            name of the next, before each.
+
+    Returns:
+        The design with its seven steps; if there is none, what comes nearest, what binds, and the
+        least changes that suffice.
+
+    Raises:
+        InvalidInputError: pressure would not extend an actuator with the angles on offer.
+        SolverError: a shape could not be certified.
+
+    Example:
+        >>> from spiral_core.design.requirement import Elastomer, TubeSize
+        >>> from spiral_core.actuator.materials import MooneyRivlin
+        >>> requirement = DesignRequirement(
+        ...     radius_min=11.0e-3,
+        ...     radius_max=30.0e-3,
+        ...     tubes=(TubeSize("3/8 x 1/32 in", 4.7625e-3, 0.79375e-3),),
+        ...     elastomers=(Elastomer("latex", MooneyRivlin(130.0e3, 15.0e3), 950.0),),
+        ...     turns_required=1.5,
+        ...     object_length=0.25,
+        ... )
+        >>> report = design_gripper(requirement)
+        >>> report.feasible, round(np.degrees(report.design.actuator.fibers.beta))
+        (True, 70)
+        >>> round(report.design.helix_length, 4)
+        0.364
+    """
+    estimates = [estimate_candidate(requirement, c) for c in requirement.candidates()]
+    order = _order(requirement, estimates)
+    tried = _solve_in_order(requirement, order, progress)
+    chosen = _chosen(requirement, tried)
+    design = _design(requirement, chosen)
+    relaxations: tuple[Relaxation, ...] = ()
+    if not chosen.is_feasible:
+        relaxations = relaxations_of(requirement, tried, chosen.binding.constraint)
+    return DesignReport(
+        requirement=requirement,
+        feasible=chosen.is_feasible,
+        design=design,
+        steps=steps_of(requirement, estimates, tried, chosen, design),
+        binding=chosen.binding,
+        relaxations=relaxations,
+        tried=tuple(tried),
+        candidates=len(estimates),
+    )
+
+
+def _solve_in_order(
+    requirement: DesignRequirement, order: Sequence[Estimate], progress: Progress | None
+) -> list[Evaluation]:
+    """Return the candidates solved as rods: up to the first that does, and those it must beat."""
+    tried: list[Evaluation] = []
+    left = LOOK_AHEAD[requirement.preference]
+    for number, estimate in enumerate(order):
+        found = any(evaluation.is_feasible for evaluation in tried)
+        if found and (left == 0 or not estimate.is_feasible):
+            break
+        left -= found
+        if progress is not None:
+            progress(number, len(order), estimate.candidate.label)
+        tried.append(evaluate_candidate(requirement, estimate))
+    return tried
+
+
+def _chosen(requirement: DesignRequirement, tried: Sequence[Evaluation]) -> Evaluation:
+    """Return the preferred one of the candidates that do; if none does, what comes nearest."""
+
+    def key(evaluation: Evaluation) -> tuple[bool, float, tuple[int, float]]:
+        preferred = math.inf
+        if evaluation.exact is not None and evaluation.exact.smallest is not None:
+            preferred = preference_key(
+                requirement.preference,
+                evaluation.margins,
+                evaluation.exact.smallest,
+                evaluation.exact.length,
+            )
+        return (
+            not evaluation.is_feasible,
+            preferred if evaluation.is_feasible else 0.0,
+            rank(evaluation.margins),
+        )
+
+    return min(tried, key=key)
+
+
+def _order(requirement: DesignRequirement, estimates: Sequence[Estimate]) -> list[Estimate]:
+    """Return the candidates worth solving: those that pass as helices first."""
+    passing = [e for e in estimates if e.is_feasible]
+    passing.sort(key=lambda e: _preference(requirement, e))
+    others = [e for e in estimates if not e.is_feasible]
+    others.sort(key=lambda e: rank(e.margins))
+    return passing + others[:OTHERS_TRIED]
+
+
+def _preference(requirement: DesignRequirement, estimate: Estimate) -> float:
+    if estimate.smallest is None:  # it would not pass as a helix
+        return float("inf")
+    return preference_key(
+        requirement.preference, estimate.margins, estimate.smallest, estimate.length
+    )
+
+
+def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None:
+    """Return the chosen candidate as something to build; None if it wraps nothing."""
+    exact = chosen.exact
+    if exact is None:
+        return None
+    candidate = chosen.candidate
+    gripper = gripper_of(requirement, candidate, exact.length)
+    limit = _pressure_limit(requirement, gripper, exact)
+    top = max(limit, exact.pressure_max)
+    curve = WrapCurve(gripper_of(requirement, candidate, exact.length, top))
+    within = max(min(limit, curve.pressure_max), curve.pressure_min)
+    actuator = candidate.actuator(requirement, exact.length)
+    points = _curve(requirement, curve, exact)
+    return Design(
+        tube=candidate.tube,
+        elastomer=candidate.elastomer,
+        actuator=actuator,
+        gripper=replace(gripper, pressure_max=limit),
+        windings=windings_of(actuator),
+        cut_length=exact.length + 2.0 * requirement.end_allowance,
+        helix_length=chosen.estimate.length,
+        largest=exact.largest,
+        smallest=points[-1] if exact.smallest is None else exact.smallest,
+        radius_min=curve.radius_from_pressure(within),
+        radius_max=curve.radius_max,
+        curve=points,
+        margins=chosen.margins,
+    )
+
+
+def _pressure_limit(requirement: DesignRequirement, gripper: Gripper, exact: ExactFigures) -> float:
+    """Return the largest pressure to command [Pa].
+
+    It is the one required; where none is, what was certainly enough for the smallest object: the
+    actuator's own limit may be far past what its tube bears.
+    """
+    if requirement.pressure_max is None:
+        return exact.pressure_max
+    return min(requirement.pressure_max, gripper.pressure_max)
+
+
+def _curve(
+    requirement: DesignRequirement, curve: WrapCurve, exact: ExactFigures
+) -> tuple[GripFigures, ...]:
+    """Return the pressure-radius curve over the objects, as far as the gripper reaches."""
+    last = max(requirement.radius_min, exact.radius_min)
+    radii = np.linspace(requirement.radius_max, last, CURVE_POINTS)
+    turns = requirement.turns_required
+    return tuple(grip_figures(curve.wrap_for_radius(float(r)), turns) for r in radii)

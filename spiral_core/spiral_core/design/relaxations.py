@@ -1,0 +1,196 @@
+"""What to change when nothing meets a requirement: the least change of each single wish."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from spiral_core.design.evaluation import (
+    Evaluation,
+    estimate_candidate,
+    evaluate_candidate,
+    rank,
+    smallest_margins,
+)
+from spiral_core.design.margin import Constraint, Margin
+from spiral_core.design.report import Relaxation
+from spiral_core.design.requirement import DesignRequirement
+from spiral_core.design.rod_correction import grip_figures, gripper_of
+from spiral_core.wrap.curve import WrapCurve
+
+LIMITS = {
+    "strain_max": Constraint.STRAIN,
+    "pressure_max": Constraint.PRESSURE,
+    "object_length": Constraint.OBJECT_LENGTH,
+    "length_max": Constraint.LENGTH,
+}
+# Constraints that a larger smallest object eases, and those that a smaller largest object eases.
+OF_SMALLEST = frozenset(
+    {
+        Constraint.SMALLEST_RADIUS,
+        Constraint.STRAIN,
+        Constraint.PRESSURE,
+        Constraint.TURN_CLEARANCE,
+    }
+)
+OF_LARGEST = frozenset({Constraint.LARGEST_RADIUS, Constraint.OBJECT_LENGTH, Constraint.LENGTH})
+# Radii are given to this fraction: finer than tubing is bought.
+RADIUS_RESOLUTION = 5e-3
+# A search for a radius ends where this fraction of a limit, or less, is left unused.
+ROOM_RESOLUTION = 5e-3
+# Room of a radius that a gripper does not reach: none, by as much as makes the search halve.
+UNREACHABLE = -1.0
+# Limits are widened by this fraction beyond the figure that needs them, as rounding's share.
+ROUNDING = 1e-6
+# Of the candidates that come nearest, how many are searched for a radius they do meet.
+RADIUS_CANDIDATES = 2
+
+
+def relaxations_of(
+    requirement: DesignRequirement, evaluations: Iterable[Evaluation], binding: Constraint
+) -> tuple[Relaxation, ...]:
+    """Return the least changes of single requirements that suffice.
+
+    First those that ease the binding constraint itself, the smallest change first.
+
+    Each is verified: the candidate it names was solved with the changed requirement, or its solved
+    figures do not depend on what is changed.
+
+    Args:
+        requirement: that nothing meets.
+        evaluations: the candidates that were solved.
+        binding: the constraint that forbids the nearest of them.
+
+    Raises:
+        SolverError: a shape could not be certified.
+    """
+    by_room = sorted(evaluations, key=lambda e: rank(e.margins))
+    found = [
+        *(_limit_relaxation(requirement, by_room, field, LIMITS[field]) for field in LIMITS),
+        _radius_min_relaxation(requirement, by_room),
+        _radius_max_relaxation(requirement, by_room),
+    ]
+    eases = _fields_easing(binding)
+    return tuple(
+        sorted(
+            (relaxation for relaxation in found if relaxation is not None),
+            key=lambda relaxation: (relaxation.field not in eases, relaxation.relative),
+        )
+    )
+
+
+def _fields_easing(constraint: Constraint) -> set[str]:
+    """Return the fields of a requirement that bear on a constraint."""
+    fields = {field for field, limited in LIMITS.items() if limited is constraint}
+    return fields | ({"radius_min"} if constraint in OF_SMALLEST else {"radius_max"})
+
+
+def _violated(evaluation: Evaluation) -> frozenset[Constraint]:
+    return frozenset(m.constraint for m in evaluation.margins if not m.is_met)
+
+
+def _limit_relaxation(
+    requirement: DesignRequirement,
+    evaluations: list[Evaluation],
+    field: str,
+    constraint: Constraint,
+) -> Relaxation | None:
+    """Return the limit at which a candidate that misses nothing else would do."""
+    needed = [
+        (_margin(evaluation, constraint).value, evaluation.candidate.label)
+        for evaluation in evaluations
+        if _violated(evaluation) == {constraint}
+    ]
+    if not needed:
+        return None
+    value, label = min(needed)
+    return Relaxation(field, getattr(requirement, field), value * (1.0 + ROUNDING), label)
+
+
+def _radius_min_relaxation(
+    requirement: DesignRequirement, evaluations: list[Evaluation]
+) -> Relaxation | None:
+    """Return the smallest object that a candidate does hold with all else kept."""
+    suited = [e for e in evaluations if e.exact is not None and _violated(e) <= OF_SMALLEST]
+    answers = [
+        _smallest_radius(requirement, evaluation) for evaluation in suited[:RADIUS_CANDIDATES]
+    ]
+    return min((a for a in answers if a is not None), key=lambda a: a.sufficient, default=None)
+
+
+def _smallest_radius(requirement: DesignRequirement, evaluation: Evaluation) -> Relaxation | None:
+    """Return the smallest object of one candidate, on the curve of its own length."""
+    if evaluation.exact is None:
+        return None
+    candidate, length = evaluation.candidate, evaluation.exact.length
+    curve = WrapCurve(gripper_of(requirement, candidate, length, evaluation.exact.pressure_max))
+
+    def room(radius: float) -> float:
+        if radius < curve.radius_min:
+            return UNREACHABLE
+        figures = grip_figures(curve.wrap_for_radius(radius), requirement.turns_required)
+        return _least_room(smallest_margins(requirement, candidate, figures))
+
+    radius = _nearest(room, bad=requirement.radius_min, good=requirement.radius_max)
+    if radius is None:
+        return None
+    return Relaxation("radius_min", requirement.radius_min, radius, candidate.label)
+
+
+def _radius_max_relaxation(
+    requirement: DesignRequirement, evaluations: list[Evaluation]
+) -> Relaxation | None:
+    """Return the largest object that the nearest candidate does hold with all else kept."""
+    suited = [e for e in evaluations if _violated(e) <= OF_LARGEST and e.estimate.largest]
+    return _largest_radius(requirement, suited[0]) if suited else None
+
+
+def _largest_radius(requirement: DesignRequirement, evaluation: Evaluation) -> Relaxation | None:
+    """Return the largest object of one candidate, its length corrected for each radius tried."""
+    candidate = evaluation.candidate
+
+    def room(radius: float) -> float:
+        changed = replace(requirement, radius_max=radius)
+        result = evaluate_candidate(changed, estimate_candidate(changed, candidate))
+        return _least_room(m for m in result.margins if m.constraint in OF_LARGEST)
+
+    bad = requirement.radius_max
+    if evaluation.exact is None:  # no length reaches farther than this
+        bad = min(bad, _margin(evaluation, Constraint.LARGEST_RADIUS).value)
+    if not bad > requirement.radius_min:
+        return None
+    radius = _nearest(room, bad=bad, good=requirement.radius_min)
+    if radius is None:
+        return None
+    return Relaxation("radius_max", requirement.radius_max, radius, candidate.label)
+
+
+def _least_room(margins: Iterable[Margin]) -> float:
+    """Return the smallest relative margin; negative if one is not met, 1 if nothing limits."""
+    counted = (m.relative for m in margins if not (m.is_met and m.constraint.is_set_by_length))
+    return min(counted, default=1.0)
+
+
+def _nearest(room: Callable[[float], float], bad: float, good: float) -> float | None:
+    """Return a radius with room >= 0 that leaves little of it; None if ``good`` has none.
+
+    False position, kept off the ends of the bracket: the room is nearly linear in the radius.
+    """
+    room_good, room_bad = room(good), room(bad)
+    if room_good < 0.0:
+        return None
+    if room_bad >= 0.0:
+        return bad
+    while room_good > ROOM_RESOLUTION and abs(good - bad) > RADIUS_RESOLUTION * good:
+        fraction = min(max(room_good / (room_good - room_bad), 0.1), 0.9)
+        middle = good + fraction * (bad - good)
+        value = room(middle)
+        if value >= 0.0:
+            good, room_good = middle, value
+        else:
+            bad, room_bad = middle, value
+    return good
+
+
+def _margin(evaluation: Evaluation, constraint: Constraint) -> Margin:
+    return next(m for m in evaluation.margins if m.constraint is constraint)

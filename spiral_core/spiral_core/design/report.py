@@ -1,0 +1,160 @@
+"""The answer of the design procedure: a gripper one can build, or what forbids it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.winding import Winding
+from spiral_core.design.evaluation import Evaluation
+from spiral_core.design.helix_estimate import GripFigures
+from spiral_core.design.margin import Margin
+from spiral_core.design.requirement import DesignRequirement, Elastomer, TubeSize
+from spiral_core.wrap.gripper import Gripper
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A named figure of a step.
+
+    Args:
+        name: what it is, in words.
+        value: in SI.
+        unit: its SI unit; ``"1"`` for ratios, strains and counts.
+    """
+
+    name: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class DesignStep:
+    """One of the seven steps, with its intermediate result.
+
+    Args:
+        number: 1 to 7.
+        title: what is decided.
+        satisfied: whether the step could be met.
+        remark: how, or why not, in one line.
+        figures: its result.
+    """
+
+    number: int
+    title: str
+    satisfied: bool
+    remark: str
+    figures: tuple[Figure, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Relaxation:
+    """The least change of one requirement that makes the whole feasible, all others kept.
+
+    Args:
+        field: of the requirement.
+        requested: its value as it was asked for.
+        sufficient: its value at which a design exists.
+        design: that design, in words.
+    """
+
+    field: str
+    requested: float
+    sufficient: float
+    design: str
+
+    @property
+    def relative(self) -> float:
+        """How far the requirement is changed, as a fraction of what was asked for."""
+        return abs(self.sufficient / self.requested - 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """A gripper that can be built.
+
+    Args:
+        tube: the tube's size.
+        elastomer: its material.
+        actuator: tube of the corrected length, fibers, material.
+        gripper: the same, mounted, with its largest pressure.
+        windings: of the first and the second family.
+        cut_length: tube to cut, with what the two ends take up [m].
+        helix_length: length by the helix model alone [m].
+        largest: wrapped about the largest object.
+        smallest: wrapped about the smallest object, or about the smallest it can.
+        radius_min: smallest radius that it grips within the pressure limit [m].
+        radius_max: largest radius that it grips [m].
+        curve: pressure against object radius, from the largest to the smallest object.
+        margins: room on every constraint.
+    """
+
+    tube: TubeSize
+    elastomer: Elastomer
+    actuator: Actuator
+    gripper: Gripper
+    windings: tuple[Winding, Winding]
+    cut_length: float
+    helix_length: float
+    largest: GripFigures
+    smallest: GripFigures
+    radius_min: float
+    radius_max: float
+    curve: tuple[GripFigures, ...]
+    margins: tuple[Margin, ...]
+
+    @property
+    def length(self) -> float:
+        """Unstretched length of the actuator, corrected for gravity [m]."""
+        return self.actuator.tube.length
+
+    @property
+    def sentence(self) -> str:
+        """The design in one line."""
+        beta = math.degrees(self.actuator.fibers.beta)
+        return (
+            f"{self.tube.name}, {self.elastomer.name}, beta {beta:.4g} deg, length "
+            f"{1e3 * self.length:.4g} mm, {self.largest.pressure / 1e3:.4g} to "
+            f"{self.smallest.pressure / 1e3:.4g} kPa"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class DesignReport:
+    """What the design procedure found, step by step.
+
+    Args:
+        requirement: the question.
+        feasible: whether everything required is met.
+        design: the answer; if nothing meets the requirement, what comes nearest; None if nothing
+            wraps at all.
+        steps: the seven steps.
+        binding: the constraint that leaves least room, or that forbids.
+        relaxations: if infeasible, changes of one requirement that would do, the smallest first.
+        tried: the candidates that were solved as rods, in the order they were tried.
+        candidates: number of combinations on offer.
+    """
+
+    requirement: DesignRequirement
+    feasible: bool
+    design: Design | None
+    steps: tuple[DesignStep, ...]
+    binding: Margin
+    relaxations: tuple[Relaxation, ...]
+    tried: tuple[Evaluation, ...]
+    candidates: int
+
+    @property
+    def message(self) -> str:
+        """The answer in one line."""
+        if self.feasible and self.design is not None:
+            return self.design.sentence
+        nearest = "no single change of the requirement makes it feasible"
+        if self.relaxations:
+            first = self.relaxations[0]
+            nearest = (
+                f"feasible with {first.field} = {first.sufficient:.5g} instead of "
+                f"{first.requested:.5g} ({first.design})"
+            )
+        return f"not feasible: {self.binding.sentence}; {nearest}"

@@ -1,0 +1,214 @@
+"""The question of the design procedure: objects to be gripped, limits, and what is on offer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from spiral_core.actuator.actuator import Actuator, CurvatureForm
+from spiral_core.actuator.fibers import FiberAngles
+from spiral_core.actuator.materials import HyperelasticLaw
+from spiral_core.actuator.tube import Tube
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.types import Vector
+from spiral_core.validation import (
+    require_non_negative,
+    require_positive,
+    require_unit_vector,
+    require_vector,
+)
+from spiral_core.wrap.gripper import DEFAULT_TURNS, HANGING
+
+# The angle that the paper winds its first family at: 90 degrees is hard to wind.
+DEFAULT_ALPHA = math.radians(88.0)
+# The angles of the paper's charts and prototypes, and one step beyond.
+DEFAULT_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
+# No elastomer stretches farther: a larger limit is a percentage that was meant as a fraction.
+LARGEST_STRAIN = 10.0
+# Objects above a thousand kilometers [m]: not even a wrong unit gets there.
+LARGEST_RADIUS = 1.0e6
+# Tube that a plug and a fitting take up at each end (our choice: one inch, less a little).
+DEFAULT_END_ALLOWANCE = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class TubeSize:
+    """A size of tubing that can be bought.
+
+    Args:
+        name: how reports call it.
+        inner_radius: radius of the bore r [m], > 0.
+        wall_thickness: t [m], > 0.
+
+    Raises:
+        InvalidInputError: a dimension is not positive and finite.
+
+    Example:
+        >>> TubeSize("3/8 x 1/32 in", inner_radius=4.7625e-3, wall_thickness=0.79375e-3).name
+        '3/8 x 1/32 in'
+    """
+
+    name: str
+    inner_radius: float
+    wall_thickness: float
+
+    def __post_init__(self) -> None:
+        require_positive("inner_radius", self.inner_radius)
+        require_positive("wall_thickness", self.wall_thickness)
+
+    @property
+    def outer_radius(self) -> float:
+        """Outer radius r + t [m]."""
+        return self.inner_radius + self.wall_thickness
+
+    def cut(self, length: float) -> Tube:
+        """Return a tube of this size and a length [m]."""
+        return Tube(self.inner_radius, self.wall_thickness, length)
+
+
+@dataclass(frozen=True, slots=True)
+class Elastomer:
+    """What tubing is made of.
+
+    Args:
+        name: how reports call it.
+        law: its hyperelastic law.
+        density: [kg/m^3], > 0.
+
+    Raises:
+        InvalidInputError: the law is none, or the density is not positive and finite.
+    """
+
+    name: str
+    law: HyperelasticLaw
+    density: float
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.law, HyperelasticLaw):
+            raise InvalidInputError("law", self.law, "a hyperelastic law")
+        require_positive("density", self.density)
+
+
+class Preference(Enum):
+    """Which of several designs that meet the requirement is taken; the value says it in words."""
+
+    LEAST_STRAIN = "least strain at the smallest object"
+    LEAST_PRESSURE = "least pressure at the smallest object"
+    SHORTEST = "shortest gripper"
+    LARGEST_MARGIN = "largest margin on the limit that is nearest"
+
+
+@dataclass(frozen=True, slots=True)
+class DesignRequirement:
+    """Objects to be gripped, limits to be kept, and what is on offer.
+
+    A limit that is None does not limit.
+
+    Args:
+        radius_min: radius of the smallest object [m], > 0.
+        radius_max: radius of the largest object [m], >= ``radius_min``.
+        tubes: sizes on offer, at least one; one is a fixed tube.
+        elastomers: materials on offer, at least one.
+        fiber_angles_beta: angles at which the second family can be wound [rad].
+        fiber_angle_alpha: angle of the first family [rad].
+        turns_required: turns about the largest object, > 0.
+        object_length: length of object that the coil may cover [m].
+        length_max: longest gripper acceptable [m].
+        pressure_max: largest gauge pressure [Pa].
+        strain_max: largest axial strain of the tube, lambda_1 - 1: 0.3 is 30 %.
+        gravity: acceleration in the base frame [m/s^2].
+        object_axis: direction of the object in the base frame (unit vector); None fits the coil.
+        curvature_form: how stretch and twist become curvature.
+        extra_mass_per_length: fibers, glue, what else hangs on the tube [kg/m].
+        end_allowance: tube beyond the gripper at each end, for plug and fitting [m].
+        preference: which of several designs is taken.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+    """
+
+    radius_min: float
+    radius_max: float
+    tubes: tuple[TubeSize, ...]
+    elastomers: tuple[Elastomer, ...]
+    fiber_angles_beta: tuple[float, ...] = DEFAULT_BETAS
+    fiber_angle_alpha: float = DEFAULT_ALPHA
+    turns_required: float = DEFAULT_TURNS
+    object_length: float | None = None
+    length_max: float | None = None
+    pressure_max: float | None = None
+    strain_max: float | None = None
+    gravity: Vector = HANGING
+    object_axis: Vector | None = None
+    curvature_form: CurvatureForm = CurvatureForm.FIRST_ORDER
+    extra_mass_per_length: float = 0.0
+    end_allowance: float = DEFAULT_END_ALLOWANCE
+    preference: Preference = Preference.LEAST_STRAIN
+
+    def __post_init__(self) -> None:
+        require_positive("radius_min", self.radius_min)
+        require_positive("radius_max", self.radius_max)
+        if not self.radius_max >= self.radius_min:
+            raise InvalidInputError(
+                "radius_max", self.radius_max, f"at least radius_min = {self.radius_min:.6g} m"
+            )
+        if not self.radius_max <= LARGEST_RADIUS:
+            raise InvalidInputError("radius_max", self.radius_max, f"at most {LARGEST_RADIUS:g} m")
+        for field in ("tubes", "elastomers", "fiber_angles_beta"):
+            if not getattr(self, field):
+                raise InvalidInputError(field, getattr(self, field), "at least one on offer")
+        for beta in self.fiber_angles_beta:
+            FiberAngles(self.fiber_angle_alpha, beta)
+        require_positive("turns_required", self.turns_required)
+        for field in ("object_length", "length_max", "pressure_max", "strain_max"):
+            if getattr(self, field) is not None:
+                require_positive(field, getattr(self, field))
+        if self.strain_max is not None and not self.strain_max <= LARGEST_STRAIN:
+            raise InvalidInputError(
+                "strain_max", self.strain_max, f"at most {LARGEST_STRAIN:g} (0.3 is 30 %)"
+            )
+        require_vector("gravity", self.gravity, 3)
+        if self.object_axis is not None:
+            require_unit_vector("object_axis", self.object_axis)
+        require_non_negative("extra_mass_per_length", self.extra_mass_per_length)
+        require_non_negative("end_allowance", self.end_allowance)
+
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Return every combination on offer: tubes, then elastomers, then angles."""
+        return tuple(
+            Candidate(tube, elastomer, beta)
+            for tube in self.tubes
+            for elastomer in self.elastomers
+            for beta in self.fiber_angles_beta
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One combination on offer.
+
+    Args:
+        tube: its size.
+        elastomer: its material.
+        fiber_angle_beta: angle of the second family [rad].
+    """
+
+    tube: TubeSize
+    elastomer: Elastomer
+    fiber_angle_beta: float
+
+    def actuator(self, requirement: DesignRequirement, length: float) -> Actuator:
+        """Return the actuator that is made of it with a length [m]."""
+        return Actuator(
+            tube=self.tube.cut(length),
+            fibers=FiberAngles(requirement.fiber_angle_alpha, self.fiber_angle_beta),
+            material=self.elastomer.law,
+            curvature_form=requirement.curvature_form,
+        )
+
+    @property
+    def label(self) -> str:
+        """Name for reports: tube, material, angle."""
+        angle = math.degrees(self.fiber_angle_beta)
+        return f"{self.tube.name}, {self.elastomer.name}, beta {angle:.4g} deg"

@@ -1,0 +1,233 @@
+"""The seven steps of the design procedure, each with its own intermediate result."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from spiral_core.actuator.free import FreeActuation
+from spiral_core.design.evaluation import Estimate, Evaluation
+from spiral_core.design.helix_estimate import GripFigures, helix_radius
+from spiral_core.design.margin import Constraint, Margin
+from spiral_core.design.report import Design, DesignStep, Figure
+from spiral_core.design.requirement import DesignRequirement
+
+
+def steps_of(
+    requirement: DesignRequirement,
+    estimates: Sequence[Estimate],
+    tried: Sequence[Evaluation],
+    chosen: Evaluation,
+    design: Design | None,
+) -> tuple[DesignStep, ...]:
+    """Return the seven steps of a design.
+
+    Args:
+        requirement: the question.
+        estimates: every candidate by the helix model.
+        tried: the candidates that were solved as rods.
+        chosen: the one that was taken, or that comes nearest.
+        design: made of it; None if it cannot wrap the largest object.
+    """
+    return (
+        _tube(requirement, chosen),
+        _ratios(requirement, chosen.estimate),
+        _angle(requirement, estimates, tried, chosen),
+        _length(requirement, chosen.estimate),
+        _object_length(requirement, chosen.estimate),
+        _correction(requirement, chosen),
+        _design_space(chosen, design),
+    )
+
+
+def _tube(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
+    tube = chosen.candidate.tube
+    offer = f"{len(requirement.tubes)} on offer" if len(requirement.tubes) > 1 else "as given"
+    return DesignStep(
+        1,
+        "tube",
+        satisfied=True,
+        remark=f"{tube.name}, {chosen.candidate.elastomer.name} ({offer})",
+        figures=(
+            Figure("inner radius", tube.inner_radius, "m"),
+            Figure("wall thickness", tube.wall_thickness, "m"),
+            Figure("outer radius", tube.outer_radius, "m"),
+            Figure("tubes on offer", float(len(requirement.tubes)), "1"),
+        ),
+    )
+
+
+def _ratios(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
+    radius = estimate.candidate.tube.inner_radius
+    low, high = requirement.radius_min / radius, requirement.radius_max / radius
+    return DesignStep(
+        2,
+        "radius ratios",
+        satisfied=True,
+        remark=f"objects of {low:.3g} to {high:.3g} tube radii",
+        figures=(
+            Figure("smallest object radius / tube radius", low, "1"),
+            Figure("largest object radius / tube radius", high, "1"),
+        ),
+    )
+
+
+def _angle(
+    requirement: DesignRequirement,
+    estimates: Sequence[Estimate],
+    tried: Sequence[Evaluation],
+    chosen: Evaluation,
+) -> DesignStep:
+    estimate = chosen.estimate
+    margins = _only(
+        estimate.margins,
+        Constraint.SMALLEST_RADIUS,
+        Constraint.STRAIN,
+        Constraint.TURN_CLEARANCE,
+    )
+    figures = [Figure("fiber angle beta", estimate.candidate.fiber_angle_beta, "rad")]
+    figures += _interval(estimate.largest, estimate.smallest)
+    verdicts = []
+    for other in _same_tube(estimates, estimate):
+        degrees = math.degrees(other.candidate.fiber_angle_beta)
+        if other.smallest is not None:
+            name = f"strain at the smallest object, beta {degrees:.4g} deg"
+            figures.append(Figure(name, other.smallest.strain, "1"))
+        verdicts.append(f"{degrees:.4g} deg {_verdict(other, tried, chosen)}")
+    return DesignStep(
+        3,
+        "fiber angle",
+        satisfied=_met(margins),
+        remark=f"{requirement.preference.value}: {'; '.join(verdicts)}",
+        figures=tuple(figures),
+    )
+
+
+def _interval(largest: GripFigures | None, smallest: GripFigures | None) -> list[Figure]:
+    return [
+        Figure(f"strain at the {name} object", grip.strain, "1")
+        for name, grip in (("largest", largest), ("smallest", smallest))
+        if grip is not None
+    ]
+
+
+def _same_tube(estimates: Sequence[Estimate], chosen: Estimate) -> list[Estimate]:
+    wanted = chosen.candidate
+    return [
+        e
+        for e in estimates
+        if (e.candidate.tube, e.candidate.elastomer) == (wanted.tube, wanted.elastomer)
+    ]
+
+
+def _verdict(estimate: Estimate, tried: Sequence[Evaluation], chosen: Evaluation) -> str:
+    """Return why a candidate was taken or not."""
+    if estimate is chosen.estimate:
+        return "taken" if chosen.is_feasible else f"comes nearest ({_worst(chosen.margins)})"
+    for evaluation in tried:
+        if evaluation.estimate is estimate and not evaluation.is_feasible:
+            return f"fails as a rod ({_worst(evaluation.margins)})"
+    if not estimate.is_feasible:
+        return f"fails as a helix ({_worst(estimate.margins)})"
+    return "would do too"
+
+
+def _worst(margins: Iterable[Margin]) -> str:
+    margin = min(margins, key=lambda m: m.relative)
+    return f"{margin.constraint.value} {100.0 * margin.relative:+.3g} %"
+
+
+def _length(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
+    radius = estimate.candidate.tube.inner_radius
+    largest = estimate.largest
+    figures = [Figure("turns required", requirement.turns_required, "1")]
+    if largest is not None:
+        figures += [
+            Figure("helix length", largest.length_needed, "m"),
+            Figure("helix length / tube radius", largest.length_needed / radius, "1"),
+        ]
+    return DesignStep(
+        4,
+        "length",
+        satisfied=largest is not None and _met(_only(estimate.margins, Constraint.LENGTH)),
+        remark=f"{requirement.turns_required:.4g} turns about the largest object, as a helix",
+        figures=tuple(figures),
+    )
+
+
+def _object_length(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
+    radius = estimate.candidate.tube.inner_radius
+    figures = []
+    for name, grip in (("largest", estimate.largest), ("smallest", estimate.smallest)):
+        if grip is not None:
+            covered = grip.object_length
+            figures.append(Figure(f"object length at the {name} object", covered, "m"))
+            figures.append(Figure(f"object length / tube radius, {name}", covered / radius, "1"))
+    margins = _only(estimate.margins, Constraint.OBJECT_LENGTH)
+    remark = margins[0].sentence if margins else "the object's length is not limited"
+    if requirement.object_length is not None:
+        figures.append(Figure("object length available", requirement.object_length, "m"))
+    return DesignStep(5, "object length", _met(margins), remark, tuple(figures))
+
+
+def _correction(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
+    title = "correction for gravity"
+    exact, estimate = chosen.exact, chosen.estimate
+    tried = Figure("lengths solved", float(len(chosen.lengths_tried)), "1")
+    if exact is None:
+        return DesignStep(
+            6, title, satisfied=False, remark=_worst(chosen.margins), figures=(tried,)
+        )
+    actuation = FreeActuation(chosen.candidate.actuator(requirement, exact.length))
+    figures = [
+        Figure("length", exact.length, "m"),
+        Figure("length / helix length", exact.length / estimate.length, "1"),
+        Figure("turns at the largest object", exact.largest.turns, "1"),
+        *_interval(exact.largest, exact.smallest),
+        Figure("object length at the largest object", exact.largest.object_length, "m"),
+        Figure("least distance between turns", _least_spacing(exact.largest, exact.smallest), "m"),
+        Figure(
+            "radius range widened to, largest", helix_radius(actuation, exact.largest.stretch), "m"
+        ),
+        tried,
+    ]
+    if exact.smallest is not None:
+        widened = helix_radius(actuation, exact.smallest.stretch)
+        figures.insert(-1, Figure("radius range widened to, smallest", widened, "m"))
+    margins = [m for m in chosen.margins if m.constraint is not Constraint.PRESSURE]
+    remark = (
+        f"as a rod under gravity {1e3 * exact.length:.4g} mm instead of "
+        f"{1e3 * estimate.length:.4g} mm; {_worst(margins) if not _met(margins) else 'all met'}"
+    )
+    return DesignStep(6, title, _met(margins), remark, tuple(figures))
+
+
+def _least_spacing(largest: GripFigures, smallest: GripFigures | None) -> float:
+    return min(grip.turn_spacing for grip in (largest, smallest) if grip is not None)
+
+
+def _design_space(chosen: Evaluation, design: Design | None) -> DesignStep:
+    title = "exact design space"
+    margins = _only(chosen.margins, Constraint.PRESSURE, Constraint.SMALLEST_RADIUS)
+    if design is None:
+        return DesignStep(7, title, satisfied=False, remark="nothing to show", figures=())
+    figures = (
+        Figure("pressure at the largest object", design.largest.pressure, "Pa"),
+        Figure("pressure at the smallest object", design.smallest.pressure, "Pa"),
+        Figure("smallest radius within the pressure limit", design.radius_min, "m"),
+        Figure("largest radius", design.radius_max, "m"),
+        Figure("largest pressure", design.gripper.pressure_max, "Pa"),
+    )
+    remark = (
+        f"{design.largest.pressure / 1e3:.4g} kPa at {1e3 * design.largest.radius:.4g} mm to "
+        f"{design.smallest.pressure / 1e3:.4g} kPa at {1e3 * design.smallest.radius:.4g} mm"
+    )
+    return DesignStep(7, title, _met(margins), remark, figures)
+
+
+def _only(margins: Iterable[Margin], *constraints: Constraint) -> list[Margin]:
+    return [margin for margin in margins if margin.constraint in constraints]
+
+
+def _met(margins: Iterable[Margin]) -> bool:
+    return all(margin.is_met for margin in margins)

@@ -1,0 +1,1 @@
+"""Numerics that every layer shares: how kernels are compiled, where roots lie."""

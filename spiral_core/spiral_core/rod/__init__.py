@@ -1,0 +1,1 @@
+"""The rod: certified static shapes under load. Knows no actuator."""

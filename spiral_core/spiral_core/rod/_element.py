@@ -1,0 +1,256 @@
+"""The rod element: its energy, and that energy's exact gradient and Hessian (compiled).
+
+The discretization is derived in ``docs/derivations/rod.md``; its symbols are used here. A rod of N
+elements of length h has N + 1 nodes; node i carries a unit quaternion q_i, the force n_i of
+everything beyond it, and element e between two nodes carries one strain u. Energy of an element,
+with t = x axis, a = R^T n, D = a_1 - a_0, abar = (a_0 + a_1) / 2:
+
+    W = h (u.Ku / 2 - c.u) + h^2/12 u.(t x D) - h^3/24 G.K^-1 G,      G = K'u - c' + u x (Ku - c) +
+    t x abar
+
+The first term is the elastic energy at constant strain, the second the Hermite correction of the
+load's trapezoidal rule, the third the energy released by the strain's variation inside the element:
+together the error is O(h^4).
+
+``elements`` is an (N, 10) array: mean torsional and bending stiffness, mean c = K u*, then the
+slopes of those five.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spiral_core.numerics.kernel import inlined
+from spiral_core.rod._algebra import (
+    Mat,
+    Quat,
+    Vec,
+    add,
+    cross,
+    diagonal,
+    dot,
+    matadd,
+    matmul,
+    matmul_skew,
+    matscale,
+    matvec,
+    matvec_t,
+    outer,
+    quaternion_product,
+    scale,
+    skew,
+    skew_matmul,
+    transpose,
+)
+
+Array = NDArray[np.float64]
+
+
+@inlined
+def strain_factor(sine_squared: float) -> tuple[float, float, float]:
+    """Return f, f', f'' of f(z^2) = asin(z) / z, by its series to z^6.
+
+    With z = sin(angle / 2) of an element's rotation, u = (2 f / h) Im(conj(q_0) q_1) is its
+    rotation vector over h. The series' error is O(h^8); the rest strain goes through the same
+    series (:func:`discrete_rest_strain`), so that the uniform helix stays exact.
+    """
+    s = sine_squared
+    value = 1.0 + s * (1.0 / 6.0 + s * (3.0 / 40.0 + s * (5.0 / 112.0)))
+    first = 1.0 / 6.0 + s * (3.0 / 20.0 + s * (15.0 / 112.0))
+    second = 3.0 / 20.0 + s * (15.0 / 56.0)
+    return value, first, second
+
+
+@inlined
+def element_frame(q0: Quat, q1: Quat, h: float) -> tuple[Vec, float, Vec]:
+    """Return x = Im(conj(q0) q1), w = Re(conj(q0) q1) and the element's strain u [1/m]."""
+    x0, x1, x2, w = quaternion_product((-q0[0], -q0[1], -q0[2], q0[3]), q1)
+    x = (x0, x1, x2)
+    factor, _, _ = strain_factor(dot(x, x))
+    return x, w, scale(2.0 * factor / h, x)
+
+
+@inlined
+def imbalance(u: Vec, row: Array, mean_load: Vec) -> Vec:
+    """Return G, the moment imbalance per length in the middle of an element of strain u [N]."""
+    kt, kb = row[0], row[1]
+    m = (kt * u[0] - row[2], kb * u[1] - row[3], kb * u[2] - row[4])
+    varying = (row[5] * u[0] - row[7], row[6] * u[1] - row[8], row[6] * u[2] - row[9])
+    return add(add(varying, cross(u, m)), (0.0, -mean_load[2], mean_load[1]))
+
+
+@inlined
+def element_energy(u: Vec, a0: Vec, a1: Vec, row: Array, h: float) -> float:
+    """Return W of one element [J] (see the module's head)."""
+    kt, kb = row[0], row[1]
+    elastic = (
+        0.5 * (kt * u[0] * u[0] + kb * (u[1] * u[1] + u[2] * u[2]))
+        - row[2] * u[0]
+        - row[3] * u[1]
+        - row[4] * u[2]
+    )
+    change = (0.0, -(a1[2] - a0[2]), a1[1] - a0[1])
+    g = imbalance(u, row, scale(0.5, add(a0, a1)))
+    released = (kb * g[0] * g[0] + kt * (g[1] * g[1] + g[2] * g[2])) / (kt * kb)
+    energy: float = h * elastic + h * h / 12.0 * dot(u, change) - h * h * h / 24.0 * released
+    return energy
+
+
+@inlined
+def strain_derivatives(u: Vec, a0: Vec, a1: Vec, row: Array, h: float) -> tuple[Vec, Mat, Mat, Vec]:
+    """Return dW/du, d2W/du2, and h^3/12 times J^T K^-1 and K^-1 G, with J = dG/du."""
+    kt, kb = row[0], row[1]
+    third = h * h * h / 12.0
+    square = h * h / 12.0
+    m = (kt * u[0] - row[2], kb * u[1] - row[3], kb * u[2] - row[4])
+    g = imbalance(u, row, scale(0.5, add(a0, a1)))
+    per_both = third / (kt * kb)
+    twist, bend = per_both * kb, per_both * kt
+    y = (twist * g[0], bend * g[1], bend * g[2])
+    j = (
+        row[5],
+        m[2] - kb * u[2],
+        kb * u[1] - m[1],
+        kt * u[2] - m[2],
+        row[6],
+        m[0] - kb * u[0],
+        m[1] - kt * u[1],
+        kb * u[0] - m[0],
+        row[6],
+    )
+    jc = (
+        twist * j[0],
+        bend * j[3],
+        bend * j[6],
+        twist * j[1],
+        bend * j[4],
+        bend * j[7],
+        twist * j[2],
+        bend * j[5],
+        bend * j[8],
+    )
+    pull = (0.0, square * (a0[2] - a1[2]), square * (a1[1] - a0[1]))
+    w_u = add(add(scale(h, m), pull), scale(-1.0, matvec_t(j, y)))
+    d = kt - kb
+    w_uu = matadd(
+        matadd(diagonal(h * kt, h * kb, h * kb), matscale(-1.0, matmul(jc, j))),
+        (0.0, d * y[2], -d * y[1], d * y[2], 0.0, 0.0, -d * y[1], 0.0, 0.0),
+    )
+    return w_u, w_uu, jc, y
+
+
+@inlined
+def turned_load(n: Mat, a: Vec) -> Mat:
+    """Return N (a t^T - (t.a) I): a node's rotation turns its load, N takes that to the strain."""
+    m = matscale(-a[0], n)
+    na = matvec(n, a)
+    return (m[0] + na[0], m[1], m[2], m[3] + na[1], m[4], m[5], m[6] + na[2], m[7], m[8])
+
+
+@inlined
+def pushed_back(m: Mat, x: Vec, w: float, cf: float, bend: float, sign: float) -> Mat:
+    """Return U^T m, with U = c f (sign w + [x]) / 2 + sign bend x x^T.
+
+    U is du/deta of node 1 (``sign`` = 1) or node 0 (-1).
+    """
+    flat = matscale(0.5 * cf, matadd(matscale(sign * w, m), matscale(-1.0, skew_matmul(x, m))))
+    return matadd(flat, outer(scale(sign * bend, x), matvec_t(m, x)))
+
+
+@inlined
+def rotated_load_hessian(p: Vec, a: Vec) -> Mat:
+    """Return the Hessian of eta -> p . a(eta), a(eta) = exp(-eta) a, at eta = 0."""
+    m = outer(p, a)
+    d = dot(p, a)
+    return matadd(matscale(0.5, matadd(m, transpose(m))), diagonal(-d, -d, -d))
+
+
+@inlined
+def load_pair(k: float, a: Vec, b: Vec) -> Mat:
+    """Return -k (T [a])^T (T [b]), T = [t]: two nodes' loads acting on the energy released."""
+    m = outer((1.0, 0.0, 0.0), scale(k * b[0], a))
+    d = -k * a[0] * b[0]
+    side = scale(k * a[0], b)
+    return (
+        m[0] + side[0] + d - k * dot(a, b),
+        m[1],
+        m[2],
+        side[1],
+        d,
+        0.0,
+        side[2],
+        0.0,
+        d,
+    )
+
+
+@inlined
+def element_derivatives(
+    x: Vec, w: float, u: Vec, a0: Vec, a1: Vec, row: Array, h: float
+) -> tuple[Vec, Vec, Mat, Mat, Mat]:
+    """Return gradient and Hessian of W for rotations eta of both nodes: g0, g1, H00, H01, H11."""
+    w_u, w_uu, jc, y = strain_derivatives(u, a0, a1, row, h)
+    square = h * h / 12.0
+    # Chain through u(x) = c f x: F = du/dx = c f I + s x x^T.
+    f, f1, f2 = strain_factor(dot(x, x))
+    c = 2.0 / h
+    cf = c * f
+    s = 2.0 * c * f1
+    along = dot(w_u, x)
+    g_x = add(scale(cf, w_u), scale(s * along, x))
+    v = matvec(w_uu, x)
+    z = add(
+        scale(s, add(scale(cf, v), w_u)), scale(0.5 * s * s * dot(x, v) + 2.0 * c * f2 * along, x)
+    )
+    xz = outer(x, z)
+    h_x = matadd(
+        matadd(matscale(cf * cf, w_uu), diagonal(s * along, s * along, s * along)),
+        matadd(xz, transpose(xz)),
+    )
+    # Chain through x(eta0, eta1): A1 = (w + [x]) / 2, A0 = -A1^T.
+    h_skew = matmul_skew(h_x, x)
+    p1 = matscale(0.5, matadd(matscale(w, h_x), h_skew))
+    p0 = matscale(0.5, matadd(matscale(w, h_x), matscale(-1.0, h_skew)))
+    skew_p1 = skew_matmul(x, p1)
+    # Loads: dW/da0, dW/da1, and d2W/du da = N (a t^T - (t.a) I) for each node.
+    mean = (0.0, -0.5 * y[2], 0.5 * y[1])
+    lean = (0.0, square * u[2], -square * u[1])
+    q0 = add(mean, scale(-1.0, lean))
+    q1 = add(mean, lean)
+    half = matscale(-0.5, jc)
+    load0 = turned_load(matadd(half, diagonal(-square, -square, -square)), a0)
+    load1 = turned_load(matadd(half, diagonal(square, square, square)), a1)
+    k = 0.25 * h * h * h / (12.0 * row[1])
+    bend = 0.5 * s * w
+    pull0 = pushed_back(load0, x, w, cf, bend, -1.0)
+    pull1 = pushed_back(load1, x, w, cf, bend, 1.0)
+    cross01 = pushed_back(load1, x, w, cf, bend, -1.0)
+    cross10 = pushed_back(load0, x, w, cf, bend, 1.0)
+    # Second derivatives of x itself.
+    bow = -0.25 * dot(g_x, x)
+    gx_x = outer(g_x, x)
+    twist = matscale(0.25, matadd(matscale(w, skew(g_x)), matadd(gx_x, transpose(gx_x))))
+    h00 = matadd(
+        matadd(matscale(0.5, matadd(matscale(w, p0), skew_matmul(x, p0))), diagonal(bow, bow, bow)),
+        matadd(
+            matadd(rotated_load_hessian(q0, a0), load_pair(k, a0, a0)),
+            matadd(pull0, transpose(pull0)),
+        ),
+    )
+    h11 = matadd(
+        matadd(
+            matscale(0.5, matadd(matscale(w, p1), matscale(-1.0, skew_p1))),
+            diagonal(bow, bow, bow),
+        ),
+        matadd(
+            matadd(rotated_load_hessian(q1, a1), load_pair(k, a1, a1)),
+            matadd(pull1, transpose(pull1)),
+        ),
+    )
+    h01 = matadd(
+        matadd(matscale(-0.5, matadd(matscale(w, p1), skew_p1)), diagonal(bow, bow, bow)),
+        matadd(matadd(twist, load_pair(k, a0, a1)), matadd(cross01, transpose(cross10))),
+    )
+    turned = cross(x, g_x)
+    g0 = add(scale(-0.5, add(scale(w, g_x), turned)), cross(q0, a0))
+    g1 = add(scale(0.5, add(scale(w, g_x), scale(-1.0, turned))), cross(q1, a1))
+    return g0, g1, h00, h01, h11

@@ -1,0 +1,138 @@
+"""Many rods at once: one compiled call for a chunk of them, chunks on as many cores as given."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.types import Array, RodStatus
+
+IntArray: TypeAlias = NDArray[np.int64]
+BoolArray: TypeAlias = NDArray[np.bool_]
+# Rods in one task of the executor: enough to hide the task's cost, few enough to share evenly.
+CHUNK = 32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RodBatch:
+    """States of m rods on n nodes; fields as in :class:`~spiral_core.rod.types.RodState`.
+
+    Args:
+        statuses: how each solve ended (m,).
+        positions: (m, n, 3) [m].
+        orientations: (m, n, 4).
+        energies: (m,) [J].
+        residuals: (m,), as fractions of EI/L.
+        smallest_pivots: (m,), as fractions of EI/L.
+        iterations: (m,).
+        folds: (m,).
+    """
+
+    statuses: tuple[RodStatus, ...]
+    positions: Array
+    orientations: Array
+    energies: Array
+    residuals: Array
+    smallest_pivots: Array
+    iterations: IntArray
+    folds: IntArray
+
+    @property
+    def stable(self) -> BoolArray:
+        """Which of them are equilibria with a certificate of stability (m,)."""
+        return np.array([s is RodStatus.CONVERGED for s in self.statuses]) & (
+            self.smallest_pivots > 0.0
+        )
+
+
+def solve_rods(
+    lengths: ArrayLike,
+    bending: ArrayLike,
+    torsional: ArrayLike,
+    rest_strains: ArrayLike,
+    distributed: ArrayLike,
+    tip_forces: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    elements: int,
+    executor: Executor | None = None,
+) -> RodBatch:
+    """Return the static shapes of many uniform rods, each along its own loading path.
+
+    The same states as :func:`~spiral_core.rod.solve.solve_rod` without a start, to the last bit.
+    The kernel runs outside Python's lock, so that a thread pool is enough to use every core.
+
+    Args:
+        lengths: L (m,) or one for all [m]; the other arguments broadcast alike.
+        bending: EI [N m^2].
+        torsional: GJ [N m^2].
+        rest_strains: u* (m, 3) [1/m].
+        distributed: force per length (m, 3) [N/m].
+        tip_forces: (m, 3) [N].
+        elements: number of elements of every rod.
+        executor: runs the chunks; None solves them one after another.
+
+    Raises:
+        InvalidInputError: shapes do not fit together, a value is not finite, or a length or
+            stiffness is not positive.
+
+    Example:
+        >>> batch = solve_rods(0.3, 3e-4, 2e-4, [(-5.0, 0.0, 10.0), (5.0, 0.0, 10.0)],
+        ...                    (0.24, 0.0, 0.0), elements=40)
+        >>> batch.positions.shape, batch.stable.tolist()
+        ((2, 41, 3), [True, True])
+    """
+    from spiral_core.rod._batch_kernel import solve_chunk
+
+    data = _rows(lengths, bending, torsional, rest_strains, distributed, tip_forces)
+    if type(elements) is not int or elements < 2:
+        raise InvalidInputError("elements", elements, "a whole number of at least 2")
+    chunks = [data[i : i + CHUNK] for i in range(0, len(data), CHUNK)]
+    counts = [elements] * len(chunks)
+    run = map if executor is None else executor.map
+    return _batch(list(run(solve_chunk, chunks, counts)))
+
+
+def _rows(*columns: ArrayLike) -> Array:
+    """Return the data of m rods as rows (m, 12), checked."""
+    fields = ("lengths", "bending", "torsional", "rest_strains", "distributed", "tip_forces")
+    arrays = []
+    for field, column, width in zip(fields, columns, (1, 1, 1, 3, 3, 3), strict=True):
+        array = np.asarray(column, dtype=np.float64)
+        array = array[..., None] if width == 1 else array
+        if array.ndim not in (1, 2) or array.shape[-1] != width or not np.all(np.isfinite(array)):
+            raise InvalidInputError(
+                field, column, f"finite values of shape (m, {width}) or ({width},)"
+            )
+        if width == 1 and not np.all(array > 0.0):
+            raise InvalidInputError(field, column, "positive finite values")
+        arrays.append(np.atleast_2d(array))
+    count = max(len(array) for array in arrays)
+    for field, array in zip(fields, arrays, strict=True):
+        if len(array) not in (1, count):
+            raise InvalidInputError(
+                field, len(array), f"one value, or one for each of {count} rods"
+            )
+    return np.hstack([np.broadcast_to(array, (count, array.shape[1])) for array in arrays])
+
+
+def _batch(results: list[tuple[IntArray, Array, Array, Array]]) -> RodBatch:
+    """Join the results of the chunks."""
+    from spiral_core.rod.solve import STATUSES
+
+    counts = np.concatenate([counts for counts, _, _, _ in results])
+    figures = np.concatenate([figures for _, figures, _, _ in results])
+    return RodBatch(
+        statuses=tuple(STATUSES[outcome] for outcome in counts[:, 0]),
+        positions=np.concatenate([positions for _, _, positions, _ in results]),
+        orientations=np.concatenate([orientations for _, _, _, orientations in results]),
+        energies=figures[:, 0],
+        residuals=figures[:, 1],
+        smallest_pivots=figures[:, 2],
+        iterations=counts[:, 1],
+        folds=counts[:, 2],
+    )

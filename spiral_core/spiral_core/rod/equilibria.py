@@ -1,0 +1,86 @@
+"""The other equilibria: stable states that a rod under load could be in, found from many starts."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod._arrays import discretize, element_count
+from spiral_core.rod._continuation import descend
+from spiral_core.rod.solve import solve_with_elements, state_from_solution
+from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState, RodStatus
+
+DEFAULT_STARTS = 64
+# Two states are one if no node differs by more than this angle [rad].
+SAME_ANGLE = 1e-3
+# Waves of rotation along the rod that make a start, and how many turns they bring at the most.
+WAVES = 3
+START_TURNS = 1.5
+
+
+def find_equilibria(
+    rod: Rod,
+    load: RodLoad,
+    *,
+    starts: int = DEFAULT_STARTS,
+    seed: int = 0,
+    elements: int | None = None,
+) -> tuple[RodState, ...]:
+    """Return the stable states found from many starts, the lowest energy first.
+
+    The first start is the loading path; the others bend and twist its end by random smooth
+    rotations. Each state is certified; that there are no more is not.
+
+    Args:
+        rod: the rod.
+        load: its load; without a tip moment, for energies to be compared.
+        starts: how many to try, >= 1.
+        seed: of the random starts; the same seed gives the same answer.
+        elements: as in :func:`~spiral_core.rod.solve.solve_rod`.
+
+    Returns:
+        Different states, by increasing energy; empty if none converged.
+
+    Raises:
+        InvalidInputError: ``starts`` is not a positive whole number.
+
+    Example:
+        >>> rod = Rod(0.3, 3e-4, 2e-4, (0.0, 0.0, 5.0))
+        >>> len(find_equilibria(rod, RodLoad(distributed=(0.24, 0.0, 0.0)), starts=4))
+        1
+    """
+    if type(starts) is not int or starts < 1:
+        raise InvalidInputError("starts", starts, "a whole number of at least 1")
+    count = elements or element_count(rod, load)
+    arrays = discretize(rod, load, count)
+    first = solve_with_elements(rod, load, count, None)
+    states = [first] if first.status is RodStatus.CONVERGED else []
+    generator = np.random.default_rng(seed)
+    for _ in range(starts - 1):
+        q = _scrambled(first.orientations, generator)
+        solution = descend(q, arrays.system, DEFAULT_TOLERANCE * arrays.moment_scale)
+        state = state_from_solution(arrays, q, 0, solution)
+        if state.stable and not any(_same(state, other) for other in states):
+            states.append(state)
+    return tuple(sorted(states, key=lambda state: state.energy))
+
+
+def _scrambled(orientations: Array, generator: np.random.Generator) -> Array:
+    """Return orientations turned by a random smooth rotation that vanishes at the base."""
+    reach = np.linspace(0.0, 1.0, len(orientations))[:, None]
+    size = 2.0 * np.pi * START_TURNS / WAVES
+    turn = np.zeros((len(orientations), 3))
+    for wave in range(1, WAVES + 1):
+        turn += size / wave * generator.normal(size=3) * np.sin(0.5 * np.pi * wave * reach)
+    turned: Array = (Rotation.from_quat(orientations) * Rotation.from_rotvec(turn)).as_quat()
+    # Quaternions of neighbors on one side of the sphere, as the elements need them.
+    signs = np.cumprod(np.where(np.sum(turned[1:] * turned[:-1], axis=1) < 0.0, -1.0, 1.0))
+    turned[1:] *= signs[:, None]
+    return turned if turned[0] @ orientations[0] > 0.0 else -turned
+
+
+def _same(a: RodState, b: RodState) -> bool:
+    """Return whether two states' nodes differ by no more than :data:`SAME_ANGLE`."""
+    overlap = np.abs(np.sum(a.orientations * b.orientations, axis=1))
+    return bool(np.all(2.0 * np.arccos(np.minimum(1.0, overlap)) < SAME_ANGLE))

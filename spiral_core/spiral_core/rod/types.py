@@ -1,0 +1,183 @@
+"""Rods, loads and solved states: the values that every solver here takes and returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spiral_core.validation import require_positive, require_vector
+
+Array: TypeAlias = NDArray[np.float64]
+Vector: TypeAlias = tuple[float, float, float]
+ScalarProfile: TypeAlias = float | Callable[[Array], Array]
+VectorProfile: TypeAlias = Vector | Callable[[Array], Array]
+
+ZERO: Vector = (0.0, 0.0, 0.0)
+# Moment imbalance, as a fraction of EI/L, at which a state counts as in equilibrium; the tip is
+# then right to about as small a fraction of the length. Rounding leaves 1e-12 or so.
+DEFAULT_TOLERANCE = 1e-8
+MAX_ELEMENTS = 20_000
+
+
+class RodStatus(Enum):
+    """How a solve ended; the value is advice to the user. Only ``CONVERGED`` is an answer."""
+
+    CONVERGED = "converged to a stable equilibrium"
+    ITERATION_LIMIT = (
+        "the iteration limit was reached; use more elements, or approach the load in smaller steps"
+    )
+    LINE_SEARCH_FAILED = (
+        "the energy could not be lowered although forces are out of balance; the tolerance is "
+        "below rounding error, or the tip moment does work that no energy describes: loosen the "
+        "tolerance or reduce the moment"
+    )
+    NOT_FINITE = "a number overflowed; check lengths, stiffnesses and loads for their units"
+    UNSTABLE = (
+        "the equilibrium is not stable: the rod would leave it; start elsewhere or reduce the load"
+    )
+    LEFT_BRANCH = "the branch of stable states ends before this load: the rod would snap"
+
+
+@dataclass(frozen=True, slots=True)
+class RodStiffness:
+    """Bending and torsional stiffness of a rod's section.
+
+    Args:
+        bending: EI [N m^2], > 0, the same in every direction.
+        torsional: GJ [N m^2], > 0.
+
+    Raises:
+        InvalidInputError: a stiffness is not positive and finite.
+
+    Example:
+        >>> RodStiffness(bending=3.0e-4, torsional=2.0e-4).bending
+        0.0003
+    """
+
+    bending: float
+    torsional: float
+
+    def __post_init__(self) -> None:
+        require_positive("bending", self.bending)
+        require_positive("torsional", self.torsional)
+
+
+@dataclass(frozen=True, slots=True)
+class Rod:
+    """An inextensible, unshearable elastic rod with a shape of its own.
+
+    Each property may vary along the rod: give a function from arc lengths (n,) [m] to values (n,)
+        or (n, 3).
+
+    Args:
+        length: L [m], > 0.
+        bending_stiffness: EI [N m^2], > 0.
+        torsional_stiffness: GJ [N m^2], > 0.
+        rest_strain: strain vector of the unloaded rod in the material frame [1/m]; (torsion, 0,
+            curvature) bends it towards the material y axis. See ``docs/conventions.md``.
+
+    Raises:
+        InvalidInputError: a constant value is not finite or not positive where it must be.
+    """
+
+    length: float
+    bending_stiffness: ScalarProfile
+    torsional_stiffness: ScalarProfile
+    rest_strain: VectorProfile = ZERO
+
+    def __post_init__(self) -> None:
+        require_positive("length", self.length)
+        for field in ("bending_stiffness", "torsional_stiffness"):
+            value = getattr(self, field)
+            if not callable(value):
+                require_positive(field, value)
+        if not callable(self.rest_strain):
+            require_vector("rest_strain", self.rest_strain, 3)
+
+
+@dataclass(frozen=True, slots=True)
+class RodLoad:
+    """What pulls at a rod; all vectors in the base frame and dead: they do not turn with the rod.
+
+    Args:
+        distributed: force per length [N/m], such as weight per length times the direction of
+            gravity; may vary along the rod (a function of arc length, as in :class:`Rod`).
+        tip_force: force at the tip [N].
+        tip_moment: moment at the tip [N m]. A moment fixed in space has no potential energy: the
+            certificate then excludes a static loss of stability only, and under a strong one no
+            stable state may be found.
+
+    Raises:
+        InvalidInputError: a component is not finite.
+    """
+
+    distributed: VectorProfile = ZERO
+    tip_force: Vector = ZERO
+    tip_moment: Vector = ZERO
+
+    def __post_init__(self) -> None:
+        if not callable(self.distributed):
+            require_vector("distributed", self.distributed, 3)
+        require_vector("tip_force", self.tip_force, 3)
+        require_vector("tip_moment", self.tip_moment, 3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RodState:
+    """A rod's static shape and the evidence for it.
+
+    Args:
+        status: how the solve ended; the arrays are an answer only if it is ``CONVERGED``.
+        arc_lengths: (n,) of the nodes [m], from 0 at the base to L at the tip.
+        positions: (n, 3) of the nodes in the base frame [m]; the base is the origin.
+        orientations: (n, 4) unit quaternions, scalar last, material frame to base frame.
+        forces: (n, 3) internal force in the base frame [N].
+        moments: (n, 3) internal moment in the material frame [N m].
+        strains: (n, 3) strain vector in the material frame [1/m].
+        energy: potential energy [J]; zero for the unloaded rod at rest.
+        residual: largest moment imbalance at a node, as a fraction of EI/L.
+        smallest_pivot: smallest pivot of the energy's Hessian, as a fraction of EI/L: the
+            certificate. Positive proves that the state is a strict minimum of the discrete energy.
+        iterations: Newton iterations spent.
+        folds: how often the rod snapped on the way: along the loading path, or from the start.
+        discretization_error: estimated largest error of a position [m]; None where it was not asked
+            for.
+    """
+
+    status: RodStatus
+    arc_lengths: Array
+    positions: Array
+    orientations: Array
+    forces: Array
+    moments: Array
+    strains: Array
+    energy: float
+    residual: float
+    smallest_pivot: float
+    iterations: int
+    folds: int = 0
+    discretization_error: float | None = None
+
+    @property
+    def stable(self) -> bool:
+        """Whether the state is an equilibrium with a certificate of stability."""
+        return self.status is RodStatus.CONVERGED and self.smallest_pivot > 0.0
+
+    @property
+    def tangents(self) -> Array:
+        """Unit tangents (n, 3) in the base frame."""
+        x, y, z, w = self.orientations.T
+        return np.column_stack(
+            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w))
+        )
+
+    @property
+    def tip_position(self) -> Array:
+        """Position of the tip in the base frame (3,) [m]."""
+        tip: Array = self.positions[-1]
+        return tip

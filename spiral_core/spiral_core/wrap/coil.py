@@ -1,0 +1,136 @@
+"""What a rod's shape is as a coil: its axis, its turns about it, the cylinder it would touch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.validation import require_unit_vector
+
+# Parts of a rod count as coiled where their tangent's sine to the axis is at least this fraction of
+# the tip's.
+LEAST_SINE = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coil:
+    """A shape seen along an axis.
+
+    Args:
+        axis: unit vector in the base frame, pointing the way the coil advances from base to tip.
+        tip_angle: angle between the tip's tangent and the axis [rad].
+        turns: turns of the tangent about the axis, up to each node (n,); grows whichever way the
+        coil winds.
+        advances: length covered along the axis, up to each node (n,) [m].
+        arc_lengths: of the nodes (n,) [m].
+    """
+
+    axis: Vector
+    tip_angle: float
+    turns: Array
+    advances: Array
+    arc_lengths: Array
+
+    @property
+    def total_turns(self) -> float:
+        """Turns of the whole length."""
+        return float(self.turns[-1])
+
+    def length_for_turns(self, turns: float) -> float | None:
+        """Return the length from the tip that makes so many turns [m]; None if there are fewer."""
+        start = self._start_of_last(turns)
+        return None if start is None else float(self.arc_lengths[-1]) - start
+
+    def advance_for_turns(self, turns: float) -> float | None:
+        """Return the object length that the last turns cover [m]; None if there are fewer."""
+        start = self._start_of_last(turns)
+        if start is None:
+            return None
+        return abs(
+            float(self.advances[-1]) - float(np.interp(start, self.arc_lengths, self.advances))
+        )
+
+    def _start_of_last(self, turns: float) -> float | None:
+        """Return the arc length where the last ``turns`` turns begin [m]."""
+        left = self.total_turns - turns
+        if not left >= 0.0:
+            return None
+        below = np.nonzero(self.turns <= left)[0]
+        i = int(below[-1])
+        if i == len(self.turns) - 1:
+            return float(self.arc_lengths[-1])
+        fraction = (left - self.turns[i]) / (self.turns[i + 1] - self.turns[i])
+        return float(
+            self.arc_lengths[i] + fraction * (self.arc_lengths[i + 1] - self.arc_lengths[i])
+        )
+
+
+def coil_from_state(state: RodState, axis: Vector) -> Coil:
+    r"""Return the coil that a shape makes about an axis.
+
+    The turns are the tangent's azimuth about the axis, unwrapped, over :math:`2\pi`. A part that
+    still hangs along the axis, its sine to it less than half the tip's, wraps nothing and is not
+    counted; it would add or lose a whole turn as the tangent passes the axis on one side or the
+    other.
+
+    Args:
+        state: the shape.
+        axis: unit vector in the base frame, pointing the way the coil advances
+            (:func:`coil_axis`).
+    """
+    from spiral_core.wrap._coil_kernels import turns_about  # compile only when a coil is asked for
+
+    angle = tip_angle(state, axis)
+    turns = turns_about(state.orientations, axis, LEAST_SINE * math.sin(angle))
+    return Coil(
+        axis=axis,
+        tip_angle=angle,
+        turns=turns if turns[-1] >= 0.0 else -turns,
+        advances=state.positions @ np.asarray(axis),
+        arc_lengths=state.arc_lengths,
+    )
+
+
+def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vector:
+    """Return the axis of a coil (unit vector), pointing the way it advances from base to tip.
+
+    A given axis keeps its direction; otherwise it is fitted to the coil's end: the direction in
+    which the tangents of the last turn vary least, the eigenvector of the smallest eigenvalue of
+    their covariance. For a helix that is exactly its axis.
+
+    Args:
+        state: the shape.
+        axis: unit vector in the base frame, in either sense; None fits it.
+        turn_length: arc length of one turn at the tip [m], the window of that fit.
+
+    Raises:
+        InvalidInputError: the given axis is no unit vector.
+    """
+    # Compile only when a coil is asked for.
+    from spiral_core.wrap._coil_kernels import FITTED, advancing_axis
+
+    step = float(state.arc_lengths[-1]) / (len(state.arc_lengths) - 1)
+    given = FITTED if axis is None else _checked(axis)
+    return advancing_axis(
+        state.orientations, state.strains, state.positions[-1], step, float(turn_length), given
+    )
+
+
+def tip_angle(state: RodState, axis: Vector) -> float:
+    """Return the angle between the tip's tangent and a unit axis [rad].
+
+    Raises:
+        InvalidInputError: the axis is no unit vector.
+    """
+    from spiral_core.wrap._coil_kernels import angle_at_tip
+
+    return angle_at_tip(state.orientations, _checked(axis))
+
+
+def _checked(axis: Vector) -> Vector:
+    """Return an axis as floats; raise InvalidInputError if it is no unit vector."""
+    x, y, z = require_unit_vector("axis", axis)
+    return (x, y, z)

@@ -1,0 +1,184 @@
+"""A gripper: an actuator as a rod, how it is mounted, and what it may be asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.interface import ActuationModel, RestShape
+from spiral_core.actuator.tube import Tube
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.types import Rod, RodLoad, RodStiffness, Vector
+from spiral_core.validation import (
+    require_in_range,
+    require_non_negative,
+    require_positive,
+    require_unit_vector,
+    require_vector,
+)
+
+STANDARD_GRAVITY = 9.80665
+# The tube leaves the base along +x: hanging straight down, gravity points along +x.
+HANGING: Vector = (STANDARD_GRAVITY, 0.0, 0.0)
+# Slightly more than one complete turn: the paper's condition for a grip whatever the friction.
+DEFAULT_TURNS = 1.05
+
+
+@dataclass(frozen=True, slots=True)
+class Gripper:
+    """A mounted spiral gripper.
+
+    Args:
+        name: how messages call it.
+        tube: the elastomer tube at rest.
+        actuation: turns a pressure into the unloaded shape.
+        stiffness: bending and torsional stiffness of the tube.
+        weight_per_length: mass times standard gravity per unstretched length [N/m], >= 0.
+        pressure_max: largest gauge pressure that may be commanded [Pa], > 0 and within the
+        actuation's range.
+        gravity: acceleration in the base frame [m/s^2]; only its direction and its ratio to
+        standard gravity matter.
+        object_axis: direction of the object's axis in the base frame (unit vector); None fits it to
+        the coil.
+        turns_required: turns about the object that count as a wrap, > 0.
+        friction_coefficient: between gripper and object, or None if unknown.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+    """
+
+    name: str
+    tube: Tube
+    actuation: ActuationModel
+    stiffness: RodStiffness
+    weight_per_length: float
+    pressure_max: float
+    gravity: Vector = HANGING
+    object_axis: Vector | None = None
+    turns_required: float = DEFAULT_TURNS
+    friction_coefficient: float | None = None
+
+    def __post_init__(self) -> None:
+        require_non_negative("weight_per_length", self.weight_per_length)
+        require_positive("pressure_max", self.pressure_max)
+        if self.pressure_max > self.actuation.pressure_limit:
+            raise InvalidInputError(
+                "pressure_max",
+                self.pressure_max,
+                f"at most {self.actuation.pressure_limit:.6g} Pa, the actuator's own limit "
+                f"({self.actuation.limit.value})",
+            )
+        require_vector("gravity", self.gravity, 3)
+        if self.object_axis is not None:
+            require_unit_vector("object_axis", self.object_axis)
+        require_positive("turns_required", self.turns_required)
+        if self.friction_coefficient is not None:
+            require_in_range("friction_coefficient", self.friction_coefficient, 0.0, 10.0)
+
+    def rest_shape(self, pressure: float) -> RestShape:
+        """Return the unloaded shape at a gauge pressure [Pa], at most ``pressure_max``.
+
+        Raises:
+            InvalidInputError: the pressure is not in [0, ``pressure_max``].
+        """
+        return self.actuation.rest_shape(
+            require_in_range("pressure", pressure, 0.0, self.pressure_max)
+        )
+
+    def rod(self, shape: RestShape) -> Rod:
+        """Return the rod that an unloaded shape is bent from."""
+        return Rod(
+            length=shape.backbone_length,
+            bending_stiffness=self.stiffness.bending,
+            torsional_stiffness=self.stiffness.torsional,
+            rest_strain=(shape.torsion, 0.0, shape.curvature),
+        )
+
+    def load(self, shape: RestShape) -> RodLoad:
+        """Return the gripper's weight on its rod."""
+        return RodLoad(distributed=self.weight(shape))
+
+    def weight(self, shape: RestShape) -> Vector:
+        """Return the weight per length of the backbone [N/m]; the mass stays when it stretches."""
+        density = self.weight_per_length * self.tube.length / shape.backbone_length
+        x, y, z = self.gravity
+        unit = density / STANDARD_GRAVITY
+        return (unit * x, unit * y, unit * z)
+
+    def with_mount(self, gravity: Vector, object_axis: Vector | None) -> Gripper:
+        """Return the same gripper held otherwise: gravity [m/s^2] and axis in the base frame."""
+        return replace(self, gravity=gravity, object_axis=object_axis)
+
+
+def stiffness_from_actuator(actuator: Actuator) -> RodStiffness:
+    """Return EI and GJ of the tube's annulus, for the small-strain modulus E and G = E/3.
+
+    The fibers' own stiffness is not counted; calibrate where it matters.
+    """
+    modulus = actuator.material.small_strain_modulus
+    return RodStiffness(
+        bending=modulus * actuator.tube.second_moment_of_area,
+        torsional=modulus / 3.0 * actuator.tube.polar_moment_of_area,
+    )
+
+
+def gripper_from_actuator(
+    name: str,
+    actuator: Actuator,
+    *,
+    density: float,
+    pressure_max: float | None = None,
+    extra_mass_per_length: float = 0.0,
+    stiffness: RodStiffness | None = None,
+    gravity: Vector = HANGING,
+    object_axis: Vector | None = None,
+    turns_required: float = DEFAULT_TURNS,
+    friction_coefficient: float | None = None,
+) -> Gripper:
+    """Return the gripper made of an actuator of known density.
+
+    Args:
+        name: how messages call it.
+        actuator: tube, fibers, material.
+        density: of the elastomer [kg/m^3], > 0.
+        pressure_max: largest gauge pressure [Pa]; None takes the actuator's own limit.
+        extra_mass_per_length: fibers, glue, what else hangs on the tube [kg/m].
+        stiffness: None derives it from the material (:func:`stiffness_from_actuator`).
+        gravity: in the base frame [m/s^2]; hanging straight down by default.
+        object_axis: unit vector in the base frame, or None to fit it to the coil.
+        turns_required: turns about the object that count as a wrap.
+        friction_coefficient: between gripper and object, or None if unknown.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+
+    Example:
+        >>> import math
+        >>> from spiral_core.actuator.fibers import FiberAngles
+        >>> from spiral_core.actuator.materials import MooneyRivlin
+        >>> actuator = Actuator(
+        ...     tube=Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.361),
+        ...     fibers=FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0)),
+        ...     material=MooneyRivlin(c1=130.0e3, c2=15.0e3),
+        ... )
+        >>> gripper = gripper_from_actuator("example", actuator, density=930.0)
+        >>> round(gripper.weight_per_length, 4)
+        0.2347
+    """
+    require_positive("density", density)
+    require_non_negative("extra_mass_per_length", extra_mass_per_length)
+    actuation = FreeActuation(actuator)
+    mass = density * actuator.tube.wall_area + extra_mass_per_length
+    return Gripper(
+        name=name,
+        tube=actuator.tube,
+        actuation=actuation,
+        stiffness=stiffness_from_actuator(actuator) if stiffness is None else stiffness,
+        weight_per_length=mass * STANDARD_GRAVITY,
+        pressure_max=actuation.pressure_limit if pressure_max is None else pressure_max,
+        gravity=gravity,
+        object_axis=object_axis,
+        turns_required=turns_required,
+        friction_coefficient=friction_coefficient,
+    )

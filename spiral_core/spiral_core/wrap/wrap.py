@@ -1,0 +1,143 @@
+r"""The perfect wrap: what a gripper coiled by some pressure holds, and how.
+
+At the perfect wrap the whole length touches the object and the tip, which carries no moment, has
+the curvature of the free shape; its tangent makes the angle :math:`\theta` with the object's axis,
+so that
+
+.. math:: r_w(P) = \sin^2\theta_\mathrm{end}(P) / \kappa(P) - r_o
+
+(derived in ``docs/derivations/wrap.md``).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+
+from spiral_core.actuator.interface import RestShape
+from spiral_core.rod.types import RodState, RodStiffness, Vector
+from spiral_core.wrap.coil import Coil, coil_from_state
+from spiral_core.wrap.gripper import Gripper
+
+# A radius within this fraction of the perfect one still counts as a perfect wrap: the scatter of
+# the paper's prototypes and of an estimated radius is no finer.
+PERFECT_BAND = 0.02
+
+
+class WrapRegime(Enum):
+    """How a gripper at some pressure holds an object (the paper's Fig. 4)."""
+
+    OVERHANG = "overhang"
+    PERFECT_WRAP = "perfect wrap"
+    CURLING = "curling"
+
+
+@dataclass(frozen=True, eq=False)
+class Wrap:
+    """A gripper coiled by one pressure, and the cylinder it fits.
+
+    What follows from the shape is computed when it is first asked for: a control loop wants the
+    pressure first. (Which is why this class has no slots.)
+
+    Args:
+        pressure: gauge pressure [Pa].
+        object_radius: radius of the cylinder that it wraps perfectly [m].
+        rest_shape: the unloaded shape.
+        state: the shape, with its certificate.
+        axis: of that cylinder, a unit vector that points the way the coil advances.
+        turns_required: turns about the object that count as a wrap.
+    """
+
+    pressure: float
+    object_radius: float
+    rest_shape: RestShape
+    state: RodState
+    axis: Vector
+    turns_required: float
+
+    @cached_property
+    def coil(self) -> Coil:
+        """Turns and advance along the rod."""
+        return coil_from_state(self.state, self.axis)
+
+    @property
+    def turns(self) -> float:
+        """Turns of the whole length about the object's axis."""
+        return self.coil.total_turns
+
+    @property
+    def tip_angle(self) -> float:
+        """Angle between the tip's tangent and that axis [rad]."""
+        return self.coil.tip_angle
+
+    @cached_property
+    def free_length_needed(self) -> float | None:
+        """Length of gripper that makes the required turns, counted from the tip [m].
+
+        None if it makes fewer.
+        """
+        return self.coil.length_for_turns(self.turns_required)
+
+    @cached_property
+    def object_length_needed(self) -> float | None:
+        """Object length that those turns cover [m]; None if the gripper makes fewer."""
+        return self.coil.advance_for_turns(self.turns_required)
+
+    @property
+    def contact_length(self) -> float:
+        """Length of gripper on its cylinder [m]: all of it, which is what perfect wrap means."""
+        return self.rest_shape.backbone_length
+
+
+def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple[float, Vector]:
+    """Return r_w [m] of a gripper in some state, and the object's axis (unit vector).
+
+    Args:
+        gripper: the gripper.
+        shape: its unloaded shape at the pressure in question.
+        state: its shape there.
+    """
+    # Compile only when a wrap is asked for.
+    from spiral_core.rod._arrays import floats
+    from spiral_core.wrap._coil_kernels import FITTED
+    from spiral_core.wrap._wrap_kernel import fitted_radius
+
+    return fitted_radius(
+        state.orientations,
+        state.strains,
+        state.positions[-1],
+        float(shape.backbone_length),
+        floats((shape.torsion, 0.0, shape.curvature)),
+        FITTED if gripper.object_axis is None else floats(gripper.object_axis),
+        float(gripper.tube.outer_radius),
+    )
+
+
+def line_force(
+    stiffness: RodStiffness, shape: RestShape, radius: float, tip_angle: float, outer_radius: float
+) -> float:
+    r"""Return the force per length [N/m] of a uniform coil on a cylinder; negative lifts off.
+
+    .. math:: q = [EI (\kappa - \kappa_c) \sin^2\theta + GJ (\tau - \tau_c) \sin\theta \cos\theta] /
+    \rho^2,
+        \quad \rho = r_w + r_o
+
+    with :math:`\kappa_c = \sin^2\theta/\rho`, :math:`\tau_c = \pm\sin\theta\cos\theta/\rho` of the
+    free shape's hand: the derivative of the energy per length by the radius (our derivation; the
+    paper gives no force model). Zero at the perfect wrap of the unloaded helix.
+
+    Args:
+        stiffness: of the rod.
+        shape: the unloaded shape at the pressure in question.
+        radius: of the object [m].
+        tip_angle: between tangent and axis on the object [rad].
+        outer_radius: of the gripper's tube [m].
+    """
+    rho = radius + outer_radius
+    sine, cosine = math.sin(tip_angle), abs(math.cos(tip_angle))
+    torsion = abs(shape.torsion)
+    bending = stiffness.bending * (shape.curvature - sine * sine / rho) * sine * sine
+    twisting = stiffness.torsional * (torsion - sine * cosine / rho) * sine * cosine
+    return (bending + twisting) / (rho * rho)

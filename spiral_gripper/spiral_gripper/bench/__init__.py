@@ -1,0 +1,1 @@
+"""Bench measurements: CSV files with units to a calibrated gripper file."""

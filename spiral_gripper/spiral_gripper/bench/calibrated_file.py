@@ -1,0 +1,223 @@
+"""A calibrated copy of a gripper description file, written beside the original.
+
+The file's own comments and layout stay; only the fitted fields change, each with its confidence
+interval as a comment. No file is ever overwritten.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from spiral_core import Calibration, FittedQuantity, MeasuredActuation
+from spiral_core.calibration.model import constants_of
+from spiral_core.calibration.result import DEFAULT_LEVEL
+from spiral_gripper.files.catalog import available_grippers, find_description, read_description_text
+from spiral_gripper.files.description import GripperDescription, parse_description
+from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS
+from spiral_gripper.files.units import convert_from_si
+
+if TYPE_CHECKING:
+    from ruamel.yaml import YAML
+    from ruamel.yaml.comments import CommentedMap, CommentedSeq
+
+# Ten digits: a file that is read back gives the fitted pressures to rounding of the file's own.
+_DIGITS = 10
+_UNITS = {"material": "kPa", "stiffness": "N m^2", "fibers": "mm"}
+_FIELD_OF_QUANTITY = {
+    FittedQuantity.BENDING_STIFFNESS.value: "stiffness.bending",
+    FittedQuantity.TORSIONAL_STIFFNESS.value: "stiffness.torsional",
+    FittedQuantity.STRAIGHT_FIBER_RADIUS.value: "fibers.straight_fiber_radius",
+}
+
+
+def write_calibrated_description(
+    description: GripperDescription,
+    calibration: Calibration,
+    measured_files: Sequence[Path] = (),
+    target: Path | None = None,
+) -> Path:
+    """Write a description file with the fitted values, and return where it is.
+
+    Args:
+        description: what was calibrated; its source is read again for its comments.
+        calibration: the fit.
+        measured_files: the files of measurements, to be named in the file.
+        target: where to write; None puts ``<name>_calibrated.yaml`` beside the original (with a
+            number, if there is one already), or into the current folder if the original is one
+            of the package's own.
+
+    Raises:
+        DescriptionError: the fitted values make no valid description; most often
+            ``limits.pressure_max`` is past the fitted actuator's limit.
+        FileExistsError: ``target`` exists.
+        OSError: the file cannot be written.
+    """
+    text = calibrated_text(description, calibration, measured_files)
+    return _write_new(description.source, text, target, "calibrated")
+
+
+def write_measured_description(
+    description: GripperDescription,
+    actuation: MeasuredActuation,
+    measured_files: Sequence[Path] = (),
+    target: Path | None = None,
+) -> Path:
+    """Write a description file that holds a measured actuation curve, and return where it is.
+
+    Args:
+        description: the gripper whose actuation was measured.
+        actuation: the curve.
+        measured_files: the files of measurements, to be named in the file.
+        target: as for :func:`write_calibrated_description`, with ``_measured`` in its name.
+
+    Raises:
+        DescriptionError: most often ``limits.pressure_max`` is past the end of the data.
+        FileExistsError: ``target`` exists.
+        OSError: the file cannot be written.
+    """
+    yaml = _round_trip()
+    root = yaml.load(read_description_text(description.source))
+    root["measured"] = {
+        "pressures": _quantities(actuation.pressures, 1e-3, "kPa"),
+        "curvatures": _quantities(actuation.curvatures, 1.0, "rad/m"),
+        "torsions": _quantities(actuation.torsions, 1.0, "rad/m"),
+    }
+    note = f"# The actuation curve was measured{_named('in', measured_files)}; "
+    text = f"{note}the material gives the stiffness only.\n{_dumped(yaml, root)}"
+    return _write_new(description.source, text, target, "measured")
+
+
+def calibrated_text(
+    description: GripperDescription, calibration: Calibration, measured_files: Sequence[Path] = ()
+) -> str:
+    """Return the text of a description file with the fitted values in place of its own."""
+    yaml = _round_trip()
+    root = yaml.load(read_description_text(description.source))
+    _write_law(root["material"], calibration)
+    for name in calibration.names:
+        if name in _FIELD_OF_QUANTITY:
+            section, key = _FIELD_OF_QUANTITY[name].split(".")
+            if not isinstance(root.get(section), dict):
+                root[section] = type(root)()
+            _put(root[section], key, _written(name, calibration.value(name)), calibration, name)
+    law = next(name for name, one in LAWS.items() if one is calibration.model.fitted_law)
+    note = (
+        f"# Calibrated: {law} fitted{_named('to', measured_files)}, "
+        f"{len(calibration.readings)} readings; intervals are {DEFAULT_LEVEL:.0%}.\n"
+    )
+    return note + _dumped(yaml, root)
+
+
+def _write_law(material: CommentedMap, calibration: Calibration) -> None:
+    """Put a law and its constants into the material's section, and take out other constants."""
+    law = calibration.model.fitted_law
+    wanted = constants_of(law)
+    material["law"] = next(name for name, one in LAWS.items() if one is law)
+    others = [name for name in material if name in CONSTANTS and name not in wanted]
+    orphaned = "".join(_comment_below(material, name) for name in others)
+    for name in others:
+        del material[name]
+    place = list(material).index("law") + 1
+    for name in wanted:
+        value = float(getattr(calibration.actuator.material, name))
+        if name not in material:
+            material.insert(place, name, None)
+        _put(material, name, _written(name, value), calibration, name)
+        place = list(material).index(name) + 1
+    material.ca.items[wanted[-1]][2].value += orphaned
+
+
+def _put(
+    section: CommentedMap, key: str, text: str | float, calibration: Calibration, name: str
+) -> None:
+    """Set one field, with its interval as its comment in place of any older one."""
+    section[key] = text
+    if name not in calibration.names:
+        comment = "held in the fit"
+    elif name in calibration.at_bound:
+        comment = "fitted; at the bound it was given"
+    elif calibration.standard_errors[calibration.index(name)] > abs(calibration.value(name)):
+        comment = "fitted, but not determined by the readings"
+    else:
+        low, high = (_written(name, end, digits=4) for end in calibration.interval(name))
+        comment = f"fitted; {low} to {high}"
+    rest = _comment_below(section, key)
+    section.ca.items.pop(key, None)
+    section.yaml_add_eol_comment(comment, key, column=0)
+    if rest:
+        section.ca.items[key][2].value += rest
+
+
+def _comment_below(section: CommentedMap, key: str) -> str:
+    """Return the lines that follow a field before the next one: they belong to what comes next."""
+    token = section.ca.items.get(key, [None, None, None])[2]
+    return "" if token is None else "".join(token.value.partition("\n")[1:])
+
+
+def _written(name: str, value: float, digits: int = _DIGITS) -> str | float:
+    """Return a value as description files write it."""
+    field_name = _FIELD_OF_QUANTITY.get(name, f"material.{name}")
+    dimension = FIELDS[field_name].dimension
+    if dimension is None:
+        return float(f"{value:.{digits}g}")
+    unit = _UNITS[field_name.partition(".")[0]]
+    return f"{convert_from_si(value, unit, dimension):.{digits}g} {unit}"
+
+
+def _quantities(values: Sequence[float], factor: float, unit: str) -> CommentedSeq:
+    from ruamel.yaml.comments import CommentedSeq
+
+    items = CommentedSeq(f"{value * factor:.{_DIGITS}g} {unit}" for value in values)
+    items.fa.set_flow_style()
+    return items
+
+
+def _named(preposition: str, files: Sequence[Path]) -> str:
+    return f" {preposition} {', '.join(file.name for file in files)}" if files else ""
+
+
+def _round_trip() -> YAML:
+    from ruamel.yaml import YAML
+
+    yaml = YAML(typ="rt")
+    yaml.preserve_quotes = True
+    yaml.width = 4096
+    return yaml
+
+
+def _dumped(yaml: YAML, root: CommentedMap) -> str:
+    stream = io.StringIO()
+    yaml.dump(root, stream)
+    return stream.getvalue()
+
+
+def _write_new(source: Path, text: str, target: Path | None, word: str) -> Path:
+    """Write a text that is a valid description to a file that does not exist."""
+    for path in _names_beside(source, word) if target is None else [target]:
+        parse_description(text, path)
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(text)
+        except FileExistsError:
+            if target is not None:
+                raise
+            continue
+        return path
+    raise AssertionError("names beside a file never run out")
+
+
+def _names_beside(source: Path, word: str) -> Iterator[Path]:
+    """Yield names for a new file beside another: with a word, then with a number too.
+
+    Beside a gripper that is shipped with the package would be inside of the package: those go to
+    the current folder.
+    """
+    shipped = source.stem in available_grippers() and find_description(source.stem) == source
+    folder = Path() if shipped else source.parent
+    yield folder / f"{source.stem}_{word}{source.suffix}"
+    for number in count(2):
+        yield folder / f"{source.stem}_{word}_{number}{source.suffix}"

@@ -1,0 +1,263 @@
+"""Files of bench measurements: from CSV with units to readings of the core that know their line."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from spiral_core import (
+    BendReading,
+    ExtensionReading,
+    GripReading,
+    InvalidInputError,
+    Reading,
+    ShapeReading,
+    TwistReading,
+)
+from spiral_gripper.bench.errors import BadCell, MeasurementError
+from spiral_gripper.bench.table import COLUMNS, MeasurementTable, Row, read_table
+from spiral_gripper.files.units import parse_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class MeasurementOptions:
+    """What is stated beside a file of measurements.
+
+    Args:
+        units: unit of a column whose heading has none, by column name.
+        errors: standard error of a measured column without a column of its own for it: a quantity,
+            ``"0.5 mm"``, or a share of each value, ``"2 %"``; by the measured column's name
+            (``position`` for x, y and z).
+        section_length: unstretched length that was measured [m], where no column says it; None is
+            the length of the described tube.
+        ignored: headings of columns that are not measurements.
+    """
+
+    units: Mapping[str, str] = field(default_factory=dict)
+    errors: Mapping[str, str] = field(default_factory=dict)
+    section_length: float | None = None
+    ignored: Collection[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Measurements:
+    """The readings of one file.
+
+    Attributes:
+        source: the file.
+        readings: what was measured.
+        lines: line in the file of each reading.
+    """
+
+    source: Path
+    readings: tuple[Reading, ...]
+    lines: tuple[int, ...]
+
+
+def load_measurements(
+    path: str | os.PathLike[str], tube_length: float, options: MeasurementOptions | None = None
+) -> Measurements:
+    """Return the readings of a CSV file.
+
+    Args:
+        path: the file.
+        tube_length: unstretched length of the described tube [m].
+        options: what is stated beside the file.
+
+    Raises:
+        MeasurementError: the file cannot be used; the error names every bad line and column.
+    """
+    source = Path(path)
+    try:
+        text = source.read_bytes().decode("utf-8-sig")
+    except (OSError, ValueError) as error:  # ValueError: a path with a null, text not in UTF-8
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        problem = BadCell(str(source), None, None, "", f"must be a readable UTF-8 file ({reason})")
+        raise MeasurementError([problem]) from None
+    return parse_measurements(text, source, tube_length, options)
+
+
+def parse_measurements(
+    text: str, source: Path, tube_length: float, options: MeasurementOptions | None = None
+) -> Measurements:
+    r"""Return the readings in a CSV text.
+
+    Each row gives a reading for each kind of measurement whose cells it fills; a row that gives
+    none is an error, as is any cell that cannot be read.
+
+    Args:
+        text: the file's text.
+        source: the file, for messages.
+        tube_length: unstretched length of the described tube [m].
+        options: what is stated beside the file.
+
+    Raises:
+        MeasurementError: the text cannot be used; the error names every bad line and column.
+
+    Example:
+        >>> text = "pressure [psi],extension [mm],extension_error [mm]\n4,2.5,0.2\n"
+        >>> readings = parse_measurements(text, Path("bench.csv"), tube_length=0.1).readings
+        >>> readings[0].extension, readings[0].section_length
+        (0.0025, 0.1)
+    """
+    options = options or MeasurementOptions()
+    table = read_table(text, str(source), options.units, options.ignored)
+    length = tube_length if options.section_length is None else options.section_length
+    kinds = [kind for kind in _KINDS if kind.name in table.columns]
+    _check_columns(table, kinds, options)
+    table.raise_problems()
+    readings: list[Reading] = []
+    lines: list[int] = []
+    for row in table.rows:
+        for kind in kinds:
+            reading = _reading(table, row, kind, options, length)
+            if reading is not None:
+                readings.append(reading)
+                lines.append(row.line)
+        if not any(kind.own & row.values.keys() for kind in kinds):
+            reason = f"is blank, and so the line holds no measurement of {_names(kinds)}"
+            table.complain(row.line, kinds[0].name, reason)
+    table.raise_problems()
+    return Measurements(source, tuple(readings), tuple(lines))
+
+
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """One kind of measurement.
+
+    Attributes:
+        name: the measured column.
+        error_name: the column and the option that state its error, without ``_error``.
+        needs: the other columns without which it is nothing.
+        make: the reading from a row's values and its two errors.
+    """
+
+    name: str
+    error_name: str
+    needs: tuple[str, ...]
+    make: Callable[[Values, float, float], Reading]
+
+    @property
+    def own(self) -> frozenset[str]:
+        """The columns that only this kind has: one that is filled announces a reading."""
+        return frozenset({self.name, *self.needs} - {"pressure"})
+
+
+def _extension(values: Values, error: float, pressure_error: float) -> Reading:
+    return ExtensionReading(
+        values["pressure"], values["extension"], values["section_length"], error, pressure_error
+    )
+
+
+def _twist(values: Values, error: float, pressure_error: float) -> Reading:
+    return TwistReading(
+        values["pressure"], values["twist"], values["section_length"], error, pressure_error
+    )
+
+
+def _bend(values: Values, error: float, pressure_error: float) -> Reading:
+    return BendReading(
+        values["pressure"], values["bend_angle"], values["section_length"], error, pressure_error
+    )
+
+
+def _shape(values: Values, error: float, pressure_error: float) -> Reading:
+    position = (values["x"], values["y"], values["z"])
+    return ShapeReading(
+        values["pressure"], position, values.get("arc_length"), error, pressure_error
+    )
+
+
+def _grip(values: Values, error: float, pressure_error: float) -> Reading:
+    return GripReading(values["pressure"], values["object_radius"], error, pressure_error)
+
+
+_KINDS = (
+    _Kind("extension", "extension", ("pressure",), _extension),
+    _Kind("twist", "twist", ("pressure",), _twist),
+    _Kind("bend_angle", "bend_angle", ("pressure",), _bend),
+    _Kind("x", "position", ("pressure", "y", "z"), _shape),
+    _Kind("object_radius", "object_radius", ("pressure",), _grip),
+)
+
+
+def _names(kinds: Collection[_Kind]) -> str:
+    return ", ".join(kind.name for kind in kinds)
+
+
+def _check_columns(
+    table: MeasurementTable, kinds: Collection[_Kind], options: MeasurementOptions
+) -> None:
+    """Note what no row could make up for: columns and errors that are missing."""
+    line = table.header_line
+    if not kinds:
+        table.complain(line, "", f"no column holds a measurement: one of {_names(_KINDS)}")
+    stated = {kind.error_name for kind in _KINDS} | {"pressure"}
+    for name in sorted(options.errors.keys() - stated):
+        allowed = ", ".join(sorted(stated))
+        table.complain(None, name, f"an error is stated for this, but can be only for {allowed}")
+    for kind in kinds:
+        for name in kind.needs:
+            if name not in table.columns:
+                table.complain(line, name, f"is missing; {kind.name} is nothing without it")
+        if (
+            f"{kind.error_name}_error" not in table.columns
+            and kind.error_name not in options.errors
+        ):
+            example = COLUMNS[kind.name].usual_units[0]
+            reason = (
+                f"is missing; state how well {kind.error_name} was measured in a column "
+                f'"{kind.error_name}_error [{example}]" or beside the file'
+            )
+            table.complain(line, f"{kind.error_name}_error", reason)
+
+
+def _reading(
+    table: MeasurementTable,
+    row: Row,
+    kind: _Kind,
+    options: MeasurementOptions,
+    section_length: float,
+) -> Reading | None:
+    """Return one reading of a row, or None if its cells are blank or there is a problem."""
+    if not kind.own & row.values.keys():
+        return None
+    values = {"section_length": section_length, **row.values}
+    missing = [name for name in (kind.name, *kind.needs) if name not in values]
+    for name in missing:
+        table.complain(row.line, name, f"is blank, but {kind.name} is nothing without it")
+    if missing:
+        return None
+    try:
+        error = _error(values, kind.error_name, kind.name, options)
+        pressure_error = _error(values, "pressure", "pressure", options) or 0.0
+        return kind.make(values, error or 0.0, pressure_error)
+    except InvalidInputError as problem:
+        field_names = {"error": f"{kind.error_name}_error", "position": kind.name}
+        name = field_names.get(problem.field, problem.field)
+        table.complain(row.line, name, f"must be {problem.requirement}, got {problem.value!r} (SI)")
+        return None
+
+
+def _error(
+    values: Values, error_name: str, measured_name: str, options: MeasurementOptions
+) -> float | None:
+    """Return the standard error of a value: its own column's, or the stated one."""
+    own = values.get(f"{error_name}_error")
+    stated = options.errors.get(error_name)
+    if own is not None or stated is None:
+        return own
+    text = stated.strip()
+    if text.endswith("%"):
+        share = text.removesuffix("%").strip()
+        try:
+            return float(share) / 100.0 * abs(values[measured_name])
+        except ValueError:
+            requirement = 'a share such as "2 %" or a quantity'
+            raise InvalidInputError(f"{error_name}_error", stated, requirement) from None
+    return parse_quantity(text, COLUMNS[measured_name], f"{error_name}_error")

@@ -1,0 +1,145 @@
+"""A calibration in words and tables: plain lines of text, in the units of the bench."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from spiral_core import (
+    Calibration,
+    CrossValidation,
+    FittedQuantity,
+    LawChoice,
+    RadiusPressure,
+    weak_directions,
+)
+from spiral_gripper.bench.measurements import Measurements
+
+_UNIT_OF_QUANTITY = {
+    FittedQuantity.BENDING_STIFFNESS.value: ("N mm^2", 1e6),
+    FittedQuantity.TORSIONAL_STIFFNESS.value: ("N mm^2", 1e6),
+    FittedQuantity.STRAIGHT_FIBER_RADIUS.value: ("mm", 1e3),
+    "extension_limit": ("", 1.0),
+}
+_PRESSURE = ("kPa", 1e-3)
+# Residuals past this many scaled standard errors are named: 1 in 370 good readings is.
+_OUTLIER = 3.0
+
+
+def report_lines(
+    choice: LawChoice, level: float, cross_validation: CrossValidation | None
+) -> list[str]:
+    """Return the report on the best fit of a choice, and how the other laws compare.
+
+    Args:
+        choice: the fits.
+        level: confidence level of the intervals, in (0, 1).
+        cross_validation: leave-one-out errors of the best fit, if they were asked for.
+    """
+    best = choice.best
+    lines = [
+        f"law: {best.model.fitted_law.__name__}",
+        f"readings: {len(best.readings)}, degrees of freedom: {best.degrees_of_freedom}",
+        *_value_lines(best, level),
+        *_correlation_lines(best),
+        f"residuals: {best.error_scale:.3g} times the stated errors",
+        _stability_line(best),
+    ]
+    if cross_validation is not None:
+        lines.append(_cross_validation_line(cross_validation))
+    lines.extend(f"warning: {weak}" for weak in weak_directions(best))
+    lines.extend(f"warning: {name} ended at its bound" for name in best.at_bound)
+    return lines + _comparison_lines(choice)
+
+
+def outlier_lines(calibration: Calibration, measurements: Sequence[Measurements]) -> list[str]:
+    """Return a warning for each reading that lies far from the fit, with its file and line."""
+    places = [(one.source, line) for one in measurements for line in one.lines]
+    limit = _OUTLIER * calibration.error_scale
+    lines, index = [], 0
+    for (source, line), reading in zip(places, calibration.readings, strict=True):
+        residuals = calibration.residuals[index : index + len(reading.measured)]
+        index += len(reading.measured)
+        worst = max(abs(float(one)) for one in residuals)
+        if worst > limit:
+            sigmas = worst / calibration.error_scale
+            lines.append(
+                f"warning: {source}:{line}: the reading at {reading.pressure * 1e-3:.4g} kPa is "
+                f"{sigmas:.1f} standard errors off the fit; check it, or fit with outliers allowed"
+            )
+    return lines
+
+
+def radius_lines(results: Sequence[RadiusPressure], level: float) -> list[str]:
+    """Return the pressure for each radius with its uncertainty.
+
+    Example:
+        >>> from spiral_core import Interval
+        >>> result = RadiusPressure(0.021, 47.2e3, 0.9e3, Interval(45.3e3, 49.1e3))
+        >>> radius_lines([result], 0.95)
+        ['21 mm: 47.2 kPa, 95 % interval 45.3 to 49.1 kPa']
+    """
+    lines = []
+    for one in results:
+        low, high = (end * 1e-3 for end in one.interval)
+        failed = f" ({one.failed_draws:.0%} of draws cannot grip it)" if one.failed_draws else ""
+        lines.append(
+            f"{one.radius * 1e3:.4g} mm: {one.pressure * 1e-3:.4g} kPa, "
+            f"{100.0 * level:.4g} % interval {low:.4g} to {high:.4g} kPa{failed}"
+        )
+    return lines
+
+
+def _value_lines(calibration: Calibration, level: float) -> list[str]:
+    lines = []
+    for name in calibration.names:
+        unit, factor = _UNIT_OF_QUANTITY.get(name, _PRESSURE)
+        low, high = calibration.interval(name, level)
+        lines.append(
+            f"{name}: {calibration.value(name) * factor:.5g} {unit}, {100.0 * level:.4g} % "
+            f"interval {low * factor:.5g} to {high * factor:.5g} {unit}".rstrip()
+        )
+    return lines
+
+
+def _stability_line(calibration: Calibration) -> str:
+    actuation = calibration.actuation
+    kilopascals = actuation.pressure_limit * 1e-3
+    return (
+        f"stable up to: {kilopascals:.4g} kPa, stretch {actuation.stretch_limit:.4f}: "
+        f"{actuation.limit.value}"
+    )
+
+
+def _correlation_lines(calibration: Calibration) -> list[str]:
+    correlation = calibration.correlation
+    names = calibration.names
+    return [
+        f"correlation of {names[i]} and {names[k]}: {correlation[i, k]:+.4f}"
+        for i in range(len(names))
+        for k in range(i + 1, len(names))
+    ]
+
+
+def _cross_validation_line(result: CrossValidation) -> str:
+    missed = (
+        f"; not predicted: {', '.join(f'{p * 1e-3:.4g} kPa' for p in result.not_predicted)}"
+        if result.not_predicted
+        else ""
+    )
+    return f"leave-one-out error: {result.relative_error:.2%} of the measured value (rms){missed}"
+
+
+def _comparison_lines(choice: LawChoice) -> list[str]:
+    """Return one line for each law that was compared; none if there was only one."""
+    if len(choice.calibrations) + len(choice.failures) < 2:
+        return []
+    lines = ["laws compared (lower AICc is better):"]
+    for one, weight in zip(choice.calibrations, choice.weights, strict=True):
+        criterion = one.information_criterion
+        written = "too few readings" if math.isinf(criterion) else f"{criterion:.2f}"
+        lines.append(
+            f"  {one.model.fitted_law.__name__}: AICc {written}, weight {weight:.2f}, "
+            f"BIC {one.bayesian_criterion:.2f}"
+        )
+    return lines + [f"  {name}: not fitted: {reason}" for name, reason in choice.failures]

@@ -1,0 +1,241 @@
+"""CSV text to rows of SI numbers that know their line: headings, units and cells.
+
+A heading is a name with a unit, ``pressure [psi]``, ``pressure (psi)`` or ``pressure_psi``; a unit
+may also be stated beside the file. Lines that are blank or begin with ``#`` are comments.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from types import MappingProxyType
+from typing import Final
+
+from spiral_core import InvalidInputError
+from spiral_gripper.bench.errors import BadCell, MeasurementError
+from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
+
+COLUMNS: Final = MappingProxyType(
+    {
+        "pressure": Dimension.PRESSURE,
+        "pressure_error": Dimension.PRESSURE,
+        "section_length": Dimension.LENGTH,
+        "extension": Dimension.LENGTH,
+        "extension_error": Dimension.LENGTH,
+        "twist": Dimension.ANGLE,
+        "twist_error": Dimension.ANGLE,
+        "bend_angle": Dimension.ANGLE,
+        "bend_angle_error": Dimension.ANGLE,
+        "x": Dimension.LENGTH,
+        "y": Dimension.LENGTH,
+        "z": Dimension.LENGTH,
+        "arc_length": Dimension.LENGTH,
+        "position_error": Dimension.LENGTH,
+        "object_radius": Dimension.LENGTH,
+        "object_radius_error": Dimension.LENGTH,
+    }
+)
+
+_BRACKETED = re.compile(r"(?P<name>[^\[\](){}]+?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]")
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column that is read.
+
+    Attributes:
+        number: its place in the file, from 1.
+        heading: its heading as written.
+        name: a key of :data:`COLUMNS`.
+        unit: the unit of its cells.
+    """
+
+    number: int
+    heading: str
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of numbers.
+
+    Attributes:
+        line: line in the file, from 1.
+        values: SI values by column name; blank cells are left out.
+    """
+
+    line: int
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class MeasurementTable:
+    """The numbers of one file, its columns, and what is wrong so far.
+
+    Attributes:
+        file: the file's name for messages.
+        columns: the columns that are read, by name.
+        rows: the lines of numbers.
+        header_line: line of the headings.
+        problems: what is wrong.
+    """
+
+    file: str
+    columns: dict[str, Column] = field(default_factory=dict)
+    rows: list[Row] = field(default_factory=list)
+    header_line: int = 1
+    problems: list[BadCell] = field(default_factory=list)
+
+    def complain(self, line: int | None, name: str, reason: str) -> None:
+        """Note a problem in a column, which may be one that the file lacks."""
+        column = self.columns.get(name)
+        heading = name if column is None else column.heading
+        number = None if column is None else column.number
+        self.problems.append(BadCell(self.file, line, number, heading, reason))
+
+    def raise_problems(self) -> None:
+        """Raise everything noted so far as one MeasurementError, if there is anything."""
+        if self.problems:
+            raise MeasurementError(self.problems)
+
+
+def read_table(
+    text: str, file: str, units: Mapping[str, str], ignored: Collection[str] = ()
+) -> MeasurementTable:
+    r"""Return the numbers of a CSV text, in SI units.
+
+    Args:
+        text: the file's text.
+        file: the file's name for messages.
+        units: units of columns whose heading has none, by column name.
+        ignored: headings of columns that are not to be read.
+
+    Raises:
+        MeasurementError: the table cannot be used; every problem found is in it.
+
+    Example:
+        >>> table = read_table("pressure [psi],extension [mm]\n2,1.5\n", "bench.csv", {})
+        >>> row = table.rows[0]
+        >>> row.line, round(row.values["pressure"]), row.values["extension"]
+        (2, 13790, 0.0015)
+    """
+    lines = _lines(text, file)
+    if not lines:
+        raise MeasurementError([BadCell(file, None, None, "", "the file holds no table")])
+    header_line, headings = lines[0]
+    table = MeasurementTable(file, header_line=header_line)
+    _read_header(table, headings, units, ignored)
+    table.raise_problems()
+    for line, cells in lines[1:]:
+        _read_row(table, line, cells, len(headings))
+    if len(lines) == 1:
+        table.problems.append(BadCell(file, None, None, "", "the file holds headings but no rows"))
+    table.raise_problems()
+    return table
+
+
+def _lines(text: str, file: str) -> list[tuple[int, list[str]]]:
+    """Return the cells of each line that is neither blank nor a comment, with its number."""
+    lines = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        try:
+            (cells,) = csv.reader(io.StringIO(line), strict=True)
+        except (csv.Error, ValueError) as error:
+            reason = f"is not a line of comma-separated values ({error})"
+            raise MeasurementError([BadCell(file, number, None, "", reason)]) from None
+        lines.append((number, [cell.strip() for cell in cells]))
+    return lines
+
+
+def _read_header(
+    table: MeasurementTable,
+    headings: list[str],
+    units: Mapping[str, str],
+    ignored: Collection[str],
+) -> None:
+    """Note the columns of a table, and what is wrong with their headings."""
+    if len(headings) == 1 and re.search(r"[;\t]", headings[0]):
+        reason = "columns must be separated by commas, and decimals by points"
+        table.problems.append(BadCell(table.file, table.header_line, 1, headings[0], reason))
+        return
+    for number, heading in enumerate(headings, start=1):
+        if heading in ignored:
+            continue
+        try:
+            column = _column(number, heading, units)
+        except InvalidInputError as error:
+            reason = error.requirement
+            table.problems.append(BadCell(table.file, table.header_line, number, heading, reason))
+            continue
+        if column.name in table.columns:
+            table.complain(table.header_line, column.name, f"stands in column {number} again")
+        table.columns[column.name] = column
+    for name in [*(set(units) - COLUMNS.keys())]:
+        reason = f"a unit is stated for this, which is no column; those are {', '.join(COLUMNS)}"
+        table.complain(None, name, reason)
+    missing = [heading for heading in ignored if heading not in headings]
+    for heading in missing:
+        table.complain(table.header_line, heading, "is to be ignored, but there is no such heading")
+
+
+def _column(number: int, heading: str, units: Mapping[str, str]) -> Column:
+    """Return what a heading means; the error's requirement is the whole complaint."""
+    name, unit = _name_and_unit(heading)
+    if name not in COLUMNS:
+        near = get_close_matches(name, COLUMNS, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"known columns are {', '.join(COLUMNS)}"
+        raise InvalidInputError("", heading, f"is not a known column ({hint}); ignore it by name")
+    stated = units.get(name)
+    if unit and stated and unit != stated:
+        raise InvalidInputError("", heading, f'has its own unit, but "{stated}" is stated for it')
+    unit = unit or stated or ""
+    dimension = COLUMNS[name]
+    if not unit:
+        example = dimension.usual_units[0]
+        raise InvalidInputError(
+            "", heading, f'has no unit; write "{name} [{example}]", or state its unit'
+        )
+    try:
+        parse_quantity(f"1 {unit}", dimension)
+    except InvalidInputError as error:
+        requirement = f"must have a unit of {dimension.quantity}, got {error.requirement}"
+        raise InvalidInputError("", heading, requirement) from None
+    return Column(number, heading, name, unit)
+
+
+def _name_and_unit(heading: str) -> tuple[str, str]:
+    """Return the two parts of a heading; the unit is empty if there is none."""
+    match = _BRACKETED.fullmatch(heading)
+    if match is not None:
+        return match["name"].strip(), match["unit"].strip()
+    for name in sorted(COLUMNS, key=len, reverse=True):
+        if heading.startswith(f"{name}_") and heading not in COLUMNS:
+            return name, heading.removeprefix(f"{name}_")
+    return heading, ""
+
+
+def _read_row(table: MeasurementTable, line: int, cells: list[str], count: int) -> None:
+    """Add a row to a table, or the problems in it."""
+    if len(cells) != count:
+        reason = f"has {len(cells)} cells, but the header has {count}"
+        table.problems.append(BadCell(table.file, line, None, "", reason))
+        return
+    values: dict[str, float] = {}
+    for name, column in table.columns.items():
+        cell = cells[column.number - 1]
+        if not cell:
+            continue
+        try:
+            parse_number(cell)
+            values[name] = parse_quantity(f"{cell} {column.unit}", COLUMNS[name])
+        except InvalidInputError:
+            reason = f"must be a plain number, with its unit in the heading, got {cell!r}"
+            table.complain(line, name, reason)
+    table.rows.append(Row(line, values))

@@ -1,0 +1,125 @@
+"""The command ``chart``: charts as pictures and as data."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import click
+
+from spiral_gripper.cli.gripper import mounted
+from spiral_gripper.cli.group import Group
+from spiral_gripper.cli.types import (
+    ANGLE,
+    LENGTH,
+    NUMBER,
+    gripper_argument,
+    json_option,
+    mount_options,
+    plot_option,
+)
+
+CHART_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
+
+
+@click.group(cls=Group)
+def chart() -> None:
+    """Charts: the design space, the effect of gravity, pressure against radius."""
+
+
+@chart.command("design-space")
+@gripper_argument
+@click.option("--beta", "betas", type=ANGLE, multiple=True, metavar="ANGLE", help="May repeat.")
+@click.option("--turns", type=NUMBER, default=1.0, show_default=True, help="For the lengths.")
+@click.option("--stretch-max", type=NUMBER, default=1.5, show_default=True)
+@json_option
+@plot_option
+def design_space(
+    gripper: str,
+    betas: tuple[float, ...],
+    turns: float,
+    stretch_max: float,
+    as_json: bool,
+    plot: Path | None,
+) -> None:
+    """Radius, object length and length over tube radius against stretch, for several angles.
+
+    Tube and first angle are GRIPPER's. The helix model: no gravity, any material.
+    """
+    _require_output(as_json, plot)
+    from spiral_core.design.charts import design_space as curves_of
+    from spiral_gripper.files.description import load_description
+
+    actuator = load_description(gripper).actuator
+    curves = curves_of(actuator, betas or CHART_BETAS, turns, stretch_max)
+    _print_data(curves, as_json)
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import design_space_figure
+
+        write_picture(design_space_figure(curves), plot)
+
+
+@chart.command()
+@gripper_argument
+@mount_options
+@json_option
+@plot_option
+def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -> None:
+    """Radius, gripper length and object length against pressure, with and without gravity."""
+    _require_output(as_json, plot)
+    from spiral_core.design.charts import helix_range, pressure_range
+
+    mount = mounted(gripper, options)
+    heavy = pressure_range(mount)
+    weightless = helix_range(mount, heavy.pressure)
+    _print_data({"with_gravity": heavy, "without_gravity": weightless}, as_json)
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import gravity_figure
+
+        write_picture(gravity_figure(heavy, weightless), plot)
+
+
+@chart.command()
+@gripper_argument
+@click.option("--radius-min", type=LENGTH, metavar="LENGTH", help="[default: 1/4 of the largest]")
+@click.option("--radius-max", type=LENGTH, metavar="LENGTH", help="[default: the largest]")
+@mount_options
+@json_option
+@plot_option
+def pressure(
+    gripper: str,
+    radius_min: float | None,
+    radius_max: float | None,
+    as_json: bool,
+    plot: Path | None,
+    **options: object,
+) -> None:
+    """Pressure against object radius, with the regimes: overhang, perfect wrap, curling."""
+    _require_output(as_json, plot)
+    from spiral_core.design.charts import regime_chart
+    from spiral_core.wrap.curve import WrapCurve
+
+    curve = WrapCurve(mounted(gripper, options))
+    high = curve.radius_max if radius_max is None else radius_max
+    low = max(curve.radius_min, 0.25 * high) if radius_min is None else radius_min
+    data = regime_chart(curve, low, high)
+    _print_data(data, as_json)
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import regime_figure
+
+        write_picture(regime_figure(data), plot)
+
+
+def _require_output(as_json: bool, plot: Path | None) -> None:
+    if not as_json and plot is None:
+        raise click.UsageError("say where the chart goes: --plot FILE, --json, or both")
+
+
+def _print_data(data: object, as_json: bool) -> None:
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json(data)

@@ -1,0 +1,89 @@
+"""The command ``design``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from spiral_gripper.cli.requirement import requirement_from, requirement_options
+from spiral_gripper.cli.types import REPORT_FILE, YAML_FILE, json_option, plot_option
+
+if TYPE_CHECKING:
+    from spiral_core.design.report import DesignReport
+
+INFEASIBLE = 1
+EXAMPLE = """\b
+Example:
+  spiral-gripper design --radius-min "11 mm" --radius-max "30 mm" \\
+      --tube "3/8 in x 1/32 in" --turns 1.5 --object-length "250 mm"
+"""
+
+
+@click.command(epilog=EXAMPLE)
+@requirement_options
+@json_option
+@plot_option
+@click.option("--report", type=REPORT_FILE, metavar="FILE", help="Write it to a .md or .html file.")
+@click.option(
+    "--save",
+    type=YAML_FILE,
+    metavar="FILE",
+    help="Write the gripper's description to a .yaml file, for the node and the other commands.",
+)
+def design(
+    as_json: bool, plot: Path | None, report: Path | None, save: Path | None, **options: object
+) -> int:
+    """From objects and limits to a gripper one can build.
+
+    The paper's seven steps: tube, radius ratios, fiber angle, length, object length, correction
+    for gravity, exact pressure-radius curve. Exits with 1 if nothing is feasible, and says what
+    forbids it and what would do.
+    """
+    requirement = requirement_from(options)
+
+    from spiral_core.design.procedure import design_gripper
+
+    result = design_gripper(requirement)
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+        from spiral_gripper.reports.design_document import report_as_dict
+
+        print_json(report_as_dict(result))
+    else:
+        from rich.console import Console
+
+        from spiral_gripper.reports.tables import print_report
+
+        print_report(result, Console())
+    if save is not None:
+        _save(result, save)
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import design_figure
+
+        write_picture(design_figure(result), plot)
+    if report is not None:
+        from spiral_gripper.cli.output import say_written
+        from spiral_gripper.reports.design_report import write_report
+
+        write_report(result, report)
+        say_written(report)
+    return 0 if result.feasible else INFEASIBLE
+
+
+def _save(result: DesignReport, path: Path) -> None:
+    """Write the description of a feasible design to a file that does not exist yet."""
+    from spiral_gripper.cli.output import say_written
+    from spiral_gripper.reports.design_document import description_text
+
+    if not result.feasible or result.design is None:
+        raise click.ClickException(f"nothing is saved: {result.message}")
+    text = description_text(result.design, path.stem)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise click.ClickException(f"{path} exists and is kept; name another file") from None
+    say_written(path)

@@ -1,0 +1,75 @@
+"""The command ``doctor``: is everything there, does it fit together, do messages arrive?"""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
+import click
+
+from spiral_gripper.cli.types import json_option
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.console import Console
+
+    from spiral_gripper.doctor.checks import Answer
+
+
+@click.command()
+@click.argument("gripper", metavar="[GRIPPER]", required=False)
+@json_option
+def doctor(gripper: str | None, as_json: bool) -> int:
+    """Check the installation, the grippers and ROS 2; say what is wrong and what mends it.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file; without it all
+    shipped ones are checked. Kernels that are not compiled yet are compiled. Nothing else is
+    changed, and no gripper is commanded.
+
+    The exit code is 0 without problems (there may be warnings) and 1 with one.
+    """
+    from spiral_gripper.doctor.report import as_document, has_problem
+
+    if as_json:
+        import json
+
+        answers = list(_answers(gripper, None))
+        click.echo(json.dumps(as_document(answers), indent=2, ensure_ascii=False))
+    else:
+        from rich.console import Console
+
+        answers = _print_answers(gripper, Console(highlight=False))
+    return 1 if has_problem(answers) else 0
+
+
+def _print_answers(gripper: str | None, console: Console) -> list[Answer]:
+    """Print answers as they come; return them."""
+    from spiral_gripper.doctor.report import print_answer, print_section, print_verdict
+
+    answers: list[Answer] = []
+    section = ""
+    for answer in _answers(gripper, console):
+        if answer.section not in ("", section):
+            section = answer.section
+            if answers:
+                console.print()
+            print_section(section, console)
+        print_answer(answer, console)
+        answers.append(answer)
+    console.print()
+    print_verdict(answers, console)
+    return answers
+
+
+def _answers(gripper: str | None, console: Console | None) -> Iterator[Answer]:
+    """Yield the answers of all tables; a terminal sees what is being looked at."""
+    from spiral_gripper.doctor.run import examine, tables
+
+    with nullcontext() if console is None else console.status("") as status:
+        for table in tables():
+            yield from examine(
+                table,
+                gripper,
+                lambda title: None if status is None else status.update(f"{title} ..."),
+            )

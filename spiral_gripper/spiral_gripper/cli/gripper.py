@@ -1,0 +1,140 @@
+"""The commands ``shape`` and ``wrap``: what one gripper does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from spiral_gripper.cli.requirement import gravity_from
+from spiral_gripper.cli.types import (
+    LENGTH,
+    PRESSURE,
+    gripper_argument,
+    json_option,
+    mount_options,
+    plot_option,
+    unit_vector,
+)
+
+if TYPE_CHECKING:
+    from spiral_core.wrap.gripper import Gripper
+
+
+@click.command()
+@gripper_argument
+@click.option("--pressure", type=PRESSURE, required=True, metavar="PRESSURE")
+@mount_options
+@json_option
+@plot_option
+def shape(
+    gripper: str, pressure: float, as_json: bool, plot: Path | None, **options: object
+) -> None:
+    """Print the shape of GRIPPER at a pressure.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file. Positions are in
+    the base frame: the tube leaves the base along +x, +y points towards the straight fiber.
+    """
+    from spiral_gripper.reports.shape_document import shape_as_dict, shape_rows, solve_shape
+
+    solved = solve_shape(mounted(gripper, options), pressure)
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json(shape_as_dict(solved))
+    else:
+        _print_rows(f"{solved.gripper.name} at {pressure / 1e3:.5g} kPa", shape_rows(solved))
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import shape_figure
+
+        write_picture(shape_figure(solved.state, solved.gripper.tube.outer_radius), plot)
+
+
+@click.command()
+@gripper_argument
+@click.option("--radius", type=LENGTH, metavar="LENGTH", help="Radius of a cylinder.")
+@click.option(
+    "--profile",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Instead: a CSV file of the object's radius along its axis, with units in its header: "
+    "position [mm], radius [mm].",
+)
+@click.option(
+    "--pressure", type=PRESSURE, metavar="PRESSURE", help="Also say how this pressure holds it."
+)
+@mount_options
+@json_option
+@plot_option
+def wrap(
+    gripper: str,
+    radius: float | None,
+    profile: Path | None,
+    pressure: float | None,
+    as_json: bool,
+    plot: Path | None,
+    **options: object,
+) -> None:
+    """Print the pressure at which GRIPPER wraps an object, and what it needs for that.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file.
+    """
+    if (radius is None) == (profile is None):
+        raise click.UsageError("give either --radius or --profile")
+    from spiral_gripper.reports.wrap_document import (
+        profile_as_dict,
+        profile_rows,
+        solve_profile,
+        solve_wrap,
+        wrap_as_dict,
+        wrap_rows,
+    )
+
+    mount = mounted(gripper, options)
+    if radius is not None:
+        wrapped = solve_wrap(mount, radius, pressure)
+        document, rows = wrap_as_dict(wrapped), wrap_rows(wrapped)
+        state = wrapped.wrap.state
+    else:
+        if pressure is not None:
+            raise click.UsageError("--pressure goes with --radius")
+        solved = solve_profile(mount, Path(str(profile)))
+        document, rows = profile_as_dict(solved), profile_rows(solved)
+        state = solved.state
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json(document)
+    else:
+        _print_rows(mount.name, rows)
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import shape_figure
+
+        write_picture(shape_figure(state, mount.tube.outer_radius), plot)
+
+
+def mounted(name_or_path: str, options: dict[str, Any]) -> Gripper:
+    """Return a gripper, held as the mount options say."""
+    from spiral_gripper.files.description import load_gripper
+
+    gripper = load_gripper(name_or_path)
+    own = gripper.gravity if any(gripper.gravity) else (1.0, 0.0, 0.0)
+    gravity = gravity_from(options, unit_vector("gravity", own))
+    axis = options.pop("object_axis")
+    if gravity is not None:
+        gripper = replace(gripper, gravity=gravity)
+    if axis:
+        gripper = replace(gripper, object_axis=unit_vector("--object-axis", axis))
+    return gripper
+
+
+def _print_rows(title: str, rows: list[tuple[str, str]]) -> None:
+    from rich.console import Console
+
+    from spiral_gripper.reports.tables import print_rows
+
+    print_rows(title, rows, Console())

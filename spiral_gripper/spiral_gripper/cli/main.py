@@ -1,0 +1,126 @@
+"""The command line ``spiral-gripper``: its commands are loaded when they are called.
+
+Exit codes: 0 done; 1 the answer is no (no design is feasible); 2 the question cannot be answered,
+with a line on standard error for each reason.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from types import MappingProxyType
+from typing import Final, NamedTuple
+
+import click
+
+from spiral_gripper.cli.group import Group, NoCommandError
+
+NO_ANSWER: Final = 2
+
+
+class _Entry(NamedTuple):
+    """Where a command lives, and what it does in one line."""
+
+    module: str
+    help: str
+
+
+COMMANDS: Final = MappingProxyType(
+    {
+        "design": _Entry("design", "From objects and limits to a gripper one can build."),
+        "shape": _Entry("gripper", "The shape of a gripper at a pressure."),
+        "wrap": _Entry("gripper", "The pressure that wraps an object, and how it holds it."),
+        "calibrate": _Entry("calibrate", "From bench measurements to calibrated constants."),
+        "sweep": _Entry("sweep", "Feasibility map and Pareto set of many designs."),
+        "chart": _Entry("chart", "Charts: design space, effect of gravity, regimes."),
+        "simulate": _Entry("simulate", "The ROS 2 node without hardware, live."),
+        "doctor": _Entry("doctor", "Is everything there, and does it fit together?"),
+        "smoke": _Entry("smoke", "One simulated grasp: does everything work together?"),
+    }
+)
+
+
+class LazyGroup(Group):
+    """A group that imports a command's module only to run that command."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of the commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command, its module loaded; None if there is none of this name."""
+        entry = COMMANDS.get(cmd_name)
+        if entry is None:
+            return None
+        command: click.Command = getattr(
+            import_module(f"spiral_gripper.cli.{entry.module}"), cmd_name
+        )
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands without loading them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, entry.help) for name, entry in COMMANDS.items()])
+
+
+@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="spiral-gripper", message="%(prog)s %(version)s")
+def spiral_gripper() -> None:
+    """Mechanics of pneumatic spiral grippers.
+
+    Every dimensional argument needs its unit: "30 mm", "3/16 in", "55 kPa", "8 psi", "70 deg".
+    """
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command line and return its exit code; nothing is raised but real defects.
+
+    Args:
+        arguments: without the program's name.
+    """
+    try:
+        result = spiral_gripper.main(
+            args=list(arguments), prog_name="spiral-gripper", standalone_mode=False
+        )
+    except NoCommandError as error:
+        click.echo(error.format_message(), err=True)
+        return NO_ANSWER
+    except click.ClickException as error:
+        return _complain(error.format_message())
+    except click.Abort:
+        return _complain("interrupted")
+    except BrokenPipeError:  # the reader of our output has gone: "spiral-gripper ... | head"
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return NO_ANSWER
+    except Exception as error:
+        return _complain_or_raise(error)
+    return result if isinstance(result, int) else 0
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def _complain_or_raise(error: Exception) -> int:
+    """Report an error raised on purpose, an overflow, or a missing extra; raise a defect."""
+    from spiral_core import SpiralError
+
+    if isinstance(error, (SpiralError, OSError)):
+        return _complain(str(error))
+    if isinstance(error, OverflowError):
+        return _complain("the numbers given are too large to compute with; check the units")
+    if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("matplotlib"):
+        return _complain("pictures need matplotlib: pip install 'spiral-gripper[plot]'")
+    raise error
+
+
+def _complain(message: str) -> int:
+    """Write what is wrong on standard error, a line each, and return the exit code."""
+    lines = [part.strip() for part in message.splitlines() if part.strip()]
+    if len(lines) > 1:
+        lines = [f"{len(lines)} problems", *lines]
+    click.echo("spiral-gripper: " + "\n  ".join(lines), err=True)
+    return NO_ANSWER

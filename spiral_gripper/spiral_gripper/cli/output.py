@@ -1,0 +1,32 @@
+"""What the command line prints for programs, and what it says of files it has written."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from spiral_gripper.reports.design_document import plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def print_json(value: object) -> None:
+    """Print a value as JSON, in SI units; what does not exist is null."""
+    click.echo(json.dumps(plain(value), indent=2, allow_nan=False, ensure_ascii=False))
+
+
+def say_written(path: Path) -> None:
+    """Say on standard error, beside the answer, which file was written."""
+    click.echo(f"wrote {path}", err=True)
+
+
+def write_picture(figure: Figure, path: Path) -> None:
+    """Write a picture to a file, and say so."""
+    from spiral_gripper.reports.plots import save_figure
+
+    save_figure(figure, path)
+    say_written(path)

@@ -1,0 +1,157 @@
+"""The options that state a design requirement, shared by ``design`` and ``sweep``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import click
+
+from spiral_gripper.cli.types import ANGLE, LENGTH, NUMBER, PRESSURE, mount_options, unit_vector
+
+if TYPE_CHECKING:
+    from spiral_core.design.requirement import DesignRequirement
+
+Decorated = TypeVar("Decorated", bound=Callable[..., object])
+
+PREFERENCES: Final = ("least-strain", "least-pressure", "shortest", "largest-margin")
+
+_OPTIONS: Final = (
+    click.option(
+        "--radius-min", type=LENGTH, required=True, metavar="LENGTH", help="Smallest object."
+    ),
+    click.option(
+        "--radius-max", type=LENGTH, required=True, metavar="LENGTH", help="Largest object."
+    ),
+    click.option(
+        "--tubing",
+        default="natural_latex",
+        show_default=True,
+        metavar="NAME|FILE",
+        help="Tubing on offer and its material.",
+    ),
+    click.option(
+        "--tube",
+        "tubes",
+        multiple=True,
+        metavar="SIZE",
+        help='One size instead of all, bore x wall: "3/8 in x 1/32 in". May be repeated.',
+    ),
+    click.option(
+        "--beta",
+        "betas",
+        type=ANGLE,
+        multiple=True,
+        metavar="ANGLE",
+        help="Angle of the second fiber family. May be repeated. [default: 50, 60, 70, 80 deg]",
+    ),
+    click.option(
+        "--alpha", type=ANGLE, metavar="ANGLE", help="Angle of the first family. [default: 88 deg]"
+    ),
+    click.option(
+        "--turns", type=NUMBER, metavar="N", help="Turns about the largest object. [default: 1.05]"
+    ),
+    click.option(
+        "--object-length", type=LENGTH, metavar="LENGTH", help="Length the objects offer."
+    ),
+    click.option("--length-max", type=LENGTH, metavar="LENGTH", help="Longest gripper."),
+    click.option("--pressure-max", type=PRESSURE, metavar="PRESSURE", help="Largest pressure."),
+    click.option(
+        "--strain-max", type=NUMBER, metavar="NUMBER", help="Largest axial strain: 0.3 is 30 %."
+    ),
+    click.option(
+        "--end-allowance",
+        type=LENGTH,
+        metavar="LENGTH",
+        help="Tube beyond the gripper at each end. [default: 20 mm]",
+    ),
+    click.option(
+        "--prefer",
+        type=click.Choice(PREFERENCES),
+        default=PREFERENCES[0],
+        show_default=True,
+        help="Which of several designs is taken.",
+    ),
+)
+
+
+def requirement_options(function: Decorated) -> Decorated:
+    """Add every option that states a requirement."""
+    function = mount_options(function)
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+def requirement_from(options: dict[str, Any]) -> DesignRequirement:
+    """Return the requirement that the options state; they are taken out of ``options``.
+
+    Raises:
+        DescriptionError: the tubing file cannot be used.
+        InvalidInputError: a value is out of its range.
+    """
+    from spiral_core.design.requirement import DesignRequirement, Preference
+    from spiral_gripper.files.tubing import load_tubing, parse_tube_size
+
+    tubing = load_tubing(options.pop("tubing"))
+    sizes = tuple(parse_tube_size(text) for text in options.pop("tubes"))
+    preference = options.pop("prefer").upper().replace("-", "_")
+    given = {
+        name: value
+        for name, value in (
+            ("fiber_angles_beta", options.pop("betas")),
+            ("fiber_angle_alpha", options.pop("alpha")),
+            ("turns_required", options.pop("turns")),
+            *((name, options.pop(name)) for name in _LIMITS),
+            *_mount(options),
+        )
+        if value not in (None, ())
+    }
+    return DesignRequirement(
+        radius_min=options.pop("radius_min"),
+        radius_max=options.pop("radius_max"),
+        tubes=sizes or tubing.sizes,
+        elastomers=(tubing.elastomer,),
+        preference=Preference[preference],
+        **given,
+    )
+
+
+_LIMITS: Final = ("object_length", "length_max", "pressure_max", "strain_max", "end_allowance")
+
+
+def _mount(options: dict[str, Any]) -> tuple[tuple[str, Any], ...]:
+    """Return gravity and object axis, as far as they are given."""
+    gravity = gravity_from(options, default=(1.0, 0.0, 0.0))
+    axis = options.pop("object_axis")
+    return (
+        ("gravity", gravity),
+        ("object_axis", unit_vector("--object-axis", axis) if axis else None),
+    )
+
+
+def gravity_from(
+    options: dict[str, Any], default: tuple[float, float, float]
+) -> tuple[float, float, float] | None:
+    """Return the acceleration that the mount options state [m/s^2]; None if they state none.
+
+    Args:
+        options: from which the two are taken out.
+        default: direction, where only the magnitude is given.
+
+    Raises:
+        click.BadParameter: the magnitude is negative or enormous, or the direction is none.
+    """
+    from spiral_core.wrap.gripper import STANDARD_GRAVITY
+    from spiral_gripper.files.description import GRAVITY_MAX
+
+    direction, magnitude = options.pop("gravity_direction"), options.pop("gravity_magnitude")
+    if not direction and magnitude is None:
+        return None
+    if magnitude is not None and not 0.0 <= magnitude <= GRAVITY_MAX:
+        raise click.BadParameter(
+            f"it must be from 0 to {GRAVITY_MAX:g} m/s^2", param_hint="--gravity-magnitude"
+        )
+    x, y, z = unit_vector("--gravity-direction", direction or default)
+    size = STANDARD_GRAVITY if magnitude is None else magnitude
+    return (size * x, size * y, size * z)

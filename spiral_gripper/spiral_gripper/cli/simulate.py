@@ -1,0 +1,110 @@
+"""The command ``simulate``: the node without hardware; needs ROS 2, but not ``ros2 launch``."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import click
+
+from spiral_gripper.cli.ros_side import load_ros_side
+from spiral_gripper.cli.types import LENGTH, NUMBER
+
+FAULTS = ("none", "leak", "stuck_valve", "lost_link")
+DEFAULT_GRIPPER = "paper_design_70"
+# What the simulator takes [m].
+RADIUS_MAX, NOISE_MAX = 1.0, 0.1
+# DDS's names have at most 255 characters; those of our topics and services need their part.
+NAMESPACE_LENGTH_MAX = 150
+_NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?")
+
+
+@click.command()
+@click.argument("gripper", metavar="[GRIPPER]", default=DEFAULT_GRIPPER)
+@click.option(
+    "--radius",
+    type=LENGTH,
+    metavar="LENGTH",
+    help="Of the object.  [default: the middle of what the gripper grips]",
+)
+@click.option(
+    "--recording",
+    metavar="FILE",
+    help="Radii from a CSV file of time [s], radius [m], label, in a loop; shipped: the demo's.",
+)
+@click.option("--noise", type=LENGTH, metavar="LENGTH", help="Deviation of the radius estimates.")
+@click.option("--fault", type=click.Choice(FAULTS), default="none", help="Of the regulator.")
+@click.option(
+    "--duration", type=NUMBER, metavar="SECONDS", help="End after so long.  [default: at Ctrl-C]"
+)
+@click.option("--namespace", metavar="NAME", help="Of all topics.  [default: one of its own]")
+@click.option(
+    "--inject",
+    type=click.Choice(FAULTS),
+    help="Set the fault of the simulation that runs in --namespace, and end.",
+)
+def simulate(
+    gripper: str,
+    radius: float | None,
+    recording: str | None,
+    noise: float | None,
+    fault: str,
+    duration: float | None,
+    namespace: str | None,
+    inject: str | None,
+) -> int:
+    """Start the node with a simulated regulator, GRIPPER and object, and show what they do.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file. Ctrl-C vents and
+    ends both. The exit code is 0 if they ended as they should, 1 if not.
+    """
+    _check(radius, noise, namespace)
+    if inject is not None:
+        if namespace is None:
+            raise click.UsageError("--inject needs the --namespace of a running simulation")
+        return int(load_ros_side("simulation.injection").inject(namespace, inject))
+    if radius is not None and recording is not None:
+        raise click.UsageError("--radius and --recording exclude each other")
+    if duration is not None and not duration > 0.0:
+        raise click.BadParameter("it must be positive", param_hint="--duration")
+    from spiral_gripper.files.description import load_gripper
+
+    load_gripper(gripper)  # a bad description is refused before anything is started
+    session = load_ros_side("simulation.session")
+    settings = {"radius": radius, "recording": recording, "estimate_noise": noise, "fault": fault}
+    given: dict[str, object] = {
+        name: value for name, value in settings.items() if value is not None
+    }
+    if recording is not None:
+        given["profile"] = "recording"
+    return int(
+        session.simulate(
+            session.Plan(gripper, given, math.inf if duration is None else duration, namespace)
+        )
+    )
+
+
+def _check(radius: float | None, noise: float | None, namespace: str | None) -> None:
+    """Refuse what neither ROS 2 nor the simulator takes.
+
+    Raises:
+        click.BadParameter: the radius, the noise or the namespace cannot be.
+    """
+    if radius is not None and not 0.0 < radius <= RADIUS_MAX:
+        raise click.BadParameter(
+            f"it must be above 0 m and at most {RADIUS_MAX:g} m", param_hint="--radius"
+        )
+    if noise is not None and not 0.0 <= noise <= NOISE_MAX:
+        raise click.BadParameter(f"it must be from 0 to {NOISE_MAX:g} m", param_hint="--noise")
+    if namespace is None:
+        return
+    if not _NAMESPACE.fullmatch(namespace):
+        raise click.BadParameter(
+            "it must be names of letters, digits and _, none beginning with a digit, "
+            f"separated by single /, got {namespace!r}",
+            param_hint="--namespace",
+        )
+    if len(namespace) > NAMESPACE_LENGTH_MAX:
+        raise click.BadParameter(
+            f"it must have at most {NAMESPACE_LENGTH_MAX} characters", param_hint="--namespace"
+        )

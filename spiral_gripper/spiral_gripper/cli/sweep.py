@@ -1,0 +1,138 @@
+"""The command ``sweep``: many designs at once, on every core."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+import click
+
+from spiral_gripper.cli.group import Group
+from spiral_gripper.cli.requirement import requirement_from, requirement_options
+from spiral_gripper.cli.types import LENGTH, json_option, plot_option
+
+MOST_ANGLES = 181
+MOST_JOBS = 1024
+
+
+@click.group(cls=Group)
+def sweep() -> None:
+    """Many designs at once: where designs exist, and which are worth a look."""
+
+
+_jobs = click.option(
+    "--jobs",
+    type=click.IntRange(1, MOST_JOBS),
+    help="Processes to work in. [default: one per core]",
+)
+
+
+@sweep.command("map")
+@requirement_options
+@click.option("--angles", type=click.IntRange(2, MOST_ANGLES), default=15, show_default=True)
+@click.option("--tube-radius-min", type=LENGTH, default="2 mm", show_default=True)
+@click.option("--tube-radius-max", type=LENGTH, default="8 mm", show_default=True)
+@click.option("--tube-radii", type=click.IntRange(2, 181), default=13, show_default=True)
+@click.option("--wall", type=LENGTH, default="1/32 in", show_default=True, help="Of all tubes.")
+@_jobs
+@json_option
+@plot_option
+def feasibility(
+    angles: int,
+    tube_radius_min: float,
+    tube_radius_max: float,
+    tube_radii: int,
+    wall: float,
+    jobs: int | None,
+    as_json: bool,
+    plot: Path | None,
+    **options: object,
+) -> None:
+    """Map where designs exist, over fiber angle and tube radius.
+
+    The angles are those between the first and the last --beta, by default 40 to 85 deg.
+    """
+    betas = options["betas"] or (math.radians(40.0), math.radians(85.0))
+    requirement = requirement_from(options)
+
+    import numpy as np
+
+    from spiral_core.design.sweep import feasibility_map
+
+    beta_grid = np.linspace(min(betas), max(betas), angles)  # type: ignore[call-overload]
+    radius_grid = np.linspace(tube_radius_min, tube_radius_max, tube_radii)
+    with _workers(jobs) as executor, _progress(as_json) as progress:
+        result = feasibility_map(
+            requirement,
+            [float(beta) for beta in beta_grid],
+            [float(radius) for radius in radius_grid],
+            wall,
+            executor,
+            progress,
+        )
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json(result)
+    else:
+        share = float((result.room >= 0.0).mean())
+        click.echo(f"{100.0 * share:.0f} % of {result.room.size} candidates are feasible")
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import feasibility_figure
+
+        write_picture(feasibility_figure(result), plot)
+
+
+@sweep.command()
+@requirement_options
+@_jobs
+@json_option
+@plot_option
+def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object) -> None:
+    """List the designs that no other beats in pressure, strain and length at once."""
+    requirement = requirement_from(options)
+
+    from spiral_core.design.sweep import pareto_set, solve_points
+
+    with _workers(jobs) as executor, _progress(as_json) as progress:
+        points = solve_points(requirement, requirement.candidates(), executor, progress)
+    best = pareto_set(points)
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+        from spiral_gripper.reports.design_document import point_as_dict
+
+        print_json([point_as_dict(point) for point in best])
+    else:
+        from rich.console import Console
+
+        from spiral_gripper.reports.tables import print_points
+
+        feasible = sum(point.feasible for point in points)
+        title = f"{len(best)} of {feasible} feasible designs ({len(points)} candidates)"
+        print_points(title, best, Console())
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import pareto_figure
+
+        write_picture(pareto_figure(points, best), plot)
+
+
+def _workers(jobs: int | None) -> AbstractContextManager[Executor | None]:
+    """Return a pool of processes; none where one would be enough."""
+    from spiral_gripper.cli.workers import core_count, process_pool
+
+    count = core_count() if jobs is None else jobs
+    return nullcontext() if count == 1 else process_pool(count)
+
+
+def _progress(quiet: bool) -> AbstractContextManager[Callable[[int, int], None] | None]:
+    """Return what shows progress on standard error; nothing for programs."""
+    if quiet:
+        return nullcontext()
+    from spiral_gripper.cli.workers import progress_bar
+
+    return progress_bar("solving")

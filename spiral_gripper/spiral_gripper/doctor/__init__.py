@@ -1,0 +1,1 @@
+"""The doctor: is everything there, and does it fit together?"""

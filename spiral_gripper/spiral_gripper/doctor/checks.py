@@ -1,0 +1,187 @@
+"""What ``spiral-gripper doctor`` asks and answers, as plain data.
+
+A table of checks is a module with two names: ``SECTION``, its heading, and ``checks``, which turns
+:class:`Facts` into :class:`Check` objects. The tables are run in processes of their own
+(:mod:`spiral_gripper.doctor.worker`), so that nothing they load can take the doctor down; nothing
+but Python's own library is imported here, because it must run where the rest does not.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from importlib import metadata
+from pathlib import Path
+
+# How long a check may take [s] unless it says otherwise: far more than any needs.
+TIME_LIMIT = 30.0
+
+
+class Mark(Enum):
+    """How a check came out; the value is what people read."""
+
+    OK = "ok"
+    INFO = "info"
+    WARNING = "warning"
+    PROBLEM = "PROBLEM"
+    SKIPPED = "skipped"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What one check found.
+
+    Attributes:
+        mark: how it came out.
+        text: what was found, in a sentence.
+        advice: what to do about it, in a sentence; empty where nothing is to be done.
+        commands: what to type for that, a line each.
+    """
+
+    mark: Mark
+    text: str
+    advice: str = ""
+    commands: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What the checks look at, so that a test can hand them another machine.
+
+    Attributes:
+        environ: environment variables.
+        distributions: versions of the installed Python distributions, by normalized name.
+        search_path: where Python looks for modules, in order.
+        system: operating system, such as "Linux".
+        architecture: of the processor, such as "x86_64".
+        python: version of Python.
+        prefix: the environment that Python runs in.
+        root: root of the file system, for what the kernel shows there.
+        now: time of the system's clock [s] since 1970.
+        gripper: the gripper that is asked about, name or path; None: all shipped ones.
+    """
+
+    environ: Mapping[str, str]
+    distributions: Mapping[str, str]
+    search_path: tuple[Path, ...]
+    system: str
+    architecture: str
+    python: tuple[int, int, int]
+    prefix: Path
+    root: Path
+    now: float
+    gripper: str | None = None
+
+    @classmethod
+    def here(cls, gripper: str | None = None) -> Facts:
+        """Return the facts of this process."""
+        return cls(
+            environ=dict(os.environ),
+            distributions={
+                normalized(found.name): found.version
+                for found in metadata.distributions()
+                if found.name  # None in what a broken installation leaves behind
+            },
+            search_path=tuple(Path(entry or ".") for entry in sys.path),
+            system=platform.system(),
+            architecture=platform.machine(),
+            python=sys.version_info[:3],
+            prefix=Path(sys.prefix),
+            root=Path("/"),
+            now=time.time(),
+            gripper=gripper,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One check of a table.
+
+    Attributes:
+        name: for programs, such as "ros.domain".
+        title: for people.
+        run: finds out; may raise anything, see :func:`finding_of`.
+        needs: names of earlier checks of the table without which this one makes no sense.
+        time_limit: it counts as hanging after this [s].
+    """
+
+    name: str
+    title: str
+    run: Callable[[Facts], Finding]
+    needs: tuple[str, ...] = ()
+    time_limit: float = TIME_LIMIT
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A check and what it found.
+
+    Attributes:
+        section: heading of the check's table.
+        name: the check's name, for programs.
+        title: the check's title, for people.
+        finding: what it found.
+        elapsed: how long that took [s].
+    """
+
+    section: str
+    name: str
+    title: str
+    finding: Finding
+    elapsed: float
+
+
+def finding_of(check: Check, facts: Facts, marks: Mapping[str, Mark]) -> Finding:
+    """Run a check; whatever it raises is a finding too.
+
+    Args:
+        check: the check.
+        facts: what it looks at.
+        marks: how the earlier checks came out, by name.
+    """
+    missing = [name for name in check.needs if marks.get(name) in (Mark.PROBLEM, Mark.SKIPPED)]
+    if missing:
+        cause = missing[0].rpartition(".")[2].replace("_", " ")
+        return Finding(Mark.SKIPPED, f"not looked at, because of {cause}")
+    try:
+        return check.run(facts)
+    except (Exception, SystemExit) as error:
+        return Finding(Mark.PROBLEM, f"this check crashed: {_crash(error)}")
+
+
+def normalized(name: str) -> str:
+    """Return a distribution's name as indexes compare it.
+
+    Example:
+        >>> normalized("ruamel.yaml"), normalized("Spiral_Gripper")
+        ('ruamel-yaml', 'spiral-gripper')
+    """
+    return "-".join(name.lower().replace("_", "-").replace(".", "-").split("-"))
+
+
+def first_line(text: str) -> str:
+    r"""Return the first line of a text that is not blank.
+
+    Example:
+        >>> first_line("\n  numba needs another numpy\nmore")
+        'numba needs another numpy'
+    """
+    return next((line.strip() for line in text.splitlines() if line.strip()), "")
+
+
+def _crash(error: BaseException) -> str:
+    """Return what was raised and where, on one line."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    place = (
+        ""
+        if trace is None
+        else f" ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})"
+    )
+    return f"{type(error).__name__}: {first_line(str(error))}{place}"

@@ -1,0 +1,160 @@
+"""The doctor's checks of the compiled kernels and of the gripper description files."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from spiral_gripper.doctor.checks import Check, Facts, Finding, Mark
+
+SECTION = "Grippers"
+# A first start compiles the solver: half a minute, minutes on a slow and busy machine.
+COMPILE_LIMIT = 600.0
+# With this variable numba leaves every function as it is; ours rely on being compiled.
+NO_COMPILATION = "NUMBA_DISABLE_JIT"
+# What the solver imports when it is first used; a test compares it with a start.
+START_LOADS = (
+    "spiral_core.rod.solve",
+    "spiral_core.rod._arrays",
+    "spiral_core.wrap._wrap_kernel",
+)
+_KERNELS = ("grippers.kernel_cache", "grippers.kernels")
+
+
+def checks(facts: Facts) -> tuple[Check, ...]:
+    """Return the checks of this table: the kernels, then each gripper."""
+    if facts.gripper is None:
+        from spiral_gripper.files.catalog import available_grippers
+
+        names = available_grippers()
+    else:
+        names = (facts.gripper,)
+    return (
+        Check("grippers.kernel_cache", "kernel cache", check_cache),
+        Check("grippers.kernels", "kernels", check_kernels, _KERNELS[:1], COMPILE_LIMIT),
+        *(
+            Check(f"grippers.{name}", Path(name).stem, partial(check_gripper, name), _KERNELS)
+            for name in names
+        ),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class KernelCache:
+    """What numba has kept of the compiled kernels.
+
+    Attributes:
+        kernels: how many a start of the node needs.
+        current: how many of them are kept, compiled from the code as it is now.
+        folder: where they are kept.
+    """
+
+    kernels: int
+    current: int
+    folder: Path
+
+    @classmethod
+    def here(cls) -> KernelCache:
+        """Return the state of this installation's cache."""
+        caches = [kernel._cache for kernel in _kernels()]
+        current = sum(bool(cache._cache_file._load_index()) for cache in caches)
+        return cls(len(caches), current, Path(caches[0].cache_path))
+
+
+def check_cache(facts: Facts, cache: KernelCache | None = None) -> Finding:
+    """Look whether the kernels are compiled already, and where that is kept."""
+    if facts.environ.get(NO_COMPILATION, "0") not in ("", "0"):
+        text = f"{NO_COMPILATION} is set: the kernels cannot be compiled"
+        return Finding(Mark.PROBLEM, text, "Remove it:", (f"unset {NO_COMPILATION}",))
+    try:
+        found = KernelCache.here() if cache is None else cache
+    except RuntimeError as error:  # numba has found no folder that it may write to
+        return Finding(
+            Mark.PROBLEM,
+            str(error),
+            "The compiled kernels need a folder that can be written to:",
+            (f"export NUMBA_CACHE_DIR={Path.home() / '.cache' / 'numba'}",),
+        )
+    if found.current == found.kernels:
+        return Finding(Mark.OK, f"all {found.kernels} are compiled, in {found.folder}")
+    state = "not compiled yet" if found.current == 0 else "not compiled yet or out of date"
+    text = f"{found.kernels - found.current} of {found.kernels} are {state}"
+    return Finding(Mark.INFO, f"{text}; compiling them now, once: half a minute or more")
+
+
+def check_kernels(facts: Facts) -> Finding:
+    """Start the solver as a node does: kernels are loaded, and compiled where they are missing."""
+    from spiral_core.wrap.curve import WrapCurve
+    from spiral_gripper.files.catalog import available_grippers
+    from spiral_gripper.files.description import load_gripper
+
+    del facts
+    gripper = load_gripper(available_grippers()[0])
+    missing = KernelCache.here()
+    start = time.monotonic()
+    curve = WrapCurve(gripper)
+    curve.wrap_for_radius(0.5 * (curve.radius_min + curve.radius_max))
+    return kernels_finding(time.monotonic() - start, missing, KernelCache.here())
+
+
+def kernels_finding(elapsed: float, before: KernelCache, after: KernelCache) -> Finding:
+    """Judge a start of the solver.
+
+    Args:
+        elapsed: how long it took [s].
+        before: what was compiled before.
+        after: what is compiled now.
+    """
+    if before.current == before.kernels:
+        return Finding(Mark.OK, f"loaded in {elapsed:.1f} s")
+    if after.current == after.kernels:
+        return Finding(Mark.OK, f"compiled in {elapsed:.0f} s; from now on they are only loaded")
+    return Finding(
+        Mark.WARNING,
+        f"compiled in {elapsed:.0f} s, but not kept in {after.folder}",
+        "Every start will compile them again; is the disk full? Or name another folder:",
+        (f"export NUMBA_CACHE_DIR={Path.home() / '.cache' / 'numba'}",),
+    )
+
+
+def check_gripper(name: str, facts: Facts) -> Finding:
+    """Look whether a gripper description is valid and its gripper grips anything."""
+    from spiral_core import SpiralError
+    from spiral_core.wrap.curve import WrapCurve
+    from spiral_gripper.files.description import load_gripper
+    from spiral_gripper.files.errors import DescriptionError
+    from spiral_gripper.reports.tables import shown
+
+    del facts
+    try:
+        gripper = load_gripper(name)
+        curve = WrapCurve(gripper)
+    except DescriptionError as error:
+        first, *others = error.problems
+        more = f" (and {len(others)} more)" if others else ""
+        advice = "The fields and their units are explained in docs/gripper_files.md."
+        return Finding(Mark.PROBLEM, f"{first}{more}", advice)
+    except SpiralError as error:
+        return Finding(Mark.PROBLEM, f"it cannot be used: {error}")
+    low, high = shown(curve.radius_min, "m"), shown(curve.radius_max, "m")
+    limit = shown(gripper.pressure_max, "Pa")
+    return Finding(Mark.OK, f"coils; grips radii from {low} to {high}, up to {limit}")
+
+
+def _kernels() -> Iterator[Any]:
+    """Yield the compiled kernels that a start of the solver loads."""
+    for name in START_LOADS:
+        import_module(name)
+    for name, module in sorted(sys.modules.items()):
+        if not name.startswith("spiral_core."):
+            continue
+        for value in vars(module).values():
+            # numba's dispatchers, told by what they have: numba is the core's business
+            if hasattr(value, "py_func") and value.py_func.__module__ == name:
+                yield value

@@ -1,0 +1,181 @@
+"""The doctor's checks of Python, of the libraries, and of the machine."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sysconfig
+from collections.abc import Callable, Iterable, Mapping
+from datetime import datetime, timezone
+from importlib import import_module, metadata
+from pathlib import Path
+
+from spiral_gripper.doctor.checks import Check, Facts, Finding, Mark, first_line, normalized
+from spiral_gripper.doctor.package import DISTRIBUTION, check_package, has_ros_part, why_no_ros
+
+SECTION = "Installation"
+OLDEST_PYTHON = (3, 10)
+# What the mechanics need: the module, and the distribution that holds it.
+LIBRARIES = (
+    ("numpy", "numpy"),
+    ("scipy", "scipy"),
+    ("numba", "numba"),
+    ("pint", "pint"),
+    ("ruamel.yaml", "ruamel-yaml"),
+)
+COMPILERS = ("c++", "g++", "clang++")
+DAY = 86400.0
+
+
+def checks(facts: Facts) -> tuple[Check, ...]:
+    """Return the checks of this table, the same for all facts."""
+    del facts
+    table = (
+        Check("install.python", "Python", check_python),
+        Check("install.package", "spiral_gripper", check_package),
+        Check("install.libraries", "libraries", check_libraries),
+        Check("install.pictures", "pictures", check_pictures),
+        Check("install.compiler", "C++ compiler", check_compiler),
+        Check("install.clock", "clock", check_clock),
+    )
+    if has_ros_part():
+        return table
+    return (*table, Check("install.ros", "ROS 2", why_no_ros))
+
+
+def check_python(facts: Facts) -> Finding:
+    """Look at the version of Python and the platform."""
+    version = ".".join(str(part) for part in facts.python)
+    text = f"{version} on {facts.system} {facts.architecture}, in {facts.prefix}"
+    if facts.python >= OLDEST_PYTHON:
+        return Finding(Mark.OK, text)
+    advice = "It must be 3.10 or newer. With another interpreter:"
+    return Finding(Mark.PROBLEM, text, advice, ("make install PYTHON=python3.12",))
+
+
+def check_libraries(
+    facts: Facts, load: Callable[[str], object] = import_module, requirements: Iterable[str] = ()
+) -> Finding:
+    """Look whether the libraries are there, import, and are new enough.
+
+    Args:
+        facts: what is installed.
+        load: imports a module.
+        requirements: lines such as "numpy>=1.26"; none: those that our distribution states.
+    """
+    old = too_old(facts.distributions, requirements or _own_requirements())
+    wrong = {name: f"{name} {facts.distributions[name]} is older than {old[name]}" for name in old}
+    for module, name in LIBRARIES:
+        if name not in facts.distributions:
+            wrong[name] = f"{name} is not installed"
+            continue
+        try:
+            load(module)
+        except Exception as error:
+            wrong[name] = f"{name} does not import: {first_line(str(error))}"
+    if not wrong:
+        versions = (f"{name} {facts.distributions[name]}" for _, name in LIBRARIES)
+        return Finding(Mark.OK, ", ".join(versions))
+    names = " ".join(sorted({*wrong, "numpy"}))  # most that do not import want another numpy
+    return Finding(
+        Mark.PROBLEM,
+        "; ".join(wrong.values()),
+        "Install versions that fit together:",
+        (f"{facts.prefix}/bin/python -m pip install --upgrade {names}",),
+    )
+
+
+def too_old(distributions: Mapping[str, str], requirements: Iterable[str]) -> dict[str, str]:
+    """Return the distributions that are older than required, with the version that would do.
+
+    Args:
+        distributions: installed versions by normalized name.
+        requirements: lines such as "numpy>=1.26"; those of extras do not count.
+
+    Example:
+        >>> too_old({"numpy": "1.9.3", "scipy": "1.11"}, ["numpy>=1.26", "scipy>=1.11"])
+        {'numpy': '1.26'}
+    """
+    found = {}
+    for line in requirements:
+        stated = re.fullmatch(r"\s*([\w.-]+)\s*>=\s*([\d.]+)\s*", line)
+        if stated is None:
+            continue
+        name, least = normalized(stated[1]), stated[2]
+        if name in distributions and _numbers(distributions[name]) < _numbers(least):
+            found[name] = least
+    return found
+
+
+def check_pictures(facts: Facts) -> Finding:
+    """Look whether the extra for pictures is there."""
+    if "matplotlib" in facts.distributions:
+        return Finding(Mark.OK, f"matplotlib {facts.distributions['matplotlib']}")
+    advice = "Needed for --plot and for reports only:"
+    return Finding(
+        Mark.INFO,
+        "matplotlib is not installed",
+        advice,
+        (f"{facts.prefix}/bin/python -m pip install '{DISTRIBUTION}[plot]'",),
+    )
+
+
+def check_compiler(
+    facts: Facts, which: Callable[[str], str | None] = shutil.which, headers: Path | None = None
+) -> Finding:
+    """Look whether the interfaces of ROS 2 could be compiled here: only a build needs that.
+
+    Args:
+        facts: the platform.
+        which: finds a program.
+        headers: folder of Python's headers; None: that of this Python.
+    """
+    folder = Path(sysconfig.get_path("include")) if headers is None else headers
+    compiler = next((path for name in COMPILERS if (path := which(name))), None)
+    missing = [] if compiler else ["no C++ compiler"]
+    if not (folder / "Python.h").is_file():
+        missing.append("no headers of this Python")
+    if not missing:
+        return Finding(Mark.OK, f"{compiler}, with the headers of this Python")
+    advice = "Needed only to install from source with ROS 2."
+    if facts.system != "Linux":
+        return Finding(Mark.INFO, " and ".join(missing), advice)
+    return Finding(
+        Mark.INFO,
+        " and ".join(missing),
+        f"{advice} On Debian or Ubuntu:",
+        ("sudo apt-get install g++ python3-dev",),
+    )
+
+
+def check_clock(facts: Facts, installed: float | None = None) -> Finding:
+    """Look whether the clock can be right: stamps, and certificates, depend on it.
+
+    Args:
+        facts: its time.
+        installed: when this package was installed [s] since 1970; None: what its files say.
+    """
+    known = Path(__file__).stat().st_mtime if installed is None else installed
+    shown = datetime.fromtimestamp(facts.now, timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
+    if facts.now > known - DAY:
+        return Finding(Mark.OK, shown)
+    return Finding(
+        Mark.WARNING,
+        f"{shown}: this package was installed after that",
+        "Stamps and certificates will be wrong; let the clock follow a time server:",
+        ("sudo timedatectl set-ntp true",),
+    )
+
+
+def _own_requirements() -> list[str]:
+    """Return what our distribution states; nothing where colcon installed it."""
+    try:
+        return metadata.requires(DISTRIBUTION) or []
+    except metadata.PackageNotFoundError:
+        return []
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    """Return the leading numbers of a version, as many as compare well."""
+    found = re.match(r"\d+(\.\d+)*", version)
+    return () if found is None else tuple(int(part) for part in found[0].split("."))

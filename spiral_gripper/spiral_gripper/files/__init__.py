@@ -1,0 +1,1 @@
+"""Gripper and tubing files: YAML with units to values of the core."""

@@ -1,0 +1,108 @@
+"""Where the files are: the ones shipped with the package, and paths."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib.resources import files
+from pathlib import Path
+
+from spiral_gripper.files.errors import Complaint, DescriptionError, Problem
+
+_SUFFIX = ".yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class Shelf:
+    """One kind of files shipped with the package.
+
+    Attributes:
+        noun: what one of them is called in messages.
+        folder: below the package's configuration; empty for the folder itself.
+    """
+
+    noun: str
+    folder: str = ""
+
+    @property
+    def path(self) -> Path:
+        """The folder of the files."""
+        return Path(str(files("spiral_gripper"))) / "config" / self.folder
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the files, in alphabetical order."""
+        return tuple(sorted(file.stem for file in self.path.glob(f"*{_SUFFIX}")))
+
+
+GRIPPERS = Shelf("gripper")
+TUBING = Shelf("tubing", "tubing")
+
+
+def available_grippers() -> tuple[str, ...]:
+    """Return the names of the grippers shipped with the package, in alphabetical order.
+
+    Example:
+        >>> "prototype_p1" in available_grippers()
+        True
+    """
+    return GRIPPERS.names
+
+
+def find_description(name_or_path: str | os.PathLike[str], shelf: Shelf = GRIPPERS) -> Path:
+    """Return the file that a name or a path means.
+
+    Text without a folder and without a suffix is the name of a shipped file, whatever the current
+    folder holds; anything else is a path.
+
+    Args:
+        name_or_path: ``"prototype_p1"``, ``"my_gripper.yaml"``, ``"./mine"`` or any path object.
+        shelf: where names are looked up.
+
+    Raises:
+        DescriptionError: no shipped file has this name; the message lists those there are.
+
+    Example:
+        >>> find_description("prototype_p1").name
+        'prototype_p1.yaml'
+    """
+    path = Path(name_or_path)
+    if name_or_path != path.name or path.suffix:  # a path object never equals text
+        return path
+    if path.name in shelf.names:
+        return shelf.path / f"{path.name}{_SUFFIX}"
+    reason = f"no {shelf.noun} has this name; {_shipped(path, shelf)}"
+    raise DescriptionError([_unreadable(path.name, reason)])
+
+
+def read_description_text(path: Path, shelf: Shelf = GRIPPERS) -> str:
+    """Return the text of a file; ``shelf`` is what it would be compared with.
+
+    Raises:
+        DescriptionError: there is no such file, it cannot be opened, or it is not UTF-8 text.
+    """
+    try:
+        return path.read_bytes().decode("utf-8")
+    except FileNotFoundError:
+        requirement = f"there is no such file; {_shipped(path, shelf)}"
+    except (OSError, ValueError) as error:  # ValueError: a path with a null, text not in UTF-8
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        requirement = f"it must be a readable text file in UTF-8 ({reason})"
+    raise DescriptionError([_unreadable(str(path), requirement)])
+
+
+def _shipped(path: Path, shelf: Shelf) -> str:
+    """Return the names of the shipped files as advice, the nearest first if one is near."""
+    nearest = get_close_matches(path.stem, shelf.names, n=1)
+    hint = f"did you mean {nearest[0]}? " if nearest else ""
+    verb = "are" if len(shelf.names) > 1 else "is"
+    plural = f"{shelf.noun}s" if len(shelf.names) > 1 else shelf.noun
+    return (
+        f"{hint}the shipped {plural} {verb} {', '.join(shelf.names)}; "
+        "write a path for any other file"
+    )
+
+
+def _unreadable(file: str, requirement: str) -> Problem:
+    return Problem(Complaint.UNREADABLE, file, None, None, "", None, requirement)

@@ -1,0 +1,258 @@
+"""Gripper description files, read and checked: from YAML with units to a gripper of the core."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+from spiral_core import (
+    ActuationModel,
+    Actuator,
+    CurvatureForm,
+    FiberAngles,
+    Gripper,
+    HyperelasticLaw,
+    InvalidInputError,
+    MeasuredActuation,
+    Tube,
+    gripper_from_actuator,
+)
+from spiral_core.validation import require_non_negative, require_positive
+from spiral_core.wrap.gripper import STANDARD_GRAVITY, stiffness_from_actuator
+from spiral_gripper.files.catalog import find_description, read_description_text
+from spiral_gripper.files.document import Document, read_document
+from spiral_gripper.files.errors import Complaint, DescriptionError
+from spiral_gripper.files.fields import FIELDS, LAWS, Vector, constants_of
+from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
+from spiral_gripper.files.values import Values, complain_of_argument, read_values
+
+# A thousand times that of the Earth [m/s^2]: no arm accelerates a gripper like that.
+GRAVITY_MAX = 1.0e4
+# More than anybody means. A longer or heavier tube, such as one of meters in place of millimeters,
+# takes so many elements that there is neither time nor memory for them, in a node least of all.
+_LARGEST = {
+    "length": (10.0, "m"),
+    "density": (1.0e5, "kg/m^3"),
+    "extra_mass_per_length": (1.0e3, "kg/m"),
+    "gravity_magnitude": (GRAVITY_MAX, "m/s^2"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class GripperDescription:
+    """What a gripper description file says, checked, in SI units.
+
+    Attributes:
+        source: the file it was read from.
+        description: free text about the gripper.
+        actuator: tube, fibers, material and the choices of model; where the file holds a measured
+            curve, the material gives the stiffness only.
+        density: density of the tube's material [kg/m^3].
+        extra_mass_per_length: mass beside the tube's, such as fibers and glue [kg/m].
+        gripper: the gripper that the file describes, ready for the core.
+    """
+
+    source: Path
+    description: str
+    actuator: Actuator
+    density: float
+    extra_mass_per_length: float
+    gripper: Gripper
+
+
+def load_gripper(name_or_path: str | os.PathLike[str]) -> Gripper:
+    """Return the gripper that a description file describes.
+
+    Args:
+        name_or_path: the name of a shipped gripper, or the path of a file.
+
+    Raises:
+        DescriptionError: the file cannot be used; the error holds every problem with its place.
+
+    Example:
+        >>> gripper = load_gripper("prototype_p1")
+        >>> gripper.tube.length, round(gripper.pressure_max)
+        (0.5, 110316)
+    """
+    return load_description(name_or_path).gripper
+
+
+def load_description(name_or_path: str | os.PathLike[str]) -> GripperDescription:
+    """Return what a description file says, checked.
+
+    Args:
+        name_or_path: the name of a shipped gripper, or the path of a file.
+
+    Raises:
+        DescriptionError: the file cannot be used; the error holds every problem with its place.
+
+    Example:
+        >>> description = load_description("prototype_p2")
+        >>> description.source.name, round(description.density, 6)
+        ('prototype_p2.yaml', 950.0)
+    """
+    path = find_description(name_or_path)
+    return parse_description(read_description_text(path), path)
+
+
+def parse_description(text: str, source: Path) -> GripperDescription:
+    """Return what the text of a description file says, checked.
+
+    Args:
+        text: the file's text.
+        source: the file's path, for messages and as the description's source.
+
+    Raises:
+        DescriptionError: the text cannot be used; the error holds every problem with its place.
+    """
+    document = read_document(text, str(source), FIELDS)
+    values = read_values(document)
+    _check_parts(values, document)
+    try:
+        return _description(values, document, source)
+    except InvalidInputError as error:
+        complain_of_argument(document, error)
+    except ArithmeticError:
+        reason = "its numbers are too large or too small to compute with; check the units"
+        document.complain(Complaint.UNREADABLE, "", None, reason)
+    raise DescriptionError(document.problems)
+
+
+def _check_parts(values: Values, document: Document) -> None:
+    """Make each part once, so that one reading names all that the core refuses."""
+    for make in (_tube, _fibers, _material, _density, _extra_mass, _gravity, _pressure_max):
+        _check_part(make, values, document)
+    document.raise_problems()
+
+
+def _check_part(make: Callable[[Values], object], values: Values, document: Document) -> None:
+    """Make one part, and note what the core refuses."""
+    try:
+        make(values)
+    except InvalidInputError as error:
+        complain_of_argument(document, error)
+
+
+def _description(values: Values, document: Document, source: Path) -> GripperDescription:
+    """Return the description, whose parts have been checked one by one."""
+    actuator = _actuator(values)
+    density, extra_mass_per_length = _density(values), _extra_mass(values)
+    unlimited = gripper_from_actuator(
+        str(values["name"]),
+        actuator,
+        density=density,
+        extra_mass_per_length=extra_mass_per_length,
+        stiffness=replace(
+            stiffness_from_actuator(actuator),
+            **_arguments(values, "stiffness.bending", "stiffness.torsional"),
+        ),
+        gravity=_gravity(values),
+        **_arguments(
+            values, "mount.object_axis", "grip.turns_required", "grip.friction_coefficient"
+        ),
+    )
+    actuation = _measured_actuation(values) or unlimited.actuation
+    pressure_max = _pressure_max(values)
+    _check_pressure(pressure_max, actuation, document)
+    return GripperDescription(
+        source=source,
+        description=str(values.get("description", "")),
+        actuator=actuator,
+        density=density,
+        extra_mass_per_length=extra_mass_per_length,
+        gripper=replace(unlimited, actuation=actuation, pressure_max=pressure_max),
+    )
+
+
+def _check_pressure(pressure_max: float, actuation: ActuationModel, document: Document) -> None:
+    """Refuse a pressure past the actuator's own limit, in the unit of the file."""
+    if pressure_max <= actuation.pressure_limit:
+        return
+    entry = document.entries["limits.pressure_max"]
+    unit = unit_of(entry.text, Dimension.PRESSURE)
+    limit = convert_from_si(actuation.pressure_limit, unit, Dimension.PRESSURE)
+    requirement = (
+        f"at most {_rounded_down(limit)} {unit}, the actuator's own limit: {actuation.limit.value}"
+    )
+    document.complain(Complaint.WRONG, "limits.pressure_max", entry, requirement, entry.raw)
+    document.raise_problems()
+
+
+def _rounded_down(value: float) -> str:
+    """Return a positive number with four digits, never more than the number itself."""
+    text = f"{value:.4g}"
+    return text if float(text) <= value else f"{value * (1.0 - 5e-4):.4g}"
+
+
+def _actuator(values: Values) -> Actuator:
+    choices = _arguments(values, "fibers.straight_fiber_radius", "model.twist_shear")
+    if "model.curvature_form" in values:
+        choices["curvature_form"] = CurvatureForm(values["model.curvature_form"])
+    return Actuator(
+        tube=_tube(values), fibers=_fibers(values), material=_material(values), **choices
+    )
+
+
+def _tube(values: Values) -> Tube:
+    tube = Tube(**_arguments(values, "tube.inner_radius", "tube.wall_thickness", "tube.length"))
+    _bounded("length", tube.length)
+    return tube
+
+
+def _fibers(values: Values) -> FiberAngles:
+    return FiberAngles(**_arguments(values, "fibers.alpha", "fibers.beta"))
+
+
+def _material(values: Values) -> HyperelasticLaw:
+    law = str(values["material.law"])
+    constants = _arguments(values, *(f"material.{name}" for name in constants_of(law)))
+    material: HyperelasticLaw = LAWS[law](**constants)
+    return material
+
+
+def _measured_actuation(values: Values) -> MeasuredActuation | None:
+    """Return the measured curve that a file may hold in place of the law's."""
+    if "measured.pressures" not in values:
+        return None
+    length = cast("float", values["tube.length"])
+    return MeasuredActuation(
+        backbone_length=length,
+        **_arguments(values, "measured.pressures", "measured.curvatures", "measured.torsions"),
+    )
+
+
+def _density(values: Values) -> float:
+    return _bounded("density", require_positive("density", values["material.density"]))
+
+
+def _extra_mass(values: Values) -> float:
+    extra = values.get("extra_mass_per_length", 0.0)
+    return _bounded("extra_mass_per_length", require_non_negative("extra_mass_per_length", extra))
+
+
+def _gravity(values: Values) -> Vector:
+    """Return the acceleration of gravity in the base frame [m/s^2]."""
+    given = values.get("mount.gravity_magnitude", STANDARD_GRAVITY)
+    magnitude = _bounded("gravity_magnitude", require_non_negative("gravity_magnitude", given))
+    x, y, z = cast("Vector", values["mount.gravity_direction"])
+    return (magnitude * x, magnitude * y, magnitude * z)
+
+
+def _bounded(argument: str, value: float) -> float:
+    """Return a value that is not larger than anybody means."""
+    largest, unit = _LARGEST[argument]
+    if value > largest:
+        raise InvalidInputError(argument, value, f"at most {largest:g} {unit}")
+    return value
+
+
+def _pressure_max(values: Values) -> float:
+    return require_positive("pressure_max", values["limits.pressure_max"])
+
+
+def _arguments(values: Values, *names: str) -> dict[str, Any]:
+    """Return those of some fields that the file gives, under the names of the core's arguments."""
+    return {name.rpartition(".")[2]: values[name] for name in names if name in values}

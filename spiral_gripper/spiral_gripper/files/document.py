@@ -1,0 +1,182 @@
+"""YAML text to entries that know their place, before anything is made of their values.
+
+Only the syntax tree is used: scalars keep the text the user wrote, and no YAML type is constructed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from spiral_gripper.files.errors import Complaint, DescriptionError, Problem
+
+if TYPE_CHECKING:
+    from ruamel.yaml.nodes import MappingNode, Node
+
+_LONGEST_QUOTE = 60
+_CORE_TAG = "tag:yaml.org,2002:"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """What a file holds in one place.
+
+    Attributes:
+        line: line in the file, from 1.
+        column: column in that line, from 1.
+        raw: the file's own text, shortened to one line, to quote in messages.
+        tag: YAML's type: "str", "int", "float", "bool", "null", "seq", "map", or another tag.
+        text: a scalar's text; empty for a list or a mapping.
+        items: the items of a list; empty for anything else.
+    """
+
+    line: int
+    column: int
+    raw: str
+    tag: str
+    text: str = ""
+    items: tuple[Entry, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """The entries of one file by dotted name, where its sections are, and what is wrong so far."""
+
+    file: str
+    entries: dict[str, Entry] = field(default_factory=dict)
+    sections: dict[str, Entry] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    def complain(
+        self,
+        complaint: Complaint,
+        name: str,
+        place: Entry | None,
+        requirement: str,
+        value: str | None = None,
+    ) -> None:
+        """Note a problem with a field, at a place in the file or at the file as a whole."""
+        line, column = (None, None) if place is None else (place.line, place.column)
+        self.problems.append(Problem(complaint, self.file, line, column, name, value, requirement))
+
+    def raise_problems(self) -> None:
+        """Raise everything noted so far as one DescriptionError, if there is anything."""
+        if self.problems:
+            raise DescriptionError(self.problems)
+
+
+def read_document(text: str, file: str, fields: Collection[str]) -> Document:
+    """Return the entries of a YAML text; unknown and repeated fields are noted as problems.
+
+    Args:
+        text: the file's text.
+        file: the file's name for messages.
+        fields: the dotted names allowed; what stands before a dot is a section.
+
+    Raises:
+        DescriptionError: the text is empty, is not YAML, or is not a mapping of fields.
+
+    Example:
+        >>> document = read_document("tube: {length: 500 mm}", "mine.yaml", ["tube.length"])
+        >>> entry = document.entries["tube.length"]
+        >>> entry.text, entry.line, entry.column
+        ('500 mm', 1, 16)
+    """
+    from ruamel.yaml.nodes import MappingNode
+
+    document = Document(file)
+    root = _compose(text, file)
+    if isinstance(root, MappingNode):
+        _walk(root, "", document, fields)
+        return document
+    found = "is empty" if root is None else f"holds only {_entry(root).raw}"
+    reason = f"it {found}, and must hold the fields {', '.join(_members('', fields))}"
+    raise DescriptionError([Problem(Complaint.UNREADABLE, file, None, None, "", None, reason)])
+
+
+def _compose(text: str, file: str) -> Node | None:
+    """Return the root node of a YAML text, None if there is none; raise what is not YAML."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+    from ruamel.yaml.reader import ReaderError
+
+    line: int | None = None
+    column: int | None = None
+    try:
+        root: Node | None = YAML(typ="safe", pure=True).compose(text)
+        return root
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        if mark is not None:
+            line, column = mark.line + 1, mark.column + 1
+        reason = " ".join(part for part in (error.context, error.problem) if part)
+    except ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        reason = f"character {error.position} is not allowed: {error.reason}"
+    except RecursionError:
+        reason = "lists or mappings are nested too deep"
+    except YAMLError as error:
+        reason = str(error)
+    reason = " ".join(reason.split())
+    raise DescriptionError([Problem(Complaint.NOT_YAML, file, line, column, "", None, reason)])
+
+
+def _walk(node: MappingNode, section: str, document: Document, fields: Collection[str]) -> None:
+    """Sort the keys of one mapping into entries, sections and problems."""
+    for key_node, value_node in node.value:
+        key, value = _entry(key_node), _entry(value_node)
+        name = f"{section}.{key.text or key.raw}" if section else key.text or key.raw
+        first = document.entries.get(name) or document.sections.get(name)
+        if first is not None:
+            advice = f"keep one of the two, here and on line {first.line}"
+            document.complain(Complaint.DUPLICATE, name, key, advice)
+        elif name in fields and "." not in key.text:
+            document.entries[name] = value
+        elif any(known.startswith(f"{name}.") for known in fields):
+            document.sections[name] = key
+            if value.tag == "map":
+                _walk(value_node, name, document, fields)
+            elif value.tag != "null":
+                members = ", ".join(_members(name, fields))
+                document.complain(
+                    Complaint.WRONG, name, value, f"a section with the fields {members}", value.raw
+                )
+        else:
+            document.complain(Complaint.UNKNOWN, name, key, _advice(name, section, fields))
+
+
+def _entry(node: Node) -> Entry:
+    """Return what one node holds; items of a list only where they are no lists themselves."""
+    mark = node.start_mark
+    raw = " ".join(mark.buffer[mark.index : node.end_mark.index].split())
+    raw = raw if len(raw) <= _LONGEST_QUOTE else f"{raw[: _LONGEST_QUOTE - 3]}..."
+    tag = str(node.tag).removeprefix(_CORE_TAG)
+    place = (mark.line + 1, mark.column + 1, raw, tag)
+    if not isinstance(node.value, list):
+        return Entry(*place, text=node.value)
+    scalars = [item for item in node.value if tag == "seq" and not isinstance(item.value, list)]
+    return Entry(*place, items=tuple(_entry(item) for item in scalars))
+
+
+def _members(section: str, fields: Collection[str]) -> list[str]:
+    """Return the names a section may hold; at the top, the sections and the fields in none."""
+    if not section:
+        return list(dict.fromkeys(name.split(".")[0] for name in fields))
+    return [name.split(".")[1] for name in fields if name.startswith(f"{section}.")]
+
+
+def _advice(name: str, section: str, fields: Collection[str]) -> str:
+    """Return the nearest field to an unknown name, or the list of what would be allowed."""
+    key = name.removeprefix(f"{section}.")
+    elsewhere = [known for known in fields if known.split(".")[-1] == key]
+    nearest = get_close_matches(key, _members(section, fields), n=1)
+    if name in fields:  # written with its dot
+        return f"write {' in the section '.join(reversed(name.split('.')))}"
+    if elsewhere:
+        return f"did you mean {elsewhere[0]}?"
+    if nearest:
+        return f"did you mean {f'{section}.' if section else ''}{nearest[0]}?"
+    where = f"the fields of {section}" if section else "the fields"
+    return f"{where} are {', '.join(_members(section, fields))}"

@@ -1,0 +1,243 @@
+"""The fields of a gripper description file, and how each is read from its text.
+
+This is the format: whatever is not in :data:`FIELDS` is refused. ``docs/gripper_files.md``
+describes it, and is tested against it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from enum import Enum
+from types import MappingProxyType
+from typing import Final, cast
+
+from spiral_core import CurvatureForm, Gent, InvalidInputError, MooneyRivlin, NeoHookean, Yeoh
+from spiral_gripper.files.document import Entry
+from spiral_gripper.files.units import PLAIN_NUMBER, Dimension, parse_number, parse_quantity
+
+FITTED: Final = "fitted"
+
+LAWS: Final = MappingProxyType(
+    {"neo_hookean": NeoHookean, "mooney_rivlin": MooneyRivlin, "yeoh": Yeoh, "gent": Gent}
+)
+
+
+class Kind(Enum):
+    """What a value may look like; the value is the requirement, where the field adds nothing."""
+
+    QUANTITY = "a number with a unit"
+    NUMBER = PLAIN_NUMBER
+    NAME = "one line of text, in quotes if it looks like a number"
+    TEXT = "text, in quotes if it looks like a number"
+    CHOICE = "one of the names"
+    SWITCH = "true or false"
+    DIRECTION = "three finite numbers, not all zero, such as [1, 0, 0] (x, y, z of the base frame)"
+    PRESSURES = 'a list of pressures with their units, such as "[0 kPa, 20 kPa, 40 kPa]"'
+    CURVATURES = 'a list of curvatures with their units, such as "[0 rad/m, 8 rad/m, 18 rad/m]"'
+    AXIS = (
+        f"{FITTED}, or three finite numbers, not all zero, such as [1, 0, 0] "
+        "(x, y, z of the base frame)"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One field of the format.
+
+    Attributes:
+        kind: what its value looks like.
+        required: whether a file must have it.
+        dimension: what a quantity measures; None for the other kinds.
+        choices: the names a choice allows.
+    """
+
+    kind: Kind
+    required: bool = False
+    dimension: Dimension | None = None
+    choices: tuple[str, ...] = ()
+
+    @property
+    def requirement(self) -> str:
+        """What a value must be, to complete "must be ..."."""
+        if self.dimension is not None:
+            return self.dimension.requirement
+        if self.choices:
+            return f"one of {', '.join(self.choices)}"
+        return self.kind.value
+
+
+def _quantity(dimension: Dimension, required: bool = False) -> Field:
+    return Field(Kind.QUANTITY, required, dimension)
+
+
+FIELDS: Final = MappingProxyType(
+    {
+        "name": Field(Kind.NAME, required=True),
+        "description": Field(Kind.TEXT),
+        "tube.inner_radius": _quantity(Dimension.LENGTH, required=True),
+        "tube.wall_thickness": _quantity(Dimension.LENGTH, required=True),
+        "tube.length": _quantity(Dimension.LENGTH, required=True),
+        "fibers.alpha": _quantity(Dimension.ANGLE, required=True),
+        "fibers.beta": _quantity(Dimension.ANGLE, required=True),
+        "fibers.straight_fiber_radius": _quantity(Dimension.LENGTH),
+        "material.law": Field(Kind.CHOICE, required=True, choices=tuple(LAWS)),
+        "material.c1": _quantity(Dimension.PRESSURE),
+        "material.c2": _quantity(Dimension.PRESSURE),
+        "material.c3": _quantity(Dimension.PRESSURE),
+        "material.shear_modulus": _quantity(Dimension.PRESSURE),
+        "material.extension_limit": Field(Kind.NUMBER),
+        "material.density": _quantity(Dimension.DENSITY, required=True),
+        "measured.pressures": Field(Kind.PRESSURES),
+        "measured.curvatures": Field(Kind.CURVATURES),
+        "measured.torsions": Field(Kind.CURVATURES),
+        "model.curvature_form": Field(
+            Kind.CHOICE, choices=tuple(form.value for form in CurvatureForm)
+        ),
+        "model.twist_shear": Field(Kind.SWITCH),
+        "stiffness.bending": _quantity(Dimension.FLEXURAL_STIFFNESS),
+        "stiffness.torsional": _quantity(Dimension.FLEXURAL_STIFFNESS),
+        "extra_mass_per_length": _quantity(Dimension.MASS_PER_LENGTH),
+        "mount.gravity_direction": Field(Kind.DIRECTION, required=True),
+        "mount.gravity_magnitude": _quantity(Dimension.ACCELERATION),
+        "mount.object_axis": Field(Kind.AXIS),
+        "limits.pressure_max": _quantity(Dimension.PRESSURE, required=True),
+        "grip.turns_required": Field(Kind.NUMBER),
+        "grip.friction_coefficient": Field(Kind.NUMBER),
+    }
+)
+
+CONSTANTS: Final = tuple(
+    dict.fromkeys(constant.name for law in LAWS.values() for constant in dataclasses.fields(law))
+)
+
+
+def constants_of(law: str) -> tuple[str, ...]:
+    """Return the names of the constants that a law takes.
+
+    Example:
+        >>> constants_of("gent")
+        ('shear_modulus', 'extension_limit')
+    """
+    return tuple(constant.name for constant in dataclasses.fields(LAWS[law]))
+
+
+Vector = tuple[float, float, float]
+Value = float | str | bool | Vector | tuple[float, ...] | None
+
+
+def read_value(name: str, entry: Entry) -> Value:
+    """Return the value of a field from what a file holds in its place.
+
+    Args:
+        name: dotted name of the field, a key of :data:`FIELDS`.
+        entry: what the file holds there.
+
+    Returns:
+        SI floats for quantities, and tuples of them for lists; floats, text and booleans; unit
+        vectors for directions; None for an object axis that is fitted.
+
+    Raises:
+        InvalidInputError: the entry is not what the field requires.
+
+    Example:
+        >>> read_value("tube.length", Entry(1, 1, "500 mm", "str", "500 mm"))
+        0.5
+    """
+    field = FIELDS[name]
+    try:
+        return _READERS[field.kind](field, entry)
+    except InvalidInputError as error:
+        raise InvalidInputError(name, entry.raw, error.requirement) from None
+
+
+def _read_quantity(field: Field, entry: Entry) -> float:
+    dimension = cast("Dimension", field.dimension)  # every field of this kind has one
+    return parse_quantity(entry.text or entry.raw, dimension)
+
+
+def _read_number(_field: Field, entry: Entry) -> float:
+    return parse_number(entry.text if entry.tag in ("int", "float") else entry.raw)
+
+
+def _read_name(field: Field, entry: Entry) -> str:
+    name = _read_text(field, entry)
+    if not name or not name.isprintable():
+        raise _refusal(field, entry)
+    return name
+
+
+def _read_text(field: Field, entry: Entry) -> str:
+    if entry.tag != "str":
+        raise _refusal(field, entry)
+    return entry.text.strip()
+
+
+def _read_choice(field: Field, entry: Entry) -> str:
+    if entry.tag != "str" or entry.text not in field.choices:
+        nearest = get_close_matches(entry.text.lower(), field.choices, n=1)
+        hint = f" (did you mean {nearest[0]}?)" if nearest else ""
+        raise InvalidInputError("", entry.raw, field.requirement + hint)
+    return entry.text
+
+
+def _read_switch(field: Field, entry: Entry) -> bool:
+    if entry.tag != "bool" or entry.text not in ("true", "false"):
+        raise _refusal(field, entry)
+    return entry.text == "true"
+
+
+def _read_direction(field: Field, entry: Entry) -> Vector:
+    try:
+        x, y, z = (_read_number(field, item) for item in entry.items)
+        length = math.hypot(x, y, z)
+    except ValueError:  # not three, or not numbers: InvalidInputError is a ValueError
+        raise _refusal(field, entry) from None
+    if not 0.0 < length < math.inf:
+        raise _refusal(field, entry)
+    return (x / length, y / length, z / length)
+
+
+def _read_pressures(field: Field, entry: Entry) -> tuple[float, ...]:
+    return _read_list(field, entry, Dimension.PRESSURE)
+
+
+def _read_curvatures(field: Field, entry: Entry) -> tuple[float, ...]:
+    return _read_list(field, entry, Dimension.CURVATURE)
+
+
+def _read_list(field: Field, entry: Entry, dimension: Dimension) -> tuple[float, ...]:
+    if not entry.items:
+        raise _refusal(field, entry)
+    try:
+        return tuple(parse_quantity(item.text or item.raw, dimension) for item in entry.items)
+    except InvalidInputError as error:
+        requirement = f"{field.requirement}; one of its items: {error}"
+        raise InvalidInputError("", entry.raw, requirement) from None
+
+
+def _read_axis(field: Field, entry: Entry) -> Vector | None:
+    return None if entry.text == FITTED else _read_direction(field, entry)
+
+
+def _refusal(field: Field, entry: Entry) -> InvalidInputError:
+    return InvalidInputError("", entry.raw, field.requirement)
+
+
+_READERS: Final[Mapping[Kind, Callable[[Field, Entry], Value]]] = MappingProxyType(
+    {
+        Kind.QUANTITY: _read_quantity,
+        Kind.NUMBER: _read_number,
+        Kind.NAME: _read_name,
+        Kind.TEXT: _read_text,
+        Kind.CHOICE: _read_choice,
+        Kind.SWITCH: _read_switch,
+        Kind.DIRECTION: _read_direction,
+        Kind.PRESSURES: _read_pressures,
+        Kind.CURVATURES: _read_curvatures,
+        Kind.AXIS: _read_axis,
+    }
+)

@@ -1,0 +1,154 @@
+"""Tubing files: the sizes that can be bought, and what they are made of, with units."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from spiral_core.design.requirement import Elastomer, TubeSize
+from spiral_core.errors import InvalidInputError
+from spiral_gripper.files.catalog import TUBING, find_description, read_description_text
+from spiral_gripper.files.document import Document, Entry, read_document
+from spiral_gripper.files.errors import Complaint
+from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS, constants_of
+from spiral_gripper.files.units import Dimension, parse_quantity
+from spiral_gripper.files.values import (
+    Values,
+    check_constants,
+    complain_of_argument,
+    read_entries,
+    require,
+)
+
+SIZE_REQUIREMENT: Final = 'bore and wall with their units, such as "3/8 in x 1/32 in"'
+_SIZES: Final = "sizes"
+_REQUIRED: Final = ("name", "material.law", "material.density")
+_FIELDS: Final = (*_REQUIRED, "description", *(f"material.{c}" for c in CONSTANTS), _SIZES)
+
+
+@dataclass(frozen=True, slots=True)
+class Tubing:
+    """What a tubing file offers, checked, in SI units.
+
+    Attributes:
+        source: the file it was read from.
+        name: of the material, as reports call it.
+        sizes: tubes on offer.
+        elastomer: what they are made of.
+    """
+
+    source: Path
+    name: str
+    sizes: tuple[TubeSize, ...]
+    elastomer: Elastomer
+
+
+def available_tubing() -> tuple[str, ...]:
+    """Return the names of the tubing files shipped with the package, in alphabetical order.
+
+    Example:
+        >>> available_tubing()
+        ('natural_latex',)
+    """
+    return TUBING.names
+
+
+def load_tubing(name_or_path: str | os.PathLike[str]) -> Tubing:
+    """Return what a tubing file offers.
+
+    Args:
+        name_or_path: the name of a shipped file, or the path of one.
+
+    Raises:
+        DescriptionError: the file cannot be used; the error holds every problem with its place.
+
+    Example:
+        >>> tubing = load_tubing("natural_latex")
+        >>> tubing.elastomer.density, tubing.sizes[0].name
+        (950.0, '1/8 in x 1/32 in')
+    """
+    path = find_description(name_or_path, TUBING)
+    return parse_tubing(read_description_text(path, TUBING), path)
+
+
+def parse_tubing(text: str, source: Path) -> Tubing:
+    """Return what the text of a tubing file offers.
+
+    Args:
+        text: the file's text.
+        source: the file's path, for messages.
+
+    Raises:
+        DescriptionError: the text cannot be used; the error holds every problem with its place.
+    """
+    document = read_document(text, str(source), _FIELDS)
+    sizes = _read_sizes(document)
+    values = read_entries(document, (name for name in document.entries if name != _SIZES))
+    check_constants(document, values.get("material.law"))
+    for name in _REQUIRED:
+        require(document, name, FIELDS[name].requirement)
+    require(document, _SIZES, f"a list of {SIZE_REQUIREMENT}")
+    document.raise_problems()
+    try:
+        elastomer = _elastomer(values)
+    except InvalidInputError as error:
+        complain_of_argument(document, error)
+        document.raise_problems()
+        raise
+    return Tubing(source, elastomer.name, sizes, elastomer)
+
+
+def parse_tube_size(text: str) -> TubeSize:
+    """Return a size written as bore (inner diameter) and wall thickness.
+
+    Raises:
+        InvalidInputError: not two lengths with their units, or one is not positive.
+
+    Example:
+        >>> size = parse_tube_size("3/8 in x 1/32 in")
+        >>> round(size.inner_radius * 1e3, 4), round(size.wall_thickness * 1e3, 5)
+        (4.7625, 0.79375)
+    """
+    bore, separator, wall = (part.strip() for part in text.partition(" x "))
+    if not separator:
+        raise InvalidInputError("tube size", text, SIZE_REQUIREMENT)
+    try:
+        return TubeSize(
+            " ".join(text.split()),
+            inner_radius=0.5 * parse_quantity(bore, Dimension.LENGTH),
+            wall_thickness=parse_quantity(wall, Dimension.LENGTH),
+        )
+    except InvalidInputError as error:
+        raise InvalidInputError(
+            "tube size", text, f"{SIZE_REQUIREMENT} ({error.field} must be {error.requirement})"
+        ) from None
+
+
+def _read_sizes(document: Document) -> tuple[TubeSize, ...]:
+    """Return the sizes that a document lists; what is wrong with one is noted in its place."""
+    entry = document.entries.get(_SIZES)
+    if entry is None:
+        return ()
+    if not entry.items:
+        document.complain(
+            Complaint.WRONG, _SIZES, entry, f"a list of {SIZE_REQUIREMENT}", entry.raw
+        )
+    sizes = (_read_size(document, item) for item in entry.items)
+    return tuple(size for size in sizes if size is not None)
+
+
+def _read_size(document: Document, item: Entry) -> TubeSize | None:
+    try:
+        return parse_tube_size(item.text or item.raw)
+    except InvalidInputError as error:
+        document.complain(Complaint.WRONG, _SIZES, item, error.requirement, item.raw)
+        return None
+
+
+def _elastomer(values: Values) -> Elastomer:
+    law = str(values["material.law"])
+    constants = {name: values[f"material.{name}"] for name in constants_of(law)}
+    density = values["material.density"]
+    return Elastomer(str(values["name"]), LAWS[law](**constants), density)  # type: ignore[arg-type]

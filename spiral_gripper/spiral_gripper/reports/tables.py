@@ -1,0 +1,155 @@
+"""Tables for people, with rich: millimeters, kilopascals, degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+
+from spiral_core.actuator.winding import Winding
+from spiral_core.design.helix_estimate import GripFigures
+from spiral_core.design.report import Design, DesignReport, DesignStep, Relaxation
+from spiral_core.design.sweep import SweepPoint
+
+_SHOWN = {"m": (1e3, "mm"), "Pa": (1e-3, "kPa"), "rad": (180.0 / math.pi, "deg"), "1": (1.0, "")}
+
+
+def shown(value: float, unit: str) -> str:
+    """Return an SI figure as people read it.
+
+    Example:
+        >>> shown(0.0111, "m"), shown(44034.0, "Pa"), shown(1.5, "1")
+        ('11.1 mm', '44.03 kPa', '1.5')
+    """
+    factor, name = _SHOWN.get(unit, (1.0, unit))
+    if unit == "m" and abs(value) >= 1.0:
+        factor, name = 1.0, "m"
+    return f"{factor * value:.4g} {name}".rstrip()
+
+
+def print_report(report: DesignReport, console: Console) -> None:
+    """Print a design report: the seven steps, the answer, the margins."""
+    for step in report.steps:
+        _print_step(step, console)
+    if report.design is not None:
+        console.print(_answer_table(report.design, report.feasible))
+        console.print(_margins_table(report.design))
+    if report.feasible:
+        console.print(f"[bold green]feasible[/]: {report.message}")
+        return
+    console.print(f"[bold red]not feasible[/]: {report.binding.sentence}")
+    for relaxation in report.relaxations:
+        console.print(f"  would do: {relaxation_text(relaxation)}", highlight=False)
+    if not report.relaxations:
+        console.print("  no single change of the requirement would do")
+
+
+def relaxation_text(relaxation: Relaxation) -> str:
+    """Return a sufficient change of the requirement in words."""
+    unit = {"strain_max": "1", "pressure_max": "Pa"}.get(relaxation.field, "m")
+    return (
+        f"{relaxation.field} = {shown(relaxation.sufficient, unit)} instead of "
+        f"{shown(relaxation.requested, unit)} ({relaxation.design})"
+    )
+
+
+def print_rows(title: str, rows: Sequence[tuple[str, str]], console: Console) -> None:
+    """Print names and figures in two columns."""
+    table = Table(title=title, title_justify="left", show_header=False)
+    for name, text in rows:
+        table.add_row(name, text)
+    console.print(table)
+
+
+def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> None:
+    """Print candidates of a sweep."""
+    table = Table(title=title, title_justify="left")
+    for heading in ("tube", "beta", "pressure", "strain", "length", "least room"):
+        table.add_column(heading)
+    for point in points:
+        table.add_row(
+            point.candidate.tube.name,
+            shown(point.candidate.fiber_angle_beta, "rad"),
+            "" if point.pressure is None else shown(point.pressure, "Pa"),
+            "" if point.strain is None else shown(point.strain, "1"),
+            "" if point.length is None else shown(point.length, "m"),
+            f"{point.binding.constraint.value} {100.0 * point.binding.relative:+.1f} %",
+        )
+    console.print(table)
+
+
+def answer_rows(design: Design) -> list[tuple[str, str]]:
+    """Return what to buy, cut and wind, and what to command, as names and figures."""
+    fibers, tube = design.actuator.fibers, design.tube
+    rows = [
+        ("tube", f"{tube.name}, {design.elastomer.name}"),
+        (
+            "inner radius, wall",
+            f"{_mm(tube.inner_radius)}, {_mm(tube.wall_thickness)}",
+        ),
+        ("fiber angles", f"{shown(fibers.alpha, 'rad')}, {shown(fibers.beta, 'rad')}, straight"),
+        ("length (helix model)", f"{_mm(design.length)} ({_mm(design.helix_length)})"),
+        ("cut length", _mm(design.cut_length)),
+    ]
+    rows += [(f"winding at {shown(w.angle, 'rad')}", _winding_text(w)) for w in design.windings]
+    rows += [
+        (f"object of {_mm(grip.radius)}", _grip_text(grip))
+        for grip in (design.largest, design.smallest)
+    ]
+    limit = shown(design.gripper.pressure_max, "Pa")
+    rows.append(("grips", f"{_mm(design.radius_min)} to {_mm(design.radius_max)} up to {limit}"))
+    return rows
+
+
+def _winding_text(winding: Winding) -> str:
+    return (
+        f"{winding.hand}-handed, pitch {_mm(winding.pitch)}, {winding.turns:.1f} turns, "
+        f"fiber {_mm(winding.fiber_length)}"
+    )
+
+
+def _grip_text(grip: GripFigures) -> str:
+    return (
+        f"{shown(grip.pressure, 'Pa')}, strain {grip.strain:.4g}, {grip.turns:.3g} turns, "
+        f"object length {_mm(grip.object_length)}"
+    )
+
+
+def _mm(length: float) -> str:
+    return shown(length, "m")
+
+
+def _print_step(step: DesignStep, console: Console) -> None:
+    mark = "[green]ok[/]" if step.satisfied else "[red]no[/]"
+    console.print(f"[bold]{step.number} {step.title}[/] {mark}  {step.remark}", highlight=False)
+    table = Table.grid(padding=(0, 3))
+    for figure in step.figures:
+        table.add_row(f"    {figure.name}", shown(figure.value, figure.unit))
+    console.print(table)
+
+
+def _answer_table(design: Design, feasible: bool) -> Table:
+    title = "Gripper" if feasible else "What comes nearest"
+    table = Table(title=title, title_justify="left", show_header=False)
+    for name, text in answer_rows(design):
+        table.add_row(name, text)
+    return table
+
+
+def _margins_table(design: Design) -> Table:
+    table = Table(title="Margins", title_justify="left")
+    for heading in ("constraint", "figure", "bound", "room"):
+        table.add_column(heading)
+    for margin in sorted(design.margins, key=lambda m: m.relative):
+        unit = margin.constraint.unit
+        sign = "<=" if margin.constraint.is_upper else ">="
+        color = "green" if margin.is_met else "red"
+        table.add_row(
+            margin.constraint.value,
+            shown(margin.value, unit),
+            f"{sign} {shown(margin.bound, unit)}",
+            f"[{color}]{100.0 * margin.relative:+.1f} %[/]",
+        )
+    return table
