@@ -26,7 +26,7 @@ TESTS = $(if $(filter yes,$(WITH_ROS)),,spiral_core/spiral_core spiral_gripper/s
 VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 
-.PHONY: fuzz help demo test check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
+.PHONY: fuzz kilted help demo test check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -35,6 +35,7 @@ help:
 	@echo 'make check         what CI runs: test, pure and colcon'
 	@echo 'make pure          build and test the mechanics alone, where there is no ROS'
 	@echo 'make colcon        colcon build (isolated, merged, symlinked) and a smoke check of each'
+	@echo 'make kilted        build against the wheels of ROS 2 Kilted, and test the node with them'
 	@echo 'make lower-bounds  tests with the oldest dependencies that pyproject.toml allows'
 	@echo 'make format        put the sources into the form that make test checks'
 	@echo 'make figures       draw the pictures of the documentation'
@@ -89,6 +90,9 @@ pure:
 
 colcon:
 	@PYTHON="$(PYTHON)" bash packaging/colcon_check.sh
+
+kilted:
+	@PYTHON="$(PYTHON)" sh packaging/kilted_check.sh $(ONLY)
 
 lower-bounds:
 	@PYTHON="$(PYTHON)" sh packaging/pure_check.sh lower-bounds

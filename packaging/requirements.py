@@ -14,15 +14,17 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+from ros_metadata import for_distribution
+
 
 def requirements(pyproject: dict[str, Any], what: str) -> list[str]:
     """Return what a build needs, what a run needs, or the oldest versions allowed of the latter."""
     tool = pyproject["tool"]
     (stated,) = tool["dynamic-metadata"]
     if what == "build":
-        return list(tool["scikit-build"]["build"]["requires"])
+        return for_distribution(tool["scikit-build"]["build"]["requires"])
     if what == "run":
-        return [*stated["dependencies"], *stated["ros-dependencies"]]
+        return for_distribution([*stated["dependencies"], *stated["ros-dependencies"]])
     if what == "lower-bounds":
         extra = pyproject["project"]["optional-dependencies"]["plot"]
         return [line.replace(">=", "==") for line in [*stated["dependencies"], *extra]]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from rcl_interfaces.msg import ParameterType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from sensor_msgs.msg import FluidPressure
@@ -20,7 +21,6 @@ from benchmarks.ros.sweep import Sweep, radius_sweep
 from benchmarks.ros.usage_of_process import usage
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node.qos import NEWEST
-from spiral_gripper_ros.node.quick_executor import QuickExecutor
 
 RATE = 50.0
 TIMEOUT = 30.0
@@ -50,11 +50,10 @@ class Found:
 
 
 def measure(effort: NodeEffort) -> Section:
-    """Measure one gripper alone, all of them, and all of them on rclpy's own executor."""
+    """Measure one gripper alone, and all of them."""
     runs = {
-        "1 gripper": run(effort, 1, {}),
-        f"{effort.grippers} grippers": run(effort, effort.grippers, {}),
-        "the same, rclpy's executor": run(effort, effort.grippers, {"SPIRAL_EXECUTOR": "rclpy"}),
+        "1 gripper": run(effort, 1),
+        f"{effort.grippers} grippers": run(effort, effort.grippers),
     }
     many = runs[f"{effort.grippers} grippers"]
     median, late = np.percentile(many.latencies, (50, 99)).tolist()
@@ -76,19 +75,18 @@ def measure(effort: NodeEffort) -> Section:
             "cpu": many.cpu,
             "start": many.start,
             "isolated": float(many.isolated),
-            "rclpy_cpu": runs["the same, rclpy's executor"].cpu,
         },
     )
 
 
-def run(effort: NodeEffort, grippers: int, environment: dict[str, str]) -> Found:
+def run(effort: NodeEffort, grippers: int) -> Found:
     """Start a process with some grippers, feed all of them, and disturb one."""
-    sweep, executor = radius_sweep(), QuickExecutor()
+    sweep, executor = radius_sweep(), SingleThreadedExecutor()
     probes = [Probe(f"/many/gripper_{k}", executor) for k in range(grippers)]
     for probe in probes:
         probe.follow_status()
     begin = time.perf_counter()
-    settings = environment | {"SPIRAL_GRIPPERS": str(grippers)}
+    settings = {"SPIRAL_GRIPPERS": str(grippers)}
     with process("/", environment=settings, module=many_grippers.MODULE) as running:
         for probe in probes:
             probe.spin_until(

@@ -1,8 +1,7 @@
 """Several grippers in one process: ``python -m benchmarks.ros.many_grippers``.
 
 The node is a class like any other: make as many as there are grippers, each in a namespace of its
-own, and give them one executor. ``SPIRAL_GRIPPERS`` says how many, ``SPIRAL_EXECUTOR=rclpy`` takes
-rclpy's own executor, to compare with.
+own, and give them one executor. ``SPIRAL_GRIPPERS`` says how many.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from rclpy.signals import SignalHandlerOptions
 from benchmarks.ros.session import PROMPT
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.node.main import SWITCH_INTERVAL
-from spiral_gripper_ros.node.quick_executor import QuickExecutor
 from spiral_gripper_ros.node.quiet_memory import QuietMemory
 from spiral_gripper_ros.node.stop_signals import StopSignals
 
@@ -31,8 +29,7 @@ def main() -> None:
     signals = StopSignals()
     sys.setswitchinterval(SWITCH_INTERVAL)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    own = os.environ.get("SPIRAL_EXECUTOR") != "rclpy"
-    executor = QuickExecutor() if own else SingleThreadedExecutor()
+    executor = SingleThreadedExecutor()
     grippers = [gripper(index) for index in range(int(os.environ.get("SPIRAL_GRIPPERS", "10")))]
     for node in grippers:
         executor.add_node(node)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64
@@ -14,7 +15,6 @@ from std_msgs.msg import Float64
 from benchmarks.ros.sweep import Sweep
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.node.qos import NEWEST
-from spiral_gripper_ros.node.quick_executor import QuickExecutor
 
 # The first start ever compiles for half a minute, on a slow machine for more.
 START_TIMEOUT = 300.0
@@ -51,7 +51,7 @@ class Probe:
         executor: what the probe's callbacks run on; None: one of its own.
     """
 
-    def __init__(self, namespace: str, executor: QuickExecutor | None = None) -> None:
+    def __init__(self, namespace: str, executor: SingleThreadedExecutor | None = None) -> None:
         self.node = Node(
             "benchmark_probe",
             namespace=namespace,
@@ -65,7 +65,7 @@ class Probe:
         self._latencies: list[float] = []
         self._radius = self.node.create_publisher(Float64, "object_radius", NEWEST)
         self.node.create_subscription(Float64, "pressure_command", self._on_answer, RELIABLE)
-        self.executor = executor or QuickExecutor()
+        self.executor = executor or SingleThreadedExecutor()
         self.executor.add_node(self.node)
 
     def follow_status(self) -> None:

@@ -26,6 +26,7 @@ class NodeProcess:
         environment: variables to add to this process's.
         output: where its log goes; None: to the terminal.
         module: what is started: ``NODE`` or ``SIMULATOR``.
+        arguments: more ROS arguments.
     """
 
     def __init__(
@@ -35,12 +36,13 @@ class NodeProcess:
         environment: Mapping[str, str] | None = None,
         output: IO[str] | None = None,
         module: str = NODE,
+        arguments: Sequence[str] = (),
     ) -> None:
-        arguments = ["--ros-args", "-r", f"__ns:={namespace}"]
+        given = ["--ros-args", "-r", f"__ns:={namespace}", *arguments]
         for name, value in (parameters or {}).items():
-            arguments += ["-p", f"{name}:={value}"]
+            given += ["-p", f"{name}:={value}"]
         self._process = subprocess.Popen(
-            [*_command(module), *arguments],
+            [*_command(module), *given],
             env={**os.environ, **(environment or {})},
             stdout=output,
             stderr=subprocess.STDOUT if output is not None else None,

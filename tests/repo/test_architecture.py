@@ -171,3 +171,29 @@ def test_import_is_light(package: str, heavy: set[str]) -> None:
     loaded = set(run.stdout.split())
     assert package in loaded
     assert not loaded & heavy
+
+
+def names_defined(tree: ast.AST) -> set[str]:
+    """Return the names that a file defines: functions, classes, attributes it assigns, slots."""
+    defined = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            defined.add(node.name)
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            defined.add(node.attr)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            defined.add(node.id)
+    return defined
+
+
+@pytest.mark.parametrize("module", sorted(modules("spiral_gripper_ros")))
+def test_the_node_uses_no_private_names_of_others(module: str) -> None:
+    tree = ast.parse(modules("spiral_gripper_ros")[module].read_text(encoding="utf-8"))
+    private = {
+        node.attr
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute)
+        and node.attr.startswith("_")
+        and not node.attr.endswith("__")
+    }
+    assert private <= names_defined(tree)

@@ -93,6 +93,6 @@ def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(namespace,
     node.destroy_node()
     for _ in range(20):
         executor.spin_once(timeout_sec=0.01)
-    assert not executor._tasks
+    assert not node.grasps._runner._runs
     goals.close()
     executor.shutdown()

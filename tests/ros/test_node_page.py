@@ -21,7 +21,7 @@ def _row(spec: ParameterSpec) -> list[str]:
     elif isinstance(default, float):
         shown = repr(default)  # as it must be typed: rclpy takes 1 for another type than 1.0
     else:
-        shown = "[]" if default == () else str(default)
+        shown = "not set" if default == () else str(default)
     span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"
     when = "read-only" if spec.read_only else "at once"
     return [f"`{spec.name}`", shown, span, when, spec.description]

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import GetParameters
 from ros.harness import NODE
 
 from spiral_gripper_ros.control.states import Reason, State
@@ -92,6 +94,22 @@ def test_the_gravity_parameter_acts_at_once(active):
     active.wait_until(
         lambda: abs(active.wrap(0.02).pressure_command - before) > 100.0, "another pressure"
     )
+
+
+def test_every_parameter_has_a_value_to_dump(active):
+    # One without would leave `ros2 param dump` without any.
+    request = GetParameters.Request(names=[spec.name for spec in PARAMETERS])
+    answer = active.call(GetParameters, f"{NODE}/get_parameters", request)
+    assert len(answer.values) == len(PARAMETERS)
+    assert all(value.type != ParameterType.PARAMETER_NOT_SET for value in answer.values)
+
+
+def test_gravity_can_be_unset(active):
+    before = active.wrap(0.02).pressure_command
+    assert active.set_parameter("gravity", [0.0, 0.0, -9.80665]).successful
+    active.wait_until(lambda: active.wrap(0.02).pressure_command != before, "another pressure")
+    assert active.set_parameter("gravity", [math.nan] * 3).successful
+    active.wait_until(lambda: active.wrap(0.02).pressure_command == before, "the first pressure")
 
 
 def test_the_radius_limits_act_at_once(active):

@@ -84,6 +84,30 @@ def test_ros_arguments_that_cannot_be_end_the_start_in_one_line(program, argumen
     assert "Traceback" not in ended.stderr
 
 
+def test_a_parameter_file_for_another_node_ends_the_start(tmp_path):
+    path = tmp_path / "other.yaml"
+    path.write_text("/other:\n  ros__parameters:\n    pressure_cap: 20000.0\n")
+    ended = run(NODE, "--ros-args", "--params-file", str(path))
+    assert ended.returncode == 1
+    assert "has no parameters for /spiral_gripper, only for /other" in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+def test_a_parameter_file_that_is_missing_ends_the_start(tmp_path):
+    ended = run(NODE, "--ros-args", "--params-file", str(tmp_path / "none.yaml"))
+    assert ended.returncode == 1
+    assert "ROS does not start" in ended.stderr
+
+
+def test_a_foreign_name_in_a_file_for_every_node_is_a_warning(client, namespace, tmp_path):
+    path = tmp_path / "shared.yaml"
+    path.write_text("/**:\n  ros__parameters:\n    camera: x\n    radius_timeout: 7.0\n")
+    with RunningNode(namespace, arguments=["--params-file", str(path)]) as node:
+        client.wait_until_active()
+        assert client.get_parameter_of_node("radius_timeout") == 7.0
+        assert "camera is not a parameter of this node" in node.log()
+
+
 def run(program, *arguments):
     command = [sys.executable, "-m", program, *arguments]
     return subprocess.run(command, check=False, capture_output=True, text=True, timeout=60.0)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
-from difflib import get_close_matches
+import math
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -12,9 +12,7 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
-from rclpy.exceptions import ParameterUninitializedException
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 
 from spiral_gripper_ros.node.parameters import (
     PARAMETERS,
@@ -22,6 +20,9 @@ from spiral_gripper_ros.node.parameters import (
     ParameterValue,
     refusal_of_values,
 )
+
+# What stands for a vector that is not set: files and `ros2 param` can say it, and dump it.
+UNSET_VECTOR = (math.nan, math.nan, math.nan)
 
 
 class DeclaredParameters:
@@ -33,7 +34,6 @@ class DeclaredParameters:
         judge: says why proposed values that the table allows cannot be used, or None if they can;
             not asked about the values given at start.
         table: the parameters.
-        also_known: names that may be given at start although they belong to another node.
 
     Raises:
         ValueError: a value given at start (file or command line) is bad; the message says why.
@@ -46,7 +46,6 @@ class DeclaredParameters:
         *,
         judge: Callable[[dict[str, ParameterValue]], str | None] = lambda proposed: None,
         table: Sequence[ParameterSpec] = PARAMETERS,
-        also_known: Collection[str] = (),
     ) -> None:
         self._node = node
         self._changed = changed
@@ -54,8 +53,7 @@ class DeclaredParameters:
         self._table = table
         for spec in table:
             node.declare_parameter(spec.name, _ros_default(spec.default), _descriptor(spec))
-        own = [spec.name for spec in table]
-        problem = _unknown(node, [*own, *also_known]) or self._refusal(self.values())
+        problem = self._refusal(self.values())
         if problem is not None:
             raise ValueError(problem)
         node.add_on_set_parameters_callback(self._on_set)
@@ -63,13 +61,10 @@ class DeclaredParameters:
 
     def values(self) -> dict[str, ParameterValue]:
         """Return the value of every parameter in the table."""
-        return {spec.name: self._value(spec) for spec in self._table}
-
-    def _value(self, spec: ParameterSpec) -> ParameterValue:
-        try:
-            return _plain_value(self._node.get_parameter(spec.name).value)
-        except ParameterUninitializedException:
-            return spec.default
+        return {
+            spec.name: _plain_value(self._node.get_parameter(spec.name).value)
+            for spec in self._table
+        }
 
     def _refusal(self, proposed: dict[str, ParameterValue]) -> str | None:
         return refusal_of_values(proposed, table=self._table)
@@ -104,23 +99,13 @@ def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
 
 
 def _ros_default(value: ParameterValue) -> Any:  # noqa: ANN401
-    """Return a default for rclpy, which cannot tell the type of an empty array: it stays unset."""
-    return Parameter.Type.DOUBLE_ARRAY if value == () else value
+    """Return a default for rclpy, which cannot tell the type of an empty array: it is all NaN."""
+    return list(UNSET_VECTOR) if value == () else value
 
 
 def _plain_value(value: Any) -> ParameterValue:  # noqa: ANN401
-    """Return a value with arrays as tuples of floats."""
+    """Return a value with arrays as tuples of floats; that which stands for "not set" is empty."""
     if isinstance(value, (bool, int, float, str)):
         return value
-    return tuple(float(component) for component in value)
-
-
-def _unknown(node: Node, known: Sequence[str]) -> str | None:
-    """Return what is wrong with the names given at start, or None; a typo must not go unnoticed."""
-    for name in node._parameter_overrides:
-        # Names with a dot are rclpy's own groups, such as qos_overrides.
-        if not node.has_parameter(name) and name not in known and "." not in name:
-            near = get_close_matches(name, known, n=1)
-            hint = f"; did you mean {near[0]}?" if near else ""
-            return f"{name} is not a parameter of this node{hint}"
-    return None
+    components = tuple(float(component) for component in value)
+    return () if len(components) == 3 and all(map(math.isnan, components)) else components

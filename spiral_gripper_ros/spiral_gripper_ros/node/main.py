@@ -5,7 +5,12 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.process_frame import ros_errors, run_process, start_ros
+from spiral_gripper_ros.node.process_frame import (
+    parameters_are_known,
+    ros_errors,
+    run_process,
+    start_ros,
+)
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
@@ -36,21 +41,25 @@ def _run(signals: StopSignals, args: list[str] | None) -> int:
         sys.stderr.write(f"spiral_gripper_node: {problem}\n")
         return 1
     try:
-        node = _made()
+        node = _made(args)
         return 1 if node is None else _spin(node, signals)
     finally:
         rclpy.try_shutdown()
 
 
-def _made() -> GripperNode | None:
+def _made(args: list[str] | None) -> GripperNode | None:
     """Return the node, or None after a line in the log that says why there is none."""
     from rclpy.exceptions import ParameterException
     from rclpy.logging import get_logger
 
     from spiral_gripper_ros.node.gripper_node import NODE_NAME, GripperNode
+    from spiral_gripper_ros.node.parameters import PARAMETERS
 
     try:
-        return GripperNode()
+        node = GripperNode()
+        if parameters_are_known(args, [node], [spec.name for spec in PARAMETERS]):
+            return node
+        node.destroy_node()
     except (ParameterException, ValueError) as error:
         get_logger(NODE_NAME).fatal(f"bad parameter at start: {error}")
     except ros_errors() as error:
@@ -59,13 +68,12 @@ def _made() -> GripperNode | None:
 
 
 def _spin(node: GripperNode, signals: StopSignals) -> int:
-    from rclpy.executors import ExternalShutdownException
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
     from spiral_gripper_ros.node.guarded_loop import GuardedLoop
-    from spiral_gripper_ros.node.quick_executor import QuickExecutor
     from spiral_gripper_ros.node.quiet_memory import QuietMemory
 
-    executor, memory = QuickExecutor(), QuietMemory()
+    executor, memory = SingleThreadedExecutor(), QuietMemory()
     executor.add_node(node)
     loop = GuardedLoop(node, executor)
     try:

@@ -77,7 +77,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "gravity",
         (),
         "Gravity in the base frame [m/s^2], 3 numbers, until the topic says otherwise; "
-        "not set: as in the gripper description.",
+        "[.nan, .nan, .nan]: as in the gripper description.",
     ),
     _number(
         "gravity_hysteresis",

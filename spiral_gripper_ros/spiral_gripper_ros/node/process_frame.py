@@ -7,7 +7,8 @@ process in order.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
+from typing import Any
 
 from spiral_gripper_ros.node.stop_signals import StopSignals
 
@@ -66,6 +67,27 @@ def start_ros(args: list[str] | None) -> str | None:
     except ros_errors() as error:
         return f"ROS does not start: {error}"
     return None
+
+
+def parameters_are_known(
+    args: list[str] | None, nodes: Sequence[Any], known: Collection[str]
+) -> bool:
+    """Return whether every parameter given at start exists; the log says which does not.
+
+    Args:
+        args: the command line's arguments; None: those of this process.
+        nodes: of the process.
+        known: names of their parameters.
+    """
+    from spiral_gripper_ros.node.given_parameters import judge_given_parameters
+
+    names = [node.get_fully_qualified_name() for node in nodes]
+    findings = judge_given_parameters(sys.argv[1:] if args is None else args, names, known)
+    for warning in findings.warnings:
+        nodes[0].get_logger().warning(warning)
+    for error in findings.errors:
+        nodes[0].get_logger().fatal(f"bad parameter at start: {error}")
+    return not findings.errors
 
 
 def ros_errors() -> tuple[type[Exception], ...]:

@@ -11,7 +11,6 @@ from std_msgs.msg import Float64
 from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
 from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.simulation.parameters import (
-    ALL_NAMES,
     RADIUS_PARAMETERS,
     estimator_errors,
     radius_source,
@@ -38,9 +37,7 @@ class RadiusNode(Node):  # type: ignore[misc]
     def __init__(self, middle_radius: float, **options: Any) -> None:  # noqa: ANN401
         super().__init__(RADIUS_NODE, **options)
         self._middle_radius = middle_radius
-        self._declared = DeclaredParameters(
-            self, self._apply, table=RADIUS_PARAMETERS, also_known=ALL_NAMES
-        )
+        self._declared = DeclaredParameters(self, self._apply, table=RADIUS_PARAMETERS)
         values = self._declared.values()
         self._samples = recording_samples(str(values["recording"]))
         self.estimator = RadiusEstimator(

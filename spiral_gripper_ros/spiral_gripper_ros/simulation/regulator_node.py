@@ -16,7 +16,6 @@ from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
 from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.simulation.pacing import Every
 from spiral_gripper_ros.simulation.parameters import (
-    ALL_NAMES,
     REGULATOR_PARAMETERS,
     regulator_model,
 )
@@ -50,9 +49,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(REGULATOR_NODE, **options)
-        self._declared = DeclaredParameters(
-            self, self._apply, table=REGULATOR_PARAMETERS, also_known=ALL_NAMES
-        )
+        self._declared = DeclaredParameters(self, self._apply, table=REGULATOR_PARAMETERS)
         self.values = self._declared.values()
         self.regulator = SimulatedRegulator(
             regulator_model(self.values), int(number(self.values, "seed"))

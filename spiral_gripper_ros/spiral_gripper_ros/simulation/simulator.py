@@ -48,7 +48,8 @@ class Simulator:
         self._timer = self._regulator.create_timer(
             STEP, self._on_tick, clock=RclpyClock(clock_type=ClockType.STEADY_TIME)
         )
-        for node in (self._regulator, self._radii):
+        self.nodes = (self._regulator, self._radii)
+        for node in self.nodes:
             executor.add_node(node)
 
     def _on_tick(self) -> None:

@@ -5,7 +5,12 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.process_frame import ros_errors, run_process, start_ros
+from spiral_gripper_ros.node.process_frame import (
+    parameters_are_known,
+    ros_errors,
+    run_process,
+    start_ros,
+)
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
@@ -38,7 +43,7 @@ def _run(signals: StopSignals, args: list[str] | None) -> int:
         return 1
     executor = SingleThreadedExecutor()
     try:
-        simulator = _started(executor)
+        simulator = _started(executor, args)
         if simulator is None:
             return 1
         signals.defer()
@@ -51,19 +56,22 @@ def _run(signals: StopSignals, args: list[str] | None) -> int:
         rclpy.try_shutdown()
 
 
-def _started(executor: Executor) -> Simulator | None:
+def _started(executor: Executor, args: list[str] | None) -> Simulator | None:
     """Return the simulator, or None after a line in the log that says why there is none."""
     from rclpy.exceptions import ParameterException
     from rclpy.logging import get_logger
 
     from spiral_core.errors import SpiralError
+    from spiral_gripper_ros.simulation.parameters import ALL_NAMES
     from spiral_gripper_ros.simulation.simulator import Simulator
 
     try:
-        return Simulator(executor)
+        simulator = Simulator(executor)
+        if parameters_are_known(args, simulator.nodes, ALL_NAMES):
+            return simulator
     except (ParameterException, SpiralError, ValueError, *ros_errors()) as error:
         get_logger("spiral_gripper_simulator").fatal(f"cannot start: {error}")
-        return None
+    return None
 
 
 if __name__ == "__main__":

@@ -1,0 +1,100 @@
+"""Parameters given at start that nobody has."""
+
+import pytest
+
+from spiral_gripper_ros.node.given_parameters import judge_given_parameters
+
+KNOWN = ["pressure_cap", "gripper"]
+NODE = "/left/spiral_gripper"
+
+
+def judge(*args):
+    return judge_given_parameters(["--ros-args", *args], [NODE], KNOWN)
+
+
+def file_of(tmp_path, text):
+    path = tmp_path / "given.yaml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "/**",
+        "/left/spiral_gripper",
+        "/**/spiral_gripper",
+        "/*/spiral_gripper",
+        "/left/*",
+        "/left/spiral_*",
+    ],
+)
+def test_a_file_for_this_node_is_good(tmp_path, key):
+    path = file_of(tmp_path, f"{key}:\n  ros__parameters:\n    pressure_cap: 2.0e4\n")
+    findings = judge("--params-file", str(path))
+    assert findings.errors == findings.warnings == []
+
+
+def test_namespaces_may_be_nested(tmp_path):
+    text = "left:\n  spiral_gripper:\n    ros__parameters:\n      pressure_cap: 2.0e4\n"
+    assert not judge("--params-file", str(file_of(tmp_path, text))).errors
+
+
+@pytest.mark.parametrize(
+    "key", ["/right/spiral_gripper", "spiral_gripper", "/left/other", "/*", "/left"]
+)
+def test_a_file_for_another_node_is_an_error(tmp_path, key):
+    path = file_of(tmp_path, f"{key}:\n  ros__parameters:\n    pressure_cap: 2.0e4\n")
+    (error,) = judge("--params-file", str(path)).errors
+    assert f"{path} has no parameters for {NODE}" in error
+    assert "/" + key.strip("/") in error
+    assert "/**/spiral_gripper" in error
+
+
+@pytest.mark.parametrize("text", ["", "7", "/**:\n", "[1, 2]"])
+def test_a_file_without_parameters_is_an_error(tmp_path, text):
+    (error,) = judge("--params-file", str(file_of(tmp_path, text))).errors
+    assert "only for nothing" in error
+
+
+def test_a_foreign_name_in_a_section_for_every_node_is_a_warning(tmp_path):
+    text = "/**:\n  ros__parameters:\n    camera_frame: x\n    pressure_cap: 2.0e4\n"
+    findings = judge("--params-file", str(file_of(tmp_path, text)))
+    assert not findings.errors
+    (warning,) = findings.warnings
+    assert "camera_frame is not a parameter of this node" in warning
+
+
+def test_a_foreign_name_in_a_section_of_this_node_is_an_error(tmp_path):
+    text = "/**/spiral_gripper:\n  ros__parameters:\n    presure_cap: 2.0e4\n"
+    findings = judge("--params-file", str(file_of(tmp_path, text)))
+    assert not findings.warnings
+    (error,) = findings.errors
+    assert "did you mean pressure_cap?" in error
+
+
+def test_a_file_that_is_gone_is_an_error(tmp_path):
+    (error,) = judge("--params-file", str(tmp_path / "none.yaml")).errors
+    assert "cannot be read" in error
+
+
+@pytest.mark.parametrize(
+    ("rule", "count"),
+    [
+        ("pressure_cap:=1.0", 0),
+        ("use_sim_time:=true", 0),
+        ("qos_overrides./x.publisher.depth:=1", 0),
+        ("camera:=1", 1),
+        ("spiral_gripper:camera:=1", 1),
+        ("other:camera:=1", 0),
+    ],
+)
+def test_names_on_the_command_line_are_judged_for_their_node(rule, count):
+    assert len(judge("-p", rule).errors) == count
+    assert len(judge("--param", rule).errors) == count
+
+
+def test_only_arguments_of_ros_are_judged():
+    args = ["-p", "camera:=1", "--ros-args", "-r", "a:=b", "--", "-p", "camera:=2"]
+    findings = judge_given_parameters(args, [NODE], KNOWN)
+    assert findings.errors == findings.warnings == []
