@@ -1,9 +1,14 @@
-"""Every run of the tests is alone on its ROS domain and on this machine."""
+"""Every process that runs tests is alone on its ROS domain and on this machine."""
 
 import os
 
-# Domain 101 is the last whose ports lie outside Linux' range for outgoing connections.
-os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 101)
+# Domain 101 is the last whose ports lie outside Linux' range for outgoing connections. Parallel
+# workers of one run (gw0, gw1, ...) take neighboring domains.
+os.environ["ROS_DOMAIN_ID"] = str(
+    1
+    + (8 * os.getppid() + int(os.environ.get("PYTEST_XDIST_WORKER", "gw7").removeprefix("gw")))
+    % 101
+)
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 import itertools
