@@ -26,13 +26,15 @@ TESTS = $(if $(filter yes,$(WITH_ROS)),,spiral_core/spiral_core spiral_gripper/s
 VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 
-.PHONY: fuzz kilted help demo test check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
+.PHONY: fuzz kilted help demo test test-fast test-slow lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
 .DELETE_ON_ERROR:
 
 help:
 	@echo 'make demo          start the node, feed it a recorded stream of radii, show what it answers'
 	@echo 'make test          format check, lint, types, tests, doctests'
-	@echo 'make check         what CI runs: test, pure and colcon'
+	@echo 'make test-fast     the same without ROS processes'
+	@echo 'make test-slow     the tests that compute for long'
+	@echo 'make check         what CI runs: test, test-slow, pure and colcon'
 	@echo 'make pure          build and test the mechanics alone, where there is no ROS'
 	@echo 'make colcon        colcon build (isolated, merged, symlinked) and a smoke check of each'
 	@echo 'make kilted        build against the wheels of ROS 2 Kilted, and test the node with them'
@@ -73,17 +75,30 @@ demo: $(INSTALLED)
 	  'SPIRAL_WITHOUT_ROS not set.' >&2; exit 1; }
 	@trap ':' INT; $(BIN)/spiral_gripper_demo || [ $$? -eq 130 ]
 
-test: $(INSTALLED_DEV)
+# Tests of one file share their node, so a file stays with one worker. The node's tests mostly wait:
+# two workers for each core.
+JOBS ?= $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))
+PYTEST = $(BIN)/pytest --numprocesses=$(JOBS) --dist=loadfile
+
+test: lint
+	$(PYTEST) -m 'not slow' $(TESTS)
+
+test-fast: lint
+	$(PYTEST) -m 'not slow' spiral_core/spiral_core spiral_gripper/spiral_gripper tests/core tests/edge
+
+test-slow: $(INSTALLED_DEV)
+	$(PYTEST) -m slow $(TESTS)
+
+lint: $(INSTALLED_DEV)
 	$(BIN)/ruff format --check . || { echo 'make format mends this.'; exit 1; }
 	$(BIN)/ruff check .
 	$(if $(filter 3.10,$(VERSION)),@echo 'types: checked with Python 3.11 and newer only; numpy and scipy for 3.10 come with older ones',$(BIN)/mypy $(TYPED))
-	$(BIN)/pytest $(TESTS)
 
 format: $(INSTALLED_DEV)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-check: test pure colcon
+check: test test-slow pure colcon
 
 pure:
 	@PYTHON="$(PYTHON)" sh packaging/pure_check.sh

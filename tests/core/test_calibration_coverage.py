@@ -32,6 +32,7 @@ def share_of_hits(truth, readings_of, tests):
     return hits / tests
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [NeoHookean(c1=130.0e3), MooneyRivlin(c1=90.0e3, c2=40.0e3)])
 def test_intervals_hold_the_truth_as_often_as_they_say(law):
     truth = actuator(law)

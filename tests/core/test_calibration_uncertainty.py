@@ -39,6 +39,7 @@ def test_without_gravity_the_pressure_is_as_uncertain_as_the_constant():
         assert result.failed_draws == 0.0
 
 
+@pytest.mark.slow
 def test_draws_agree_with_the_linear_propagation():
     fit = fitted(MooneyRivlin(c1=100.0e3, c2=60.0e3))
     radii = (0.012, 0.025)

@@ -85,6 +85,7 @@ def dask_cluster() -> Iterator[Executor]:
         yield client.get_executor()
 
 
+@pytest.mark.slow
 # Dask's own teardown leaves closing connections to the garbage collector.
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
 @pytest.mark.parametrize("executor", [threads, processes, dask_cluster])

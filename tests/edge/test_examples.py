@@ -66,6 +66,7 @@ def test_the_design_page_prints_what_it_says(capsys: pytest.CaptureFixture[str])
     assert set(names) - {"constraint"} == {constraint.value for constraint in Constraint}
 
 
+@pytest.mark.slow
 def test_the_design_pages_commands_are_accepted(tmp_path: Path, monkeypatch) -> None:
     page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
     block = re.search(r"```console\n(.*?)```", page, re.DOTALL)[1]

@@ -16,6 +16,8 @@ from benchmarks import accuracy, collocation, dynamics, goals, peers, report, ro
 from benchmarks.cases import WEIGHT, random_case, usual_case
 from benchmarks.results import SMOKE, Section, Table
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def sections() -> dict[str, Section]:

@@ -33,6 +33,8 @@ from spiral_gripper_ros.control.grasp_log import KEPT_REPORTS
 from spiral_gripper_ros.control.limits import FaultPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 
+pytestmark = pytest.mark.slow
+
 VENTED = {State.INACTIVE, State.WAITING, State.VENTED, State.RELEASED, State.FAULT}
 ENDS = set(GraspOutcome) - {GraspOutcome.RUNNING}
 # Of the control logic; the other one belongs to a service.

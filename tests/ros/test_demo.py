@@ -123,6 +123,7 @@ def test_an_argument_that_is_none_is_refused_in_one_line():
     assert "--fast" in done.stderr
 
 
+@pytest.mark.slow
 def test_two_demos_at_once_play_to_their_ends_without_hearing_each_other():
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     with subprocess.Popen(COMMAND, **pipes) as one, subprocess.Popen(COMMAND, **pipes) as other:

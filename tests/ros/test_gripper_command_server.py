@@ -16,6 +16,8 @@ from ros.harness import Client, RunningNode, all_finite
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node.gripper_node import GripperNode
 
+pytestmark = pytest.mark.slow
+
 OPEN = 0.1
 DIAMETER = 0.04
 SUCCEEDED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED

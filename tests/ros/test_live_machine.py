@@ -25,6 +25,8 @@ from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node.parameters import PARAMETERS
 
+pytestmark = pytest.mark.slow
+
 GRIPPER = "paper_design_70"
 RATE = 2.0e6  # [Pa/s], as Client.restore() sets it; no operation raises it
 STEPS = 40

@@ -16,6 +16,8 @@ from benchmarks.ros.sweep import STEPS, radius_sweep
 from benchmarks.ros.usage_of_process import usage
 
 # What tiny counts leave out.
+pytestmark = pytest.mark.slow
+
 NOT_IN_SMOKE = {"compiling"}
 
 
