@@ -26,7 +26,7 @@ TESTS = $(if $(filter yes,$(WITH_ROS)),,spiral_core/spiral_core spiral_gripper/s
 VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 
-.PHONY: fuzz kilted help demo test test-fast test-slow lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
+.PHONY: fuzz kilted docs help demo test test-fast test-slow lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -40,6 +40,7 @@ help:
 	@echo 'make kilted        build against the wheels of ROS 2 Kilted, and test the node with them'
 	@echo 'make lower-bounds  tests with the oldest dependencies that pyproject.toml allows'
 	@echo 'make format        put the sources into the form that make test checks'
+	@echo 'make docs          the documentation as a site, in docs/_site'
 	@echo 'make figures       draw the pictures of the documentation'
 	@echo 'make validation    compute docs/validation.md: what the paper states, what we compute'
 	@echo 'make bench         measure the figures that the documentation states (ONLY="solves wraps": some)'
@@ -115,6 +116,11 @@ lower-bounds:
 figures: $(INSTALLED_DEV)
 	$(BIN)/python docs/figures.py
 
+docs: $(INSTALLED_DEV)
+	@$(STEP) $(LOGS)/install-docs.log "Installing Sphinx" $(BIN)/python -m pip install 'spiral-gripper[docs]'
+	$(BIN)/sphinx-build -q -W --keep-going docs docs/_site
+	@echo 'written: docs/_site/index.html'
+
 validation: $(INSTALLED_DEV)
 	$(BIN)/python docs/validation.py
 
@@ -132,7 +138,7 @@ fuzz: $(INSTALLED_DEV)
 	$(BIN)/pytest tests/ros/test_control_machine.py tests/ros/test_live_machine.py --hypothesis-profile=fuzz
 
 clean:
-	rm -rf $(LOGS) .colcon .hypothesis .mypy_cache .pytest_cache .ruff_cache build install log dist
+	rm -rf $(LOGS) docs/_site docs/reference .colcon .hypothesis .mypy_cache .pytest_cache .ruff_cache build install log dist
 	find spiral_core spiral_gripper spiral_gripper_ros tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean

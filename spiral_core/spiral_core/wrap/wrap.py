@@ -120,9 +120,8 @@ def line_force(
 ) -> float:
     r"""Return the force per length [N/m] of a uniform coil on a cylinder; negative lifts off.
 
-    .. math:: q = [EI (\kappa - \kappa_c) \sin^2\theta + GJ (\tau - \tau_c) \sin\theta \cos\theta] /
-    \rho^2,
-        \quad \rho = r_w + r_o
+    .. math:: q = [EI (\kappa - \kappa_c) \sin^2\theta
+        + GJ (\tau - \tau_c) \sin\theta \cos\theta] / \rho^2, \quad \rho = r_w + r_o
 
     with :math:`\kappa_c = \sin^2\theta/\rho`, :math:`\tau_c = \pm\sin\theta\cos\theta/\rho` of the
     free shape's hand: the derivative of the energy per length by the radius (our derivation; the

@@ -1,0 +1,115 @@
+"""The documentation as a site: these pages, the reference of the public names, the interfaces.
+
+``make docs`` builds it; a warning is an error. Equations become MathML and the search is in plain
+JavaScript, so that the site works from a folder, without the internet.
+"""
+
+from __future__ import annotations
+
+from importlib import metadata
+from pathlib import Path
+from types import ModuleType
+
+from docutils import nodes
+from latex2mathml.converter import convert
+from pygments.lexers.special import TextLexer
+from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
+
+import spiral_core
+import spiral_gripper
+
+HERE = Path(__file__).parent
+INTERFACES = HERE.parent / "spiral_gripper_msgs"
+
+project = "spiral_gripper"
+copyright = "spiral_gripper contributors"  # noqa: A001 - Sphinx' name
+release = metadata.version("spiral-gripper")
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+html_theme = "furo"
+html_title = f"spiral_gripper {release}"
+html_static_path: list[str] = []
+exclude_patterns = ["_site"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_type_aliases = {"Array": "Array", "ArrayLike": "ArrayLike"}
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 88
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+
+FOLDERS = {
+    "actuator": "The actuator: from pressure to curvature and torsion",
+    "rod": "The rod: certified static shapes",
+    "wrap": "The wrap: a gripper and the pressure for an object",
+    "design": "The design procedure",
+    "calibration": "Calibration from bench measurements",
+    "errors": "Errors",
+}
+
+
+def write_reference(app: Sphinx) -> None:
+    """Write the reference pages: one for each folder of the core, the edge, the interfaces."""
+    folder = Path(app.srcdir) / "reference"
+    folder.mkdir(exist_ok=True)
+    for name, title in FOLDERS.items():
+        tables = {m: n for m, n in spiral_core._NAMES.items() if m.split(".")[0] == name}
+        _write(folder / f"{name}.rst", title, [_entry(spiral_core, n) for n in _listed(tables)])
+    entries = [_entry(spiral_gripper, name) for name in _listed(spiral_gripper._NAMES)]
+    _write(folder / "files.rst", "Gripper files and units", entries)
+    blocks = []
+    for path in sorted(INTERFACES.glob("*/*.[msa]*")):
+        if path.suffix in {".msg", ".srv", ".action"}:
+            text = path.read_text(encoding="utf-8").replace("\n", "\n   ")
+            head = f"{path.stem} ({path.suffix[1:]})"
+            blocks.append(f"{head}\n{'-' * len(head)}\n\n.. code-block:: text\n\n   {text}\n")
+    _write(folder / "interfaces.rst", "ROS 2 interfaces", blocks)
+
+
+def _listed(tables: dict[str, tuple[str, ...]]) -> list[str]:
+    """Return the public names of a table: functions first, then the values they take and return."""
+    return sorted(
+        (n for names in tables.values() for n in names), key=lambda n: (n[0].isupper(), n)
+    )
+
+
+def _entry(package: ModuleType, name: str) -> str:
+    """Return the directive that documents a public name."""
+    value = getattr(package, name)
+    kind, options = "data", ""
+    if isinstance(value, type):
+        kind = "exception" if issubclass(value, Exception) else "class"
+        options = "   :members:\n"
+    elif callable(value):
+        kind = "function"
+    return f".. auto{kind}:: {package.__name__}.{name}\n{options}"
+
+
+def _write(path: Path, title: str, entries: list[str]) -> None:
+    """Write a page if it has changed, so that nothing else is read again."""
+    text = "\n".join([title, "=" * len(title), "", *entries])
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def visit_math(self: HTML5Translator, node: nodes.math) -> None:
+    """Write an equation inside a line."""
+    self.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def visit_math_block(self: HTML5Translator, node: nodes.math_block) -> None:
+    """Write an equation on a line of its own."""
+    self.body.append(f'<div class="equation">{convert(node.astext(), display="block")}</div>\n')
+    raise nodes.SkipNode
+
+
+def setup(app: Sphinx) -> None:
+    """Tell Sphinx of the above."""
+    app.connect("builder-inited", write_reference)
+    app.add_lexer("mermaid", TextLexer)  # drawn where pages are shown by a forge, readable here
+    app.add_node(nodes.math, override=True, html=(visit_math, None))
+    app.add_node(nodes.math_block, override=True, html=(visit_math_block, None))
