@@ -37,6 +37,7 @@ from spiral_gripper.bench.run import CalibrationRequest, run_calibration
 from spiral_gripper.cli import calibrate as cli_calibrate
 from spiral_gripper.cli import main as cli
 from spiral_gripper.files.fields import LAWS
+from spiral_gripper.files.storage import FileError
 
 PSI = 6894.757293168361
 TRUE_C1 = 160.0e3
@@ -156,7 +157,7 @@ def test_no_file_is_overwritten(folder):
     names = [write_calibrated_description(description, choice.best).name for _ in range(3)]
     assert names == ["mine_calibrated.yaml", "mine_calibrated_2.yaml", "mine_calibrated_3.yaml"]
     assert (folder / "mine.yaml").read_bytes() == before
-    with pytest.raises(FileExistsError):
+    with pytest.raises(FileError, match="exists already and is kept"):
         write_calibrated_description(
             description, choice.best, [measurements.source], folder / "mine.yaml"
         )
@@ -341,7 +342,7 @@ def test_the_command_writes_a_measured_curve(folder):
         (["--radius", "20"], "length"),
         (["--ignore", "remark"], "no such heading"),
         (["--radius", "1 m"], "cannot be gripped"),
-        (["--output", "{folder}/mine.yaml"], "File exists"),
+        (["--output", "{folder}/mine.yaml"], "exists already and is kept"),
     ],
 )
 def test_the_command_explains_what_is_wrong(folder, arguments, message):

@@ -95,7 +95,7 @@ LIST = (
         ),
         (
             "",
-            ": this file cannot be read: no gripper has this name; " + LIST,
+            '"": this file cannot be read: no gripper has this name; ' + LIST,
         ),
         (
             "protoype_p1.yaml",
@@ -106,17 +106,11 @@ LIST = (
         ),
         (
             ".",
-            (
-                ".: this file cannot be read: "
-                "it must be a readable text file in UTF-8 (Is a directory)"
-            ),
+            ".: this file cannot be read: it is a folder",
         ),
         (
             "a\x00b.yaml",
-            (
-                "a\x00b.yaml: this file cannot be read: "
-                "it must be a readable text file in UTF-8 (embedded null byte)"
-            ),
+            (f"a\x00b.yaml: this file cannot be read: its name holds a null character; {LIST}"),
         ),
     ],
 )
@@ -131,7 +125,7 @@ def test_a_file_that_is_not_there(tmp_path, monkeypatch, asked, message):
 def test_a_file_that_is_no_text(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_bytes(b"name: \xff\n")
-    with pytest.raises(DescriptionError, match=r"it must be a readable text file in UTF-8 \("):
+    with pytest.raises(DescriptionError, match=r"it is not text in UTF-8 \(byte 7 is 0xff\)"):
         load_gripper(path)
 
 

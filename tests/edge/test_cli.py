@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from spiral_core import InvalidInputError, NoCoilError, NotGrippableError, SpiralError
 from spiral_gripper import convert_from_si, load_description
 from spiral_gripper.cli.main import COMMANDS, run
+from spiral_gripper.cli.sentences import Given, sentence
 from spiral_gripper.files.units import Dimension
 
 EXAMPLE = [
@@ -168,7 +170,7 @@ def test_an_existing_file_is_kept(capsys: pytest.CaptureFixture[str], tmp_path: 
     path = tmp_path / "mine.yaml"
     path.write_text("mine", encoding="utf-8")
     assert run([*EXAMPLE, "--save", str(path)]) == 2
-    assert "exists and is kept" in capsys.readouterr().err
+    assert "exists already and is kept" in capsys.readouterr().err
     assert path.read_text(encoding="utf-8") == "mine"
 
 
@@ -265,8 +267,8 @@ def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     [
         (["shape", "prototype_p1", "--pressure", "55"], 'write "55 kPa" or "55 psi"'),
         (["shape", "prototype_p1", "--pressure", "5 mm"], "reduces to m"),
-        (["shape", "prototype_p1", "--pressure", "-5 kPa"], "from 0 to"),
-        (["shape", "prototype_p1", "--pressure", "900 kPa"], "from 0 to"),
+        (["shape", "prototype_p1", "--pressure", "-5 kPa"], "--pressure -5 kPa is below 0"),
+        (["shape", "prototype_p1", "--pressure", "900 kPa"], "above limits.pressure_max, 16 psi"),
         (["shape", "prototype_p3", "--pressure", "5 kPa"], "did you mean prototype_p"),
         (["shape", "nowhere/mine.yaml", "--pressure", "5 kPa"], "there is no such file"),
         (["shape", "prototype_p1"], "--pressure"),
@@ -284,9 +286,19 @@ def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
         (["chart", "gravity", "prototype_p1"], "--plot FILE"),
         (["chart", "gravity", "prototype_p1", "--plot", "x.bmp"], ".png, .svg, .pdf"),
         (["chart", "gravity", "prototype_p1", "--plot", "no/where/x.png"], "there is no folder"),
-        (["frobnicate"], "No such command"),
+        (["wrp"], "did you mean spiral-gripper wrap?"),
+        (["map", "--tube", "a b"], 'did you mean spiral-gripper sweep map --tube "a b"?'),
+        (["prototype_p1", "--radius", "9 mm"], "spiral-gripper wrap prototype_p1 --radius"),
+        (["chart", "mine.yaml"], "as in spiral-gripper chart pressure mine.yaml; the commands"),
+        (["--radius", "9 mm"], "--radius is an option of a command"),
+        (["wrap", "prototype_p1", "--radius", "6 cm"], "an object of radius 6 cm cannot be"),
+        (["shape", "prototype_p1", "--pressure", "8 psia"], "subtract 14.7 psi"),
+        ([*EXAMPLE, "--beta", "165 deg"], "is -15 deg here"),
+        (["shape", "/dev/zero", "--pressure", "8 psi"], "a device or a pipe"),
+        (["wrap", "prototype_p1", "--profile", "/dev/zero"], "a device or a pipe"),
+        (["frobnicate"], "there is no command 'frobnicate'; the commands of"),
         (["design", "--radius-min", "1 mm"], "--radius-max"),
-        ([*EXAMPLE, "--radius-max", "5 mm"], "radius_max"),
+        ([*EXAMPLE, "--radius-max", "5 mm"], "--radius-max must be at least radius_min = 11 mm"),
         ([*EXAMPLE, "--strain-max", "30 %"], "plain finite number"),
         ([*EXAMPLE, "--turns", "nan"], "plain finite number"),
         ([*EXAMPLE, "--tube", "3/8 x 1/32"], "bore and wall"),
@@ -311,7 +323,7 @@ def test_one_line_says_what_is_wrong(
         ("position [mm], radius [kPa]\n0, 1\n", "reduces to"),
         ("position [mm], radius [mm]\n0, a\n", "number"),
         ("position [mm], radius [mm]\n0\n", "two numbers"),
-        (f"position [mm], radius [mm]\n0, {'9' * 200_000}\n", "a CSV file in UTF-8"),
+        (f"position [mm], radius [mm]\n0, {'9' * 200_000}\n", "a CSV file"),
         ("", "header with units"),
     ],
 )
@@ -338,3 +350,62 @@ def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("spiral_gripper.reports.shape_document.solve_shape", broken)
     with pytest.raises(ZeroDivisionError, match="a defect"):
         run(["shape", "prototype_p1", "--pressure", "5 kPa"])
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (
+            NotGrippableError(0.06, "too thick for 1.05 turns", -0.0222, 0.0378211),
+            (
+                "an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; "
+                "the nearest radius that can is 3.782 cm"
+            ),
+        ),
+        (
+            NotGrippableError(0.001, "too thin for the limit of 162000 Pa", -1.0, 0.00378219),
+            (
+                "an object of radius 1 mm cannot be gripped: too thin for the limit of 23.5 psi; "
+                "the nearest radius that can is 0.3783 cm"
+            ),
+        ),
+        (
+            NotGrippableError(0.5, "no", -1.0, None),
+            "an object of radius 50 cm cannot be gripped: no; no radius can be gripped",
+        ),
+        (
+            InvalidInputError("radius_max", 0.06, "at least radius_min = 0.1 m"),
+            "--radius-max must be at least radius_min = 10 cm, got 6 cm",
+        ),
+        (
+            InvalidInputError("gravity", 3.0, "at most 1e+06 m, 9.8 m/s^2 or 2 N m^2 or 0.5 rad"),
+            "gravity must be at most 1e+06 m, 9.8 m/s^2 or 2 N m^2 or 28.65 deg, got 3.0",
+        ),
+        (
+            NoCoilError(0.5, 1.05, 82737.0),
+            (
+                "the gripper makes 0.5 turns at most, at 12 psi, but 1.05 are required; "
+                "use a longer tube, a higher pressure limit or fewer turns"
+            ),
+        ),
+    ],
+)
+def test_messages_are_in_the_units_that_were_typed(error: SpiralError, expected: str) -> None:
+    givens = {
+        "radius_max": [Given(0.06, "6 cm", "LENGTH")],
+        "radius_min": [Given(0.001, "1 mm", "LENGTH")],
+        "pressure_max": [Given(89631.0, "13 psi", "PRESSURE")],
+        "turns": [Given(0.5, "0.5", "")],
+    }
+    assert sentence(error, givens) == expected
+
+
+def test_a_full_disk_is_said_in_one_line() -> None:
+    for command in (["--help"], WRAP, ["doctor", "nowhere"]):
+        with Path("/dev/full").open("w", encoding="utf-8") as full:
+            done = subprocess.run(
+                [sys.executable, "-m", "spiral_gripper.cli.main", *command],
+                stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+            )  # fmt: skip
+        assert done.returncode == 2
+        assert done.stderr == "spiral-gripper: the answer cannot be printed: the disk is full\n"

@@ -242,8 +242,8 @@ WRONG_VALUES = {
     "out of range": (
         ("88 deg", "95 deg"),
         (
-            "7:10: fibers.alpha must be a number from -1.57079633 to 1.57079633 "
-            "(it is 1.65806279 rad), got 95 deg"
+            "7:10: fibers.alpha must be an angle from -90 to 90 deg, not 0 "
+            "(95 deg, if counted from 0 to 180 deg, is -85 deg here), got 95 deg"
         ),
     ),
     "two fields that do not go together": (

@@ -190,7 +190,7 @@ def test_messages_read_well_and_survive_pickling():
 
 
 def test_files_that_cannot_be_read(tmp_path):
-    with pytest.raises(MeasurementError, match="No such file"):
+    with pytest.raises(MeasurementError, match="there is no such file"):
         load_measurements(tmp_path / "none.csv", 0.361)
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(MeasurementError, match="UTF-8"):

@@ -44,7 +44,7 @@ def test_every_parameter_is_declared_as_the_table_says(active):
         ("autostart", False, "read-only"),
         ("gripper", "no_such_gripper", "no gripper has this name"),
         ("gripper", "", "not empty"),
-        ("gripper", "/dev/zero", "is not a file"),
+        ("gripper", "/dev/zero", "not a plain file"),
         ("pressure_fault_policy", "panic", "one of report, vent"),
         ("marker_rate", -1.0, "out of range"),
     ],

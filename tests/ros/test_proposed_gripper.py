@@ -3,7 +3,8 @@ import os
 import pytest
 
 from spiral_gripper.files.catalog import GRIPPERS
-from spiral_gripper_ros.node.proposed_gripper import LONGEST_FILE, ProposedGripper
+from spiral_gripper.files.storage import LARGEST_FILE
+from spiral_gripper_ros.node.proposed_gripper import ProposedGripper
 
 
 def test_a_good_gripper_is_read_and_kept():
@@ -27,8 +28,8 @@ def test_a_file_is_read_by_its_path(tmp_path):
     [
         ("no_such_gripper", "no gripper has this name"),
         ("./nowhere.yaml", "there is no such file"),
-        ("/dev/zero", "is not a file"),
-        (os.curdir, "is not a file"),
+        ("/dev/zero", "not a plain file"),
+        (os.curdir, "it is a folder"),
         ("null\0byte.yaml", "null"),
     ],
 )
@@ -41,14 +42,14 @@ def test_what_cannot_be_read_is_refused_with_the_reason(name, reason):
 def test_a_pipe_is_refused_and_does_not_hold_up_the_node(tmp_path):
     pipe = tmp_path / "pipe.yaml"
     os.mkfifo(pipe)
-    assert "is not a file" in ProposedGripper().refusal({"gripper": str(pipe)})
+    assert "not a plain file" in ProposedGripper().refusal({"gripper": str(pipe)})
 
 
 def test_a_file_that_is_too_long_is_refused_unread(tmp_path):
     file = tmp_path / "long.yaml"
     with file.open("wb") as opened:
-        opened.truncate(LONGEST_FILE + 1)
-    assert "is larger than" in ProposedGripper().refusal({"gripper": str(file)})
+        opened.truncate(LARGEST_FILE + 1)
+    assert "more than 2 MB" in ProposedGripper().refusal({"gripper": str(file)})
 
 
 def test_a_description_with_mistakes_is_refused_with_all_of_them(tmp_path):

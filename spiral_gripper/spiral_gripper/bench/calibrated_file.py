@@ -18,6 +18,7 @@ from spiral_core.calibration.result import DEFAULT_LEVEL
 from spiral_gripper.files.catalog import available_grippers, find_description, read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
 from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS
+from spiral_gripper.files.storage import write_file
 from spiral_gripper.files.units import convert_from_si
 
 if TYPE_CHECKING:
@@ -53,8 +54,7 @@ def write_calibrated_description(
     Raises:
         DescriptionError: the fitted values make no valid description; most often
             ``limits.pressure_max`` is past the fitted actuator's limit.
-        FileExistsError: ``target`` exists.
-        OSError: the file cannot be written.
+        FileError: ``target`` exists, or the file cannot be written.
     """
     text = calibrated_text(description, calibration, measured_files)
     return _write_new(description.source, text, target, "calibrated")
@@ -76,8 +76,7 @@ def write_measured_description(
 
     Raises:
         DescriptionError: most often ``limits.pressure_max`` is past the end of the data.
-        FileExistsError: ``target`` exists.
-        OSError: the file cannot be written.
+        FileError: ``target`` exists, or the file cannot be written.
     """
     yaml = _round_trip()
     root = yaml.load(read_description_text(description.source))
@@ -199,13 +198,9 @@ def _write_new(source: Path, text: str, target: Path | None, word: str) -> Path:
     """Write a text that is a valid description to a file that does not exist."""
     for path in _names_beside(source, word) if target is None else [target]:
         parse_description(text, path)
-        try:
-            with path.open("x", encoding="utf-8") as file:
-                file.write(text)
-        except FileExistsError:
-            if target is not None:
-                raise
+        if target is None and path.exists():
             continue
+        write_file(path, text, replace=False)
         return path
     raise AssertionError("names beside a file never run out")
 

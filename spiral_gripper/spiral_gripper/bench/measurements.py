@@ -18,6 +18,7 @@ from spiral_core import (
 )
 from spiral_gripper.bench.errors import BadCell, MeasurementError
 from spiral_gripper.bench.table import COLUMNS, MeasurementTable, Row, read_table
+from spiral_gripper.files.storage import FileError, read_text
 from spiral_gripper.files.units import parse_quantity
 
 
@@ -71,10 +72,9 @@ def load_measurements(
     """
     source = Path(path)
     try:
-        text = source.read_bytes().decode("utf-8-sig")
-    except (OSError, ValueError) as error:  # ValueError: a path with a null, text not in UTF-8
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        problem = BadCell(str(source), None, None, "", f"must be a readable UTF-8 file ({reason})")
+        text = read_text(source)
+    except FileError as error:
+        problem = BadCell(str(source), None, None, "", f"cannot be read: {error.reason}")
         raise MeasurementError([problem]) from None
     return parse_measurements(text, source, tube_length, options)
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
-from spiral_gripper.cli.gripper import mounted
+from spiral_gripper.cli.gripper import described, mounted
 from spiral_gripper.cli.group import Group
 from spiral_gripper.cli.types import (
-    ANGLE,
+    FIBER_ANGLE,
     LENGTH,
     NUMBER,
     gripper_argument,
@@ -29,7 +29,9 @@ def chart() -> None:
 
 @chart.command("design-space")
 @gripper_argument
-@click.option("--beta", "betas", type=ANGLE, multiple=True, metavar="ANGLE", help="May repeat.")
+@click.option(
+    "--beta", "betas", type=FIBER_ANGLE, multiple=True, metavar="ANGLE", help="May repeat."
+)
 @click.option("--turns", type=NUMBER, default=1.0, show_default=True, help="For the lengths.")
 @click.option("--stretch-max", type=NUMBER, default=1.5, show_default=True)
 @json_option
@@ -48,9 +50,8 @@ def design_space(
     """
     _require_output(as_json, plot)
     from spiral_core.design.charts import design_space as curves_of
-    from spiral_gripper.files.description import load_description
 
-    actuator = load_description(gripper).actuator
+    actuator = described(gripper).actuator
     curves = curves_of(actuator, betas or CHART_BETAS, turns, stretch_max)
     _print_data(curves, as_json)
     if plot is not None:
@@ -70,7 +71,7 @@ def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -
     _require_output(as_json, plot)
     from spiral_core.design.charts import helix_range, pressure_range
 
-    mount = mounted(gripper, options)
+    mount = mounted(described(gripper).gripper, options)
     heavy = pressure_range(mount)
     weightless = helix_range(mount, heavy.pressure)
     _print_data({"with_gravity": heavy, "without_gravity": weightless}, as_json)
@@ -101,7 +102,7 @@ def pressure(
     from spiral_core.design.charts import regime_chart
     from spiral_core.wrap.curve import WrapCurve
 
-    curve = WrapCurve(mounted(gripper, options))
+    curve = WrapCurve(mounted(described(gripper).gripper, options))
     high = curve.radius_max if radius_max is None else radius_max
     low = max(curve.radius_min, 0.25 * high) if radius_min is None else radius_min
     data = regime_chart(curve, low, high)

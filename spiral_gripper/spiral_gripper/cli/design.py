@@ -76,14 +76,11 @@ def design(
 def _save(result: DesignReport, path: Path) -> None:
     """Write the description of a feasible design to a file that does not exist yet."""
     from spiral_gripper.cli.output import say_written
+    from spiral_gripper.files.storage import write_file
     from spiral_gripper.reports.design_document import description_text
 
     if not result.feasible or result.design is None:
         raise click.ClickException(f"nothing is saved: {result.message}")
     text = description_text(result.design, path.stem)
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise click.ClickException(f"{path} exists and is kept; name another file") from None
+    write_file(path, text, replace=False)
     say_written(path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import click
@@ -10,7 +9,7 @@ import click
 from spiral_gripper.cli.types import json_option
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from rich.console import Console
 
@@ -34,7 +33,7 @@ def doctor(gripper: str | None, as_json: bool) -> int:
     if as_json:
         import json
 
-        answers = list(_answers(gripper, None))
+        answers = list(_answers(gripper, lambda _: None))
         click.echo(json.dumps(as_document(answers), indent=2, ensure_ascii=False))
     else:
         from rich.console import Console
@@ -49,27 +48,23 @@ def _print_answers(gripper: str | None, console: Console) -> list[Answer]:
 
     answers: list[Answer] = []
     section = ""
-    for answer in _answers(gripper, console):
-        if answer.section not in ("", section):
-            section = answer.section
-            if answers:
-                console.print()
-            print_section(section, console)
-        print_answer(answer, console)
-        answers.append(answer)
+    with console.status("") as status:  # says what is being looked at
+        for answer in _answers(gripper, lambda title: status.update(f"{title} ...")):
+            if answer.section not in ("", section):
+                section = answer.section
+                if answers:
+                    console.print()
+                print_section(section, console)
+            print_answer(answer, console)
+            answers.append(answer)
     console.print()
     print_verdict(answers, console)
     return answers
 
 
-def _answers(gripper: str | None, console: Console | None) -> Iterator[Answer]:
-    """Yield the answers of all tables; a terminal sees what is being looked at."""
+def _answers(gripper: str | None, announce: Callable[[str], None]) -> Iterator[Answer]:
+    """Yield the answers of all tables."""
     from spiral_gripper.doctor.run import examine, tables
 
-    with nullcontext() if console is None else console.status("") as status:
-        for table in tables():
-            yield from examine(
-                table,
-                gripper,
-                lambda title: None if status is None else status.update(f"{title} ..."),
-            )
+    for table in tables():
+        yield from examine(table, gripper, announce)

@@ -16,11 +16,13 @@ from spiral_gripper.cli.types import (
     json_option,
     mount_options,
     plot_option,
+    typed,
     unit_vector,
 )
 
 if TYPE_CHECKING:
     from spiral_core.wrap.gripper import Gripper
+    from spiral_gripper.files.description import GripperDescription
 
 
 @click.command()
@@ -39,13 +41,17 @@ def shape(
     """
     from spiral_gripper.reports.shape_document import shape_as_dict, shape_rows, solve_shape
 
-    solved = solve_shape(mounted(gripper, options), pressure)
+    description = described(gripper)
+    mount = mounted(description.gripper, options)
+    require_pressure(description, pressure)
+    title = f"{mount.name} at {typed('pressure')}"
+    solved = solve_shape(mount, pressure)
     if as_json:
         from spiral_gripper.cli.output import print_json
 
         print_json(shape_as_dict(solved))
     else:
-        _print_rows(f"{solved.gripper.name} at {pressure / 1e3:.5g} kPa", shape_rows(solved))
+        _print_rows(title, shape_rows(solved))
     if plot is not None:
         from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import shape_figure
@@ -93,8 +99,11 @@ def wrap(
         wrap_rows,
     )
 
-    mount = mounted(gripper, options)
+    description = described(gripper)
+    mount = mounted(description.gripper, options)
     if radius is not None:
+        if pressure is not None:
+            require_pressure(description, pressure)
         wrapped = solve_wrap(mount, radius, pressure)
         document, rows = wrap_as_dict(wrapped), wrap_rows(wrapped)
         state = wrapped.wrap.state
@@ -117,11 +126,8 @@ def wrap(
         write_picture(shape_figure(state, mount.tube.outer_radius), plot)
 
 
-def mounted(name_or_path: str, options: dict[str, Any]) -> Gripper:
+def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:
     """Return a gripper, held as the mount options say."""
-    from spiral_gripper.files.description import load_gripper
-
-    gripper = load_gripper(name_or_path)
     own = gripper.gravity if any(gripper.gravity) else (1.0, 0.0, 0.0)
     gravity = gravity_from(options, unit_vector("gravity", own))
     axis = options.pop("object_axis")
@@ -130,6 +136,34 @@ def mounted(name_or_path: str, options: dict[str, Any]) -> Gripper:
     if axis:
         gripper = replace(gripper, object_axis=unit_vector("--object-axis", axis))
     return gripper
+
+
+def described(name_or_path: str) -> GripperDescription:
+    """Return what a description file says; its doubtful values are named on standard error."""
+    from spiral_gripper.files.description import load_description
+
+    description = load_description(name_or_path)
+    for doubt in description.doubts:
+        click.echo(f"warning: {doubt}", err=True)
+    return description
+
+
+def require_pressure(description: GripperDescription, pressure: float) -> None:
+    """Refuse a pressure [Pa] that the gripper may not have.
+
+    Raises:
+        click.UsageError: it is negative, or above the file's limit.
+    """
+    if pressure < 0.0:
+        raise click.UsageError(
+            f"--pressure {typed('pressure')} is below 0: pressures are gauge pressures"
+        )
+    if pressure > description.gripper.pressure_max:
+        limit = description.written["limits.pressure_max"]
+        raise click.UsageError(
+            f"--pressure {typed('pressure')} is above limits.pressure_max, {limit}, of "
+            f"{description.source.name}"
+        )
 
 
 def _print_rows(title: str, rows: list[tuple[str, str]]) -> None:

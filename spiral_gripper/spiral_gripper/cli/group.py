@@ -1,6 +1,8 @@
-"""A group of commands that is alike in every version of click."""
+"""A group of commands that is alike in every version of click, and helps where none is found."""
 
 from __future__ import annotations
+
+from difflib import get_close_matches
 
 import click
 
@@ -16,4 +18,46 @@ class Group(click.Group):
         """Return the arguments that remain; raise NoCommandError if there are none."""
         if not args:
             raise NoCommandError(ctx.get_help())
-        return super().parse_args(ctx, args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            path = ctx.command_path
+            raise click.UsageError(
+                f"{error.option_name} is an option of a command, and no command stands before it; "
+                f"the commands of {path} are {', '.join(self.list_commands(ctx))}"
+            ) from None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that the arguments name; say which one is meant if there is none."""
+        if self.get_command(ctx, args[0]) is None:
+            raise click.UsageError(f"there is no command {args[0]!r}; {self._advice(ctx, args)}")
+        return super().resolve_command(ctx, args)
+
+    def _advice(self, ctx: click.Context, args: list[str]) -> str:
+        """Return what was probably meant."""
+        path, names = ctx.command_path, self.list_commands(ctx)
+        rest = " ".join(f'"{part}"' if " " in part else part for part in args[1:])
+        near = get_close_matches(args[0], names, n=1)
+        if near:
+            return f"did you mean {path} {near[0]}?"
+        for name in names:
+            group = self.get_command(ctx, name)
+            if isinstance(group, click.Group) and args[0] in group.list_commands(ctx):
+                return f"did you mean {path} {name} {args[0]} {rest}".rstrip() + "?"
+        listed = f"the commands of {path} are {', '.join(names)}"
+        likely = next((name for name in ("wrap", "pressure", "show") if name in names), "")
+        if likely and _is_gripper(args[0]):
+            example = f"{path} {likely} {args[0]} {rest}".rstrip()
+            return f"a command comes before the gripper, as in {example}; {listed}"
+        return listed
+
+
+def _is_gripper(text: str) -> bool:
+    """Return whether a text names a gripper: a shipped one or a file."""
+    if text.endswith((".yaml", ".yml")):
+        return True
+    from spiral_gripper.files.catalog import available_grippers
+
+    return text in available_grippers()

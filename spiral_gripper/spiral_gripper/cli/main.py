@@ -9,9 +9,10 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from types import MappingProxyType
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import click
 
@@ -80,22 +81,29 @@ def run(arguments: Sequence[str]) -> int:
     Args:
         arguments: without the program's name.
     """
+    givens: dict[str, list[Any]] = {}  # what was typed: filled by the types of the options
     try:
         result = spiral_gripper.main(
-            args=list(arguments), prog_name="spiral-gripper", standalone_mode=False
+            args=list(arguments), prog_name="spiral-gripper", standalone_mode=False, obj=givens
         )
+        _flush()
     except NoCommandError as error:
         click.echo(error.format_message(), err=True)
         return NO_ANSWER
     except click.ClickException as error:
         return _complain(error.format_message())
-    except click.Abort:
+    except (click.Abort, KeyboardInterrupt):
         return _complain("interrupted")
     except BrokenPipeError:  # the reader of our output has gone: "spiral-gripper ... | head"
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return NO_ANSWER
+    except OSError as error:  # files are written elsewhere: this is standard output
+        from spiral_gripper.files.storage import reason_of
+
+        _drop_output()
+        return _complain(f"the answer cannot be printed: {reason_of(error)}")
     except Exception as error:
-        return _complain_or_raise(error)
+        return _complain_or_raise(error, givens)
     return result if isinstance(result, int) else 0
 
 
@@ -104,12 +112,25 @@ def main() -> None:
     sys.exit(run(sys.argv[1:]))
 
 
-def _complain_or_raise(error: Exception) -> int:
+def _flush() -> None:
+    """Hand over what was printed, while a failure can still be reported."""
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+def _drop_output() -> None:
+    """Let nothing that is still to be printed fail again when Python ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _complain_or_raise(error: Exception, givens: dict[str, list[Any]]) -> int:
     """Report an error raised on purpose, an overflow, or a missing extra; raise a defect."""
     from spiral_core import SpiralError
 
-    if isinstance(error, (SpiralError, OSError)):
-        return _complain(str(error))
+    if isinstance(error, SpiralError):
+        from spiral_gripper.cli.sentences import sentence
+
+        return _complain(sentence(error, givens))
     if isinstance(error, OverflowError):
         return _complain("the numbers given are too large to compute with; check the units")
     if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("matplotlib"):
@@ -122,5 +143,10 @@ def _complain(message: str) -> int:
     lines = [part.strip() for part in message.splitlines() if part.strip()]
     if len(lines) > 1:
         lines = [f"{len(lines)} problems", *lines]
-    click.echo("spiral-gripper: " + "\n  ".join(lines), err=True)
+    with suppress(OSError):  # standard error may be full or closed
+        click.echo("spiral-gripper: " + "\n  ".join(lines), err=True)
     return NO_ANSWER
+
+
+if __name__ == "__main__":
+    main()

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from spiral_gripper.cli.types import ANGLE, LENGTH, NUMBER, PRESSURE, mount_options, unit_vector
+from spiral_gripper.cli.types import (
+    FIBER_ANGLE,
+    LENGTH,
+    NUMBER,
+    PRESSURE,
+    mount_options,
+    unit_vector,
+)
 
 if TYPE_CHECKING:
     from spiral_core.design.requirement import DesignRequirement
@@ -40,13 +47,16 @@ _OPTIONS: Final = (
     click.option(
         "--beta",
         "betas",
-        type=ANGLE,
+        type=FIBER_ANGLE,
         multiple=True,
         metavar="ANGLE",
         help="Angle of the second fiber family. May be repeated. [default: 50, 60, 70, 80 deg]",
     ),
     click.option(
-        "--alpha", type=ANGLE, metavar="ANGLE", help="Angle of the first family. [default: 88 deg]"
+        "--alpha",
+        type=FIBER_ANGLE,
+        metavar="ANGLE",
+        help="Angle of the first family. [default: 88 deg]",
     ),
     click.option(
         "--turns", type=NUMBER, metavar="N", help="Turns about the largest object. [default: 1.05]"

@@ -12,7 +12,7 @@ import click
 
 from spiral_gripper.cli.group import Group
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
-from spiral_gripper.cli.types import LENGTH, json_option, plot_option
+from spiral_gripper.cli.types import LENGTH, Decorated, json_option, plot_option
 
 MOST_ANGLES = 181
 MOST_JOBS = 1024
@@ -23,11 +23,18 @@ def sweep() -> None:
     """Many designs at once: where designs exist, and which are worth a look."""
 
 
-_jobs = click.option(
-    "--jobs",
-    type=click.IntRange(1, MOST_JOBS),
-    help="Processes to work in. [default: one per core]",
-)
+def worker_options(function: Decorated) -> Decorated:
+    """Add ``--jobs`` and ``--scheduler``."""
+    function = click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help='Work on a Dask cluster instead, such as "tcp://10.0.0.5:8786".',
+    )(function)
+    return click.option(
+        "--jobs",
+        type=click.IntRange(1, MOST_JOBS),
+        help="Processes to work in. [default: one per core]",
+    )(function)
 
 
 @sweep.command("map")
@@ -37,7 +44,7 @@ _jobs = click.option(
 @click.option("--tube-radius-max", type=LENGTH, default="8 mm", show_default=True)
 @click.option("--tube-radii", type=click.IntRange(2, 181), default=13, show_default=True)
 @click.option("--wall", type=LENGTH, default="1/32 in", show_default=True, help="Of all tubes.")
-@_jobs
+@worker_options
 @json_option
 @plot_option
 def feasibility(
@@ -47,6 +54,7 @@ def feasibility(
     tube_radii: int,
     wall: float,
     jobs: int | None,
+    scheduler: str | None,
     as_json: bool,
     plot: Path | None,
     **options: object,
@@ -64,7 +72,7 @@ def feasibility(
 
     beta_grid = np.linspace(min(betas), max(betas), angles)  # type: ignore[call-overload]
     radius_grid = np.linspace(tube_radius_min, tube_radius_max, tube_radii)
-    with _workers(jobs) as executor, _progress(as_json) as progress:
+    with _workers(jobs, scheduler) as executor, _progress(as_json) as progress:
         result = feasibility_map(
             requirement,
             [float(beta) for beta in beta_grid],
@@ -89,16 +97,18 @@ def feasibility(
 
 @sweep.command()
 @requirement_options
-@_jobs
+@worker_options
 @json_option
 @plot_option
-def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object) -> None:
+def pareto(
+    jobs: int | None, scheduler: str | None, as_json: bool, plot: Path | None, **options: object
+) -> None:
     """List the designs that no other beats in pressure, strain and length at once."""
     requirement = requirement_from(options)
 
     from spiral_core.design.sweep import pareto_set, solve_points
 
-    with _workers(jobs) as executor, _progress(as_json) as progress:
+    with _workers(jobs, scheduler) as executor, _progress(as_json) as progress:
         points = solve_points(requirement, requirement.candidates(), executor, progress)
     best = pareto_set(points)
     if as_json:
@@ -121,10 +131,14 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
         write_picture(pareto_figure(points, best), plot)
 
 
-def _workers(jobs: int | None) -> AbstractContextManager[Executor | None]:
-    """Return a pool of processes; none where one would be enough."""
-    from spiral_gripper.cli.workers import core_count, process_pool
+def _workers(jobs: int | None, scheduler: str | None) -> AbstractContextManager[Executor | None]:
+    """Return a cluster or a pool of processes; none where one process is enough."""
+    from spiral_gripper.cli.workers import core_count, dask_cluster, process_pool
 
+    if scheduler is not None:
+        if jobs is not None:
+            raise click.UsageError("--jobs and --scheduler exclude each other")
+        return dask_cluster(scheduler)
     count = core_count() if jobs is None else jobs
     return nullcontext() if count == 1 else process_pool(count)
 

@@ -20,10 +20,12 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
 
     Args:
         dimension: name of a :class:`spiral_gripper.Dimension`.
+        most: the largest value that anybody means, such as "10 m"; then it must be positive too.
     """
 
-    def __init__(self, dimension: str) -> None:
+    def __init__(self, dimension: str, most: str | None = None) -> None:
         self.dimension = dimension
+        self.most = most
         self.name = dimension.lower()
 
     def convert(
@@ -36,9 +38,31 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
         if isinstance(value, float):
             return value
         try:
-            return parse_quantity(value, Dimension[self.dimension])
+            converted = parse_quantity(value, Dimension[self.dimension])
         except InvalidInputError as error:
             self.fail(f"it must be {error.requirement}, got {value!r}", param, ctx)
+        _note(converted, str(value), self.dimension, param, ctx)
+        if self.most is not None and not 0.0 < converted <= parse_quantity(
+            self.most, Dimension[self.dimension]
+        ):
+            self.fail(f"it must be above 0 and at most {self.most}, got {value!r}", param, ctx)
+        return converted
+
+
+class FiberAngle(Quantity):
+    """The angle of a wound fiber to the tube's axis."""
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the angle [rad], or fail with what would be right."""
+        angle = super().convert(value, param, ctx)
+        if not 0.0 < abs(angle) <= 0.5 * math.pi:
+            from spiral_gripper.files.fields import fiber_angle_requirement
+
+            requirement = fiber_angle_requirement(angle, str(value))
+            self.fail(f"it must be {requirement}, got {value!r}", param, ctx)
+        return angle
 
 
 class Number(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
@@ -56,9 +80,11 @@ class Number(click.ParamType):  # type: ignore[type-arg]  # generic for the chec
         if isinstance(value, (float, int)):
             return float(value)
         try:
-            return parse_number(str(value))
+            converted = parse_number(str(value))
         except InvalidInputError as error:
             self.fail(f"it must be {error.requirement}, got {value!r}", param, ctx)
+        _note(converted, str(value), "", param, ctx)
+        return converted
 
 
 class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
@@ -66,12 +92,14 @@ class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
 
     Args:
         suffixes: those that are known.
+        new: whether there may be no such file yet.
     """
 
     name = "file"
 
-    def __init__(self, suffixes: tuple[str, ...]) -> None:
+    def __init__(self, suffixes: tuple[str, ...], *, new: bool = False) -> None:
         self.suffixes = suffixes
+        self.new = new
 
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
@@ -82,17 +110,39 @@ class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
             self.fail(f"its name must end in {', '.join(self.suffixes)}, got {value!r}", param, ctx)
         if not path.parent.is_dir():
             self.fail(f"there is no folder {str(path.parent)!r}", param, ctx)
+        if self.new and path.exists():
+            self.fail(f"{path} exists already and is kept; name another file", param, ctx)
         return path
+
+
+def _note(
+    value: float,
+    text: str,
+    dimension: str,
+    param: click.Parameter | None,
+    ctx: click.Context | None,
+) -> None:
+    """Keep how a value was typed, for messages about it."""
+    if param is None or ctx is None or not isinstance(ctx.obj, dict):
+        return
+    from spiral_gripper.cli.sentences import Given
+
+    ctx.obj.setdefault(str(param.name), []).append(Given(value, text, dimension))
+
+
+def typed(name: str) -> str:
+    """Return how the value of an option of this command was typed."""
+    return str(click.get_current_context().obj[name][-1].text)
 
 
 LENGTH: Final = Quantity("LENGTH")
 PRESSURE: Final = Quantity("PRESSURE")
-ANGLE: Final = Quantity("ANGLE")
+FIBER_ANGLE: Final = FiberAngle("ANGLE")
 ACCELERATION: Final = Quantity("ACCELERATION")
 NUMBER: Final = Number()
 FIGURE_FILE: Final = Suffixed(FIGURE_SUFFIXES)
 REPORT_FILE: Final = Suffixed(REPORT_SUFFIXES)
-YAML_FILE: Final = Suffixed((".yaml",))
+YAML_FILE: Final = Suffixed((".yaml",), new=True)
 
 
 def json_option(function: Decorated) -> Decorated:

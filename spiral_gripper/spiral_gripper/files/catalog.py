@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from spiral_gripper.files.errors import Complaint, DescriptionError, Problem
+from spiral_gripper.files.storage import FileError, read_text
 
 _SUFFIX = ".yaml"
 
@@ -80,16 +81,13 @@ def read_description_text(path: Path, shelf: Shelf = GRIPPERS) -> str:
     """Return the text of a file; ``shelf`` is what it would be compared with.
 
     Raises:
-        DescriptionError: there is no such file, it cannot be opened, or it is not UTF-8 text.
+        DescriptionError: there is no such file, or it cannot be read.
     """
     try:
-        return path.read_bytes().decode("utf-8")
-    except FileNotFoundError:
-        requirement = f"there is no such file; {_shipped(path, shelf)}"
-    except (OSError, ValueError) as error:  # ValueError: a path with a null, text not in UTF-8
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        requirement = f"it must be a readable text file in UTF-8 ({reason})"
-    raise DescriptionError([_unreadable(str(path), requirement)])
+        return read_text(path)
+    except FileError as error:
+        advice = "" if path.exists() else f"; {_shipped(path, shelf)}"
+        raise DescriptionError([_unreadable(str(path), f"{error.reason}{advice}")]) from None
 
 
 def _shipped(path: Path, shelf: Shelf) -> str:
@@ -105,4 +103,4 @@ def _shipped(path: Path, shelf: Shelf) -> str:
 
 
 def _unreadable(file: str, requirement: str) -> Problem:
-    return Problem(Complaint.UNREADABLE, file, None, None, "", None, requirement)
+    return Problem(Complaint.UNREADABLE, file or '""', None, None, "", None, requirement)

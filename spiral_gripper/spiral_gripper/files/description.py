@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -24,6 +24,7 @@ from spiral_core.validation import require_non_negative, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, stiffness_from_actuator
 from spiral_gripper.files.catalog import find_description, read_description_text
 from spiral_gripper.files.document import Document, read_document
+from spiral_gripper.files.doubts import doubts_of
 from spiral_gripper.files.errors import Complaint, DescriptionError
 from spiral_gripper.files.fields import FIELDS, LAWS, Vector, constants_of
 from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
@@ -53,6 +54,8 @@ class GripperDescription:
         density: density of the tube's material [kg/m^3].
         extra_mass_per_length: mass beside the tube's, such as fibers and glue [kg/m].
         gripper: the gripper that the file describes, ready for the core.
+        written: what the file says in its fields, by dotted name, as it is written there.
+        doubts: values that nobody means, most likely; a line each, with its place in the file.
     """
 
     source: Path
@@ -61,6 +64,8 @@ class GripperDescription:
     density: float
     extra_mass_per_length: float
     gripper: Gripper
+    written: Mapping[str, str]
+    doubts: tuple[str, ...] = ()
 
 
 def load_gripper(name_or_path: str | os.PathLike[str]) -> Gripper:
@@ -164,6 +169,8 @@ def _description(values: Values, document: Document, source: Path) -> GripperDes
         density=density,
         extra_mass_per_length=extra_mass_per_length,
         gripper=replace(unlimited, actuation=actuation, pressure_max=pressure_max),
+        written={name: entry.raw for name, entry in document.entries.items()},
+        doubts=doubts_of(document, actuator, density),
     )
 
 

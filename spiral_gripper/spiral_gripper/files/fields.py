@@ -17,13 +17,30 @@ from typing import Final, cast
 
 from spiral_core import CurvatureForm, Gent, InvalidInputError, MooneyRivlin, NeoHookean, Yeoh
 from spiral_gripper.files.document import Entry
-from spiral_gripper.files.units import PLAIN_NUMBER, Dimension, parse_number, parse_quantity
+from spiral_gripper.files.units import (
+    PLAIN_NUMBER,
+    Dimension,
+    convert_from_si,
+    parse_number,
+    parse_quantity,
+    unit_of,
+)
 
 FITTED: Final = "fitted"
 
 LAWS: Final = MappingProxyType(
     {"neo_hookean": NeoHookean, "mooney_rivlin": MooneyRivlin, "yeoh": Yeoh, "gent": Gent}
 )
+
+
+# Laws that others have, and which of ours bends their way; a fit to the user's data is what counts.
+_SIMILAR: Final = {
+    "ogden": "yeoh",
+    "arruda_boyce": "gent",
+    "linear": "neo_hookean",
+    "linear_elastic": "neo_hookean",
+    "hookean": "neo_hookean",
+}
 
 
 class Kind(Enum):
@@ -125,6 +142,25 @@ def constants_of(law: str) -> tuple[str, ...]:
     return tuple(constant.name for constant in dataclasses.fields(LAWS[law]))
 
 
+def fiber_angle_requirement(angle: float, text: str) -> str:
+    """Return what the angle of a wound fiber to the tube's axis must be.
+
+    Args:
+        angle: the one that was refused [rad].
+        text: how it was written.
+
+    Example:
+        >>> print(fiber_angle_requirement(math.radians(165.0), "165 deg"))
+        an angle from -90 to 90 deg, not 0 (165 deg, if counted from 0 to 180 deg, is -15 deg here)
+    """
+    requirement = "an angle from -90 to 90 deg, not 0"
+    if not 0.5 * math.pi < angle < math.pi:
+        return requirement
+    unit = unit_of(text, Dimension.ANGLE)
+    meant = f"{convert_from_si(angle - math.pi, unit, Dimension.ANGLE):.9g} {unit}"
+    return f"{requirement} ({text}, if counted from 0 to 180 deg, is {meant} here)"
+
+
 Vector = tuple[float, float, float]
 Value = float | str | bool | Vector | tuple[float, ...] | None
 
@@ -178,7 +214,8 @@ def _read_text(field: Field, entry: Entry) -> str:
 
 def _read_choice(field: Field, entry: Entry) -> str:
     if entry.tag != "str" or entry.text not in field.choices:
-        nearest = get_close_matches(entry.text.lower(), field.choices, n=1)
+        asked = entry.text.lower().replace("-", "_").replace(" ", "_")
+        nearest = get_close_matches(_SIMILAR.get(asked, asked), field.choices, n=1)
         hint = f" (did you mean {nearest[0]}?)" if nearest else ""
         raise InvalidInputError("", entry.raw, field.requirement + hint)
     return entry.text

@@ -33,6 +33,18 @@ _SYMBOL = r"[A-Za-zµμ°%][A-Za-zµμ]*(?:_[A-Za-z0-9]+)*"
 _FACTOR = rf"{_SYMBOL}(?:(?:\^|\*\*)-?[1-9]|-?[2-4])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:[ \t]*[*/·][ \t]*{_FACTOR}|[ \t]+{_FACTOR})*")
 _BARE_EXPONENT = re.compile(rf"(?P<symbol>{_SYMBOL})(?P<exponent>-?[2-4])(?![A-Za-z0-9_])")
+# Units of pressure that count from vacuum, or say what all of ours are.
+_GAUGE = "pressures are gauge pressures: "
+_REFERENCED = {
+    "psia": f'{_GAUGE}subtract 14.7 psi and write "psi"',
+    "bara": f'{_GAUGE}subtract 1.013 bar and write "bar"',
+    "bar(a)": f'{_GAUGE}subtract 1.013 bar and write "bar"',
+    "kpaa": f'{_GAUGE}subtract 101.3 kPa and write "kPa"',
+    "psig": f'{_GAUGE}write "psi"',
+    "barg": f'{_GAUGE}write "bar"',
+    "bar(g)": f'{_GAUGE}write "bar"',
+    "kpag": f'{_GAUGE}write "kPa"',
+}
 _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁴": "4"})
 
 
@@ -182,6 +194,8 @@ def _bare_number_hint(text: object, dimension: Dimension) -> str:
 @lru_cache(maxsize=256)
 def _si_factor(unit_text: str, dimension: Dimension) -> Decimal:
     """Return the SI value of one ``unit_text``."""
+    if unit_text.casefold() in _REFERENCED and dimension is Dimension.PRESSURE:
+        raise _UnitProblemError(_REFERENCED[unit_text.casefold()])
     text = unit_text.translate(_SUPERSCRIPTS)
     if _UNIT.fullmatch(text) is None:
         raise _UnitProblemError(f'"{unit_text}" is not a unit')

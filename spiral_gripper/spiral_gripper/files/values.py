@@ -10,7 +10,14 @@ from typing import TypeAlias
 from spiral_core import InvalidInputError
 from spiral_gripper.files.document import Document
 from spiral_gripper.files.errors import Complaint
-from spiral_gripper.files.fields import CONSTANTS, FIELDS, Value, constants_of, read_value
+from spiral_gripper.files.fields import (
+    CONSTANTS,
+    FIELDS,
+    Value,
+    constants_of,
+    fiber_angle_requirement,
+    read_value,
+)
 
 Values: TypeAlias = dict[str, Value]
 
@@ -63,7 +70,9 @@ def complain_of_argument(document: Document, error: InvalidInputError) -> None:
     entries = [document.entries[name] for name in names if name in document.entries]
     requirement = error.requirement
     dimension = FIELDS[names[0]].dimension if names else None
-    if dimension is not None and isinstance(error.value, float):
+    if names in (["fibers.alpha"], ["fibers.beta"]) and entries and isinstance(error.value, float):
+        requirement = fiber_angle_requirement(error.value, entries[0].text)
+    elif dimension is not None and isinstance(error.value, float):
         requirement += f" (it is {error.value:.9g} {dimension.si_unit})"
     document.complain(
         Complaint.WRONG,

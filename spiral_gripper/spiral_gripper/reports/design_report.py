@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from spiral_core.design.report import DesignReport, DesignStep
+from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.plots import DPI, design_figure
 from spiral_gripper.reports.tables import answer_rows, relaxation_text, shown
 
@@ -30,9 +31,12 @@ def write_report(report: DesignReport, path: Path) -> None:
     Args:
         report: of the design procedure.
         path: the file.
+
+    Raises:
+        FileError: it cannot be written.
     """
     text = markdown_report(report) if path.suffix.lower() == ".md" else html_report(report)
-    path.write_text(text, encoding="utf-8")
+    write_file(path, text)
 
 
 def markdown_report(report: DesignReport) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
@@ -16,6 +18,7 @@ from spiral_core.design.charts import DesignSpace, PressureRange, RegimeChart
 from spiral_core.design.report import DesignReport
 from spiral_core.design.sweep import FeasibilityMap, SweepPoint
 from spiral_core.rod.types import Array, RodState
+from spiral_gripper.files.storage import write_file
 
 # Dark to light, told apart in gray too.
 COLORS = ("#1b3a4b", "#2f7f93", "#c8553d", "#e3a857", "#7d6b91", "#5b8c5a")
@@ -28,9 +31,18 @@ LARGEST_RATIO = 20.0
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a picture; the suffix decides the format (png, svg, pdf). Equal data, equal file."""
-    metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    figure.savefig(path, dpi=DPI, metadata=metadata.get(path.suffix.lower()))
+    """Write a picture; the suffix decides the format (png, svg, pdf). Equal data, equal file.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    kind = path.suffix.lower().removeprefix(".")
+    content = io.BytesIO()
+    # Text stays text, to be searched and edited: TrueType in PDF, no outlines in SVG.
+    with rc_context({"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "spiral_gripper"}):
+        figure.savefig(content, format=kind, dpi=DPI, metadata=metadata.get(kind))
+    write_file(path, content.getvalue())
 
 
 def design_figure(report: DesignReport) -> Figure:

@@ -14,6 +14,7 @@ from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.profile import ObjectProfile, ProfileWrap, wrap_for_profile
 from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
+from spiral_gripper.files.storage import read_text
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 from spiral_gripper.reports.design_document import plain
 from spiral_gripper.reports.tables import shown
@@ -167,13 +168,14 @@ def read_profile(path: Path) -> ObjectProfile:
     """Return the object profile that a CSV file holds, its units in its header.
 
     Raises:
+        FileError: it cannot be read.
         InvalidInputError: it is no CSV text, the header has no units, or a line has no two numbers.
     """
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (csv.Error, UnicodeError) as error:
-        raise InvalidInputError(str(path), str(error), "a CSV file in UTF-8") from None
+        lines = csv.reader(read_text(path).splitlines())
+        rows = [row for row in lines if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise InvalidInputError(str(path), str(error), "a CSV file") from None
     scales = _scales(rows[0] if rows else [], path)
     columns: list[list[float]] = [[], []]
     for number, row in enumerate(rows[1:], start=2):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from spiral_core.errors import InvalidInputError
+from spiral_gripper.files.storage import FileError, read_text
 from spiral_gripper_ros.node.parameters import ParameterSpec, ParameterValue, number
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors
 from spiral_gripper_ros.simulation.radius_source import (
@@ -212,9 +213,11 @@ def _read_samples(name_or_path: str) -> tuple[RadiusSample, ...]:
     if name_or_path == SHIPPED:
         return shipped_recording()
     try:
-        text = Path(name_or_path).read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:  # ValueError: a path with a null, text not in UTF-8
+        text = read_text(Path(name_or_path))
+    except FileError as error:
         raise InvalidInputError(
-            "recording", name_or_path, f"{SHIPPED!r} or a text file that can be read ({error})"
+            "recording",
+            name_or_path,
+            f"{SHIPPED!r} or a text file that can be read ({error.reason})",
         ) from None
     return samples_from_lines(text.splitlines())

@@ -1,0 +1,158 @@
+"""What the user reads when something is wrong: in the units and under the names that were typed."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from spiral_core.errors import InvalidInputError, NoCoilError, NotGrippableError, SpiralError
+from spiral_gripper.files.units import Dimension, convert_from_si, parse_quantity, unit_of
+
+# What our texts call a unit, and how people read it unless they typed another one.
+_USUAL: Final = {
+    "m": (Dimension.LENGTH, "mm"),
+    "Pa": (Dimension.PRESSURE, "kPa"),
+    "rad": (Dimension.ANGLE, "deg"),
+}
+_QUANTITY: Final = re.compile(
+    r"(?<![\w.])(?P<number>-?\d+(?:\.\d+)?(?:e[+-]?\d+)?) "
+    r"(?P<unit>Pa|rad|m)(?![\w^/·]| [a-zA-Z]*\^)"
+)
+# Names of the core's arguments that are not those of the options.
+_OPTIONS: Final = {
+    "turns_required": "turns",
+    "fiber_angle_alpha": "alpha",
+    "fiber_angles_beta": "beta",
+    "betas": "beta",
+    "radii": "radius",
+}
+# Larger than this in the usual unit, a number is easier to read in SI.
+_LONGEST: Final = 1e5
+
+
+class Given(NamedTuple):
+    """A value that was typed.
+
+    Attributes:
+        value: in SI.
+        text: as it was typed.
+        dimension: name of the :class:`spiral_gripper.Dimension`; empty for a plain number.
+    """
+
+    value: float
+    text: str
+    dimension: str
+
+
+Givens = dict[str, list[Given]]
+
+
+def sentence(error: SpiralError, givens: Mapping[str, list[Given]]) -> str:
+    """Return what an error says, in the user's units and under the options' names.
+
+    Args:
+        error: raised by the core or by the readers of files.
+        givens: what was typed, by the parameter's name.
+
+    Example:
+        >>> error = NotGrippableError(0.06, "too thick for 1.05 turns", -0.02218, 0.0378211)
+        >>> print(sentence(error, {"radius": [Given(0.06, "6 cm", "LENGTH")]}))
+        an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; the nearest radius \
+that can is 3.782 cm
+    """
+    units = _units(givens)
+    if isinstance(error, NotGrippableError):
+        return _in_units(_not_grippable(error, givens, units), units)
+    if isinstance(error, NoCoilError):
+        return _in_units(
+            f"the gripper makes {error.turns:.3g} turns at most, at {error.pressure:.6g} Pa, but "
+            f"{error.turns_required:.4g} are required; use a longer tube, a higher pressure limit "
+            "or fewer turns",
+            units,
+        )
+    if isinstance(error, InvalidInputError):
+        return _in_units(_invalid(error, givens), units)
+    return _in_units(str(error), units)
+
+
+def shown_in(value: float, unit: str, units: Mapping[str, str] | None = None) -> str:
+    """Return a value as people read it.
+
+    Args:
+        value: in SI.
+        unit: ``"m"``, ``"Pa"`` or ``"rad"``.
+        units: unit wanted by SI unit; the usual one where none is.
+    """
+    dimension, usual = _USUAL[unit]
+    wanted = (units or {}).get(unit, usual)
+    converted = convert_from_si(value, wanted, dimension)
+    if abs(converted) >= _LONGEST:
+        return f"{value:.4g} {unit}"
+    return f"{converted:.4g} {wanted}"
+
+
+def _inward(error: NotGrippableError, units: Mapping[str, str]) -> str:
+    """Return the nearest radius with four digits, rounded away from the one that was refused."""
+    nearest = error.nearest_radius or 0.0
+    text = shown_in(nearest, "m", units)
+    shown = parse_quantity(text, Dimension.LENGTH)
+    if (shown - nearest) * (error.radius - nearest) <= 0.0:
+        return text
+    last_digit = 10.0 ** (math.floor(math.log10(nearest)) - 3)
+    return shown_in(shown + math.copysign(last_digit, nearest - error.radius), "m", units)
+
+
+def _not_grippable(
+    error: NotGrippableError, givens: Mapping[str, list[Given]], units: Mapping[str, str]
+) -> str:
+    asked = _typed(error.radius, givens) or f"{error.radius:.9g} m"
+    nearest = (
+        "no radius can be gripped"
+        if error.nearest_radius is None
+        else f"the nearest radius that can is {_inward(error, units)}"
+    )
+    return f"an object of radius {asked} cannot be gripped: {error.constraint}; {nearest}"
+
+
+def _invalid(error: InvalidInputError, givens: Mapping[str, list[Given]]) -> str:
+    """Return a refused value under the option's name, as it was typed."""
+    name = _OPTIONS.get(error.field, error.field)
+    text = None
+    for parameter, typed in givens.items():
+        if _OPTIONS.get(parameter, parameter) == name:
+            text = next((one.text for one in typed if one.value == error.value), None)
+    if text is None:
+        text = _angles(error.value) if error.field == "alpha, beta" else None
+        return str(error) if text is None else f"{name} must be {error.requirement}, got {text}"
+    return f"--{name.replace('_', '-')} must be {error.requirement}, got {text}"
+
+
+def _angles(value: object) -> str | None:
+    """Return a pair of angles [rad] in words."""
+    if not isinstance(value, tuple):
+        return None
+    return ", ".join(f"{angle:.9g} rad" for angle in value)
+
+
+def _typed(value: float, givens: Mapping[str, list[Given]]) -> str | None:
+    """Return how a value was typed, or None if it was not."""
+    every = (one for typed in givens.values() for one in typed)
+    return next((one.text for one in every if one.dimension and one.value == value), None)
+
+
+def _units(givens: Mapping[str, list[Given]]) -> dict[str, str]:
+    """Return the unit that was typed first for each kind of quantity, by SI unit."""
+    units: dict[str, str] = {}
+    for typed in givens.values():
+        for one in typed:
+            for si, (dimension, _) in _USUAL.items():
+                if one.dimension == dimension.name:
+                    units.setdefault(si, unit_of(one.text, dimension))
+    return units
+
+
+def _in_units(text: str, units: Mapping[str, str]) -> str:
+    """Return a text with its quantities in the user's units."""
+    return _QUANTITY.sub(lambda found: shown_in(float(found["number"]), found["unit"], units), text)

@@ -1,0 +1,145 @@
+"""Files read within bounds, and written whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from spiral_core import SpiralError
+
+# The shipped descriptions have a thousandth of this [byte], a bench test some hundredth.
+LARGEST_FILE: Final = 2_000_000
+
+_REASONS: Final = {
+    errno.ENOENT: "there is no such file",
+    errno.EISDIR: "it is a folder",
+    errno.ENOTDIR: "a part of its path is no folder",
+    errno.EACCES: "permission is denied",
+    errno.EPERM: "permission is denied",
+    errno.EROFS: "the file system is read-only",
+    errno.ENOSPC: "the disk is full",
+    errno.EDQUOT: "the disk quota is used up",
+    errno.EFBIG: "it would be larger than the limit for files",
+    errno.ENAMETOOLONG: "its name is too long",
+    errno.ELOOP: "its links lead in a circle",
+    errno.EEXIST: "it exists already and is kept; name another file",
+    errno.EIO: "the device reports a failure",
+}
+
+
+class FileError(SpiralError):
+    """A file cannot be read or written.
+
+    Attributes:
+        path: the file.
+        action: ``"read"`` or ``"written"``.
+        reason: why not, in words.
+
+    Example:
+        >>> print(FileError("mine.yaml", "written", "the disk is full"))
+        mine.yaml cannot be written: the disk is full
+    """
+
+    def __init__(self, path: str, action: str, reason: str) -> None:
+        super().__init__(path, action, reason)
+        self.path = path
+        self.action = action
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return f"{self.path} cannot be {self.action}: {self.reason}"
+
+
+def reason_of(error: OSError) -> str:
+    """Return the reason of an operating system's error in words.
+
+    Example:
+        >>> reason_of(OSError(errno.ENOSPC, "No space left on device"))
+        'the disk is full'
+    """
+    known = _REASONS.get(error.errno or 0)
+    return known or (error.strerror or "the system gives no reason").lower()
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a plain file of at most :data:`LARGEST_FILE` bytes, in UTF-8.
+
+    Raises:
+        FileError: there is no such file, it is a device or a pipe, too large, or not UTF-8 text.
+    """
+    try:
+        # A pipe without a writer would block when it is opened.
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    except OSError as error:
+        raise FileError(str(path), "read", reason_of(error)) from None
+    except ValueError:
+        raise FileError(repr(str(path)), "read", "its name holds a null character") from None
+    mode = os.fstat(handle).st_mode
+    if not stat.S_ISREG(mode):
+        os.close(handle)
+        folder = "it is a folder"
+        other = "it is a device or a pipe, not a plain file"
+        raise FileError(str(path), "read", folder if stat.S_ISDIR(mode) else other)
+    with os.fdopen(handle, "rb") as file:
+        data = file.read(LARGEST_FILE + 1)
+    if len(data) > LARGEST_FILE:
+        limit = f"it has more than {LARGEST_FILE / 1e6:g} MB"
+        raise FileError(str(path), "read", f"{limit}, the most that is read")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        reason = f"it is not text in UTF-8 (byte {error.start + 1} is 0x{data[error.start]:02x})"
+        raise FileError(str(path), "read", reason) from None
+
+
+def write_file(path: Path, content: str | bytes, *, replace: bool = True) -> None:
+    """Write a file whole, or leave everything as it was.
+
+    The content goes to a temporary file beside it, which then takes its name.
+
+    Args:
+        path: the file.
+        content: text, written in UTF-8, or bytes.
+        replace: whether a file of this name may be replaced.
+
+    Raises:
+        FileError: the file exists and may not be replaced, or it cannot be written.
+    """
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    with _reasons_of(path):
+        target = Path(os.path.realpath(path))  # a link stays a link
+        if target.exists() and not target.is_file():
+            raise FileError(str(path), "written", "it is not a plain file")
+        if not target.parent.is_dir():
+            raise FileError(str(path), "written", f"there is no folder {str(path.parent)!r}")
+        if not replace:
+            target.open("xb").close()  # keeps the name from now on
+        temporary = target.with_name(f".{secrets.token_hex(6)}.tmp")
+        try:
+            with temporary.open("xb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(target)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            if not replace:
+                target.unlink(missing_ok=True)
+            raise
+
+
+@contextmanager
+def _reasons_of(path: Path) -> Iterator[None]:
+    """Turn what the operating system reports into a FileError."""
+    try:
+        yield
+    except OSError as error:
+        raise FileError(str(path), "written", reason_of(error)) from None
+    except ValueError:
+        raise FileError(repr(str(path)), "written", "its name holds a null character") from None
