@@ -18,7 +18,12 @@ from pathlib import Path
 from ament_index_python.packages import get_package_prefix
 
 PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_msgs", "spiral_gripper_ros")
-EXECUTABLES = ("spiral_gripper_demo", "spiral_gripper_node", "spiral_gripper_simulator")
+EXECUTABLES = (
+    "spiral_gripper_demo",
+    "spiral_gripper_node",
+    "spiral_gripper_regulator",
+    "spiral_gripper_simulator",
+)
 SHARED = ("config", "launch", "rviz", "security")
 
 

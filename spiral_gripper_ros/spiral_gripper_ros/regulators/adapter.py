@@ -1,0 +1,140 @@
+"""The adapter's decisions: what a device is sent, and what is told of it. No ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+
+from spiral_core.errors import InvalidInputError
+from spiral_gripper_ros.control.pressure_monitor import impossible_pressure
+from spiral_gripper_ros.regulators.command_watch import CommandWatch
+from spiral_gripper_ros.regulators.device import LinkError, PressureDevice
+from spiral_gripper_ros.regulators.pressure_scale import PressureScale
+
+# How often a vent is sent at the end, if it fails.
+VENT_ATTEMPTS = 5
+
+
+class Link(Enum):
+    """Whether a device answers."""
+
+    WAITING = "waiting for the device"
+    UP = "connected"
+    LOST = "link lost"
+
+
+class RegulatorAdapter:
+    """Passes commands on to a device, and its measurements back.
+
+    Args:
+        watch: which command is passed on.
+        device: the regulator.
+        command_scale: how it states a set-point.
+        measured_scale: how it states what it measures.
+        link_timeout: time without an answer after which the link counts as lost [s].
+
+    Attributes:
+        link: whether the device answers.
+        problem: what is wrong with link or device; empty: nothing.
+        link_errors, invalid_readings: counters.
+    """
+
+    def __init__(
+        self,
+        watch: CommandWatch,
+        device: PressureDevice,
+        command_scale: PressureScale,
+        measured_scale: PressureScale,
+        link_timeout: float,
+    ) -> None:
+        self.watch = watch
+        self._device = device
+        self._command_scale, self._measured_scale = command_scale, measured_scale
+        self._link_timeout = link_timeout
+        self._answered: float | None = None
+        self.link = Link.WAITING
+        self.problem = ""
+        self.link_errors = 0
+        self.invalid_readings = 0
+
+    def step(self, now: float) -> float | None:
+        """Send what is demanded at a time [s].
+
+        Returns:
+            The measured gauge pressure [Pa], always finite and possible, or None if it is not
+            known.
+        """
+        try:
+            reading = self._device.exchange(self._command_scale.to_device(self.watch.demand(now)))
+        except LinkError as error:
+            self._note_error(now, error)
+            return None
+        self._answered, self.link, self.problem = now, Link.UP, reading.problem
+        if reading.number is None:
+            return None
+        pressure = self._measured_scale.to_gauge(reading.number)
+        refusal = impossible_pressure(pressure)
+        if refusal is not None:
+            self.invalid_readings += 1
+            self.problem = reading.problem or refusal.text
+            return None
+        return pressure
+
+    def vent(self, pause: Callable[[], None]) -> bool:
+        """Send 0 Pa as the last command and close the link; return whether it was answered.
+
+        Args:
+            pause: waits a while before the next attempt.
+        """
+        try:
+            for attempt in range(VENT_ATTEMPTS):
+                if attempt:
+                    pause()
+                if self._sent_vent():
+                    return True
+            return False
+        finally:
+            self._device.close()
+
+    def _sent_vent(self) -> bool:
+        try:
+            self._device.exchange(self._command_scale.to_device(0.0))
+        except LinkError as error:
+            self.link_errors += 1
+            self.problem = error.problem
+            return False
+        return True
+
+    def _note_error(self, now: float, error: LinkError) -> None:
+        self.link_errors += 1
+        if self._answered is None:
+            self.problem = error.problem
+        elif not now - self._answered < self._link_timeout:
+            self.link, self.problem = Link.LOST, error.problem
+
+
+def require_representable(
+    name: str, scale: PressureScale, pressure_limit: float, span: tuple[float, float]
+) -> None:
+    """Refuse a scale whose set-points do not fit into a device's numbers.
+
+    Args:
+        name: of the parameter that gives the device's numbers.
+        scale: how the device states a set-point.
+        pressure_limit: largest gauge pressure that is passed on [Pa].
+        span: smallest and largest number of the device.
+
+    Raises:
+        InvalidInputError: 0 Pa or ``pressure_limit`` is beyond them.
+
+    Example:
+        >>> require_representable("command_format", PressureScale("hPa"), 1e5, (0, 65535))
+    """
+    for pressure in (0.0, pressure_limit):
+        number = scale.to_device(pressure)
+        if not span[0] <= number <= span[1]:
+            requirement = (
+                f"a format of {span[0]:g} to {span[1]:g} that holds {pressure:g} Pa; "
+                "choose another format, command_unit, command_scale or pressure_limit"
+            )
+            raise InvalidInputError(name, number, requirement)

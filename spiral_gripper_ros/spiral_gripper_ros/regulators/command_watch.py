@@ -1,0 +1,65 @@
+"""Which pressure a device is sent: the newest possible command while commands come, else 0."""
+
+from __future__ import annotations
+
+import math
+
+from spiral_core.validation import require_positive
+
+
+class CommandWatch:
+    """The watchdog of an adapter.
+
+    A command that is not a finite gauge pressure from 0 to ``pressure_limit`` is counted and is as
+    good as none: the last one stands, and the watchdog goes on waiting.
+
+    Args:
+        pressure_limit: largest gauge pressure that is passed on [Pa], > 0.
+        timeout: silence after which the demand is 0 [s], > 0.
+
+    Attributes:
+        refused: commands that were not taken.
+        problem: why the last one was not taken; empty once one is.
+
+    Example:
+        >>> watch = CommandWatch(pressure_limit=1e5, timeout=0.5)
+        >>> watch.demand(0.0)
+        0.0
+        >>> watch.offer(0.1, 4e4), watch.demand(0.5), watch.demand(0.7)
+        (True, 40000.0, 0.0)
+        >>> watch.offer(0.8, float("nan")), watch.demand(0.8)
+        (False, 0.0)
+    """
+
+    def __init__(self, pressure_limit: float, timeout: float) -> None:
+        self._limit = require_positive("pressure_limit", pressure_limit)
+        self._timeout = require_positive("watchdog_timeout", timeout)
+        self._command = 0.0
+        self._heard: float | None = None
+        self.refused = 0
+        self.problem = ""
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether no command has come yet."""
+        return self._heard is None
+
+    def offer(self, now: float, pressure: float) -> bool:
+        """Hear a command [Pa] at a time [s]; return whether it is taken."""
+        if not (math.isfinite(pressure) and 0.0 <= pressure <= self._limit):
+            self.refused += 1
+            self.problem = (
+                f"pressure_command must be from 0 to {self._limit:g} Pa (pressure_limit), "
+                f"got {pressure:.6g} Pa"
+            )
+            return False
+        self._command, self._heard, self.problem = pressure, now, ""
+        return True
+
+    def is_silent(self, now: float) -> bool:
+        """Return whether commands have stopped."""
+        return self._heard is not None and not now - self._heard < self._timeout
+
+    def demand(self, now: float) -> float:
+        """Return the gauge pressure [Pa] for the device at a time [s]."""
+        return 0.0 if self._heard is None or self.is_silent(now) else self._command

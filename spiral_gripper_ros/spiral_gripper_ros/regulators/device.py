@@ -1,0 +1,51 @@
+"""What an adapter needs of a device, however it is connected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from spiral_core.errors import SpiralError
+
+
+class LinkError(SpiralError):
+    """A device was not reached, or has not answered in its form.
+
+    Attributes:
+        problem: what is wrong, with the device's address.
+    """
+
+    def __init__(self, problem: str) -> None:
+        super().__init__(problem)
+        self.problem = problem
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A device's answer.
+
+    Args:
+        number: what it measures, in its own unit; any float; None: it does not measure.
+        problem: what it says is wrong with itself; empty: nothing.
+    """
+
+    number: float | None = None
+    problem: str = ""
+
+
+class PressureDevice(Protocol):
+    """A regulator, in its own numbers."""
+
+    def exchange(self, number: float) -> Reading:
+        """Send a set-point and return the answer; connect first where that is necessary.
+
+        Takes a bounded time, and may be called again after an error.
+
+        Raises:
+            LinkError: it was not reached or has not answered.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the connection."""
+        ...

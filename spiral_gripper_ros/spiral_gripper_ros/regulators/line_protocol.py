@@ -1,0 +1,162 @@
+r"""The line protocol of a regulator on a serial line, without the line.
+
+ASCII, one message a line, ended by ``\n`` (``\r\n`` is accepted), each with a check sum::
+
+    S <sequence> <set-point> <watchdog_ms>*<check>      adapter to device
+    M <sequence> <measured> <state>*<check>             device to adapter, once per S
+
+``sequence`` is an integer from 0 to 65535, which the answer repeats; numbers are decimal, in the
+device's unit; ``measured`` is ``-`` where there is no transmitter. ``check`` is the CRC-16/CCITT-
+FALSE (polynomial 0x1021, start 0xFFFF) of everything before the ``*``, as four hexadecimal digits.
+``state`` is ``ok``, ``watchdog`` (it has vented because lines had stopped), ``refused`` (it does
+not take this set-point) or ``fault``.
+
+The device ignores lines whose check sum is wrong. It vents once no good line has come for the
+``watchdog_ms`` of the last one, and after its own start until the first.
+"""
+
+from __future__ import annotations
+
+import binascii
+import re
+from dataclasses import dataclass
+
+from spiral_core.errors import InvalidInputError
+
+SEQUENCE_END = 65536
+# Longer than any line of the protocol: what has no end by then is garbage.
+LINE_LENGTH_MAX = 80
+STATES = ("ok", "watchdog", "refused", "fault")
+_NUMBER = r"[+-]?\d+(?:\.\d*)?"
+_SET_POINT = re.compile(rf"S (\d{{1,5}}) ({_NUMBER}) (\d{{1,6}})")
+_MEASUREMENT = re.compile(rf"M (\d{{1,5}}) ({_NUMBER}|-) ({'|'.join(STATES)})")
+
+
+@dataclass(frozen=True, slots=True)
+class SetPoint:
+    """What the adapter sends.
+
+    Args:
+        sequence: 0 to 65535.
+        number: set-point in the device's unit.
+        watchdog_ms: how long it is good for [ms].
+    """
+
+    sequence: int
+    number: float
+    watchdog_ms: int
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """What the device answers.
+
+    Args:
+        sequence: of the set-point that it answers.
+        number: measured, in the device's unit; None: no transmitter.
+        state: one of ``STATES``.
+    """
+
+    sequence: int
+    number: float | None
+    state: str
+
+
+def check_sum(body: str) -> str:
+    """Return the check sum of a line's body.
+
+    Example:
+        >>> check_sum("123456789")  # the published check value of CRC-16/CCITT-FALSE
+        '29B1'
+    """
+    return f"{binascii.crc_hqx(body.encode('ascii'), 0xFFFF):04X}"
+
+
+def set_point_line(message: SetPoint) -> bytes:
+    r"""Return a set-point as it is sent.
+
+    Example:
+        >>> set_point_line(SetPoint(7, 50000.0, 500))
+        b'S 7 50000.000 500*D16A\n'
+    """
+    return _line(f"S {message.sequence} {message.number:.3f} {message.watchdog_ms}")
+
+
+def measurement_line(message: Measurement) -> bytes:
+    r"""Return a device's answer as it is sent.
+
+    Example:
+        >>> measurement_line(Measurement(7, None, "ok"))
+        b'M 7 - ok*5ED2\n'
+    """
+    number = "-" if message.number is None else f"{message.number:.3f}"
+    return _line(f"M {message.sequence} {number} {message.state}")
+
+
+def set_point_from_line(line: bytes) -> SetPoint | None:
+    """Return the set-point of a line, or None if it is none."""
+    match = _SET_POINT.fullmatch(_body(line))
+    if match is None or int(match[1]) >= SEQUENCE_END:
+        return None
+    return SetPoint(int(match[1]), float(match[2]), int(match[3]))
+
+
+def measurement_from_line(line: bytes) -> Measurement | None:
+    """Return the answer of a line, or None if it is none: garbage, NaN, a wrong check sum.
+
+    Example:
+        >>> measurement_from_line(b"M 7 49990.5 ok*0000") is None
+        True
+    """
+    match = _MEASUREMENT.fullmatch(_body(line))
+    if match is None or int(match[1]) >= SEQUENCE_END:
+        return None
+    number = None if match[2] == "-" else float(match[2])
+    return Measurement(int(match[1]), number, match[3])
+
+
+class LineBuffer:
+    r"""Cuts what arrives into lines; a line that does not end is dropped.
+
+    Example:
+        >>> buffer = LineBuffer()
+        >>> buffer.lines(b"ab"), buffer.lines(b"c\r\nd")
+        ([], [b'abc'])
+    """
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def lines(self, received: bytes) -> list[bytes]:
+        """Return the lines that are complete now."""
+        *complete, self._rest = (self._rest + received).split(b"\n")
+        if len(self._rest) > LINE_LENGTH_MAX:
+            self._rest = b""
+        return [line.rstrip(b"\r") for line in complete]
+
+    def clear(self) -> None:
+        """Forget what has come of a line that is not complete."""
+        self._rest = b""
+
+
+def require_line_number(name: str, number: float) -> None:
+    """Refuse a set-point with more digits than a line holds.
+
+    Raises:
+        InvalidInputError: it is beyond +-1e9.
+    """
+    if not abs(number) <= 1.0e9:
+        raise InvalidInputError(name, number, "such that set-points are within +-1e9")
+
+
+def _line(body: str) -> bytes:
+    return f"{body}*{check_sum(body)}\n".encode("ascii")
+
+
+def _body(line: bytes) -> str:
+    """Return what stands before a right check sum, else ""."""
+    try:
+        body, star, check = line.decode("ascii").rpartition("*")
+    except UnicodeDecodeError:
+        return ""
+    return body if star and check == check_sum(body) else ""

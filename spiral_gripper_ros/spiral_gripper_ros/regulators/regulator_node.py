@@ -1,0 +1,151 @@
+"""The adapter as a node: ``pressure_command`` in, ``measured_pressure`` out."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import FluidPressure
+from std_msgs.msg import Float64, Header
+
+from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
+from spiral_gripper_ros.node.parameters import number
+from spiral_gripper_ros.regulators.adapter import Link, RegulatorAdapter
+from spiral_gripper_ros.regulators.command_watch import CommandWatch
+from spiral_gripper_ros.regulators.device import PressureDevice
+from spiral_gripper_ros.regulators.parameters import (
+    MODBUS,
+    NONE,
+    REGULATOR_PARAMETERS,
+    SERIAL,
+    modbus_device,
+    pressure_scale,
+    require_timely,
+    serial_device,
+)
+from spiral_gripper_ros.regulators.topic_device import NumberTopic, TopicDevice
+
+REGULATOR_NODE = "regulator"
+DIAGNOSTICS_PERIOD = 1.0
+# Texts of one level are logged no more often than this [s]: a figure in them may change always.
+LOG_PERIOD = 5.0
+# A command counts when it comes: one that was latched before is no sign that anybody commands.
+COMMANDS = QoSProfile(depth=1)
+MEASUREMENTS = QoSProfile(depth=5)
+
+
+class RegulatorNode(Node):  # type: ignore[misc]
+    """Passes ``pressure_command`` on to a regulator; time is the machine's, never simulated.
+
+    Args:
+        options: passed on to rclpy's node.
+
+    Raises:
+        ValueError: a parameter given at start is bad; the message says why.
+    """
+
+    def __init__(self, **options: Any) -> None:  # noqa: ANN401
+        super().__init__(REGULATOR_NODE, **options)
+        declared = DeclaredParameters(self, lambda names: None, table=REGULATOR_PARAMETERS)
+        self.values = declared.values()
+        require_timely(self.values)
+        timeout = number(self.values, "watchdog_timeout")
+        command_scale = pressure_scale(self.values, "command")
+        self.adapter = RegulatorAdapter(
+            CommandWatch(number(self.values, "pressure_limit"), timeout),
+            self._device(command_scale.to_device(0.0)),
+            command_scale,
+            pressure_scale(self.values, "measured"),
+            timeout,
+        )
+        self._told, self._told_at = (b"", ""), 0.0
+        self._measured = self.create_publisher(FluidPressure, "measured_pressure", MEASUREMENTS)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.create_subscription(Float64, "pressure_command", self._on_command, COMMANDS)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0 / number(self.values, "rate"), self._exchange, clock=steady)
+        self.create_timer(DIAGNOSTICS_PERIOD, self._diagnose, clock=steady)
+
+    def _device(self, vented: float) -> PressureDevice:
+        values = self.values
+        if values["device"] == SERIAL:
+            return serial_device(values)
+        if values["device"] == MODBUS:
+            return modbus_device(values)
+
+        def topic(side: str, length: int = 0) -> NumberTopic:
+            name, kind, field = (
+                str(values[f"{side}_{part}"]) for part in ("topic", "type", "field")
+            )
+            return NumberTopic(name, kind, field, length)
+
+        measured = None if values["measured_topic"] == NONE else topic("measured")
+        command = topic("command", int(number(values, "command_length")))
+        return TopicDevice(self, command, measured, vented)
+
+    def _on_command(self, message: Float64) -> None:
+        if self.adapter.watch.offer(time.monotonic(), message.data) and message.data == 0.0:
+            self._exchange()  # a vent does not wait for the next tick
+
+    def _exchange(self) -> None:
+        pressure = self.adapter.step(time.monotonic())
+        if pressure is not None:
+            header = Header(
+                stamp=self.get_clock().now().to_msg(), frame_id=str(self.values["frame_id"])
+            )
+            self._measured.publish(FluidPressure(header=header, fluid_pressure=pressure))
+        self._tell()
+
+    def _tell(self) -> None:
+        """Log what has changed."""
+        level, text = self._state()
+        now, is_news = time.monotonic(), level != self._told[0]
+        if (level, text) == self._told or not (is_news or now - self._told_at > LOG_PERIOD):
+            return
+        self._told, self._told_at = (level, text), now
+        logger = self.get_logger()
+        if level == DiagnosticStatus.OK:
+            logger.info(text)
+        elif level == DiagnosticStatus.WARN:
+            logger.warning(text)
+        else:
+            logger.error(text)
+
+    def _state(self) -> tuple[bytes, str]:
+        adapter = self.adapter
+        if adapter.link is Link.LOST:
+            return DiagnosticStatus.ERROR, f"{adapter.link.value}: {adapter.problem}"
+        if adapter.problem:
+            return DiagnosticStatus.ERROR, adapter.problem
+        if adapter.link is Link.WAITING:
+            return DiagnosticStatus.WARN, adapter.link.value
+        if adapter.watch.problem:
+            return DiagnosticStatus.WARN, adapter.watch.problem
+        if adapter.watch.is_silent(time.monotonic()):
+            return DiagnosticStatus.WARN, "no pressure_command: vented"
+        return DiagnosticStatus.OK, "passes commands on"
+
+    def _diagnose(self) -> None:
+        adapter = self.adapter
+        level, text = self._state()
+        values = {
+            "link": adapter.link.value,
+            "demand [Pa]": f"{adapter.watch.demand(time.monotonic()):.6g}",
+            "commands refused": str(adapter.watch.refused),
+            "link errors": str(adapter.link_errors),
+            "readings refused": str(adapter.invalid_readings),
+        }
+        status = DiagnosticStatus(
+            level=level,
+            name=f"{self.get_fully_qualified_name()}: adapter",
+            message=text,
+            hardware_id=str(self.values["device"]),
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(message)

@@ -1,0 +1,87 @@
+"""A regulator whose driver is a ROS node with topics of its own."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+
+from spiral_core.errors import InvalidInputError
+from spiral_gripper_ros.regulators.device import LinkError, Reading
+from spiral_gripper_ros.regulators.message_field import MessageField, message_type
+
+# Reliable, and only for who listens now: a latched set-point is no sign of life.
+SET_POINTS = QoSProfile(depth=1)
+# How long a set-point may take to be acknowledged before the topic is closed [s].
+ACKNOWLEDGE_TIMEOUT = 0.5
+
+
+class NumberTopic(NamedTuple):
+    """Where a number is in a topic.
+
+    Args:
+        name: of the topic.
+        type: of its messages, such as "std_msgs/msg/Float64".
+        field: path of the number.
+        length: elements of its array; 0: up to the index.
+    """
+
+    name: str
+    type: str
+    field: str
+    length: int = 0
+
+
+class TopicDevice:
+    """Publishes set-points for a driver, and hears what it measures.
+
+    Args:
+        node: publishes and subscribes.
+        command: the driver's set-point.
+        measured: what it measures, or None.
+        vented: number of 0 Pa; other elements of an array hold it.
+
+    Raises:
+        InvalidInputError: a type is not installed, or has no such number.
+    """
+
+    def __init__(
+        self, node: Node, command: NumberTopic, measured: NumberTopic | None, vented: float
+    ) -> None:
+        self._node, self._vented = node, vented
+        kind = message_type("command_type", command.type)
+        self._command = MessageField("command_field", kind, command.field, command.length)
+        self._publisher = node.create_publisher(kind, command.name, SET_POINTS)
+        if self._publisher.topic_name == node.resolve_topic_name("pressure_command"):
+            requirement = "another topic than pressure_command, which the adapter hears"
+            raise InvalidInputError("command_topic", command.name, requirement)
+        self._reading = Reading()
+        if measured is not None:
+            kind = message_type("measured_type", measured.type)
+            self._measured = MessageField("measured_field", kind, measured.field)
+            node.create_subscription(
+                kind, measured.name, self._on_measured, qos_profile_sensor_data
+            )
+
+    def exchange(self, number: float) -> Reading:
+        """Publish a set-point; return what has come since the last call."""
+        message = self._command.message(number, self._vented)
+        if hasattr(message, "header"):
+            message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
+        if self._publisher.get_subscription_count() == 0:
+            raise LinkError(f"nobody subscribes to {self._publisher.topic_name}")
+        reading, self._reading = self._reading, Reading()
+        return reading
+
+    def close(self) -> None:
+        """Wait until the last set-point has arrived."""
+        self._publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_TIMEOUT))
+
+    def _on_measured(self, message: Any) -> None:  # noqa: ANN401
+        try:
+            self._reading = Reading(self._measured.number(message))
+        except (LookupError, TypeError, ValueError) as error:
+            self._reading = Reading(problem=f"measured_field: {error}")
