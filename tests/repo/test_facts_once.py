@@ -23,9 +23,11 @@ LIBRARIES = {
     "numba": ("python3-numba", "numba"),
     "numpy": ("python3-numpy", "numpy"),
     "pint": ("python3-pint", "pint"),
+    "pymodbus": ("python3-pymodbus", "pymodbus"),
     "rich": ("python3-rich", "rich"),
     "ruamel": ("python3-ruamel.yaml", "ruamel.yaml"),
     "scipy": ("python3-scipy", "scipy"),
+    "serial": ("python3-serial", "pyserial"),
 }
 # Used by launch files, which are shipped for those who have them: not on PyPI.
 NOT_ON_PYPI = {"launch", "launch_ros"}

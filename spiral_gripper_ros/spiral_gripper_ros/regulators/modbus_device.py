@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import logging
 import struct
 from dataclasses import dataclass
 from typing import Any
@@ -109,6 +110,8 @@ class ModbusDevice:
                 "another one: modbus needs pymodbus (pip install 'spiral-gripper[regulators]')"
             )
             raise InvalidInputError("device", "modbus", requirement) from None
+        # Its failures are raised here; without a handler Python writes each of them to stderr too.
+        logging.getLogger("pymodbus").addHandler(logging.NullHandler())
         self._errors = (ModbusException, OSError)
         self._address = f"{host}:{port}"
         self._map = registers

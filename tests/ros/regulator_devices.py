@@ -1,0 +1,136 @@
+"""Simulated devices for the adapter: one on a pseudo-terminal, one with Modbus TCP."""
+
+import asyncio
+import os
+import pty
+import select
+import threading
+import time
+import tty
+
+from pymodbus.constants import ExcCodes
+from pymodbus.server import ModbusTcpServer
+from pymodbus.simulator import DataType, SimData, SimDevice
+
+from spiral_gripper_ros.regulators.line_protocol import (
+    LineBuffer,
+    Measurement,
+    measurement_line,
+    set_point_from_line,
+)
+
+
+class LineDevice:
+    """What a microcontroller does, as the protocol says: answers good lines, vents without them.
+
+    Its pressure follows a set-point at once.
+
+    Attributes:
+        set_points: every one that was taken.
+        mode: "good"; "mute": hears nothing; "garbage", "nan", "bad_check", "old": answers so.
+        limit: a set-point above it is refused.
+    """
+
+    def __init__(self, limit=1.0e6):
+        self._controller, self._device = pty.openpty()
+        tty.setraw(self._controller)
+        tty.setraw(self._device)
+        self.port = os.ttyname(self._device)
+        self.set_points, self.mode, self.limit = [], "good", limit
+        self._target, self._good_until = 0.0, 0.0
+        self._running = True
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    @property
+    def pressure(self):
+        return self._target if time.monotonic() < self._good_until else 0.0
+
+    def close(self):
+        """Unplug it."""
+        if self._running:
+            self._running = False
+            self._thread.join()
+            os.close(self._controller)
+            os.close(self._device)
+
+    def _run(self):
+        buffer = LineBuffer()
+        while self._running:
+            ready, _, _ = select.select([self._controller], [], [], 0.01)
+            received = os.read(self._controller, 1000) if ready else b""
+            for line in buffer.lines(received):
+                self._hear(line)
+
+    def _hear(self, line):
+        message = set_point_from_line(line)
+        if message is None or self.mode == "mute":
+            return
+        is_taken = message.number <= self.limit
+        if is_taken:
+            self.set_points.append(message.number)
+            self._target = message.number
+            self._good_until = time.monotonic() + 1.0e-3 * message.watchdog_ms
+        state = "ok" if is_taken else "refused"
+        answer = measurement_line(Measurement(message.sequence, self.pressure, state))
+        old = measurement_line(Measurement((message.sequence - 1) % 65536, 1.0, "ok"))
+        answers = {
+            "good": b"\x00\xff boot message\r\n" + old + answer.replace(b"\n", b"\r\n"),
+            "garbage": bytes(range(128, 256)) * 4,
+            "nan": b"M %d nan ok*0000\n" % message.sequence,
+            "bad_check": answer[:-5] + b"0000\n",
+            "old": old,
+        }
+        os.write(self._controller, answers[self.mode])
+
+
+class ModbusServer:
+    """A Modbus TCP server on this machine, with 100 registers.
+
+    Attributes:
+        registers: what they hold, as read by clients; they may be overwritten.
+        written: each write of a client: (first register, values).
+        refuses: answers with an exception of the protocol.
+        delay: time before each answer [s].
+    """
+
+    def __init__(self, port=0):
+        self.port, self.registers, self.written = port, {}, []
+        self.refuses, self.delay = False, 0.0
+        self._loop = asyncio.new_event_loop()
+        ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(ready,), daemon=True)
+        self._thread.start()
+        assert ready.wait(10.0)
+
+    def close(self):
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._server.serving.set_result, True)
+            self._thread.join(10.0)
+            self._loop.close()
+
+    def _run(self, ready):
+        async def serve():
+            device = SimDevice(
+                1, [SimData(0, count=100, datatype=DataType.REGISTERS)], action=self._act
+            )
+            self._server = ModbusTcpServer(device, address=("127.0.0.1", self.port))
+            await self._server.serve_forever(background=True)
+            self.port = self._server.transport.sockets[0].getsockname()[1]
+            ready.set()
+            await self._server.serving
+            self._server.close()
+            await asyncio.sleep(0.05)
+
+        self._loop.run_until_complete(serve())
+
+    async def _act(self, function, start, address, count, registers, values):
+        await asyncio.sleep(self.delay)
+        if self.refuses:
+            return ExcCodes.DEVICE_FAILURE
+        if values:
+            self.written.append((address, list(values)))
+            self.registers.update(zip(range(address, address + count), values, strict=True))
+        for register in range(address, address + count):
+            registers[register - start] = self.registers.get(register, 0)
+        return None
