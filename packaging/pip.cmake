@@ -12,8 +12,7 @@ foreach(_package spiral_core spiral_gripper spiral_gripper_ros)
     endif()
   endforeach()
 endforeach()
-foreach(_executable spiral_gripper_node spiral_gripper_demo spiral_gripper_simulator
-    spiral_gripper_regulator)
+foreach(_executable spiral_gripper_node spiral_gripper_demo spiral_gripper_regulator spiral_gripper_simulator)
   install(PROGRAMS ${CMAKE_CURRENT_LIST_DIR}/ros2_run_stub.sh
     DESTINATION lib/spiral_gripper_ros RENAME ${_executable})
 endforeach()

@@ -216,3 +216,14 @@ def test_a_wrap_that_the_measured_pressure_does_not_make_fails(tolerant):
     assert all_finite(result)
     tolerant.wait_for_state(State.RELEASED, Reason.WRAP_FAILED)
     client.destroy()
+
+
+def test_an_absolute_pressure_is_understood_if_the_parameter_says_so(active):
+    assert active.set_parameter("measured_pressure_reference", "absolute").successful
+    assert active.set_parameter("ambient_pressure", 9.5e4).successful
+    active.regulator = lambda pressure: 9.5e4 + pressure
+    status = active.wrap(RADIUS)
+    active.wait_until(lambda: active.status.measured and active.status.wrapped, "the wrap")
+    assert active.status.measured_pressure == pytest.approx(status.pressure_command)
+    active.regulator = lambda pressure: math.nan
+    wait_for_fault(active, Reason.PRESSURE_INVALID)

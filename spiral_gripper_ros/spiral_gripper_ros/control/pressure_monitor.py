@@ -181,7 +181,7 @@ def _difference(pressure: float, low: float, high: float, tolerance: float, part
 
 def _cause_of_high(pressure: float, high: float) -> str:
     if high == 0.0 and ATMOSPHERE[0] <= pressure <= ATMOSPHERE[1]:
-        return "it looks like an absolute pressure; gauge pressure is needed, 0 Pa when vented"
+        return "it looks like an absolute pressure: measured_pressure_reference says which it is"
     return "it does not vent"
 
 

@@ -32,7 +32,12 @@ from spiral_gripper_ros.node.guards import (
     guarded_transition,
 )
 from spiral_gripper_ros.node.outputs import Outputs
-from spiral_gripper_ros.node.parameters import gravity_problem, limits_from_values, number
+from spiral_gripper_ros.node.parameters import (
+    gravity_problem,
+    limits_from_values,
+    measured_scale,
+    number,
+)
 from spiral_gripper_ros.node.proposed_gripper import ProposedGripper
 from spiral_gripper_ros.node.qos import NEWEST
 from spiral_gripper_ros.node.services import Services
@@ -168,7 +173,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
     @guarded_callback
     def _on_measured(self, message: FluidPressure) -> None:
         if self.is_active:
-            self.control.offer_measured(self.now(), message.fluid_pressure)
+            pressure = measured_scale(self.values).to_gauge(message.fluid_pressure)
+            self.control.offer_measured(self.now(), pressure)
 
     @guarded_callback
     def _on_gravity(self, message: Vector3Stamped) -> None:

@@ -11,6 +11,7 @@ from typing import TypeAlias
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.regulators.pressure_scale import PressureScale, Reference
 
 ParameterValue: TypeAlias = bool | int | float | str | tuple[float, ...]
 
@@ -160,6 +161,18 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         3600.0,
         "Age of the last usable measured_pressure at which it counts as lost [s].",
     ),
+    _choice(
+        "measured_pressure_reference",
+        Reference.GAUGE,
+        "What measured_pressure is counted from; drivers that follow sensor_msgs say absolute.",
+    ),
+    _number(
+        "ambient_pressure",
+        101325.0,
+        5.0e4,
+        1.2e5,
+        "Absolute pressure of the air around [Pa]; for a measured_pressure that is absolute.",
+    ),
     _number(
         "pressure_settle_time",
         _LIMITS.pressure_settle_time,
@@ -262,6 +275,14 @@ def number(values: Mapping[str, ParameterValue], name: str) -> float:
     if not isinstance(value, (int, float)):
         raise InvalidInputError(name, value, "a number")
     return float(value)
+
+
+def measured_scale(values: Mapping[str, ParameterValue]) -> PressureScale:
+    """Return how `measured_pressure` states a pressure, for checked parameter values."""
+    return PressureScale(
+        reference=Reference(values["measured_pressure_reference"]),
+        ambient_pressure=number(values, "ambient_pressure"),
+    )
 
 
 def gravity_problem(components: Iterable[float]) -> str | None:

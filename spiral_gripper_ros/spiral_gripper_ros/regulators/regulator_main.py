@@ -6,7 +6,12 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from spiral_gripper_ros.node.process_frame import ros_errors, run_process, start_ros
+from spiral_gripper_ros.node.process_frame import (
+    parameters_are_known,
+    ros_errors,
+    run_process,
+    start_ros,
+)
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.stop_signals import StopSignals
@@ -37,24 +42,28 @@ def _run(signals: StopSignals, args: list[str] | None) -> int:
         sys.stderr.write(f"spiral_gripper_regulator: {problem}\n")
         return 1
     try:
-        node = _made()
+        node = _made(args)
         return 1 if node is None else _spin(node, signals)
     finally:
         rclpy.try_shutdown()
 
 
-def _made() -> RegulatorNode | None:
+def _made(args: list[str] | None) -> RegulatorNode | None:
     """Return the node, or None after a line in the log that says why there is none."""
     from rclpy.exceptions import ParameterException
     from rclpy.logging import get_logger
 
+    from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
     from spiral_gripper_ros.regulators.regulator_node import REGULATOR_NODE, RegulatorNode
 
     try:
-        return RegulatorNode()
+        node = RegulatorNode()
+        if parameters_are_known(args, [node], [spec.name for spec in REGULATOR_PARAMETERS]):
+            return node
+        node.destroy_node()
     except (ParameterException, ValueError, *ros_errors()) as error:
         get_logger(REGULATOR_NODE).fatal(f"cannot start: {error}")
-        return None
+    return None
 
 
 def _spin(node: RegulatorNode, signals: StopSignals) -> int:

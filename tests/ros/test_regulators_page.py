@@ -1,0 +1,51 @@
+"""docs/regulators.md is true: its parameters are the table's, its lines and its tests exist."""
+
+import re
+
+import pytest
+from repo.source_tree import ROOT
+
+from spiral_gripper_ros.regulators.line_protocol import (
+    LINE_LENGTH_MAX,
+    check_sum,
+    measurement_from_line,
+    set_point_from_line,
+)
+from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
+
+PAGE = (ROOT / "docs/regulators.md").read_text(encoding="utf-8")
+
+
+def row(spec):
+    shown = repr(spec.default) if isinstance(spec.default, float) else str(spec.default)
+    span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"
+    return [f"`{spec.name}`", shown, span, spec.description]
+
+
+def test_the_page_has_every_parameter_as_it_is_and_no_other():
+    table = PAGE.split("## Parameters")[1].split("## ")[0]
+    lines = re.findall(r"^\| `.*$", table, re.MULTILINE)
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    assert cells == [row(spec) for spec in REGULATOR_PARAMETERS]
+
+
+def test_what_the_page_says_to_set_is_there():
+    names = {spec.name for spec in REGULATOR_PARAMETERS}
+    table = PAGE.split("## What to set")[1].split("A number in any")[0]
+    set_there = re.findall(r"`((?:command|measured)_[a-z]+|device|host|port)\b", table)
+    assert len(set_there) > 20
+    assert set(set_there) <= names | {"measured_"}
+
+
+def test_the_lines_of_the_page_are_good_ones():
+    sent, answered = re.findall(r"^([SM] .*\*[0-9A-F]{4}) ", PAGE, re.MULTILINE)
+    assert set_point_from_line(sent.encode()) is not None
+    assert measurement_from_line(answered.encode()) is not None
+    assert f"has {check_sum('123456789')}" in PAGE
+    assert f"at most {LINE_LENGTH_MAX} characters" in PAGE
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r"`(test_\w+)`", PAGE))))
+def test_every_test_of_the_page_exists(name):
+    sources = [path.read_text(encoding="utf-8") for path in ROOT.glob("tests/ros/test_reg*.py")]
+    assert any(f"def {name}(" in source for source in sources)
