@@ -29,6 +29,7 @@ EDGE_FOLDERS = {
     "bench": {"files", "reports"},
     "doctor": {"files", "reports"},
     "cli": {"files", "reports", "bench", "doctor"},
+    "cli.ros": {"files", "doctor", "cli"},
 }
 MOST_MODULES = 16
 MOST_LINES = 330

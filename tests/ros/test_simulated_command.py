@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from spiral_gripper.cli import ros_side
-from spiral_gripper.cli import simulate as cli_simulate
 from spiral_gripper.cli.main import run
-from spiral_gripper.cli.simulate import FAULTS
+from spiral_gripper.cli.ros import side as ros_side
+from spiral_gripper.cli.ros import simulate as cli_simulate
+from spiral_gripper.cli.ros.simulate import FAULTS
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.simulation.injection import injection_name
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS

@@ -36,9 +36,14 @@ COMMANDS: Final = MappingProxyType(
         "calibrate": _Entry("calibrate", "From bench measurements to calibrated constants."),
         "sweep": _Entry("sweep", "Feasibility map and Pareto set of many designs."),
         "chart": _Entry("chart", "Charts: design space, effect of gravity, regimes."),
-        "simulate": _Entry("simulate", "The ROS 2 node without hardware, live."),
+        "plan": _Entry("ros.running", "Can a running node wrap this object?"),
+        "grasp": _Entry("ros.running", "Let a running node wrap an object."),
+        "release": _Entry("ros.running", "Let a running node vent, and wait until it has."),
+        "status": _Entry("ros.running", "What a running node does now, and why."),
+        "watch": _Entry("ros.running", "The same, live."),
+        "simulate": _Entry("ros.simulate", "The ROS 2 node without hardware, live."),
         "doctor": _Entry("doctor", "Is everything there, and does it fit together?"),
-        "smoke": _Entry("smoke", "One simulated grasp: does everything work together?"),
+        "smoke": _Entry("ros.smoke", "One simulated grasp: does everything work together?"),
     }
 )
 
@@ -98,6 +103,10 @@ def run(arguments: Sequence[str]) -> int:
         _drop_output()
         return NO_ANSWER
     except OSError as error:  # files are written elsewhere: this is standard output
+        from spiral_core import SpiralError
+
+        if isinstance(error, SpiralError):  # a node that does not answer is a TimeoutError too
+            return _complain(str(error))
         from spiral_gripper.files.storage import reason_of
 
         _drop_output()

@@ -19,10 +19,12 @@ PACKAGE = "spiral_gripper_msgs"
 # compares them with those that are compiled from the sources, and says what to write here.
 INTERFACES = {
     "action.Grasp": "0cd66f01",
+    "action.Release": "d2b7fbfb",
     "msg.DesignChange": "0f357cb5",
     "msg.DesignMargin": "314a1478",
     "msg.DesignStep": "e827bdfb",
     "msg.GripStatus": "957ff345",
+    "msg.ObjectRadius": "dbb06351",
     "msg.Winding": "8f747d35",
     "srv.DesignGripper": "7f79eb00",
     "srv.PlanWrap": "b701b95f",

@@ -1,4 +1,4 @@
-"""The action `grasp`, and with it every action whose goals end in a grasp or a release."""
+"""The actions that end in a grasp or a release: `grasp`, `release`, those of control_msgs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from rclpy.executors import Executor
 
-from spiral_gripper_msgs.action import Grasp
+from spiral_gripper_msgs.action import Grasp, Release
 from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.grasping.goal_jobs import GraspJob, Job
 from spiral_gripper_ros.grasping.goal_runner import GoalRunner, Moment
 from spiral_gripper_ros.grasping.goal_server import GoalServer
 from spiral_gripper_ros.grasping.gripper_command_server import gripper_command_servers
+from spiral_gripper_ros.grasping.release_server import ReleaseDialect
 from spiral_gripper_ros.node.conversions import REGIMES
 
 if TYPE_CHECKING:
@@ -27,7 +28,9 @@ _ABORT_POLICIES = {
 
 
 class GraspServer:
-    """Serves `grasp`, and the actions of control_msgs if they are installed, as long as the node.
+    """Serves `grasp`, `release` and, where they are installed, the actions of control_msgs.
+
+    They are served as long as the node exists.
 
     Args:
         node: the node that serves.
@@ -37,7 +40,10 @@ class GraspServer:
         self._node = node
         self._runner = GoalRunner(node)
         dialect = GraspDialect(node)
-        self._servers = [GoalServer(node, self._runner, (Grasp, "grasp"), dialect)]
+        self._servers = [
+            GoalServer(node, self._runner, (Grasp, "grasp"), dialect),
+            GoalServer(node, self._runner, (Release, "release"), ReleaseDialect(node)),
+        ]
         self._servers += gripper_command_servers(node, self._runner)
 
     def tick(self) -> None:

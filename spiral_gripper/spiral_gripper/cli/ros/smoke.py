@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from spiral_gripper.cli.ros_side import load_ros_side
-from spiral_gripper.cli.simulate import DEFAULT_GRIPPER, FAULTS
+from spiral_gripper.cli.ros.side import load_ros_side
+from spiral_gripper.cli.ros.simulate import DEFAULT_GRIPPER, FAULTS
 from spiral_gripper.cli.types import json_option
 
 

@@ -7,7 +7,7 @@ import re
 
 import click
 
-from spiral_gripper.cli.ros_side import load_ros_side
+from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.types import LENGTH, NUMBER
 
 FAULTS = ("none", "leak", "stuck_valve", "lost_link")
@@ -96,8 +96,16 @@ def _check(radius: float | None, noise: float | None, namespace: str | None) -> 
         )
     if noise is not None and not 0.0 <= noise <= NOISE_MAX:
         raise click.BadParameter(f"it must be from 0 to {NOISE_MAX:g} m", param_hint="--noise")
-    if namespace is None:
-        return
+    if namespace is not None:
+        require_namespace(namespace)
+
+
+def require_namespace(namespace: str) -> None:
+    """Refuse what is no namespace.
+
+    Raises:
+        click.BadParameter: it is none.
+    """
     if not _NAMESPACE.fullmatch(namespace):
         raise click.BadParameter(
             "it must be names of letters, digits and _, none beginning with a digit, "

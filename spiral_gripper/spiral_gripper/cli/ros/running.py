@@ -1,0 +1,154 @@
+"""Commands to a node that runs: ``plan``, ``grasp``, ``release``, ``status`` and ``watch``."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from spiral_gripper.cli.ros.side import load_ros_side
+from spiral_gripper.cli.ros.simulate import require_namespace
+from spiral_gripper.cli.types import LENGTH, NUMBER, PRESSURE, Decorated, json_option
+
+SIDE = "client.commands"
+
+
+def _namespace(context: click.Context, parameter: click.Parameter, value: str) -> str:
+    """Return a checked namespace."""
+    del context, parameter
+    require_namespace(value)
+    return value
+
+
+def _positive(context: click.Context, parameter: click.Parameter, value: float | None) -> Any:  # noqa: ANN401
+    """Return a positive number, or None if it is not given."""
+    del context, parameter
+    if value is not None and not 0.0 < value < math.inf:
+        raise click.BadParameter(f"it must be positive, got {value:g}")
+    return value
+
+
+def _not_negative(context: click.Context, parameter: click.Parameter, value: float) -> float:
+    """Return a number that is not negative."""
+    del context, parameter
+    if not 0.0 <= value < math.inf:
+        raise click.BadParameter(f"it must not be negative, got {value:g} Pa")
+    return value
+
+
+namespace_option: Callable[[Decorated], Decorated] = click.option(
+    "--namespace", metavar="NAME", default="/", callback=_namespace, help="Of the gripper's node."
+)
+timeout_option: Callable[[Decorated], Decorated] = click.option(
+    "--timeout",
+    type=NUMBER,
+    metavar="SECONDS",
+    callback=_positive,
+    help="Longest time.  [default: the node's grasp_timeout]",
+)
+overpressure_option: Callable[[Decorated], Decorated] = click.option(
+    "--overpressure",
+    type=PRESSURE,
+    metavar="PRESSURE",
+    default="0 Pa",
+    callback=_not_negative,
+    help="Held above the pressure of the wrap.",
+)
+
+
+def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
+    """Print an answer; return 0 if it is good, else 1."""
+    if as_json:
+        click.echo(json.dumps(answer.document, indent=2, ensure_ascii=False))
+    else:
+        click.echo("\n".join(answer.lines))
+    return 0 if answer.good else 1
+
+
+@click.command()
+@click.option("--radius", type=LENGTH, metavar="LENGTH", required=True, callback=_positive)
+@overpressure_option
+@namespace_option
+@json_option
+def plan(radius: float, overpressure: float, namespace: str, as_json: bool) -> int:
+    """Ask a running node whether it can wrap an object, and with what; nothing moves.
+
+    The exit code is 0 if it can, 1 if not, 2 if no node answers.
+    """
+    return _show(load_ros_side(SIDE).plan(namespace, radius, overpressure), as_json=as_json)
+
+
+@click.command()
+@click.option(
+    "--radius",
+    type=LENGTH,
+    metavar="LENGTH",
+    callback=_positive,
+    help="Of the object.  [default: the one that the node follows]",
+)
+@overpressure_option
+@timeout_option
+@click.option(
+    "--on-failure",
+    type=click.Choice(("vent", "hold")),
+    help="What becomes of the pressure.  [default: the node's grasp_abort_policy]",
+)
+@namespace_option
+@json_option
+def grasp(
+    radius: float | None,
+    overpressure: float,
+    timeout: float | None,
+    on_failure: str | None,
+    namespace: str,
+    as_json: bool,
+) -> int:
+    """Let a running node wrap an object, and wait until it is held or has failed.
+
+    The gripper goes on holding after this command has ended, until `release`. Ctrl-C cancels the
+    grasp: --on-failure says what becomes of the pressure. The exit code is 0 if the object is
+    held, 1 if not, 2 if no node answers.
+    """
+    side = load_ros_side(SIDE)
+    goal = side.WrapGoal(radius, overpressure, timeout, on_failure)
+    return _show(side.grasp(namespace, goal), as_json=as_json)
+
+
+@click.command()
+@timeout_option
+@namespace_option
+@json_option
+def release(timeout: float | None, namespace: str, as_json: bool) -> int:
+    """Let a running node vent, and wait until the pressure is gone.
+
+    The exit code is 0 if it is gone, 1 if not, 2 if no node answers.
+    """
+    return _show(load_ros_side(SIDE).release(namespace, timeout), as_json=as_json)
+
+
+@click.command()
+@namespace_option
+@json_option
+def status(namespace: str, as_json: bool) -> int:
+    """Show what a running node does now, and why.
+
+    The exit code is 0 if nothing is wrong, 1 if something is, 2 if no node answers.
+    """
+    return _show(load_ros_side(SIDE).status(namespace), as_json=as_json)
+
+
+@click.command()
+@click.option(
+    "--duration",
+    type=NUMBER,
+    metavar="SECONDS",
+    callback=_positive,
+    help="End after so long.  [default: at Ctrl-C]",
+)
+@namespace_option
+def watch(duration: float | None, namespace: str) -> int:
+    """Show what a running node does, until Ctrl-C."""
+    return int(load_ros_side(SIDE).watch(namespace, math.inf if duration is None else duration))

@@ -1,0 +1,88 @@
+"""The action `release`: it vents at once, and ends when the pressure is gone."""
+
+import math
+
+import pytest
+from action_msgs.msg import GoalStatus
+from ros.grasp_goals import Goals, refused
+from ros.harness import all_finite
+
+from spiral_gripper_msgs.action import Release
+from spiral_gripper_ros.control.states import Reason, State
+
+RADIUS = 0.02
+SUCCEEDED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED
+
+
+@pytest.fixture(scope="module")
+def releases(shared):
+    goals = Goals(shared, Release, "release")
+    yield goals
+    goals.close()
+
+
+@pytest.fixture
+def holding(active, releases):
+    """A node that holds an object, measured; what it then releases to is a `Release` client."""
+    assert active.set_parameter("pressure_settle_time", 0.1).successful
+    active.regulator = lambda pressure: pressure
+    active.wrap(RADIUS)
+    active.wait_until(lambda: active.status.measured and active.status.wrapped, "the wrap")
+    return releases
+
+
+def test_a_release_ends_when_the_measured_pressure_is_gone(holding):
+    client, answer = holding.client, [4.0e4]
+    client.regulator = lambda pressure: answer[0]
+    goal = holding.send(Release.Goal())
+    client.wait_for_state(State.RELEASED)
+    client.wait_until(lambda: goal.feedback, "feedback")
+    client.hear_more(10)
+    assert not goal.is_done
+    assert client.pressures[-1] == 0.0
+    answer[0] = 0.0
+    status, result = goal.end()
+    assert (status, result.success, result.measured) == (SUCCEEDED, True, True)
+    assert result.measured_pressure <= 1000.0
+    assert "vented, as measured" in result.message
+    assert all_finite(result, *goal.feedback)
+
+
+def test_without_a_measured_pressure_it_is_gone_after_a_while(active, releases):
+    assert active.set_parameter("pressure_settle_time", 0.3).successful
+    active.wrap(RADIUS)
+    status, result = releases.send(Release.Goal()).end()
+    assert (status, result.measured) == (SUCCEEDED, False)
+    assert result.elapsed >= 0.3
+    assert "as commanded" in result.message
+
+
+def test_a_pressure_that_stays_fails_the_release_in_its_time(holding):
+    client = holding.client
+    client.regulator = lambda pressure: 4.0e4
+    goal = holding.send(Release.Goal(timeout=0.5))
+    assert "still 40000 Pa" in refused(goal, Reason.PRESSURE_HIGH)
+    assert client.status.state == State.RELEASED
+
+
+@pytest.mark.parametrize("timeout", [math.nan, math.inf, -1.0])
+def test_an_impossible_timeout_is_refused_and_vents_all_the_same(holding, timeout):
+    message = refused(holding.send(Release.Goal(timeout=timeout)), Reason.INVALID_REQUEST)
+    assert "vented all the same" in message
+    holding.client.wait_for_state(State.RELEASED)
+    assert holding.client.pressures[-1] == 0.0
+
+
+def test_a_canceled_release_stays_vented(holding):
+    client = holding.client
+    client.regulator = lambda pressure: 4.0e4
+    goal = holding.send(Release.Goal())
+    client.wait_for_state(State.RELEASED)
+    assert goal.cancel()
+    assert goal.end()[0] == CANCELED
+    assert client.status.state == State.RELEASED
+
+
+def test_an_inactive_node_says_so(holding):
+    assert holding.client.transition("deactivate")
+    refused(holding.send(Release.Goal()), Reason.NOT_ACTIVE)
