@@ -1,27 +1,25 @@
-"""One gripper: the node, configured and activated by launch, with an optional namespace."""
+"""One gripper: the node, which activates itself, and the adapter of its regulator if wanted.
+
+Nothing here waits for the node: it configures and activates itself, after a respawn too.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from launch import LaunchContext, LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    EmitEvent,
-    LogInfo,
-    OpaqueFunction,
-    RegisterEventHandler,
-)
-from launch.events import matches_action
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration, ThisLaunchFileDir
-from launch_ros.actions import LifecycleNode
-from launch_ros.event_handlers import OnStateTransition
-from launch_ros.events.lifecycle import ChangeState
-from lifecycle_msgs.msg import Transition
+from launch_ros.actions import LifecycleNode, Node
 
 # Arguments that set the parameter of their name if they are given, whatever the file says.
 SETTINGS = ("gripper", "frame_id")
+# Time from a process's end to its respawn [s]: longer than a regulator's watchdog.
+RESPAWN_DELAY = 2.0
 
 
 def generate_launch_description() -> LaunchDescription:
+    switch = ["true", "false"]
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -40,58 +38,102 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="",
                 description="the gripper's base frame; not given: as the parameters file says",
             ),
-            DeclareLaunchArgument("namespace", default_value="", description="of the node"),
+            DeclareLaunchArgument("namespace", default_value="", description="of the nodes"),
             DeclareLaunchArgument(
                 "use_sim_time",
                 default_value="false",
-                choices=["true", "false"],
+                choices=switch,
                 description="whether time is that of /clock",
             ),
-            OpaqueFunction(function=gripper_node),
+            DeclareLaunchArgument(
+                "autostart",
+                default_value="true",
+                choices=switch,
+                description="whether the node activates itself; false: a lifecycle manager does",
+            ),
+            DeclareLaunchArgument(
+                "respawn",
+                default_value="false",
+                choices=switch,
+                description="whether a process that ends is started again; it then vents first",
+            ),
+            DeclareLaunchArgument(
+                "required",
+                default_value="false",
+                choices=switch,
+                description="whether the launch ends with the node; without effect with respawn",
+            ),
+            DeclareLaunchArgument(
+                "log_level",
+                default_value="info",
+                choices=["debug", "info", "warn", "error", "fatal"],
+                description="least level of what is logged",
+            ),
+            DeclareLaunchArgument(
+                "regulator",
+                default_value="",
+                description="YAML file of the regulator adapter's parameters; "
+                "not given: no adapter is started",
+            ),
+            OpaqueFunction(function=nodes),
         ]
     )
 
 
-def gripper_node(context: LaunchContext) -> list[object]:
+def nodes(context: LaunchContext) -> list[object]:
     given = {name: LaunchConfiguration(name).perform(context) for name in SETTINGS}
-    node = LifecycleNode(
-        package="spiral_gripper_ros",
+    own = {
+        "autostart": is_true(context, "autostart"),
+        "use_sim_time": is_true(context, "use_sim_time"),
+        **{name: value for name, value in given.items() if value},
+    }
+    gripper = LifecycleNode(
         executable="spiral_gripper_node",
         name="spiral_gripper",
-        namespace=LaunchConfiguration("namespace"),
-        output="screen",
-        parameters=[
-            LaunchConfiguration("parameters"),
-            {
-                "autostart": False,
-                "use_sim_time": LaunchConfiguration("use_sim_time").perform(context) == "true",
-                **{name: value for name, value in given.items() if value},
-            },
-        ],
+        parameters=[existing_file(context, "parameters"), own],
+        on_exit=[OpaqueFunction(function=ended)],
+        **common(context),
     )
+    if not LaunchConfiguration("regulator").perform(context):
+        return [gripper]
+    regulator = Node(
+        executable="spiral_gripper_regulator",
+        name="regulator",
+        parameters=[existing_file(context, "regulator")],
+        **common(context),
+    )
+    return [gripper, regulator]
 
-    def change(transition: int) -> EmitEvent:
-        return EmitEvent(
-            event=ChangeState(lifecycle_node_matcher=matches_action(node), transition_id=transition)
-        )
 
-    def after(start: str, goal: str, entity: object) -> RegisterEventHandler:
-        return RegisterEventHandler(
-            OnStateTransition(
-                target_lifecycle_node=node,
-                start_state=start,
-                goal_state=goal,
-                entities=[entity],
-            )
-        )
+def common(context: LaunchContext) -> dict[str, object]:
+    """Return what all processes have in common."""
+    return {
+        "package": "spiral_gripper_ros",
+        "namespace": LaunchConfiguration("namespace"),
+        "output": "screen",
+        "respawn": is_true(context, "respawn"),
+        "respawn_delay": RESPAWN_DELAY,
+        "ros_arguments": ["--log-level", LaunchConfiguration("log_level").perform(context)],
+    }
 
-    return [
-        after("configuring", "inactive", change(Transition.TRANSITION_ACTIVATE)),
-        after(
-            "configuring",
-            "unconfigured",
-            LogInfo(msg="spiral_gripper was not configured: its log says why"),
-        ),
-        node,
-        change(Transition.TRANSITION_CONFIGURE),
-    ]
+
+def ended(context: LaunchContext) -> list[object]:
+    """Say that the node has ended, unless the launch ends anyway."""
+    if context.is_shutdown:
+        return []
+    note = LogInfo(msg="spiral_gripper has ended: its log says why")
+    if is_true(context, "required") and not is_true(context, "respawn"):
+        return [note, Shutdown(reason="the gripper's node has ended")]
+    return [note]
+
+
+def is_true(context: LaunchContext, argument: str) -> bool:
+    return LaunchConfiguration(argument).perform(context) == "true"
+
+
+def existing_file(context: LaunchContext, argument: str) -> str:
+    """Return a file's path; launch itself would go on without it, with the node's defaults."""
+    path = LaunchConfiguration(argument).perform(context)
+    if not Path(path).is_file():
+        raise RuntimeError(f"launch argument {argument} must be a file, got {path!r}")
+    return path

@@ -12,6 +12,7 @@ from launch_ros.actions import Node
 # Arguments that set the simulator's parameter of their name, with their types.
 SETTINGS = {
     "gripper": str,
+    "frame_id": str,
     "profile": str,
     "radius": float,
     "recording": str,
@@ -20,6 +21,8 @@ SETTINGS = {
     "stiffness_factor": float,
     "real_time_factor": float,
 }
+# Arguments of gripper.launch.py.
+PASSED_ON = ("gripper", "frame_id", "namespace", "parameters", "use_sim_time", "log_level")
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -29,10 +32,8 @@ def generate_launch_description() -> LaunchDescription:
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/gripper.launch.py"]),
                 launch_arguments={
-                    "gripper": LaunchConfiguration("gripper"),
-                    "namespace": LaunchConfiguration("namespace"),
-                    "parameters": LaunchConfiguration("parameters"),
-                    "use_sim_time": LaunchConfiguration("use_sim_time"),
+                    **{name: LaunchConfiguration(name) for name in PASSED_ON},
+                    "required": "true",
                 }.items(),
             ),
             OpaqueFunction(function=simulator),
@@ -49,7 +50,7 @@ def generate_launch_description() -> LaunchDescription:
 
 def simulator(context: LaunchContext) -> list[object]:
     given = {name: LaunchConfiguration(name).perform(context) for name in SETTINGS}
-    values = {name: SETTINGS[name](value) for name, value in given.items() if value}
+    values = {name: typed(name, value) for name, value in given.items() if value}
     if "recording" in values:
         values.setdefault("profile", "recording")
     return [
@@ -59,6 +60,7 @@ def simulator(context: LaunchContext) -> list[object]:
             executable="spiral_gripper_simulator",
             namespace=LaunchConfiguration("namespace"),
             output="screen",
+            ros_arguments=["--log-level", LaunchConfiguration("log_level").perform(context)],
             parameters=[
                 {
                     "publish_clock": LaunchConfiguration("use_sim_time").perform(context) == "true",
@@ -70,6 +72,16 @@ def simulator(context: LaunchContext) -> list[object]:
     ]
 
 
+def typed(name: str, text: str) -> str | float:
+    """Return an argument's value as the simulator takes it."""
+    if SETTINGS[name] is str:
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise RuntimeError(f"launch argument {name} must be a number, got {text!r}") from None
+
+
 def end_without_simulator(context: LaunchContext) -> list[Shutdown]:
     return [] if context.is_shutdown else [Shutdown(reason="the simulator has ended")]
 
@@ -77,6 +89,7 @@ def end_without_simulator(context: LaunchContext) -> list[Shutdown]:
 def _arguments() -> list[DeclareLaunchArgument]:
     described = {
         "namespace": "of all nodes",
+        "frame_id": "the gripper's base frame; not given: gripper_base",
         "profile": "the object's radius over time: constant, step, sine, recording or none",
         "radius": "the object's radius [m]; not given: the middle of what the gripper grips",
         "recording": "CSV file of time [s], radius [m], label, played in a loop",
@@ -106,6 +119,12 @@ def _arguments() -> list[DeclareLaunchArgument]:
             default_value="false",
             choices=["true", "false"],
             description="whether the simulator publishes /clock, and the node lives in its time",
+        ),
+        DeclareLaunchArgument(
+            "log_level",
+            default_value="info",
+            choices=["debug", "info", "warn", "error", "fatal"],
+            description="least level of what is logged",
         ),
         DeclareLaunchArgument(
             "rviz",

@@ -77,7 +77,11 @@ class Node:
         output="log",
         condition=None,
         on_exit=None,
+        respawn=False,
+        respawn_delay=None,
+        ros_arguments=(),
     ):
+        self.respawn, self.respawn_delay, self.ros_arguments = respawn, respawn_delay, ros_arguments
         self.package, self.executable, self.name = package, executable, name
         self.namespace, self.parameters, self.arguments = namespace, parameters, arguments
         self.output, self.condition, self.on_exit = output, condition, on_exit
@@ -88,25 +92,9 @@ class LifecycleNode(Node):
         super().__init__(name=name, namespace=namespace, **others)
 
 
-class RegisterEventHandler:
-    def __init__(self, event_handler):
-        self.event_handler = event_handler
-
-
-class OnStateTransition:
-    def __init__(self, *, target_lifecycle_node, start_state=None, goal_state, entities):
-        self.node, self.entities = target_lifecycle_node, entities
-        self.start_state, self.goal_state = start_state, goal_state
-
-
-class EmitEvent:
-    def __init__(self, *, event):
-        self.event = event
-
-
-class ChangeState:
-    def __init__(self, *, lifecycle_node_matcher, transition_id):
-        self.matches, self.transition_id = lifecycle_node_matcher, transition_id
+class GroupAction:
+    def __init__(self, actions):
+        self.actions = list(actions)
 
 
 class LogInfo:
@@ -119,30 +107,21 @@ class Shutdown:
         self.reason = reason
 
 
-def matches_action(action):
-    return lambda other: other is action
-
-
 MODULES = {
     "launch": (LaunchContext, LaunchDescription),
     "launch.actions": (
         DeclareLaunchArgument,
-        EmitEvent,
+        GroupAction,
         IncludeLaunchDescription,
         LogInfo,
         OpaqueFunction,
-        RegisterEventHandler,
         Shutdown,
     ),
     "launch.conditions": (IfCondition,),
-    "launch.events": (matches_action,),
     "launch.launch_description_sources": (PythonLaunchDescriptionSource,),
     "launch.substitutions": (LaunchConfiguration, ThisLaunchFileDir),
     "launch_ros": (),
     "launch_ros.actions": (LifecycleNode, Node),
-    "launch_ros.event_handlers": (OnStateTransition,),
-    "launch_ros.events": (),
-    "launch_ros.events.lifecycle": (ChangeState,),
 }
 
 
@@ -191,6 +170,8 @@ def _expanded(entities, context):
         if isinstance(entity, IncludeLaunchDescription):
             passed = {k: text(v, context) for k, v in entity.launch_arguments.items()}
             found += started(Path(text(entity.source.location, context)), **passed)
+        elif isinstance(entity, GroupAction):
+            found += _expanded(entity.actions, context)
         elif isinstance(entity, OpaqueFunction):
             found += _expanded(entity.function(context), context)
         elif isinstance(entity, Node):

@@ -9,12 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from lifecycle_msgs.msg import Transition
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from repo.source_tree import ROOT, pyproject
 from ros import launch_stand_ins
 from ros.harness import START_DEADLINE, RunningNode
-from ros.launch_stand_ins import EmitEvent, LifecycleNode, Node, RegisterEventHandler, started
+from ros.launch_stand_ins import LifecycleNode, LogInfo, Node, Shutdown, started
 from ros.simulation_harness import RunningSimulator
 from ruamel.yaml import YAML
 
@@ -22,7 +21,9 @@ from spiral_gripper_ros.node.parameters import PARAMETERS, refusal_of_values
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 
 PACKAGE = ROOT / "spiral_gripper_ros"
-GRIPPER, SIMULATION = (PACKAGE / f"launch/{n}.launch.py" for n in ("gripper", "simulation"))
+GRIPPER, GRIPPERS, SIMULATION = FILES = tuple(
+    PACKAGE / f"launch/{name}.launch.py" for name in ("gripper", "grippers", "simulation")
+)
 SAMPLE = PACKAGE / "config/gripper.yaml"
 RVIZ = PACKAGE / "rviz/spiral_gripper.rviz"
 # What any node has besides its own.
@@ -36,6 +37,7 @@ TABLES = {
 }
 SET = {
     "gripper": "prototype_p1",
+    "frame_id": "tool0",
     "profile": "sine",
     "radius": "0.01",
     "recording": "/some/file.csv",
@@ -49,6 +51,13 @@ SET = {
 @pytest.fixture(autouse=True)
 def stand_ins(monkeypatch):
     launch_stand_ins.install(monkeypatch)
+
+
+@pytest.fixture
+def parameters_file(tmp_path):
+    file = tmp_path / "regulator.yaml"
+    file.touch()
+    return str(file)
 
 
 def nodes(file, **given):
@@ -65,7 +74,7 @@ def read_yaml(path):
     return YAML(typ="safe").load(path.read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("file", [GRIPPER, SIMULATION], ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_every_argument_has_a_description_and_a_default(file):
     declared = launch_stand_ins.arguments(file)
     assert declared
@@ -74,7 +83,7 @@ def test_every_argument_has_a_description_and_a_default(file):
         assert argument.default_value is not None, argument.name
 
 
-@pytest.mark.parametrize("file", [GRIPPER, SIMULATION], ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_every_executable_is_one_that_is_installed(file):
     scripts = pyproject()["tool"]["dynamic-metadata"][0]["ros-scripts"]
     launched = nodes(file)
@@ -94,10 +103,10 @@ def test_every_parameter_is_one_that_the_node_has_and_of_its_type():
 
 def test_what_is_not_given_is_left_to_the_parameters_file():
     (node,) = nodes(GRIPPER)
-    assert own_parameters(node) == {"autostart": False, "use_sim_time": False}
+    assert own_parameters(node) == {"autostart": True, "use_sim_time": False}
     (node,) = nodes(GRIPPER, gripper="prototype_p1", frame_id="tool0", use_sim_time="true")
     assert own_parameters(node) == {
-        "autostart": False,
+        "autostart": True,
         "use_sim_time": True,
         "gripper": "prototype_p1",
         "frame_id": "tool0",
@@ -137,22 +146,95 @@ def test_a_recording_is_played_and_nothing_else_is_set():
     }
 
 
-def test_the_node_is_configured_and_then_activated():
-    entities = started(GRIPPER)
-    (configure,) = [e.event for e in entities if isinstance(e, EmitEvent)]
-    assert configure.transition_id == Transition.TRANSITION_CONFIGURE
-    (node,) = [e for e in entities if isinstance(e, Node)]
-    assert configure.matches(node)
-    handlers = [e.event_handler for e in entities if isinstance(e, RegisterEventHandler)]
-    steps = {(h.start_state, h.goal_state): h.entities for h in handlers}
-    (activate,) = steps["configuring", "inactive"]
-    assert activate.event.transition_id == Transition.TRANSITION_ACTIVATE
-    assert activate.event.matches(node)
-    assert ("configuring", "unconfigured") in steps
-    # It must hear of a transition before it happens.
-    assert entities.index(node) > max(
-        i for i, e in enumerate(entities) if isinstance(e, RegisterEventHandler)
-    )
+def test_the_node_activates_itself_unless_a_lifecycle_manager_does():
+    (node,) = nodes(GRIPPER)
+    assert isinstance(node, LifecycleNode)
+    assert own_parameters(node)["autostart"] is True
+    (node,) = nodes(GRIPPER, autostart="false")
+    assert own_parameters(node)["autostart"] is False
+
+
+def test_a_process_that_ends_is_started_again_if_wanted(parameters_file):
+    for launched in nodes(GRIPPER, regulator=parameters_file):
+        assert launched.respawn is False
+    for launched in nodes(GRIPPER, regulator=parameters_file, respawn="true"):
+        assert launched.respawn is True
+        assert launched.respawn_delay == 2.0
+
+
+def test_the_log_level_is_that_of_every_process(parameters_file):
+    given = {"log_level": "debug"}
+    launched = [*nodes(GRIPPER, regulator=parameters_file, **given), *nodes(SIMULATION, **given)]
+    assert [node.ros_arguments for node in launched] == [["--log-level", "debug"]] * 4
+
+
+def what_follows(file, *, is_shutdown=False, **given):
+    """What a launch does when the gripper's node has ended."""
+    context = launch_stand_ins.LaunchContext(file, {})
+    (node,) = [n for n in nodes(file, **given) if n.executable == "spiral_gripper_node"]
+    (handler,) = node.on_exit
+    declared = launch_stand_ins.arguments(GRIPPER)
+    required = {"required": "true"} if file == SIMULATION else {}
+    for name, argument in declared.items():
+        default = launch_stand_ins.text(argument.default_value, context)
+        context.launch_configurations[name] = {**given, **required}.get(name, default)
+    context.is_shutdown = is_shutdown
+    return [type(entity) for entity in handler.function(context)]
+
+
+def test_the_end_of_a_required_node_is_that_of_the_launch():
+    assert what_follows(GRIPPER) == [LogInfo]
+    assert what_follows(GRIPPER, required="true") == [LogInfo, Shutdown]
+    assert what_follows(GRIPPER, required="true", respawn="true") == [LogInfo]
+    assert what_follows(GRIPPER, required="true", is_shutdown=True) == []
+
+
+def test_the_simulation_requires_its_node(monkeypatch):
+    given = []
+    include = launch_stand_ins.IncludeLaunchDescription.__init__
+
+    def noting(self, source, *, launch_arguments=()):
+        include(self, source, launch_arguments=launch_arguments)
+        given.append(self.launch_arguments)
+
+    monkeypatch.setattr(launch_stand_ins.IncludeLaunchDescription, "__init__", noting)
+    nodes(SIMULATION)
+    assert given[0]["required"] == "true"
+
+
+def test_the_adapter_is_started_with_its_file_beside_the_node(parameters_file):
+    node, adapter = nodes(GRIPPER, regulator=parameters_file, namespace="/left")
+    assert (adapter.executable, adapter.name) == ("spiral_gripper_regulator", "regulator")
+    assert adapter.parameters == [parameters_file]
+    assert node.namespace == adapter.namespace == "/left"
+
+
+@pytest.mark.parametrize("argument", ["parameters", "regulator"])
+def test_a_file_that_is_not_there_is_refused_with_its_argument(argument):
+    with pytest.raises(RuntimeError, match=f"argument {argument} must be a file, got '/nothing'"):
+        nodes(GRIPPER, **{argument: "/nothing"})
+
+
+@pytest.mark.parametrize("argument", ["radius", "estimate_noise", "real_time_factor"])
+def test_what_is_no_number_is_refused_with_its_argument(argument):
+    with pytest.raises(RuntimeError, match=f"argument {argument} must be a number, got 'abc'"):
+        nodes(SIMULATION, **{argument: "abc"})
+
+
+@pytest.mark.parametrize("simulation", ["false", "true"])
+def test_two_grippers_have_namespaces_and_frames_of_their_own(simulation):
+    launched = nodes(GRIPPERS, simulation=simulation)
+    assert len(launched) == (4 if simulation == "true" else 2)
+    for node in launched:
+        name = node.namespace
+        assert own_parameters(node)["frame_id"] == f"{name}_gripper_base"
+    assert {node.namespace for node in launched} == {"left", "right"}
+
+
+@pytest.mark.parametrize("names", ["", "left,left", "left,", "Left", "a b", "/left", "1"])
+def test_names_that_are_none_are_refused(names):
+    with pytest.raises(RuntimeError, match="argument names"):
+        nodes(GRIPPERS, names=names)
 
 
 def test_rviz_is_started_if_wanted_with_the_configuration_that_is_there():
@@ -177,7 +259,7 @@ def test_what_is_launched_is_installed_by_pip_and_by_colcon():
     setup = (PACKAGE / "setup.py").read_text(encoding="utf-8")
     (parts,) = re.findall(r"foreach\(_part (.+?)\)", cmake)
     assert set(parts.split()) >= {"config", "launch", "rviz"}
-    for file in (GRIPPER, SIMULATION, SAMPLE, RVIZ):
+    for file in (*FILES, SAMPLE, RVIZ):
         (pattern,) = re.findall(
             rf'share/{{NAME}}/{file.parent.name}", sorted\(glob\("(.+?)"', setup
         )
