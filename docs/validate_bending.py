@@ -192,13 +192,17 @@ def transfer_error(fit: Calibration, angle: int, readings: Sequence[BendReading]
         return f"balloons at {error.bound * 1e-3:.0f} kPa"
 
 
+# All specimens are wound at plus and minus one angle, and do not twist.
+SYMMETRIC = FiberAngles(alpha=1.0, beta=-1.0)
+
+
 def interpolation_errors(readings: Sequence[BendReading]) -> NDArray[np.float64]:
     """Return the relative errors of a measured curve at each inner pressure left out."""
     pressures = sorted({reading.pressure for reading in readings})
     errors = []
     for left_out in pressures[:-1]:
         others = [r for r in readings if r.pressure != left_out]
-        curve = measured_actuation_from_readings(others, readings[0].section_length)
+        curve = measured_actuation_from_readings(others, readings[0].section_length, SYMMETRIC)
         errors.append(relative_errors(curve, [r for r in readings if r not in others]))
     return np.concatenate(errors)
 

@@ -21,8 +21,9 @@ from spiral_core import WrapCurve, leave_one_out, pressure_uncertainty, weak_dir
 from spiral_gripper import load_description, load_gripper
 from spiral_gripper.bench.calibrated_file import write_calibrated_description
 from spiral_gripper.bench.measurements import MeasurementOptions, load_measurements
-from spiral_gripper.bench.residual_plot import save_residual_plot
+from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.bench.run import CalibrationRequest, run_calibration
+from spiral_gripper.reports.plots import save_figure
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 data = Path(__file__).parent / "data" / "synthetic_bench_test.csv"
@@ -59,6 +60,6 @@ for result in results:
 
 # The calibrated file stands beside the original, whose comments it keeps.
 written = write_calibrated_description(description, best, [data])
-save_residual_plot(best, folder / "residuals.png")
+save_figure(residual_figure(best, description.gripper.name), folder / "residuals.png")
 calibrated = load_gripper(written)
 print(f"wrote {written.name} and residuals.png")

@@ -26,12 +26,6 @@ _NAMES = {
     "actuator.tube": ("Tube",),
     "actuator.winding": ("Winding", "windings_of"),
     "calibration.fit": ("calibrate",),
-    "calibration.grip_drift": (
-        "DriftKind",
-        "DriftSuggestion",
-        "GripRecord",
-        "suggest_drift_correction",
-    ),
     "calibration.identifiability": ("WeakDirection", "weak_directions"),
     "calibration.intervals": ("profile_interval",),
     "calibration.measured_curve": ("measured_actuation_from_readings",),

@@ -21,10 +21,6 @@ from spiral_core.actuator.tube import Tube as Tube
 from spiral_core.actuator.winding import Winding as Winding
 from spiral_core.actuator.winding import windings_of as windings_of
 from spiral_core.calibration.fit import calibrate as calibrate
-from spiral_core.calibration.grip_drift import DriftKind as DriftKind
-from spiral_core.calibration.grip_drift import DriftSuggestion as DriftSuggestion
-from spiral_core.calibration.grip_drift import GripRecord as GripRecord
-from spiral_core.calibration.grip_drift import suggest_drift_correction as suggest_drift_correction
 from spiral_core.calibration.identifiability import WeakDirection as WeakDirection
 from spiral_core.calibration.identifiability import weak_directions as weak_directions
 from spiral_core.calibration.intervals import profile_interval as profile_interval

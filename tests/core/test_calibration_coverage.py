@@ -94,8 +94,14 @@ def test_a_level_of_one_or_zero_is_refused():
         fit.value("c2")
 
 
-def test_exactly_met_readings_have_a_zero_width():
+@pytest.mark.parametrize("robust", [False, True])
+def test_exactly_met_readings_are_as_uncertain_as_stated(robust):
     truth = actuator(LAWS[0])
     readings = [ExtensionReading(0.0, 0.0, 0.1, 1e-4), *extensions(truth, PRESSURES)]
-    low, high = calibrate(CalibrationModel(truth), readings).interval("c1")
-    assert high - low < 1.0
+    fit = calibrate(CalibrationModel(truth), readings, robust=robust)
+    low, high = fit.interval("c1")
+    assert high - low == pytest.approx(2.0 * 1.959964 / np.linalg.norm(fit.jacobian), rel=1e-5)
+    if not robust:
+        half = 0.5 * (high - low)
+        # The extension bends a little over the constant.
+        assert profile_interval(fit, "c1") == pytest.approx((low, high), abs=0.05 * half)

@@ -14,23 +14,18 @@ from spiral_core import (
     FittedQuantity,
     FreeActuation,
     Gent,
-    GripReading,
     InvalidInputError,
     MooneyRivlin,
     NeoHookean,
-    ShapeReading,
     SpiralError,
-    WrapCurve,
+    TwistReading,
     Yeoh,
     calibrate,
     choose_law,
-    gripper_from_actuator,
     leave_one_out,
     weak_directions,
 )
 from spiral_core.calibration.identifiability import CONDITION_MAX, condition_indices
-from spiral_core.calibration.model import Trial
-from spiral_core.calibration.plausibility import find_unit_mix_up
 from spiral_core.calibration.predict import predict
 
 
@@ -60,17 +55,67 @@ def test_one_constant_gives_no_warning():
     assert condition_indices(fit) == (1.0,)
 
 
-def test_stiffness_is_undetermined_without_shapes():
+def test_parameters_that_no_reading_depends_on_are_refused():
     truth = actuator(LAWS[0])
     model = CalibrationModel(truth, quantities=(FittedQuantity.BENDING_STIFFNESS,))
-    fit = calibrate(model, noisy(truth))
-    (weak,) = weak_directions(fit)
-    assert weak.names == ("bending_stiffness",)
-    assert "only a shape that gravity bends depends on EI and GJ" in str(weak)
-    assert fit.standard_errors[1] > 1e6 * fit.value("bending_stiffness")
-    assert fit.interval("c1") == pytest.approx(
-        calibrate(CalibrationModel(truth), noisy(truth)).interval("c1"), rel=0.01
-    )
+    with pytest.raises(
+        InvalidInputError, match="such that they depend on bending_stiffness"
+    ) as why:
+        calibrate(model, noisy(truth))
+    assert "only a shape that gravity bends depends on EI and GJ" in str(why.value)
+    assert why.value.value.startswith("12 readings from 8000 Pa")
+
+
+@pytest.mark.parametrize(("law", "pressures"), [(LAWS[0], [0.0]), (LAWS[1], [0.0, 4.0e4])])
+def test_repeats_tell_no_more_parameters(law, pressures):
+    truth = actuator(law)
+    repeats = [p for p in pressures for _ in range(3)]
+    with pytest.raises(InvalidInputError, match="different pressures above 0 at least"):
+        calibrate(CalibrationModel(truth), extensions(truth, repeats))
+    more = extensions(truth, [*repeats, 6.0e4])
+    assert calibrate(CalibrationModel(truth), more).value("c1") > 0.0
+
+
+def test_readings_that_go_the_wrong_way_are_refused():
+    truth = spiral(LAWS[0])
+    shapes = [FreeActuation(truth).rest_shape(p) for p in PRESSURES]
+    rates = [
+        predict(CalibrationModel(truth).trial((130.0e3,)), [TwistReading(p, 0.0, 0.1, 1.0)])[0]
+        for p in PRESSURES
+    ]
+    wrong = {
+        "extension": [replace(r, extension=-r.extension) for r in noisy(truth)],
+        "twist": [TwistReading(p, -x, 0.1, 0.01) for p, x in zip(PRESSURES, rates, strict=True)],
+        "bend_angle": [
+            BendReading(p, -0.2 * s.curvature, 0.2, 0.01)
+            for p, s in zip(PRESSURES, shapes, strict=True)
+        ],
+    }
+    for quantity, readings in wrong.items():
+        with pytest.raises(InvalidInputError, match="for these fibers") as caught:
+            calibrate(CalibrationModel(truth), readings)
+        assert caught.value.field == quantity
+    assert rates[0] != 0.0
+    # Noise about zero may go either way.
+    small = [replace(r, extension=-0.1 * r.error, error=10.0) for r in noisy(truth)]
+    calibrate(CalibrationModel(truth), [*small, *noisy(truth)])
+
+
+def test_scatter_is_judged_by_what_was_stated():
+    truth = actuator(LAWS[0])
+    stated = {1.0e-4: "TOO_LARGE", 2.0e-4: "AS_STATED", 5.0e-3: "TOO_SMALL"}
+    readings = noisy(truth)  # scattered by 0.2 mm
+    noisier = [
+        replace(r, extension=r.extension * (1.0 + 0.3 * (-1) ** i)) for i, r in enumerate(readings)
+    ]
+    for error, expected in stated.items():
+        chosen = noisier if expected == "TOO_LARGE" else readings
+        fit = calibrate(CalibrationModel(truth), [replace(r, error=error) for r in chosen])
+        assert fit.scatter.name == expected
+        low, high = fit.interval("c1")
+        known = float(np.linalg.norm(fit.jacobian))
+        factor = 1.959964 if expected == "TOO_SMALL" else 2.200985 * fit.error_scale
+        assert high - low == pytest.approx(2.0 * factor / known, rel=1e-5)
 
 
 def test_bend_angles_alone_do_not_tell_the_fiber_radius():
@@ -104,6 +149,19 @@ def test_leaving_one_out_is_fitting_the_others():
     assert result.relative_error == pytest.approx(math.sqrt(np.mean(errors**2)))
 
 
+def test_pressure_zero_is_not_left_out():
+    truth = actuator(LAWS[0])
+    readings = noisy(truth)
+    fit = calibrate(
+        CalibrationModel(truth), [replace(readings[0], pressure=0.0, extension=0.0), *readings]
+    )
+    result = leave_one_out(fit)
+    assert result.pressures.tolist() == list(PRESSURES)
+    assert 0.0 < result.relative_error < 0.2
+    exact = replace(result, measured=result.measured * 0.0)
+    assert exact.relative_errors.tolist() == []
+
+
 def test_a_pressure_past_the_reduced_fits_limit_is_named():
     readings = [  # softens, and then a point that only the full set reaches
         ExtensionReading(p * 1e3, e * 1e-3, 0.1, 1e-4)
@@ -118,7 +176,7 @@ def test_a_pressure_past_the_reduced_fits_limit_is_named():
 def test_leaving_out_needs_two_pressures():
     truth = actuator(LAWS[0])
     readings = [replace(r, pressure=2.0e4) for r in extensions(truth, [2.0e4, 2.0e4, 2.0e4])]
-    with pytest.raises(InvalidInputError, match="two pressures"):
+    with pytest.raises(InvalidInputError, match="made at two pressures above 0"):
         leave_one_out(calibrate(CalibrationModel(truth), readings))
 
 
@@ -165,65 +223,3 @@ def test_choosing_among_nothing_or_different_readings_is_refused():
     fits = [calibrate(CalibrationModel(truth), noisy(truth, seed)) for seed in (1, 2)]
     with pytest.raises(InvalidInputError, match="same readings"):
         choose_law(fits)
-
-
-PSI = 6.894757293168361
-
-
-@pytest.mark.parametrize(
-    ("pressure", "response", "expected"),
-    [
-        (1.0, 1.0, None),
-        (1.6, 1.0, None),  # handbook constants may be this far off
-        (1.0 / PSI, 1.0, "psi taken for kPa"),
-        (PSI, 1.0, "kPa taken for psi"),
-        (0.01, 1.0, "bar taken for kPa"),
-        (100.0, 1.0, "kPa taken for bar"),
-        (PSI / 100.0, 1.0, "bar taken for psi"),
-        (100.0 / PSI, 1.0, "psi taken for bar"),
-        (1.0, 1.0 / 25.4, "inches taken for mm"),
-        (1.0, 25.4, "mm taken for inches"),
-    ],
-)
-def test_mix_ups_of_units_are_named(pressure, response, expected):
-    truth = actuator(NeoHookean(c1=145.0e3))
-    readings = [
-        replace(r, pressure=r.pressure * pressure, extension=r.extension * response)
-        for r in noisy(truth)
-    ]
-    found = find_unit_mix_up(Trial(FreeActuation(truth), None), readings)
-    assert (found and found.description) == expected
-
-
-@pytest.mark.parametrize("degrees_for_radians", [True, False])
-def test_mix_ups_of_angles_are_named(degrees_for_radians):
-    truth = actuator(NeoHookean(c1=145.0e3))
-    factor = math.degrees(1.0) if degrees_for_radians else math.radians(1.0)
-    readings = [
-        BendReading(p, factor * FreeActuation(truth).rest_shape(p).curvature * 0.2, 0.2, 0.01)
-        for p in PRESSURES
-    ]
-    found = find_unit_mix_up(Trial(FreeActuation(truth), None), readings)
-    name = "degrees taken for radians" if degrees_for_radians else "radians taken for degrees"
-    assert found is not None
-    assert found.description == name
-
-
-def test_shapes_and_grips_reveal_mix_ups_too():
-    gripper = gripper_from_actuator(
-        "g", spiral(NeoHookean(c1=145.0e3)), density=950.0, pressure_max=110.0e3
-    )
-    curve = WrapCurve(gripper)
-    trial = Trial(gripper.actuation, gripper)
-    grips = [
-        GripReading(curve.pressure_from_radius(r) / PSI, r, 1.0e-4) for r in (0.012, 0.02, 0.03)
-    ]
-    shapes = [
-        ShapeReading(
-            p, tuple((curve.state_at_pressure(p).tip_position * 25.4).tolist()), None, 1e-3
-        )
-        for p in (30.0e3, 60.0e3, 90.0e3)
-    ]
-    assert find_unit_mix_up(trial, grips).description == "psi taken for kPa"
-    assert find_unit_mix_up(trial, shapes).description == "mm taken for inches"
-    assert find_unit_mix_up(trial, [replace(g, pressure=g.pressure * PSI) for g in grips]) is None

@@ -14,6 +14,7 @@ from spiral_core import (
     ActuationModel,
     BendReading,
     ExtensionReading,
+    FiberAngles,
     FreeActuation,
     Gripper,
     InvalidInputError,
@@ -125,7 +126,7 @@ def test_readings_become_a_curve():
             bend = shape.curvature * 0.2 + sign * 0.01
             readings.append(BendReading(pressure, bend, 0.2, 0.01))
             readings.append(TwistReading(pressure, shape.torsion * 0.2, 0.2, 0.01))
-    curve = measured_actuation_from_readings(readings, backbone_length=0.361)
+    curve = measured_actuation_from_readings(readings, 0.361, spiral(LAWS[0]).fibers)
     assert tuple(curve.pressures) == (0.0, 2.0e4, 4.0e4, 6.0e4)
     for pressure in curve.pressures:
         expected, shape = actuation.rest_shape(pressure), curve.rest_shape(pressure)
@@ -133,12 +134,19 @@ def test_readings_become_a_curve():
         assert shape.torsion == pytest.approx(expected.torsion, rel=1e-12)
 
 
+SYMMETRIC = (0.36, FiberAngles(alpha=1.1, beta=-1.1))
+
+
 def test_readings_that_make_no_curve_are_refused():
     bends = [BendReading(p, p * 1e-5, 0.2, 0.01) for p in (1.0e4, 2.0e4, 3.0e4)]
     with pytest.raises(InvalidInputError, match="pressures of the bend angles"):
-        measured_actuation_from_readings([*bends, TwistReading(1.0e4, 0.1, 0.2, 0.01)], 0.36)
+        measured_actuation_from_readings([*bends, TwistReading(1.0e4, 0.1, 0.2, 0.01)], *SYMMETRIC)
     with pytest.raises(InvalidInputError, match="bend angles and twists only"):
-        measured_actuation_from_readings([ExtensionReading(1.0e4, 0.01, 0.1, 1e-4)], 0.36)
+        measured_actuation_from_readings([ExtensionReading(1.0e4, 0.01, 0.1, 1e-4)], *SYMMETRIC)
     with pytest.raises(InvalidInputError) as caught:
-        measured_actuation_from_readings([*bends, BendReading(4.0e4, 0.2, 0.2, 0.01)], 0.36)
+        measured_actuation_from_readings([*bends, BendReading(4.0e4, 0.2, 0.2, 0.01)], *SYMMETRIC)
     assert caught.value.field == "curvatures"
+    # A spiral twists: bend angles alone would make a plane coil of it.
+    with pytest.raises(InvalidInputError, match="bend angles and twists: fibers at alpha and beta"):
+        measured_actuation_from_readings(bends, 0.36, spiral(LAWS[0]).fibers)
+    assert measured_actuation_from_readings(bends, *SYMMETRIC).torsions == (0.0,) * 4

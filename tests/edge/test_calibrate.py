@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -31,13 +32,14 @@ from spiral_gripper.bench.calibrated_file import (
 )
 from spiral_gripper.bench.errors import MeasurementError
 from spiral_gripper.bench.measurements import Measurements, load_measurements
-from spiral_gripper.bench.report import outlier_lines, report_lines
-from spiral_gripper.bench.residual_plot import residual_figure, save_residual_plot
+from spiral_gripper.bench.report import outlier_warnings, warnings_of
+from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.bench.run import CalibrationRequest, run_calibration
 from spiral_gripper.cli import calibrate as cli_calibrate
 from spiral_gripper.cli import main as cli
 from spiral_gripper.files.fields import LAWS
 from spiral_gripper.files.storage import FileError
+from spiral_gripper.reports.plots import save_figure
 
 PSI = 6894.757293168361
 TRUE_C1 = 160.0e3
@@ -52,15 +54,16 @@ def folder(tmp_path):
     return tmp_path
 
 
-def bench_test(unit="psi"):
+def bench_test(unit="psi", per_unit=PSI, stiffer=1.0, rows=range(1, 15)):
     """Return a synthetic bench test: extension of a 100 mm section, noise of 0.1 mm."""
     actuator = load_description("paper_design_70").actuator
     truth = FreeActuation(replace(actuator, material=NeoHookean(c1=TRUE_C1)))
     noise = np.random.default_rng(8)
     lines = [f"pressure [{unit}],extension [mm],extension_error [mm],section_length [mm]"]
-    for psi in range(1, 15):
-        extension = 100.0 * (truth.stretch_from_pressure(psi * PSI) - 1.0)
-        lines.append(f"{psi},{extension + 0.1 * noise.standard_normal():.3f},0.1,100")
+    for row in rows:
+        extension = 100.0 * (truth.stretch_from_pressure(row * PSI) - 1.0)
+        pressure = row * stiffer * PSI / per_unit
+        lines.append(f"{pressure:.6g},{extension + 0.1 * noise.standard_normal():.3f},0.1,100")
     return "\n".join(lines) + "\n"
 
 
@@ -92,7 +95,7 @@ def run(folder, *arguments):
 
 
 def test_the_description_gives_law_start_and_mount(folder):
-    description, _, choice = fitted(folder)
+    description, _, choice = fitted(folder, laws=("mooney_rivlin",))
     assert choice.best.model.fitted_law is MooneyRivlin
     assert choice.best.model.gripper is description.gripper
     _, _, choice = fitted(folder, laws=("neo_hookean", "mooney_rivlin"))
@@ -111,15 +114,33 @@ def test_stiffness_is_kept_only_where_the_file_states_it(folder):
     assert choice.best.model.torsional_stiffness is None
 
 
-def test_a_mix_up_of_units_is_refused_unless_accepted(folder):
-    (folder / "bench.csv").write_text(bench_test("kPa"))
+def in_bars(text):
+    """Return a bench test whose kilopascals are called bars."""
+    return text.replace("pressure [kPa]", "pressure [bar]")
+
+
+def test_readings_that_only_a_mix_up_of_units_gives_are_refused_unless_accepted(folder):
+    (folder / "bench.csv").write_text(in_bars(bench_test("kPa", per_unit=1.0e3)))
     with pytest.raises(MeasurementError) as caught:
         fitted(folder)
     (problem,) = caught.value.problems
-    assert (problem.line, problem.heading) == (2, "pressure")
-    assert "psi taken for kPa" in problem.reason
+    assert (problem.line, problem.heading) == (2, "pressure, extension")
+    assert "no elastomer gives these readings with the described tube, but kPa" in problem.reason
     _, _, choice = fitted(folder, accept_implausible=True, laws=("neo_hookean",))
-    assert choice.best.value("c1") == pytest.approx(TRUE_C1 * 1000.0 / PSI, rel=0.02)
+    assert choice.best.value("c1") == pytest.approx(TRUE_C1 * 100.0, rel=0.02)
+
+
+@pytest.mark.parametrize("factor", [0.15, 4.0, 6.0, 8.0])
+def test_a_rubber_of_another_stiffness_is_fitted_and_named(folder, factor):
+    (folder / "bench.csv").write_text(bench_test(stiffer=factor))
+    result = run(folder)
+    assert result.exit_code == 0, result.output
+    (warning,) = [line for line in result.output.splitlines() if "modulus" in line]
+    assert warning.startswith("warning: the fitted rubber's modulus is ")
+    assert ("taken for" in warning) == (factor in (0.15, 6.0, 8.0))
+    assert "(--section-length)" in warning
+    c1 = load_description(folder / "mine_calibrated.yaml").actuator.material.c1
+    assert c1 == pytest.approx(TRUE_C1 * factor, rel=0.05)
 
 
 def test_laws_that_fail_are_reported_and_all_failing_is_an_error(folder):
@@ -175,7 +196,7 @@ def test_nothing_is_written_into_the_package(folder, monkeypatch):
 
 
 def test_other_quantities_get_their_fields_and_units(folder):
-    description, _, choice = fitted(folder)
+    description, _, choice = fitted(folder, laws=("mooney_rivlin",))
     quantities = tuple(FittedQuantity)
     model = replace(choice.best.model, quantities=quantities)
     values = np.array([*choice.best.values, 3.0e-4, 2.0e-4, 5.0e-3])
@@ -194,12 +215,11 @@ def test_other_quantities_get_their_fields_and_units(folder):
 
 
 def test_a_fit_that_does_not_reach_the_pressure_limit_is_not_written(folder):
-    description, _, choice = fitted(folder)
+    description, _, choice = fitted(folder, laws=("mooney_rivlin",))
     soft = replace(choice.best, values=np.array([1.0e3, 0.0]))
     soft = replace(soft, actuation=FreeActuation(soft.model.actuator_from([1.0e3, 0.0])))
-    with pytest.raises(DescriptionError) as caught:
+    with pytest.raises(FileError, match=r"pressure_max, 16 psi in .*mine\.yaml, must be"):
         write_calibrated_description(description, soft)
-    assert caught.value.field == "limits.pressure_max"
     assert not (folder / "mine_calibrated.yaml").exists()
 
 
@@ -243,7 +263,7 @@ def test_incomplete_measured_curves_are_refused(folder):
 
 def test_the_picture_shows_what_was_measured_and_fitted(folder):
     _, measurements, choice = fitted(folder, laws=("neo_hookean",))
-    figure = residual_figure(choice.best)
+    figure = residual_figure(choice.best, "mine")
     fit, left_over = figure.axes
     assert fit.get_ylabel() == "extension [mm]"
     assert fit.get_xlabel() == left_over.get_xlabel() == "pressure [kPa]"
@@ -252,7 +272,7 @@ def test_the_picture_shows_what_was_measured_and_fitted(folder):
     assert measured.get_ydata() == pytest.approx(extensions)
     assert curve.get_ydata() == pytest.approx(1e3 * choice.best.predictions)
     assert left_over.lines[-1].get_ydata() == pytest.approx(choice.best.residuals)
-    save_residual_plot(choice.best, folder / "residuals.png")
+    save_figure(figure, folder / "residuals.png")
     assert (folder / "residuals.png").read_bytes()[:4] == b"\x89PNG"
 
 
@@ -265,7 +285,7 @@ def test_the_picture_of_shapes_has_three_coordinates(folder):
     )
     measurements = Measurements(Path("shape.csv"), readings, (2, 3, 4))
     shapes = run_calibration(description, [measurements])
-    figure = residual_figure(shapes.best)
+    figure = residual_figure(shapes.best, "mine")
     assert figure.axes[0].get_ylabel() == "coordinate [mm]"
     texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert texts == ["fitted", "x, measured", "y, measured", "z, measured"]
@@ -276,11 +296,9 @@ def test_the_report_warns_of_weak_directions_bounds_and_outliers(folder):
     cells = text[5].split(",")
     text[5] = ",".join([cells[0], f"{float(cells[1]) + 3.0:.3f}", *cells[2:]])
     (folder / "bench.csv").write_text("\n".join(text) + "\n")
-    _, measurements, choice = fitted(folder)
-    assert any(
-        "c1 and c2 cannot be told apart" in line for line in report_lines(choice, 0.95, None)
-    )
-    (outlier,) = outlier_lines(choice.best, [measurements])
+    _, measurements, choice = fitted(folder, laws=("mooney_rivlin",))
+    assert any("c1 and c2 cannot be told apart" in line for line in warnings_of(choice.best))
+    (outlier,) = outlier_warnings(choice.best, [measurements])
     assert f"bench.csv:6: the reading at {5 * PSI * 1e-3:.4g} kPa" in outlier
 
 
@@ -302,10 +320,10 @@ def test_the_command_goes_from_csv_to_file_and_picture(folder):
 
 
 def test_the_command_reports_only_if_asked(folder):
-    result = run(folder, "--law", "neo_hookean", "--no-output", "--draws", "40",
+    result = run(folder, "--law", "neo_hookean", "--no-save", "--draws", "40",
                  "--radius", "2 cm", "--level", "0.9", "--hold", "c1=150 kPa")  # fmt: skip
     assert result.exit_code == 2  # nothing is left to fit
-    result = run(folder, "--hold", "c2=0 kPa", "--no-output", "--draws", "40", "--radius", "2 cm",
+    result = run(folder, "--hold", "c2=0 kPa", "--no-save", "--draws", "40", "--radius", "2 cm",
                  "--level", "0.9", "--robust")  # fmt: skip
     assert result.exit_code == 0, result.output
     assert "90 % interval" in result.output
@@ -326,6 +344,17 @@ def test_the_command_writes_a_measured_curve(folder):
     )
     assert result.exit_code == 0, result.output
     assert result.output.splitlines()[0] == "measured up to 111 kPa"
+    errors = ["--error", "bend_angle=1 deg", "--error", "twist=1 deg"]
+    before = set(folder.iterdir())
+    assert run(folder, "--measured-curve", *errors, "--no-save").exit_code == 0
+    assert set(folder.iterdir()) == before
+    refused = run(folder, "--measured-curve", *errors, "--radius", "20 mm")
+    assert "--measured-curve fits nothing: leave --radius out" in refused.output
+    bends = "\n".join(line.rpartition(",")[0] for line in lines) + "\n"
+    (folder / "bench.csv").write_text(bends)
+    refused = run(folder, "--measured-curve", *errors[:2])
+    assert refused.exit_code == 2
+    assert "bend angles and twists: fibers at alpha and beta" in refused.output
     expected = description.gripper.rest_shape(50.0e3).curvature
     found = load_gripper(folder / "mine_measured.yaml").rest_shape(50.0e3).curvature
     assert found == pytest.approx(expected, rel=5e-3)
@@ -342,7 +371,12 @@ def test_the_command_writes_a_measured_curve(folder):
         (["--radius", "20"], "length"),
         (["--ignore", "remark"], "no such heading"),
         (["--radius", "1 m"], "cannot be gripped"),
-        (["--output", "{folder}/mine.yaml"], "exists already and is kept"),
+        (["--save", "{folder}/mine.yaml"], "exists already and is kept"),
+        (["--save", "{folder}/new.yaml", "--no-save"], "exclude each other"),
+        (["--plot", "{folder}/x.bmp"], ".png, .svg, .pdf"),
+        (["--section-length", "1e300 m"], "at most 10 m"),
+        (["--section-length", "-1 mm"], "above 0"),
+        (["--unit", "twist=deg"], "--unit must be for a column of the files, got 'twist'"),
     ],
 )
 def test_the_command_explains_what_is_wrong(folder, arguments, message):
@@ -362,7 +396,7 @@ def test_a_bad_file_is_reported_by_the_command_with_its_place(folder):
 def test_curves_need_bend_angles(folder):
     description = load_description(folder / "mine.yaml")
     with pytest.raises(InvalidInputError):
-        measured_actuation_from_readings([], description.actuator.tube.length)
+        measured_actuation_from_readings([], 0.5, description.actuator.fibers)
 
 
 def test_the_commands_choices_are_those_of_the_code():
@@ -374,18 +408,87 @@ def test_the_commands_choices_are_those_of_the_code():
 
 @pytest.mark.parametrize("option", [("--seed", "-1"), ("--draws", "1000000000")])
 def test_draws_that_cannot_be_are_refused(folder, option):
-    result = run(folder, "--no-output", "--radius", "20 mm", *option)
+    result = run(folder, "--no-save", "--radius", "20 mm", *option)
     assert result.exit_code == 2
     assert f"'{option[0]}'" in result.output
 
 
 def test_a_forgotten_section_length_makes_a_modulus_that_is_doubted(folder):
-    assert "warning: the fitted rubber's modulus" not in run(folder, "--no-output").output
+    assert "warning: the fitted rubber's modulus" not in run(folder, "--no-save").output
     text = (folder / "bench.csv").read_text(encoding="utf-8")
     forgotten = [line.rpartition(",")[0] for line in text.splitlines()]
     (folder / "bench.csv").write_text("\n".join(forgotten), encoding="utf-8")
-    assert run(folder, "--no-output").exit_code == 2
-    result = run(folder, "--no-output", "--accept-implausible")
+    result = run(folder, "--no-save")
     assert result.exit_code == 0, result.output
-    assert "warning: the fitted rubber's modulus is" in result.output
-    assert "--section-length" in result.output
+    (warning,) = [line for line in result.output.splitlines() if "modulus" in line]
+    length = float(warning.partition("a measured section of ")[2].split()[0])
+    assert length == pytest.approx(100.0, rel=0.2)  # by the file's rubber, not by the true one
+
+
+def test_the_files_law_is_simplified_only_where_the_readings_tell_no_more(folder):
+    result = run(folder, "--no-save")
+    assert result.output.splitlines()[0] == "law: NeoHookean"
+    assert "do not tell the constants of mooney_rivlin, the file's law" in result.output
+    asked = run(folder, "--no-save", "--law", "mooney_rivlin")
+    assert asked.output.splitlines()[0] == "law: MooneyRivlin"
+    assert "the file's law" not in asked.output
+    # Several readings at one pressure tell one constant.
+    (folder / "bench.csv").write_text(bench_test(rows=[6] * 6))
+    result = run(folder, "--no-save")
+    assert result.output.splitlines()[0] == "law: NeoHookean"
+    refused = run(folder, "--no-save", "--law", "mooney_rivlin")
+    assert refused.exit_code == 2
+    assert "at 2 different pressures above 0 at least" in refused.output
+
+
+def test_readings_at_rest_tell_nothing_and_disturb_nothing(folder):
+    (folder / "bench.csv").write_text(bench_test(rows=[0] * 4))
+    assert run(folder, "--no-save").exit_code == 2
+    (folder / "bench.csv").write_text(bench_test(rows=[0, *range(1, 15)]).replace("0,-0.", "0,0."))
+    result = run(folder, "--no-save")
+    assert result.exit_code == 0, result.output
+    assert "nan" not in result.output
+    share = result.output.partition("leave-one-out error: ")[2].partition("%")[0]
+    assert 0.0 < float(share) < 10.0
+
+
+def test_readings_that_contradict_their_errors_are_named(folder):
+    text = bench_test().replace(",0.1,100", ",0.002,100")
+    (folder / "bench.csv").write_text(text)
+    assert "far more than the stated errors allow" in run(folder, "--no-save").output
+    (folder / "bench.csv").write_text(text.replace(",0.002,100", ",10,100"))
+    assert "far less than the stated errors allow" in run(folder, "--no-save").output
+
+
+def test_the_calibration_in_json_is_the_report(folder):
+    result = run(folder, "--json", "--radius", "20 mm", "--law", "neo_hookean", "--no-save")
+    document = json.loads(result.output)
+    assert document["law"] == "NeoHookean"
+    low, high = document["values"]["c1"]["interval"]
+    assert low < TRUE_C1 < high
+    (pressure,) = document["pressures"]
+    assert pressure["radius"] == 0.02
+    assert pressure["interval"][0] < pressure["pressure"] < pressure["interval"][1]
+    assert document["warnings"] == []
+
+
+def test_a_radius_out_of_reach_comes_after_file_and_picture(folder):
+    picture = folder / "residuals.png"
+    result = run(folder, "--radius", "20 mm", "--radius", "1 m", "--plot", str(picture))
+    assert result.exit_code == 2
+    assert picture.exists()
+    assert (folder / "mine_calibrated.yaml").exists()
+    assert "\n20 mm: " in result.output
+    assert result.output.splitlines()[-1].startswith(
+        "spiral-gripper: an object of radius 1 m cannot be gripped"
+    )
+
+
+def test_bars_are_the_stated_errors(folder):
+    text = bench_test().replace(",0.1,100", ",0.5,100")
+    (folder / "bench.csv").write_text(text)
+    _, _, choice = fitted(folder)
+    fit, left_over = residual_figure(choice.best, "mine").axes
+    bars = fit.containers[0].lines[2][0].get_segments()
+    assert all(top[1] - bottom[1] == pytest.approx(2.0) for bottom, top in bars)  # +- 2 of 0.5 mm
+    assert left_over.get_legend().get_texts()[0].get_text() == "± 2 stated errors"

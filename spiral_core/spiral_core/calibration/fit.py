@@ -8,11 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from spiral_core.calibration.identifiability import require_seen
 from spiral_core.calibration.model import CalibrationModel, actuation_of
-from spiral_core.calibration.predict import effective_errors, measured_values
-from spiral_core.calibration.problem import Problem, Solution
-from spiral_core.calibration.readings import Reading
-from spiral_core.calibration.result import Calibration
+from spiral_core.calibration.predict import (
+    effective_errors,
+    measured_values,
+    require_possible_signs,
+)
+from spiral_core.calibration.problem import EXACT, Problem, Solution
+from spiral_core.calibration.readings import Reading, ShapeReading
+from spiral_core.calibration.result import Calibration, Scatter, scatter_of
 from spiral_core.calibration.start import starting_values
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Array
@@ -24,8 +29,6 @@ ROUNDS = 4
 HUBER = 1.345
 # Median absolute deviation of a normal distribution, in standard deviations.
 NORMAL_MEDIAN = 0.6744897501960817
-# Readings that are met exactly leave no scale; any positive number then does.
-SMALLEST_SCALE = 1e-300
 
 
 def calibrate(
@@ -44,11 +47,13 @@ def calibrate(
         start: values to start from; None takes those of the model's actuator.
 
     Returns:
-        The calibration. Ask :func:`spiral_core.weak_directions` next whether the readings could
-        tell the parameters apart.
+        The calibration. :func:`spiral_core.weak_directions` says whether the readings tell the
+        parameters apart.
 
     Raises:
-        InvalidInputError: too few readings, or a reading that needs a gripper without one.
+        InvalidInputError: too few readings, readings that turn or bend the other way than the
+            actuator can, readings that do not depend on a parameter, or a reading that needs a
+            gripper without one.
         ActuationLimitError: the readings' pressures are past what any start reaches.
         SolverError: the fit did not converge.
 
@@ -75,7 +80,9 @@ def calibrate(
     readings = tuple(readings)
     _require_enough(model, readings)
     values = starting_values(model, readings) if start is None else tuple(start)
-    errors = effective_errors(model.trial(values), readings)
+    first = model.trial(values)
+    require_possible_signs(first, readings)
+    errors = effective_errors(first, readings)
     problem = Problem(model, readings, errors)
     solution = problem.solve(values)
     weighing = any(reading.pressure_error > 0.0 for reading in readings)
@@ -87,7 +94,9 @@ def calibrate(
             huber_scale=HUBER * _robust_scale(solution) if robust else None,
         )
         solution = problem.solve(solution.values.tolist())
-    return _calibration(problem, solution)
+    calibration = _calibration(problem, solution)
+    require_seen(calibration)
+    return calibration
 
 
 def _require_enough(model: CalibrationModel, readings: Sequence[Reading]) -> None:
@@ -100,6 +109,19 @@ def _require_enough(model: CalibrationModel, readings: Sequence[Reading]) -> Non
             f"{count} measured values",
             f"more measured values than the {len(model.names)} parameters ({names})",
         )
+    # Repeats at one pressure tell how they scatter, not another parameter.
+    told = {
+        (type(one), one.pressure, getattr(one, "arc_length", None)): len(one.measured)
+        for one in readings
+        if one.pressure > 0.0 or isinstance(one, ShapeReading)
+    }
+    if not sum(told.values()) >= len(model.names):
+        raise InvalidInputError(
+            "readings",
+            f"{len(told)} different pressures above 0",
+            f"made at {len(model.names)} different pressures above 0 at least, or of several "
+            f"kinds, to tell {' and '.join(model.names)}",
+        )
 
 
 def _robust_scale(solution: Solution) -> float:
@@ -109,20 +131,22 @@ def _robust_scale(solution: Solution) -> float:
     # Residuals of a fit are smaller than the errors behind them: the usual count corrects it.
     correction = len(residuals) / freedom
     scale = float(np.median(np.abs(residuals))) / NORMAL_MEDIAN * math.sqrt(correction)
-    return max(scale, SMALLEST_SCALE)
+    return max(scale, EXACT)
 
 
 def _calibration(problem: Problem, solution: Solution) -> Calibration:
     """Return the result with its covariance."""
     freedom = len(solution.residuals) - len(solution.values)
     variance = _error_variance(problem, solution, freedom)
+    small = scatter_of(math.sqrt(variance), freedom) is Scatter.TOO_SMALL
+    accepted = 1.0 if small else variance  # by which the stated errors are scaled, squared
     values = solution.values.tolist()
     active = zip(problem.model.names, solution.active, strict=True)
     return Calibration(
         model=problem.model,
         readings=problem.readings,
         values=solution.values,
-        covariance=variance * _inverse_information(solution.jacobian),
+        covariance=accepted * _inverse_information(solution.jacobian),
         degrees_of_freedom=freedom,
         residuals=solution.residuals,
         errors=problem.errors,

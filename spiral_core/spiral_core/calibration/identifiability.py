@@ -14,9 +14,13 @@ import numpy as np
 from spiral_core.calibration.model import FittedQuantity
 from spiral_core.calibration.readings import ShapeReading
 from spiral_core.calibration.result import Calibration
+from spiral_core.errors import InvalidInputError
 
 # Condition index above which regression texts call parameters collinear.
 CONDITION_MAX = 30.0
+# Effect on all readings together, in standard errors, of changing a combination of parameters by
+# their own magnitude, below which they are not fitted but left over.
+UNSEEN = 1e-3
 # Share of a weak direction below which a parameter is not counted as part of it.
 SHARE_MIN = 0.2
 # Relative standard error above which a parameter is called undetermined by itself.
@@ -54,6 +58,35 @@ class WeakDirection:
             if len(self.names) > 1
             else f"{self.names[0]} is not determined: {self.advice}"
         )
+
+
+def require_seen(calibration: Calibration) -> None:
+    """Refuse a fit of parameters that no reading depends on: their values are accidents.
+
+    Args:
+        calibration: the fit; parameters at their bounds are not looked at.
+
+    Raises:
+        InvalidInputError: changing some combination of parameters by their own magnitude moves all
+            readings together by less than a thousandth of their error.
+    """
+    names = [name for name in calibration.names if name not in calibration.at_bound]
+    columns = [calibration.index(name) for name in names]
+    scales = np.array(calibration.model.scales())[columns] / max(calibration.error_scale, 1.0)
+    effects = calibration.jacobian[:, columns] * scales
+    if not names:
+        return
+    _, singular, directions = np.linalg.svd(effects, full_matrices=False)
+    if singular[-1] >= UNSEEN:
+        return
+    shares = zip(names, np.abs(directions[-1]), strict=True)
+    unseen = tuple(name for name, share in shares if share >= SHARE_MIN)
+    pressures = [reading.pressure for reading in calibration.readings]
+    raise InvalidInputError(
+        "readings",
+        f"{len(pressures)} readings from {min(pressures):.6g} Pa to {max(pressures):.6g} Pa",
+        f"such that they depend on {' and '.join(unseen)} ({_advice(calibration, unseen)})",
+    )
 
 
 def condition_indices(calibration: Calibration) -> tuple[float, ...]:

@@ -2,7 +2,7 @@ r"""Intervals from the profile of the cost, for parameters whose uncertainty is 
 
 One parameter is held, the others are fitted again: the values for which
 
-.. math:: \frac{S(\theta_k) - S_\mathrm{min}}{s^2} \le t^2_{m-p}
+.. math:: S(\theta_k) - S_\mathrm{min} \le s^2 t^2_{m-p}
 
 make the interval. Where the model is linear in its parameters it is the same as that of
 :meth:`spiral_core.Calibration.interval`; where the data bound a parameter on one side only, it
@@ -18,7 +18,7 @@ from spiral_core.calibration.result import (
     DEFAULT_LEVEL,
     Calibration,
     Interval,
-    student_quantile,
+    Scatter,
 )
 from spiral_core.errors import InvalidInputError, SpiralError
 
@@ -57,7 +57,9 @@ def profile_interval(calibration: Calibration, name: str, level: float = DEFAULT
 def _end(calibration: Calibration, name: str, level: float, side: float) -> float:
     """Return one end of the interval, below (-1) or above (+1) the fitted value."""
     k = calibration.index(name)
-    quantile = student_quantile(level, calibration.degrees_of_freedom)
+    quantile = calibration.interval_factor(level)
+    known = calibration.scatter is Scatter.TOO_SMALL
+    threshold = (quantile * (1.0 if known else calibration.error_scale)) ** 2
     best = float(calibration.values[k])
     half = min(quantile * float(calibration.standard_errors[k]), abs(best) or math.inf)
     low, high = calibration.model.limits()[k]
@@ -67,7 +69,7 @@ def _end(calibration: Calibration, name: str, level: float, side: float) -> floa
         value = best + side * distance * half
         if not low <= value <= high:
             return -1.0
-        return quantile**2 - _rise(calibration, k, value)
+        return threshold - _rise(calibration, k, value)
 
     far = 1.0
     while inside(far) > 0.0:
@@ -83,7 +85,7 @@ def _end(calibration: Calibration, name: str, level: float, side: float) -> floa
 
 
 def _rise(calibration: Calibration, k: int, value: float) -> float:
-    """Return how much the cost rises, over s^2, with one parameter held and the others refitted."""
+    """Return how much the cost rises with one parameter held and the others fitted again."""
     problem = Problem(calibration.model, calibration.readings, calibration.errors)
     # Where the others would be if the model were linear: constants that only their sum is known of
     # must move together, or there is no actuator to start from.
@@ -94,4 +96,4 @@ def _rise(calibration: Calibration, k: int, value: float) -> float:
     except SpiralError:  # no actuator has this value: infinitely unlikely
         return math.inf
     least = float(calibration.residuals @ calibration.residuals)
-    return (float(residuals @ residuals) - least) / calibration.error_scale**2
+    return float(residuals @ residuals) - least

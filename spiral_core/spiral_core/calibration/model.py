@@ -12,7 +12,6 @@ from typing import Any, cast
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.materials import Gent, HyperelasticLaw, MooneyRivlin, NeoHookean, Yeoh
-from spiral_core.calibration.neighbor import NeighborActuation
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import RodStiffness
 from spiral_core.validation import require_finite, require_positive
@@ -45,7 +44,7 @@ class Trial:
         gripper: the mounted gripper with this actuation and stiffness, or None if none was given.
     """
 
-    actuation: FreeActuation | NeighborActuation
+    actuation: FreeActuation
     gripper: Gripper | None
 
 
@@ -177,18 +176,17 @@ class CalibrationModel:
         )
         return RodStiffness(bending=float(bending), torsional=float(torsional))
 
-    def trial(self, values: Sequence[float], near: FreeActuation | None = None) -> Trial:
+    def trial(self, values: Sequence[float]) -> Trial:
         """Return what readings are predicted from at these parameter values.
 
         Args:
             values: the parameters, in the order of ``names``.
-            near: the actuation at values so close that its branch will do, for derivatives.
 
         Raises:
             InvalidInputError: these values make no actuator that extends under pressure.
         """
         actuator = self.actuator_from(values)
-        actuation = actuation_of(actuator) if near is None else NeighborActuation(near, actuator)
+        actuation = actuation_of(actuator)
         if self.gripper is None:
             return Trial(actuation, None)
         gripper = replace(

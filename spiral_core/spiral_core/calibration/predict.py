@@ -32,6 +32,16 @@ from spiral_core.wrap.wrap import wrapped_radius
 # Step for the slope over the pressure, as a fraction of it: far above the rod's tolerance, and so
 # small that the slope, which only weighs a stated error, is good to a thousandth.
 PRESSURE_STEP = 1e-3
+# Standard errors by which readings may go the wrong way: noise about zero does not go farther.
+CONTRADICTION = 3.0
+_DIRECTIONS: dict[type[Reading], tuple[str, str]] = {
+    ExtensionReading: ("extension", "pressure lengthens this actuator; check the sign"),
+    TwistReading: (
+        "twist",
+        "right-handed rotation of the far end is positive; check the sign, and alpha and beta",
+    ),
+    BendReading: ("bend_angle", "it bends towards the straight fiber; check the sign"),
+}
 
 
 @dataclass(slots=True)
@@ -75,6 +85,34 @@ def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
     shapes = None if trial.gripper is None else _Shapes(trial.gripper)
     components = [_predict_one(trial, shapes, reading) for reading in readings]
     return np.array([value for values in components for value in values], dtype=np.float64)
+
+
+def require_possible_signs(trial: Trial, readings: Sequence[Reading]) -> None:
+    """Refuse readings that go the other way than the actuator can, whatever its constants.
+
+    Constants change how far it extends, twists and bends, not in which direction: a fit to such
+    readings would only end at an infinite stiffness.
+
+    Args:
+        trial: any choice of the parameters.
+        readings: the readings.
+
+    Raises:
+        InvalidInputError: the readings of one kind contradict the direction by more than
+            :data:`CONTRADICTION` standard errors.
+    """
+    for kind, (quantity, hint) in _DIRECTIONS.items():
+        chosen = [one for one in readings if isinstance(one, kind)]
+        expected = predict(trial, chosen)
+        errors = np.array([one.error for one in chosen])
+        # The factor that would meet them best, over its standard error.
+        weight = float(np.linalg.norm(expected / errors))
+        agreement = float(expected / errors @ (measured_values(chosen) / errors))
+        if agreement < -CONTRADICTION * weight:
+            signs = ("positive", "negative") if expected.sum() > 0.0 else ("negative", "positive")
+            raise InvalidInputError(
+                quantity, f"{signs[1]} values", f"{signs[0]} for these fibers ({hint})"
+            )
 
 
 def measured_values(readings: Sequence[Reading]) -> Array:

@@ -17,8 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from spiral_core.actuator.free import FreeActuation
-from spiral_core.calibration.model import CalibrationModel, actuation_of
+from spiral_core.calibration.model import CalibrationModel
 from spiral_core.calibration.predict import measured_values, predict
 from spiral_core.calibration.readings import Reading
 from spiral_core.errors import SolverError, SpiralError
@@ -88,17 +87,16 @@ class Problem:
     errors: Array
     huber_scale: float | None = None
 
-    def residuals(self, values: Array, near: FreeActuation | None = None) -> Array:
+    def residuals(self, values: Array) -> Array:
         """Return (m,) predicted minus measured over the error.
 
         Args:
             values: parameters (p,) in their own units.
-            near: the actuation at values very close by, if known: for derivatives.
 
         Raises:
             SpiralError: these values predict nothing at some measured pressure.
         """
-        trial = self.model.trial(values.tolist(), near)
+        trial = self.model.trial(values.tolist())
         residuals: Array = (
             predict(trial, self.readings) - measured_values(self.readings)
         ) / self.errors
@@ -183,17 +181,16 @@ class Problem:
         if removable > max(OFFSET_MAX * left, EXACT * math.sqrt(len(residuals))):
             raise SolverError(CalibrationStatus.STUCK, removable, solution.evaluations)
 
-    def _residuals_or_nan(self, values: Array, near: FreeActuation | None = None) -> Array:
+    def _residuals_or_nan(self, values: Array) -> Array:
         """Return the residuals, or NaN throughout where there are none: the step is shortened."""
         try:
-            return self.residuals(values, near)
+            return self.residuals(values)
         except SpiralError:
             return np.full(len(self.errors), np.nan)
 
     def _jacobian(self, split: _Split, x: Array) -> Array:
         """Return (m, free) derivatives by the free scaled parameters."""
-        near = actuation_of(self.model.actuator_from(split.values(x).tolist()))
-        return difference_jacobian(lambda y: self._residuals_or_nan(split.values(y), near), x)
+        return difference_jacobian(lambda y: self._residuals_or_nan(split.values(y)), x)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,7 +227,7 @@ class _Split:
 
 
 def difference_jacobian(function: Callable[[Array], Array], at: Array) -> Array:
-    """Return (m, p) central differences of a function; one-sided beside where it has no value.
+    """Return (m, p) central differences of a function; one-sided where one side has none.
 
     Args:
         function: from (p,) of magnitude 1 to (m,), NaN throughout where it has no value.

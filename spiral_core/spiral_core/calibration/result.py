@@ -1,14 +1,17 @@
 r"""The result of a calibration: values, how sure they are, and where the actuator is stable.
 
-The covariance is :math:`s^2 (J^T J)^{-1}` with :math:`s^2 = \mathrm{RSS} / (m - p)`: the stated
-errors weigh the readings against each other, and their common scale comes from the residuals. An
-interval is :math:`\pm t_{m-p}` standard errors (Student's t), so that it is right for few readings.
+The stated errors weigh the readings against each other; their common scale s, with
+:math:`s^2 = \mathrm{RSS} / (m - p)`, comes from the residuals. The covariance is
+:math:`s^2 (J^T J)^{-1}`, an interval :math:`\pm t_{m-p}` standard errors (Student's t), which is
+right for few readings too. No scatter is no certainty: where the residuals are too small for the
+stated errors (rounded alike, or exact), s = 1 and the normal distribution's quantile are taken.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +29,26 @@ from spiral_core.wrap.gripper import Gripper
 DEFAULT_LEVEL = 0.95
 
 
+# Scatter less probable than this, by the stated errors, is no accident.
+IMPROBABLE = 1e-3
+# Scatter that is larger than stated by less than this factor is nothing to warn of.
+MUCH_LARGER = 2.0
+
+
+class Scatter(Enum):
+    """How readings scatter about a fit; the value says what follows from it."""
+
+    AS_STATED = "the readings scatter as their stated errors say"
+    TOO_LARGE = (
+        "far more than the stated errors allow: the law does not describe the readings, some of "
+        "them are wrong, or the errors were stated too small; the intervals follow the residuals"
+    )
+    TOO_SMALL = (
+        "far less than the stated errors allow: the errors were stated too large, or the readings "
+        "are not independent; the intervals follow the stated errors"
+    )
+
+
 class Interval(NamedTuple):
     """A confidence interval, in the unit of what it is for."""
 
@@ -35,7 +58,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """Fitted parameters and the evidence for them.
+    r"""Fitted parameters and the evidence for them.
 
     Attributes:
         model: what was fitted.
@@ -84,6 +107,11 @@ class Calibration:
         return self.model.stiffness_from([float(value) for value in self.values])
 
     @property
+    def scatter(self) -> Scatter:
+        """Whether the readings scatter about the fit as their stated errors say."""
+        return scatter_of(self.error_scale, self.degrees_of_freedom)
+
+    @property
     def standard_errors(self) -> Array:
         """Standard error of each parameter (p,)."""
         errors: Array = np.sqrt(np.diag(self.covariance))
@@ -115,6 +143,18 @@ class Calibration:
             raise InvalidInputError("name", name, f"one of {', '.join(self.names)}")
         return self.names.index(name)
 
+    def interval_factor(self, level: float = DEFAULT_LEVEL) -> float:
+        """Return how many standard errors an interval reaches to either side.
+
+        Args:
+            level: confidence level, in (0, 1).
+
+        Raises:
+            InvalidInputError: ``level`` is not between 0 and 1.
+        """
+        stated = self.scatter is Scatter.TOO_SMALL
+        return student_quantile(level, math.inf if stated else self.degrees_of_freedom)
+
     def interval(self, name: str, level: float = DEFAULT_LEVEL) -> Interval:
         """Return the confidence interval of one parameter, from Student's t.
 
@@ -126,7 +166,7 @@ class Calibration:
             InvalidInputError: there is no such parameter, or ``level`` is not between 0 and 1.
         """
         k = self.index(name)
-        half = student_quantile(level, self.degrees_of_freedom) * self.standard_errors[k]
+        half = self.interval_factor(level) * self.standard_errors[k]
         return Interval(float(self.values[k] - half), float(self.values[k] + half))
 
     @property
@@ -167,12 +207,33 @@ class Calibration:
         return count * (scale + 1.0) + 2.0 * float(np.log(self.errors).sum())
 
 
-def student_quantile(level: float, degrees_of_freedom: int) -> float:
+def scatter_of(error_scale: float, degrees_of_freedom: int) -> Scatter:
+    """Judge the scale of the errors by the chi-squared distribution.
+
+    Args:
+        error_scale: how many times larger than stated the errors are.
+        degrees_of_freedom: of that scale, >= 1.
+
+    Example:
+        >>> [scatter_of(scale, 10).name for scale in (0.1, 0.5, 1.5, 3.0)]
+        ['TOO_SMALL', 'AS_STATED', 'AS_STATED', 'TOO_LARGE']
+    """
+    from scipy.special import gammainc, gammaincc
+
+    half, squares = 0.5 * degrees_of_freedom, 0.5 * degrees_of_freedom * error_scale**2
+    if gammainc(half, squares) < IMPROBABLE:
+        return Scatter.TOO_SMALL
+    if error_scale > MUCH_LARGER and gammaincc(half, squares) < IMPROBABLE:
+        return Scatter.TOO_LARGE
+    return Scatter.AS_STATED
+
+
+def student_quantile(level: float, degrees_of_freedom: float) -> float:
     """Return the half width of a two-sided interval, in standard errors.
 
     Args:
         level: confidence level, in (0, 1).
-        degrees_of_freedom: of the error scale, >= 1.
+        degrees_of_freedom: of the error scale, >= 1; infinite for errors that are known.
 
     Raises:
         InvalidInputError: ``level`` is not between 0 and 1.
@@ -181,9 +242,11 @@ def student_quantile(level: float, degrees_of_freedom: int) -> float:
         >>> round(student_quantile(0.95, 10), 4)
         2.2281
     """
-    from scipy.special import stdtrit
+    from scipy.special import ndtri, stdtrit
 
     require_in_range("level", level, 0.0, 1.0)
     if not 0.0 < level < 1.0:
         raise InvalidInputError("level", level, "between 0 and 1, both excluded")
-    return float(stdtrit(degrees_of_freedom, 0.5 + 0.5 * level))
+    below = 0.5 + 0.5 * level
+    known = math.isinf(degrees_of_freedom)
+    return float(ndtri(below) if known else stdtrit(degrees_of_freedom, below))

@@ -37,8 +37,9 @@ class CrossValidation:
 
     @property
     def relative_errors(self) -> Array:
-        """Predicted over measured, minus one (k,); meaningless where a measured value is near 0."""
-        errors: Array = self.predicted / self.measured - 1.0
+        """Predicted over measured, minus one, of the values that are not 0."""
+        told = self.measured != 0.0
+        errors: Array = self.predicted[told] / self.measured[told] - 1.0
         return errors
 
     @property
@@ -56,7 +57,7 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
     """Return how a fit predicts the readings of each pressure from those of all others.
 
     Readings at one pressure are left out together: one of a pair of repeats would give its twin
-    away.
+    away. Readings at pressure zero are predicted by any fit, and so are not left out.
 
     Args:
         calibration: the fit to repeat, with the same model and loss.
@@ -65,9 +66,10 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
         InvalidInputError: all readings were made at one pressure, or none could be predicted.
     """
     readings = calibration.readings
-    groups = _by_pressure(readings)
+    groups = [group for group in _by_pressure(readings) if group[0].pressure > 0.0]
     if len(groups) < 2:
-        raise InvalidInputError("readings", "one pressure", "made at two pressures at least")
+        found = f"{len(groups)} pressures above 0"
+        raise InvalidInputError("readings", found, "made at two pressures above 0 at least")
     measured: list[float] = []
     predicted: list[float] = []
     pressures: list[float] = []

@@ -22,7 +22,7 @@ from spiral_core.calibration.result import (
     DEFAULT_LEVEL,
     Calibration,
     Interval,
-    student_quantile,
+    Scatter,
 )
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array
@@ -75,7 +75,7 @@ def pressure_uncertainty(
     variances = np.zeros(len(radii))
     for direction in _principal_directions(calibration):
         variances += _slope(calibration, direction, radii) ** 2
-    quantile = student_quantile(level, calibration.degrees_of_freedom)
+    quantile = calibration.interval_factor(level)
     results = []
     for radius, pressure, error in zip(radii, best, np.sqrt(variances), strict=True):
         interval = Interval(float(pressure - quantile * error), float(pressure + quantile * error))
@@ -113,7 +113,7 @@ def pressure_uncertainty_by_draws(
     """
     if not draws >= DRAWS_MIN:
         raise InvalidInputError("draws", draws, f"at least {DRAWS_MIN}")
-    student_quantile(level, calibration.degrees_of_freedom)  # checks the level
+    calibration.interval_factor(level)  # checks the level
     best = _pressures(calibration, calibration.values, radii)
     run = map if executor is None else executor.map
     pressures_of = partial(_drawn, calibration, tuple(radii))
@@ -195,6 +195,8 @@ def _draws(calibration: Calibration, seed: int, draws: int) -> Array:
     normal = generator.standard_normal((draws, len(directions)))
     freedom = calibration.degrees_of_freedom
     widening = np.sqrt(freedom / generator.chisquare(freedom, draws))
+    if calibration.scatter is Scatter.TOO_SMALL:  # the stated errors stand
+        widening = np.ones(draws)
     drawn: Array = calibration.values + widening[:, None] * (normal @ directions)
     return drawn
 

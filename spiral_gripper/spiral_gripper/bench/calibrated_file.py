@@ -17,8 +17,9 @@ from spiral_core.calibration.model import constants_of
 from spiral_core.calibration.result import DEFAULT_LEVEL
 from spiral_gripper.files.catalog import available_grippers, find_description, read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
+from spiral_gripper.files.errors import DescriptionError
 from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS
-from spiral_gripper.files.storage import write_file
+from spiral_gripper.files.storage import FileError, write_file
 from spiral_gripper.files.units import convert_from_si
 
 if TYPE_CHECKING:
@@ -52,9 +53,8 @@ def write_calibrated_description(
             of the package's own.
 
     Raises:
-        DescriptionError: the fitted values make no valid description; most often
-            ``limits.pressure_max`` is past the fitted actuator's limit.
-        FileError: ``target`` exists, or the file cannot be written.
+        FileError: the fitted values make no valid description (most often ``limits.pressure_max``
+            is past the fitted actuator's limit), ``target`` exists, or it cannot be written.
     """
     text = calibrated_text(description, calibration, measured_files)
     return _write_new(description.source, text, target, "calibrated")
@@ -75,8 +75,7 @@ def write_measured_description(
         target: as for :func:`write_calibrated_description`, with ``_measured`` in its name.
 
     Raises:
-        DescriptionError: most often ``limits.pressure_max`` is past the end of the data.
-        FileError: ``target`` exists, or the file cannot be written.
+        FileError: most often because ``limits.pressure_max`` is past the end of the data.
     """
     yaml = _round_trip()
     root = yaml.load(read_description_text(description.source))
@@ -197,12 +196,23 @@ def _dumped(yaml: YAML, root: CommentedMap) -> str:
 def _write_new(source: Path, text: str, target: Path | None, word: str) -> Path:
     """Write a text that is a valid description to a file that does not exist."""
     for path in _names_beside(source, word) if target is None else [target]:
-        parse_description(text, path)
+        _require_valid(source, text, path)
         if target is None and path.exists():
             continue
         write_file(path, text, replace=False)
         return path
     raise AssertionError("names beside a file never run out")
+
+
+def _require_valid(source: Path, text: str, path: Path) -> None:
+    """Refuse a text that would be no valid description."""
+    try:
+        parse_description(text, path)
+    except DescriptionError as error:
+        first = error.problems[0]
+        found = f"{first.field}, {first.value} in {source}"
+        reason = f"{found}, must be {first.requirement}; change it there"
+        raise FileError(str(path), "written", reason) from None
 
 
 def _names_beside(source: Path, word: str) -> Iterator[Path]:

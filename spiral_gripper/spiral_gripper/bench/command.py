@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,25 +11,26 @@ from spiral_core import (
     CrossValidation,
     FittedQuantity,
     InvalidInputError,
+    LawChoice,
+    MeasuredActuation,
+    RadiusPressure,
+    SpiralError,
     leave_one_out,
     measured_actuation_from_readings,
     pressure_uncertainty,
     pressure_uncertainty_by_draws,
 )
-from spiral_gripper.bench.calibrated_file import (
-    write_calibrated_description,
-    write_measured_description,
-)
 from spiral_gripper.bench.measurements import MeasurementOptions, Measurements, load_measurements
-from spiral_gripper.bench.report import outlier_lines, radius_lines, report_lines
-from spiral_gripper.bench.residual_plot import save_residual_plot
-from spiral_gripper.bench.run import CalibrationRequest, run_calibration
-from spiral_gripper.files.description import GripperDescription, load_description
-from spiral_gripper.files.fields import FIELDS
+from spiral_gripper.bench.report import outlier_warnings, warnings_of
+from spiral_gripper.bench.run import (
+    CalibrationRequest,
+    law_name,
+    modulus_warning,
+    run_calibration,
+)
+from spiral_gripper.files.description import GripperDescription
+from spiral_gripper.files.fields import FIELDS, LAWS
 from spiral_gripper.files.units import parse_number, parse_quantity
-
-# Rubbers of one kind differ by less than this factor in modulus; a forgotten length does not.
-FAR_MODULUS = 2.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +46,10 @@ class CommandOptions:
     ignored: tuple[str, ...]
     robust: bool
     accept_implausible: bool
-    measured_curve: bool
     radii: tuple[float, ...]
     draws: int | None
     seed: int
     level: float
-    output: Path | None
-    no_output: bool
-    plot: Path | None
 
     def measurement_options(self) -> MeasurementOptions:
         """Return what is stated beside the files of measurements."""
@@ -75,46 +72,85 @@ class CommandOptions:
         )
 
 
-def run_command(gripper: str, files: Sequence[Path], options: CommandOptions) -> Iterator[str]:
-    """Calibrate a gripper and write what was asked for; yield what to print, line by line.
+@dataclass(frozen=True, slots=True)
+class CommandResult:
+    """What the command has found.
 
-    Args:
-        gripper: name of a shipped gripper, or path of a description file.
-        files: the files of measurements.
-        options: everything else.
+    Attributes:
+        choice: the fits, the most credible first.
+        cross_validation: leave-one-out errors of the best; None if there are too few readings.
+        warnings: what to doubt, a sentence each.
+        pressures: the pressure for each radius that can be gripped.
+        refusals: why another radius cannot, a sentence each.
+    """
+
+    choice: LawChoice
+    cross_validation: CrossValidation | None
+    warnings: tuple[str, ...]
+    pressures: tuple[RadiusPressure, ...]
+    refusals: tuple[SpiralError, ...]
+
+
+def load_files(
+    description: GripperDescription, files: Sequence[Path], options: CommandOptions
+) -> list[Measurements]:
+    """Return the readings of files of measurements.
 
     Raises:
-        SpiralError: a file cannot be used, or there is no fit.
-        OSError: something cannot be written.
+        MeasurementError: a file cannot be used.
+        InvalidInputError: an option cannot be used.
     """
-    description = load_description(gripper)
     length, stated = description.actuator.tube.length, options.measurement_options()
-    measurements = [load_measurements(file, length, stated) for file in files]
-    if options.measured_curve:
-        yield from _write_curve(description, measurements, options.output)
-        return
+    loaded = [load_measurements(file, length, stated) for file in files]
+    unused = stated.units.keys() - frozenset().union(*(one.columns for one in loaded))
+    if unused:
+        raise InvalidInputError("--unit", min(unused), "for a column of the files")
+    return loaded
+
+
+def run_command(
+    description: GripperDescription, measurements: Sequence[Measurements], options: CommandOptions
+) -> CommandResult:
+    """Calibrate a gripper and judge the result.
+
+    Args:
+        description: the gripper.
+        measurements: the readings.
+        options: what to fit and what to tell.
+
+    Raises:
+        SpiralError: there is no fit.
+    """
     choice = run_calibration(description, measurements, options.request())
     best = choice.best
-    yield from report_lines(choice, options.level, _cross_validation(best))
-    yield from _modulus_lines(description, best)
-    yield from outlier_lines(best, measurements)
-    yield from _radius_lines(best, options)
-    if options.plot is not None:
-        save_residual_plot(best, options.plot)
-        yield f"wrote {options.plot}"
-    if not options.no_output:
-        yield f"wrote {write_calibrated_description(description, best, files, options.output)}"
-
-
-def _modulus_lines(description: GripperDescription, best: Calibration) -> Iterator[str]:
-    """Yield a warning if the fit is far from the rubber that the description states."""
-    stated = description.actuator.material.small_strain_modulus
-    ratio = best.actuator.material.small_strain_modulus / stated
-    if not 1.0 / FAR_MODULUS <= ratio <= FAR_MODULUS:
-        yield (
-            f"warning: the fitted rubber's modulus is {ratio:.3g} times the description's; check "
-            "--section-length (by default the whole tube's), the units and the wall thickness"
+    modulus = modulus_warning(description, best, best.readings)
+    warnings = [
+        *warnings_of(best),
+        *([] if modulus is None else [modulus]),
+        *outlier_warnings(best, measurements),
+    ]
+    own = law_name(description)
+    if not options.laws and best.model.fitted_law is not LAWS[own]:
+        warnings.insert(
+            0,
+            f"the readings do not tell the constants of {own}, the file's law, apart; "
+            f"--law {own} fits it all the same",
         )
+    pressures, refusals = _pressures(best, options)
+    return CommandResult(choice, _cross_validation(best), tuple(warnings), pressures, refusals)
+
+
+def measured_curve(
+    description: GripperDescription, measurements: Sequence[Measurements]
+) -> MeasuredActuation:
+    """Return the actuation curve that was measured.
+
+    Raises:
+        InvalidInputError: the readings make no curve.
+    """
+    readings = [reading for one in measurements for reading in one.readings]
+    actuator = description.actuator
+    return measured_actuation_from_readings(readings, actuator.tube.length, actuator.fibers)
 
 
 def _cross_validation(calibration: Calibration) -> CrossValidation | None:
@@ -125,28 +161,34 @@ def _cross_validation(calibration: Calibration) -> CrossValidation | None:
         return None
 
 
-def _radius_lines(calibration: Calibration, options: CommandOptions) -> list[str]:
-    """Return the pressure for each radius that was asked for, with its uncertainty."""
-    radii, level, draws = options.radii, options.level, options.draws
-    if not radii:
-        return []
-    if draws is None:
-        return radius_lines(pressure_uncertainty(calibration, radii, level), level)
-    drawn = pressure_uncertainty_by_draws(
-        calibration, radii, seed=options.seed, draws=draws, level=level
-    )
-    return radius_lines(drawn, level)
+def _pressures(
+    calibration: Calibration, options: CommandOptions
+) -> tuple[tuple[RadiusPressure, ...], tuple[SpiralError, ...]]:
+    """Return the pressures for the radii that were asked for, and why some have none."""
+    found: list[RadiusPressure] = []
+    refused: list[SpiralError] = []
+    for radius in options.radii:
+        answer = _pressure(calibration, radius, options)
+        if isinstance(answer, SpiralError):
+            refused.append(answer)
+        else:
+            found.append(answer)
+    return tuple(found), tuple(refused)
 
 
-def _write_curve(
-    description: GripperDescription, measurements: Sequence[Measurements], output: Path | None
-) -> Iterator[str]:
-    """Write the measured actuation curve into a gripper file."""
-    readings = [reading for one in measurements for reading in one.readings]
-    actuation = measured_actuation_from_readings(readings, description.actuator.tube.length)
-    sources = [one.source for one in measurements]
-    yield f"measured up to {actuation.pressure_limit * 1e-3:.4g} kPa"
-    yield f"wrote {write_measured_description(description, actuation, sources, output)}"
+def _pressure(
+    calibration: Calibration, radius: float, options: CommandOptions
+) -> RadiusPressure | SpiralError:
+    """Return the pressure for one radius with its uncertainty, or why there is none."""
+    level, draws = options.level, options.draws
+    try:
+        if draws is None:
+            return pressure_uncertainty(calibration, [radius], level)[0]
+        return pressure_uncertainty_by_draws(
+            calibration, [radius], seed=options.seed, draws=draws, level=level
+        )[0]
+    except SpiralError as error:
+        return error
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:

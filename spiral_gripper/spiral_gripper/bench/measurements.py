@@ -50,11 +50,13 @@ class Measurements:
         source: the file.
         readings: what was measured.
         lines: line in the file of each reading.
+        columns: names of the columns that were read.
     """
 
     source: Path
     readings: tuple[Reading, ...]
     lines: tuple[int, ...]
+    columns: frozenset[str] = frozenset()
 
 
 def load_measurements(
@@ -120,7 +122,7 @@ def parse_measurements(
             reason = f"is blank, and so the line holds no measurement of {_names(kinds)}"
             table.complain(row.line, kinds[0].name, reason)
     table.raise_problems()
-    return Measurements(source, tuple(readings), tuple(lines))
+    return Measurements(source, tuple(readings), tuple(lines), frozenset(table.columns))
 
 
 Values = Mapping[str, float]

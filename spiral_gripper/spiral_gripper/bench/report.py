@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from spiral_core import (
     Calibration,
@@ -13,6 +14,7 @@ from spiral_core import (
     RadiusPressure,
     weak_directions,
 )
+from spiral_core.calibration.result import Scatter
 from spiral_gripper.bench.measurements import Measurements
 
 _UNIT_OF_QUANTITY = {
@@ -47,25 +49,35 @@ def report_lines(
     ]
     if cross_validation is not None:
         lines.append(_cross_validation_line(cross_validation))
-    lines.extend(f"warning: {weak}" for weak in weak_directions(best))
-    lines.extend(f"warning: {name} ended at its bound" for name in best.at_bound)
     return lines + _comparison_lines(choice)
 
 
-def outlier_lines(calibration: Calibration, measurements: Sequence[Measurements]) -> list[str]:
+def warnings_of(calibration: Calibration) -> list[str]:
+    """Return what is to be doubted about a fit, a sentence each."""
+    found = [str(weak) for weak in weak_directions(calibration)]
+    found += [f"{name} ended at its bound" for name in calibration.at_bound]
+    if calibration.scatter is not Scatter.AS_STATED:
+        scale = f"the residuals are {calibration.error_scale:.3g} times the stated errors"
+        found.append(f"{scale}, {calibration.scatter.value}")
+    return found
+
+
+def outlier_warnings(calibration: Calibration, measurements: Sequence[Measurements]) -> list[str]:
     """Return a warning for each reading that lies far from the fit, with its file and line."""
     places = [(one.source, line) for one in measurements for line in one.lines]
-    limit = _OUTLIER * calibration.error_scale
+    stated = calibration.scatter is Scatter.TOO_SMALL
+    scale = 1.0 if stated else calibration.error_scale
+    limit = _OUTLIER * scale
     lines, index = [], 0
     for (source, line), reading in zip(places, calibration.readings, strict=True):
         residuals = calibration.residuals[index : index + len(reading.measured)]
         index += len(reading.measured)
         worst = max(abs(float(one)) for one in residuals)
         if worst > limit:
-            sigmas = worst / calibration.error_scale
+            sigmas = worst / scale
             lines.append(
-                f"warning: {source}:{line}: the reading at {reading.pressure * 1e-3:.4g} kPa is "
-                f"{sigmas:.1f} standard errors off the fit; check it, or fit with outliers allowed"
+                f"{source}:{line}: the reading at {reading.pressure * 1e-3:.4g} kPa is "
+                f"{sigmas:.1f} standard errors off the fit; check it, or fit with --robust"
             )
     return lines
 
@@ -88,6 +100,44 @@ def radius_lines(results: Sequence[RadiusPressure], level: float) -> list[str]:
             f"{100.0 * level:.4g} % interval {low:.4g} to {high:.4g} kPa{failed}"
         )
     return lines
+
+
+def calibration_as_dict(
+    choice: LawChoice, level: float, cross_validation: CrossValidation | None
+) -> dict[str, Any]:
+    """Return the report on the best fit for programs, in SI."""
+    best = choice.best
+    values = {
+        name: {
+            "value": best.value(name),
+            "standard_error": float(best.standard_errors[best.index(name)]),
+            "interval": list(best.interval(name, level)),
+        }
+        for name in best.names
+    }
+    fits = zip(choice.calibrations, choice.weights, strict=True)
+    return {
+        "law": best.model.fitted_law.__name__,
+        "readings": len(best.readings),
+        "degrees_of_freedom": best.degrees_of_freedom,
+        "level": level,
+        "values": values,
+        "correlation": best.correlation.tolist(),
+        "error_scale": best.error_scale,
+        "pressure_limit": best.actuation.pressure_limit,
+        "stretch_limit": best.actuation.stretch_limit,
+        "leave_one_out_error": None if cross_validation is None else cross_validation.error,
+        "laws": [
+            {
+                "law": one.model.fitted_law.__name__,
+                "aicc": one.information_criterion,
+                "bic": one.bayesian_criterion,
+                "weight": weight,
+            }
+            for one, weight in fits
+        ],
+        "failures": [{"law": name, "reason": reason} for name, reason in choice.failures],
+    }
 
 
 def _value_lines(calibration: Calibration, level: float) -> list[str]:

@@ -5,7 +5,6 @@ Needs matplotlib (the ``plot`` extra), which is loaded only here.
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,14 +37,15 @@ _MEASURED, _FITTED = "#0072B2", "#D55E00"
 _COORDINATES = ("#0072B2", "#009E73", "#CC79A7")
 
 
-def residual_figure(calibration: Calibration) -> Figure:
+def residual_figure(calibration: Calibration, name: str) -> Figure:
     """Return a figure with a row for each kind of reading: the fit on the left, residuals right.
 
-    Residuals are in units of the stated standard errors; the band is two of them after the errors
-    were scaled to the scatter, and holds about 95 % of good readings.
+    Bars and the band are two stated standard errors, as the readings' author claims: readings that
+    contradict the fit show as such.
 
     Args:
         calibration: the fit to show.
+        name: of the gripper.
     """
     from matplotlib.figure import Figure
 
@@ -55,22 +55,9 @@ def residual_figure(calibration: Calibration) -> Figure:
     for kind, (fit, left_over) in zip(kinds, rows, strict=True):
         _draw_kind(calibration, kind, fit, left_over)
     law = calibration.model.fitted_law.__name__
-    figure.suptitle(f"{law}: {len(calibration.readings)} readings")
+    scale = f"{calibration.error_scale:.3g} times the stated errors"
+    figure.suptitle(f"{name}: {law}, {len(calibration.readings)} readings, residuals {scale}")
     return figure
-
-
-def save_residual_plot(calibration: Calibration, path: str | os.PathLike[str]) -> None:
-    """Write the picture of a calibration to a file; its suffix chooses the format (png, svg, pdf).
-
-    Args:
-        calibration: the fit to show.
-        path: where to write.
-
-    Raises:
-        OSError: the file cannot be written.
-        ValueError: the suffix is none that matplotlib knows.
-    """
-    residual_figure(calibration).savefig(path, dpi=150)
 
 
 def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_over: Axes) -> None:
@@ -84,9 +71,8 @@ def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_ov
     errors = calibration.errors[chosen] * factor
     residuals = calibration.residuals[chosen]
     measured = predicted - residuals * errors
-    _draw_fit(fit, kind, kilopascals, measured, predicted, errors * calibration.error_scale)
-    band = 2.0 * calibration.error_scale
-    left_over.axhspan(-band, band, color="#DDDDDD", label="± 2 scaled standard errors")
+    _draw_fit(fit, kind, kilopascals, measured, predicted, 2.0 * errors)
+    left_over.axhspan(-2.0, 2.0, color="#DDDDDD", label="± 2 stated errors")
     left_over.axhline(0.0, color="black", linewidth=0.8)
     left_over.plot(kilopascals, residuals, "o", color=_MEASURED, markersize=5)
     fit.set(xlabel="pressure [kPa]", ylabel=label)

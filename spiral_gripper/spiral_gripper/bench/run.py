@@ -17,16 +17,27 @@ from spiral_core import (
     calibrate,
     choose_law,
     stiffness_from_actuator,
+    weak_directions,
 )
-from spiral_core.calibration.model import Trial
-from spiral_core.calibration.plausibility import find_unit_mix_up
+from spiral_core.calibration.model import Trial, constants_of
 from spiral_gripper.bench.errors import BadCell, MeasurementError
 from spiral_gripper.bench.measurements import Measurements
+from spiral_gripper.bench.plausibility import (
+    EXPLAINED,
+    discrepancy,
+    needed_modulus,
+    other_explanations,
+    possible_mix_ups,
+)
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.fields import LAWS
 
 # Two stiffnesses that agree to this fraction are the same one, computed twice.
 SAME_STIFFNESS = 1e-12
+# Rubbers of one kind differ by less than this factor in modulus; a forgotten length does not.
+FAR_MODULUS = 2.5
+# One constant: what is left to fit where the readings tell no more.
+SIMPLEST_LAW = "neo_hookean"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +45,13 @@ class CalibrationRequest:
     """What to fit.
 
     Args:
-        laws: names of the laws to try, as in description files; none means the description's own.
+        laws: names of the laws to try, as in description files; none means the description's own,
+            and :data:`SIMPLEST_LAW` where the readings do not tell its constants apart.
         quantities: what to fit beside the constants.
         fixed: constants that are held, by name, in SI units.
         robust: whether outliers may be among the readings.
-        accept_implausible: whether readings are taken as they are, although a mix-up of units
-            would explain them better.
+        accept_implausible: whether readings are taken that no elastomer gives, but a mix-up of
+            units does.
     """
 
     laws: tuple[str, ...] = ()
@@ -76,12 +88,44 @@ def run_calibration(
         if not request.accept_implausible:
             _refuse_mix_ups(description, one)
     readings = [reading for one in measurements for reading in one.readings]
-    own_law = next(k for k, v in LAWS.items() if isinstance(description.actuator.material, v))
-    laws = request.laws or (own_law,)
+    laws = request.laws or (law_name(description),)
     outcomes = [_outcome(description, law, request, readings) for law in laws]
+    if not request.laws and laws != (SIMPLEST_LAW,) and _is_undecided(outcomes[0]):
+        outcomes.append(_outcome(description, SIMPLEST_LAW, request, readings))
     if not any(isinstance(outcome, Calibration) for outcome in outcomes):
         raise next(one[1] for one in outcomes if not isinstance(one, Calibration))
     return choose_law(outcomes)
+
+
+def law_name(description: GripperDescription) -> str:
+    """Return the name of a description's own law, as description files have it."""
+    return next(k for k, v in LAWS.items() if isinstance(description.actuator.material, v))
+
+
+def modulus_warning(
+    description: GripperDescription, best: Calibration, readings: Sequence[Reading]
+) -> str | None:
+    """Return a warning if the fitted rubber is far from the one that the description states."""
+    stated = description.actuator.material.small_strain_modulus
+    fitted = best.actuator.material.small_strain_modulus
+    if 1.0 / FAR_MODULUS <= fitted / stated <= FAR_MODULUS:
+        return None
+    trial = Trial(FreeActuation(description.actuator), description.gripper)
+    kinds = _by_kind(readings).values()
+    others = [one for kind in kinds for one in other_explanations(trial, kind)]
+    instead = f"; what would explain it too: {', '.join(dict.fromkeys(others))}" if others else ""
+    return (
+        f"the fitted rubber's modulus is {fitted / stated:.3g} times the description's "
+        f"({fitted * 1e-6:.3g} MPa, not {stated * 1e-6:.3g} MPa){instead}"
+    )
+
+
+def _is_undecided(outcome: Calibration | tuple[str, SpiralError]) -> bool:
+    """Return whether there is no fit, or one that does not tell the law's constants apart."""
+    if not isinstance(outcome, Calibration):
+        return True
+    constants = constants_of(outcome.model.fitted_law)
+    return any(set(weak.names) <= set(constants) for weak in weak_directions(outcome))
 
 
 def _outcome(
@@ -123,26 +167,32 @@ def _if_stated(value: float, derived: float) -> float | None:
 
 
 def _refuse_mix_ups(description: GripperDescription, measurements: Measurements) -> None:
-    """Raise MeasurementError if a mix-up of units explains a file's readings better."""
+    """Raise MeasurementError for readings that no elastomer gives, but a mix-up of units does."""
     trial = Trial(FreeActuation(description.actuator), description.gripper)
-    by_kind: dict[type, list[Reading]] = {}
-    for reading in measurements.readings:
-        by_kind.setdefault(type(reading), []).append(reading)
     problems = []
-    for kind, readings in by_kind.items():
-        found = find_unit_mix_up(trial, readings)
-        if found is None:
+    for kind, readings in _by_kind(measurements.readings).items():
+        if discrepancy(trial, readings, 1.0, 1.0) < EXPLAINED or needed_modulus(trial, readings):
             continue
-        heading = "pressure" if found.response_factor == 1.0 else _HEADINGS[kind.__name__]
+        names = possible_mix_ups(trial, readings)
+        if not names:
+            continue
         line = measurements.lines[measurements.readings.index(readings[0])]
         reason = (
-            f"looks like {found.description}: the described gripper would differ by a factor of "
-            f"{found.discrepancy:.3g}, and of {found.discrepancy_if:.3g} with that corrected; "
-            "correct the unit, or accept the readings as they are if they are right"
+            f"no elastomer gives these readings with the described tube, but {' or '.join(names)} "
+            "would; correct the unit, or take them as they are with --accept-implausible"
         )
+        heading = f"pressure, {_HEADINGS[kind.__name__]}"
         problems.append(BadCell(str(measurements.source), line, None, heading, reason))
     if problems:
         raise MeasurementError(problems)
+
+
+def _by_kind(readings: Sequence[Reading]) -> dict[type[Reading], list[Reading]]:
+    """Return readings sorted by what they measure."""
+    by_kind: dict[type[Reading], list[Reading]] = {}
+    for reading in readings:
+        by_kind.setdefault(type(reading), []).append(reading)
+    return by_kind
 
 
 _HEADINGS = {

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from spiral_gripper.cli.types import Quantity
+from spiral_gripper.cli.types import LENGTH, YAML_FILE, Quantity, json_option, plot_option
+
+if TYPE_CHECKING:
+    from spiral_core import SpiralError
+    from spiral_gripper.bench.command import CommandOptions
+    from spiral_gripper.bench.measurements import Measurements
+    from spiral_gripper.files.description import GripperDescription
 
 # Stated here too, so that --help loads nothing heavy; a test holds them to their sources.
 LAWS: Final = ("neo_hookean", "mooney_rivlin", "yeoh", "gent")
@@ -26,7 +32,8 @@ DRAWS_MAX: Final = 100_000
     "laws",
     multiple=True,
     type=click.Choice(LAWS),
-    help="Law to fit; several are compared by AICc. Default: the description's own.",
+    help="Law to fit; several are compared by AICc. [default: the file's own; "
+    "neo_hookean where the readings do not tell its constants]",
 )
 @click.option(
     "--fit",
@@ -57,9 +64,9 @@ DRAWS_MAX: Final = 100_000
 )
 @click.option(
     "--section-length",
-    type=Quantity("LENGTH"),
+    type=Quantity("LENGTH", most="10 m"),
     metavar="LENGTH",
-    help="Unstretched length that was measured. Default: the tube's.",
+    help="Unstretched length that was measured. [default: the tube's]",
 )
 @click.option(
     "--ignore", "ignored", multiple=True, metavar="HEADING", help="Column that is no measurement."
@@ -68,7 +75,7 @@ DRAWS_MAX: Final = 100_000
 @click.option(
     "--accept-implausible",
     is_flag=True,
-    help="Take the readings as they are, even if a mix-up of units is likely.",
+    help="Take readings that no elastomer gives, but a mix-up of units does.",
 )
 @click.option(
     "--measured-curve",
@@ -79,7 +86,7 @@ DRAWS_MAX: Final = 100_000
     "--radius",
     "radii",
     multiple=True,
-    type=Quantity("LENGTH"),
+    type=LENGTH,
     metavar="LENGTH",
     help="Object radius whose pressure is wanted with its uncertainty.",
 )
@@ -103,24 +110,131 @@ DRAWS_MAX: Final = 100_000
     help="Confidence level.",
 )
 @click.option(
-    "--output",
-    type=click.Path(path_type=Path),
-    help="Gripper file to write. Default: a new file beside the original.",
+    "--save",
+    type=YAML_FILE,
+    metavar="FILE",
+    help="Gripper file to write. [default: a new file beside the original]",
 )
-@click.option("--no-output", is_flag=True, help="Report only: write no gripper file.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Residual plot to write.")
+@click.option("--no-save", is_flag=True, help="Report only: write no gripper file.")
+@json_option
+@plot_option
 def calibrate(
     gripper: str,
     files: tuple[Path, ...],
+    measured_curve: bool,
+    save: Path | None,
+    no_save: bool,
+    as_json: bool,
+    plot: Path | None,
     **options: Any,  # noqa: ANN401  # the fields of CommandOptions
-) -> None:
+) -> int:
     """Fit a gripper's constants to bench measurements.
 
     GRIPPER is the name of a shipped gripper or a description file, FILES are CSV files with units
     in their headings. The calibrated description is written beside the original; nothing is
     overwritten.
     """
-    from spiral_gripper.bench.command import CommandOptions, run_command
+    if save is not None and no_save:
+        raise click.UsageError("--save and --no-save exclude each other")
+    from spiral_gripper.bench.command import CommandOptions, load_files
+    from spiral_gripper.cli.gripper import described
 
-    for line in run_command(gripper, files, CommandOptions(**options)):
-        click.echo(line)
+    stated = CommandOptions(**options)
+    description = described(gripper)
+    measurements = load_files(description, files, stated)
+    if measured_curve:
+        _refuse_beside_curve(stated, plot)
+        return _write_curve(description, measurements, save, no_save, as_json)
+    return _calibrate(description, measurements, stated, save, no_save, as_json, plot)
+
+
+def _calibrate(
+    description: GripperDescription,
+    measurements: list[Measurements],
+    options: CommandOptions,
+    save: Path | None,
+    no_save: bool,
+    as_json: bool,
+    plot: Path | None,
+) -> int:
+    """Fit, print, write; radii that cannot be gripped come last and do not stop the rest."""
+    from spiral_gripper.bench.command import run_command
+    from spiral_gripper.cli.output import print_json, say_written, write_picture
+
+    result = run_command(description, measurements, options)
+    best, level = result.choice.best, options.level
+    refusals = [_told(error) for error in result.refusals]
+    if as_json:
+        from spiral_gripper.bench.report import calibration_as_dict
+
+        document = calibration_as_dict(result.choice, level, result.cross_validation)
+        answers = {"pressures": result.pressures, "refusals": refusals}
+        print_json({**document, "warnings": result.warnings, **answers})
+    else:
+        from spiral_gripper.bench.report import radius_lines, report_lines
+
+        click.echo("\n".join(report_lines(result.choice, level, result.cross_validation)))
+        for warning in result.warnings:
+            click.echo(f"warning: {warning}")
+        for line in radius_lines(result.pressures, level):
+            click.echo(line)
+    if plot is not None:
+        from spiral_gripper.bench.residual_plot import residual_figure
+
+        write_picture(residual_figure(best, description.gripper.name), plot)
+    if not no_save:
+        from spiral_gripper.bench.calibrated_file import write_calibrated_description
+
+        sources = [one.source for one in measurements]
+        say_written(write_calibrated_description(description, best, sources, save))
+    if refusals:
+        raise click.ClickException("\n".join(refusals))
+    return 0
+
+
+def _write_curve(
+    description: GripperDescription,
+    measurements: list[Measurements],
+    save: Path | None,
+    no_save: bool,
+    as_json: bool,
+) -> int:
+    """Print the measured actuation curve, and write it into a gripper file."""
+    from spiral_gripper.bench.command import measured_curve
+    from spiral_gripper.cli.output import print_json, say_written
+
+    curve = measured_curve(description, measurements)
+    if as_json:
+        names = ("pressures", "curvatures", "torsions")
+        print_json({name: getattr(curve, name) for name in names})
+    else:
+        click.echo(f"measured up to {curve.pressure_limit * 1e-3:.4g} kPa")
+    if not no_save:
+        from spiral_gripper.bench.calibrated_file import write_measured_description
+
+        sources = [one.source for one in measurements]
+        say_written(write_measured_description(description, curve, sources, save))
+    return 0
+
+
+def _refuse_beside_curve(options: CommandOptions, plot: Path | None) -> None:
+    """Refuse options of a fit where nothing is fitted."""
+    given = {
+        "--law": options.laws,
+        "--fit": options.quantities,
+        "--hold": options.hold,
+        "--robust": options.robust,
+        "--radius": options.radii,
+        "--draws": options.draws,
+        "--plot": plot,
+    }
+    for name, value in given.items():
+        if value:
+            raise click.UsageError(f"--measured-curve fits nothing: leave {name} out")
+
+
+def _told(error: SpiralError) -> str:
+    """Return what an error says, in the units that were typed."""
+    from spiral_gripper.cli.sentences import sentence
+
+    return sentence(error, click.get_current_context().obj or {})

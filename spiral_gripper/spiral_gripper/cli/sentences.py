@@ -64,7 +64,7 @@ that can is 3.782 cm
     """
     units = _units(givens)
     if isinstance(error, NotGrippableError):
-        return _in_units(_not_grippable(error, givens, units), units)
+        return _not_grippable(error, givens, units)
     if isinstance(error, NoCoilError):
         return _in_units(
             f"the gripper makes {error.turns:.3g} turns at most, at {error.pressure:.6g} Pa, but "
@@ -73,7 +73,7 @@ that can is 3.782 cm
             units,
         )
     if isinstance(error, InvalidInputError):
-        return _in_units(_invalid(error, givens), units)
+        return _invalid(error, givens, units)
     return _in_units(str(error), units)
 
 
@@ -107,33 +107,32 @@ def _inward(error: NotGrippableError, units: Mapping[str, str]) -> str:
 def _not_grippable(
     error: NotGrippableError, givens: Mapping[str, list[Given]], units: Mapping[str, str]
 ) -> str:
-    asked = _typed(error.radius, givens) or f"{error.radius:.9g} m"
+    asked = _typed(error.radius, givens) or shown_in(error.radius, "m", units)
+    constraint = _in_units(error.constraint, units)
     nearest = (
         "no radius can be gripped"
         if error.nearest_radius is None
         else f"the nearest radius that can is {_inward(error, units)}"
     )
-    return f"an object of radius {asked} cannot be gripped: {error.constraint}; {nearest}"
+    return f"an object of radius {asked} cannot be gripped: {constraint}; {nearest}"
 
 
-def _invalid(error: InvalidInputError, givens: Mapping[str, list[Given]]) -> str:
+def _invalid(
+    error: InvalidInputError, givens: Mapping[str, list[Given]], units: Mapping[str, str]
+) -> str:
     """Return a refused value under the option's name, as it was typed."""
     name = _OPTIONS.get(error.field, error.field)
-    text = None
+    requirement = _in_units(error.requirement, units)
     for parameter, typed in givens.items():
-        if _OPTIONS.get(parameter, parameter) == name:
-            text = next((one.text for one in typed if one.value == error.value), None)
-    if text is None:
-        text = _angles(error.value) if error.field == "alpha, beta" else None
-        return str(error) if text is None else f"{name} must be {error.requirement}, got {text}"
-    return f"--{name.replace('_', '-')} must be {error.requirement}, got {text}"
-
-
-def _angles(value: object) -> str | None:
-    """Return a pair of angles [rad] in words."""
-    if not isinstance(value, tuple):
-        return None
-    return ", ".join(f"{angle:.9g} rad" for angle in value)
+        if _OPTIONS.get(parameter, parameter) != name:
+            continue
+        for one in typed:
+            if one.value == error.value:
+                return f"--{name.replace('_', '-')} must be {requirement}, got {one.text}"
+    if error.field == "alpha, beta" and isinstance(error.value, tuple):
+        pair = ", ".join(shown_in(angle, "rad", units) for angle in error.value)
+        return f"{name} must be {requirement}, got {pair}"
+    return _in_units(str(error), units)
 
 
 def _typed(value: float, givens: Mapping[str, list[Given]]) -> str | None:

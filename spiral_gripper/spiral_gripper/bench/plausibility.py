@@ -1,0 +1,167 @@
+"""Whether readings could be in the units they claim, judged by the gripper as it is described.
+
+A rubber may be several times as stiff as the described one, so that a factor of seven in the
+pressure proves nothing. Readings that no elastomer gives are refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from spiral_core import (
+    BendReading,
+    ExtensionReading,
+    GripReading,
+    Reading,
+    ShapeReading,
+    SpiralError,
+    TwistReading,
+)
+from spiral_core.calibration.model import Trial
+from spiral_core.calibration.predict import predict
+from spiral_gripper.files.doubts import MODULI
+
+PSI_IN_KPA = 6.894757293168361
+BAR_IN_KPA = 100.0
+INCH_IN_MM = 25.4
+# Discrepancies are logarithms of ratios. A cause explains one if it leaves less than this factor,
+# which constants from a handbook may be off by.
+EXPLAINED = math.log(1.6)
+# Where nothing is predicted, or with another sign, the readings are as wrong as this ratio.
+HOPELESS = math.log(1.0e3)
+# Steps in which the modulus is sought that the readings need [logarithm].
+MODULUS_STEP = 0.1
+
+
+def possible_mix_ups(trial: Trial, readings: Sequence[Reading]) -> list[str]:
+    """Return the mix-ups of units that would make the readings those of the described gripper.
+
+    Args:
+        trial: the actuator and, for shapes and grips, the gripper as described, uncalibrated.
+        readings: readings of one kind.
+
+    Returns:
+        What was taken for what, such as ``"psi taken for kPa"``, the likeliest first.
+    """
+    found = []
+    for mix_up in _mix_ups(readings[0]):
+        left = discrepancy(trial, readings, mix_up.pressure_factor, mix_up.response_factor)
+        if left < EXPLAINED:
+            found.append((left, mix_up.name))
+    return [name for _, name in sorted(found)]
+
+
+def needed_modulus(trial: Trial, readings: Sequence[Reading]) -> float | None:
+    """Return the Young's modulus [Pa] with which the description meets readings best.
+
+    A law whose constants are all multiplied by a factor needs so many times the pressure.
+
+    Args:
+        trial: the gripper as described.
+        readings: readings of one kind.
+
+    Returns:
+        The modulus, or None if no elastomer's comes nearer to the readings than a factor of 1.6 in
+        the median.
+
+    Example:
+        >>> import math
+        >>> from spiral_core import Actuator, FiberAngles, FreeActuation, NeoHookean, Tube
+        >>> tube = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)
+        >>> fibers = FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0))
+        >>> described = FreeActuation(Actuator(tube, fibers, NeoHookean(c1=100.0e3)))
+        >>> actual = FreeActuation(Actuator(tube, fibers, NeoHookean(c1=600.0e3)))
+        >>> extension = 0.1 * (actual.stretch_from_pressure(40.0e3) - 1.0)
+        >>> readings = [ExtensionReading(40.0e3, extension, 0.1, 1.0e-4)]
+        >>> round(needed_modulus(Trial(described, None), readings) / 3.6e6, 1)
+        1.0
+    """
+    stated = trial.actuation.actuator.material.small_strain_modulus
+    low, high = (math.log(end / stated) for end in MODULI)
+    count = math.ceil((high - low) / MODULUS_STEP) + 1
+    factors = [math.exp(x) for x in sorted(np.linspace(low, high, count).tolist(), key=abs)]
+    left, factor = min(
+        ((discrepancy(trial, readings, 1.0 / f, 1.0), f) for f in factors), key=lambda one: one[0]
+    )
+    return factor * stated if left < EXPLAINED else None
+
+
+class _MixUp(NamedTuple):
+    """A mistake: what to multiply the pressures and the responses by, to correct it."""
+
+    name: str
+    pressure_factor: float
+    response_factor: float
+
+
+def _mix_ups(reading: Reading) -> list[_MixUp]:
+    """Return the mix-ups of units that a kind of reading allows."""
+    found = [
+        ("psi taken for kPa", PSI_IN_KPA, 1.0),
+        ("kPa taken for psi", 1.0 / PSI_IN_KPA, 1.0),
+        ("bar taken for kPa", BAR_IN_KPA, 1.0),
+        ("kPa taken for bar", 1.0 / BAR_IN_KPA, 1.0),
+        ("bar taken for psi", BAR_IN_KPA / PSI_IN_KPA, 1.0),
+        ("psi taken for bar", PSI_IN_KPA / BAR_IN_KPA, 1.0),
+    ]
+    if isinstance(reading, ExtensionReading | ShapeReading | GripReading):
+        found.append(("inches taken for mm", 1.0, INCH_IN_MM))
+        found.append(("mm taken for inches", 1.0, 1.0 / INCH_IN_MM))
+    else:
+        found.append(("radians taken for degrees", 1.0, math.degrees(1.0)))
+        found.append(("degrees taken for radians", 1.0, math.radians(1.0)))
+    return [_MixUp(*one) for one in found]
+
+
+def discrepancy(
+    trial: Trial, readings: Sequence[Reading], pressure_factor: float, response_factor: float
+) -> float:
+    """Return the median |ln(predicted / measured)| of the readings with both factors applied."""
+    values = [
+        _discrepancy_of_one(trial, reading, pressure_factor, response_factor)
+        for reading in readings
+        if reading.pressure > 0.0 and any(reading.measured)
+    ]
+    return float(np.median(values)) if values else 0.0
+
+
+def _discrepancy_of_one(
+    trial: Trial, reading: Reading, pressure_factor: float, response_factor: float
+) -> float:
+    measured = np.array(reading.measured) * response_factor
+    try:
+        predicted = predict(trial, [replace(reading, pressure=reading.pressure * pressure_factor)])
+    except SpiralError:
+        return HOPELESS
+    if isinstance(reading, ShapeReading):
+        # How far apart the points are, against the nearer one's distance from the base: a factor
+        # between two lengths counts as for the other kinds, and so does the direction.
+        apart = float(np.linalg.norm(predicted - measured))
+        nearer = min(float(np.linalg.norm(predicted)), float(np.linalg.norm(measured)))
+        return math.log1p(min(apart / nearer, math.exp(HOPELESS)))
+    ratio = float(predicted[0] / measured[0])
+    return min(abs(math.log(ratio)), HOPELESS) if ratio > 0.0 else HOPELESS
+
+
+def other_explanations(trial: Trial, readings: Sequence[Reading]) -> list[str]:
+    """Return what else than another rubber would bring readings to the described gripper.
+
+    Args:
+        trial: the gripper as described.
+        readings: readings of one kind.
+    """
+    found = possible_mix_ups(trial, readings)
+    ratios = [
+        reading.measured[0] / predict(trial, [reading])[0] * reading.section_length
+        for reading in readings
+        if isinstance(reading, ExtensionReading | TwistReading | BendReading)
+        and 0.0 < reading.pressure <= trial.actuation.pressure_limit
+    ]
+    if ratios and (length := float(np.median(ratios))) > 0.0:
+        found.append(f"a measured section of {length * 1e3:.3g} mm (--section-length)")
+    return found
