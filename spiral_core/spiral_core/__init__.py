@@ -8,7 +8,7 @@ type checkers read.
 from importlib import import_module
 
 _NAMES = {
-    "actuator.actuator": ("Actuator", "CurvatureForm"),
+    "actuator.actuator": ("Actuator", "CurvatureForm", "PressureLaw"),
     "actuator.curvature": ("rest_shape_from_stretch",),
     "actuator.fibers": ("FiberAngles", "FiberState", "fiber_state", "locking_stretch"),
     "actuator.free": ("FreeActuation",),
@@ -23,6 +23,7 @@ _NAMES = {
     ),
     "actuator.measured": ("MeasuredActuation",),
     "actuator.pressure": ("energy_from_stretch", "pressure_from_stretch"),
+    "actuator.single_fiber": ("SingleFiber",),
     "actuator.tube": ("Tube",),
     "actuator.winding": ("Winding", "windings_of"),
     "calibration.fit": ("calibrate",),

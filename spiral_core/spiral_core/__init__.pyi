@@ -1,5 +1,6 @@
 from spiral_core.actuator.actuator import Actuator as Actuator
 from spiral_core.actuator.actuator import CurvatureForm as CurvatureForm
+from spiral_core.actuator.actuator import PressureLaw as PressureLaw
 from spiral_core.actuator.curvature import rest_shape_from_stretch as rest_shape_from_stretch
 from spiral_core.actuator.fibers import FiberAngles as FiberAngles
 from spiral_core.actuator.fibers import FiberState as FiberState
@@ -17,6 +18,7 @@ from spiral_core.actuator.materials import Yeoh as Yeoh
 from spiral_core.actuator.measured import MeasuredActuation as MeasuredActuation
 from spiral_core.actuator.pressure import energy_from_stretch as energy_from_stretch
 from spiral_core.actuator.pressure import pressure_from_stretch as pressure_from_stretch
+from spiral_core.actuator.single_fiber import SingleFiber as SingleFiber
 from spiral_core.actuator.tube import Tube as Tube
 from spiral_core.actuator.winding import Winding as Winding
 from spiral_core.actuator.winding import windings_of as windings_of

@@ -7,7 +7,15 @@ import math
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from spiral_core import Actuator, CurvatureForm, FiberAngles, HyperelasticLaw, MooneyRivlin, Tube
+from spiral_core import (
+    Actuator,
+    CurvatureForm,
+    FiberAngles,
+    HyperelasticLaw,
+    MooneyRivlin,
+    PressureLaw,
+    Tube,
+)
 from spiral_core.actuator.volume import initial_volume_slope
 
 # The same examples in every run, and no wall clock: a failure repeats.
@@ -29,9 +37,16 @@ def actuator(
     straight_fiber_radius: float | None = None,
     curvature_form: CurvatureForm = CurvatureForm.FIRST_ORDER,
     twist_shear: bool = True,
+    pressure_law: PressureLaw = PressureLaw.UNIFORM,
 ) -> Actuator:
     return Actuator(
-        tube, degrees(alpha, beta), material, straight_fiber_radius, curvature_form, twist_shear
+        tube,
+        degrees(alpha, beta),
+        material,
+        straight_fiber_radius,
+        curvature_form,
+        twist_shear,
+        pressure_law,
     )
 
 

@@ -13,6 +13,7 @@ from spiral_core import (
     Gent,
     MooneyRivlin,
     NeoHookean,
+    PressureLaw,
     Tube,
     Yeoh,
 )
@@ -29,6 +30,7 @@ LAWS = (
 def actuator(material, alpha=75.0, beta=-75.0, **choices):
     """Return an actuator; angles in degrees, by default a pair that tells C1 and C2 apart."""
     fibers = FiberAngles(alpha=math.radians(alpha), beta=math.radians(beta))
+    choices = {"pressure_law": PressureLaw.UNIFORM} | choices
     return Actuator(tube=TUBE, fibers=fibers, material=material, **choices)
 
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from spiral_core import DesignRequirement, Elastomer, MooneyRivlin, TubeSize
+from spiral_core import DesignRequirement, Elastomer, MooneyRivlin, PressureLaw, TubeSize
 
 PAPER_TUBE = TubeSize("3/8 in x 1/32 in", inner_radius=4.7625e-3, wall_thickness=0.79375e-3)
-LATEX = Elastomer("latex", MooneyRivlin(c1=130.0e3, c2=15.0e3), density=950.0)
+LATEX = Elastomer(
+    "latex",
+    MooneyRivlin(c1=130.0e3, c2=15.0e3),
+    density=950.0,
+    pressure_law=PressureLaw.UNIFORM,
+)
 PAPER_EXAMPLE = DesignRequirement(
     radius_min=11.0e-3,
     radius_max=30.0e-3,

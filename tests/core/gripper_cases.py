@@ -10,6 +10,7 @@ from spiral_core import (
     FiberAngles,
     Gripper,
     MooneyRivlin,
+    PressureLaw,
     RestShape,
     RodStiffness,
     Tube,
@@ -31,6 +32,7 @@ def paper_gripper(
         tube=Tube(4.7625e-3, 0.79375e-3, length),
         fibers=FiberAngles(math.radians(88.0), math.radians(beta)),
         material=MooneyRivlin(130.0e3, 15.0e3),
+        pressure_law=PressureLaw.UNIFORM,
     )
     return gripper_from_actuator(
         name,

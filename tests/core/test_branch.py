@@ -23,6 +23,7 @@ from spiral_core import (
     InvariantDerivatives,
     MooneyRivlin,
     NeoHookean,
+    PressureLaw,
     Yeoh,
     fiber_state,
     locking_stretch,
@@ -157,7 +158,7 @@ def test_larger_fiber_radius_locks_sooner() -> None:
 def test_pressure_rises_all_along_the_branch(
     fibers: FiberAngles, law: HyperelasticLaw, shear: bool
 ) -> None:
-    case = Actuator(PAPER_TUBE, fibers, law, twist_shear=shear)
+    case = Actuator(PAPER_TUBE, fibers, law, twist_shear=shear, pressure_law=PressureLaw.UNIFORM)
     branch = find_useful_branch(case)
     assert 1.0 < branch.stretch_limit < locking_stretch(fibers)
     nodes = clustered_nodes(branch.stretch_limit, 777)
@@ -168,7 +169,7 @@ def test_pressure_rises_all_along_the_branch(
 @repeatable
 @given(fibers=extending_pairs, law=laws)
 def test_twice_as_many_nodes_find_the_same_end(fibers: FiberAngles, law: HyperelasticLaw) -> None:
-    case = Actuator(PAPER_TUBE, fibers, law)
+    case = Actuator(PAPER_TUBE, fibers, law, pressure_law=PressureLaw.UNIFORM)
     branch = find_useful_branch(case)
     if branch.limit is not ActuationLimit.LIMIT_POINT:
         return

@@ -19,6 +19,7 @@ from spiral_core import (
     InvalidInputError,
     MooneyRivlin,
     NeoHookean,
+    PressureLaw,
     RodStiffness,
     ShapeReading,
     SolverError,
@@ -322,3 +323,58 @@ def test_readings_refuse_what_cannot_be():
         with pytest.raises(InvalidInputError) as caught:
             ExtensionReading(**(values | bad))
         assert caught.value.field == next(iter(bad))
+
+
+def test_constants_of_a_straight_section_carry_to_the_finished_actuator():
+    """Extension is measured without the straight fiber, bending with it: one set of constants."""
+    truth = actuator(NeoHookean(c1=130.0e3), 88.0, 60.0, pressure_law=PressureLaw.SECTION)
+    straight, finished = FreeActuation(truth.without_single_fibers()), FreeActuation(truth)
+    pressures = (15.0e3, 30.0e3, 45.0e3, 60.0e3)
+    readings = [
+        ExtensionReading(p, 0.1 * (straight.stretch_from_pressure(p) - 1.0), 0.1, 2.0e-4)
+        for p in pressures
+    ]
+    fit = calibrate(CalibrationModel(start_from(truth)), readings)
+    assert fit.value("c1") == pytest.approx(130.0e3, rel=1e-6)
+    assert fit.actuation.rest_shape(60.0e3).curvature == pytest.approx(
+        finished.rest_shape(60.0e3).curvature, rel=1e-6
+    )
+    # The uniform law takes both for one: a third of the pressure is missing.
+    paper = replace(truth, pressure_law=PressureLaw.UNIFORM)
+    fit = calibrate(CalibrationModel(start_from(paper)), readings)
+    missing = finished.pressure_from_stretch(1.1) / fit.actuation.pressure_from_stretch(1.1)
+    assert missing == pytest.approx(1.42, abs=0.01)
+
+
+def test_bends_and_extensions_of_one_tube_fit_together():
+    truth = actuator(MooneyRivlin(c1=90.0e3, c2=40.0e3), pressure_law=PressureLaw.SECTION)
+    straight, finished = FreeActuation(truth.without_single_fibers()), FreeActuation(truth)
+    pressures = np.linspace(10.0e3, 60.0e3, 6)
+    bends = [BendReading(p, finished.rest_shape(p).curvature * 0.2, 0.2, 0.01) for p in pressures]
+    extensions_ = [
+        ExtensionReading(p, 0.1 * (straight.stretch_from_pressure(p) - 1.0), 0.1, 2.0e-4)
+        for p in pressures
+    ]
+    fit = calibrate(CalibrationModel(start_from(truth)), [*bends, *extensions_])
+    assert fit.values == pytest.approx([90.0e3, 40.0e3], rel=1e-5)
+
+
+def test_straight_fiber_radius_is_fitted_with_the_section_law():
+    truth = actuator(
+        NeoHookean(c1=130.0e3), pressure_law=PressureLaw.SECTION, straight_fiber_radius=5.3e-3
+    )
+    finished, straight = FreeActuation(truth), FreeActuation(truth.without_single_fibers())
+    readings = [
+        BendReading(p, finished.rest_shape(p).curvature * 0.2, 0.2, 0.01)
+        for p in (20.0e3, 40.0e3, 60.0e3)
+    ]
+    readings.append(
+        ExtensionReading(40.0e3, 0.1 * (straight.stretch_from_pressure(40.0e3) - 1.0), 0.1, 1e-4)
+    )
+    model = CalibrationModel(
+        replace(truth, straight_fiber_radius=None),
+        quantities=(FittedQuantity.STRAIGHT_FIBER_RADIUS,),
+    )
+    fit = calibrate(model, readings)
+    assert fit.value("straight_fiber_radius") == pytest.approx(5.3e-3, rel=1e-5)
+    assert fit.value("c1") == pytest.approx(130.0e3, rel=1e-5)

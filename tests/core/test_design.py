@@ -20,6 +20,7 @@ from spiral_core import (
     InvalidInputError,
     MooneyRivlin,
     Preference,
+    PressureLaw,
     TubeSize,
     WrapCurve,
     design_gripper,
@@ -196,7 +197,7 @@ def test_lengths_scale_together(factor: float) -> None:
 
 def test_stiffer_rubber_needs_more_pressure_in_proportion_without_gravity() -> None:
     weightless = replace(PAPER_EXAMPLE, gravity=(0.0, 0.0, 0.0), pressure_max=None)
-    stiff = Elastomer("stiff", MooneyRivlin(260.0e3, 30.0e3), 950.0)
+    stiff = Elastomer("stiff", MooneyRivlin(260.0e3, 30.0e3), 950.0, PressureLaw.UNIFORM)
     one, other = designed(weightless), designed(replace(weightless, elastomers=(stiff,)))
     assert other.smallest.pressure == pytest.approx(2.0 * one.smallest.pressure, rel=1e-6)
     assert other.length == pytest.approx(one.length, rel=1e-6)

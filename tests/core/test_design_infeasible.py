@@ -15,6 +15,7 @@ from spiral_core import (
     Elastomer,
     Gent,
     Margin,
+    PressureLaw,
     design_gripper,
 )
 from spiral_core.design.margin import tightest
@@ -124,7 +125,9 @@ def test_over_the_catalog_the_nearest_is_found() -> None:
 
 def test_rubber_that_ends_first_names_the_actuator() -> None:
     # Its chains are fully extended before the coil is as narrow as the smallest object.
-    brittle = Elastomer("brittle", Gent(shear_modulus=290.0e3, extension_limit=0.1), 950.0)
+    brittle = Elastomer(
+        "brittle", Gent(shear_modulus=290.0e3, extension_limit=0.1), 950.0, PressureLaw.UNIFORM
+    )
     wanted = replace(FREE, elastomers=(brittle,), fiber_angles_beta=(math.radians(70.0),))
     report = design_gripper(wanted)
     assert not report.feasible

@@ -13,6 +13,7 @@ from spiral_core import (
     Gent,
     MooneyRivlin,
     NeoHookean,
+    PressureLaw,
     SpiralError,
     Yeoh,
 )
@@ -57,6 +58,7 @@ material:
   density: 960 kg/m^3
 model:
   curvature_form: exact
+  pressure_law: uniform
   twist_shear: false
 stiffness:
   bending: 4e-4 N m^2
@@ -74,6 +76,9 @@ grip:
 """
 
 STANDARD_PSI = 0.45359237 * 9.80665 / 0.0254**2
+
+
+UNIFORM = SMALLEST + "model:\n  pressure_law: uniform\n"
 
 
 @pytest.fixture
@@ -107,6 +112,7 @@ def test_smallest_file_and_its_defaults(load):
     assert description.actuator.material == MooneyRivlin(c1=130e3, c2=15e3)
     assert description.actuator.straight_fiber_radius is None
     assert description.actuator.curvature_form is CurvatureForm.FIRST_ORDER
+    assert description.actuator.pressure_law is PressureLaw.SECTION
     assert description.actuator.twist_shear is True
     assert (description.density, description.extra_mass_per_length) == (950.0, 0.0)
     assert gripper.gravity == (STANDARD_GRAVITY, 0.0, 0.0)
@@ -129,6 +135,7 @@ def test_complete_file(load):
     assert actuator.straight_fiber_radius == 5.5e-3
     assert actuator.material == Gent(shear_modulus=290e3, extension_limit=50.0)
     assert actuator.curvature_form is CurvatureForm.EXACT
+    assert actuator.pressure_law is PressureLaw.UNIFORM
     assert actuator.twist_shear is False
     assert (gripper.stiffness.bending, gripper.stiffness.torsional) == (4e-4, 3e-4)
     assert description.extra_mass_per_length == 2e-3
@@ -407,10 +414,10 @@ def test_each_mistake_has_its_message(load, change, message):
 
 
 def test_a_pressure_past_locking_is_refused_in_the_unit_of_the_file(load):
-    limit = load(SMALLEST).gripper.actuation.pressure_limit / STANDARD_PSI
+    limit = load(UNIFORM).gripper.actuation.pressure_limit / STANDARD_PSI
     assert 100.0 < limit < 1000.0  # so that four digits are one decimal
     with pytest.raises(DescriptionError) as caught:
-        load(changed("16 psi", "1000 psi"))
+        load(changed("16 psi", "1000 psi", UNIFORM))
     assert str(caught.value) == (
         f"mine.yaml:17:17: limits.pressure_max must be at most {math.floor(limit * 10) / 10:.4g} "
         f"psi, the actuator's own limit: {ActuationLimit.FIBER_LOCKING.value}, got 1000 psi"
@@ -429,9 +436,9 @@ def test_ballooning_is_named_as_the_limit(load):
 def test_the_limit_that_the_message_states_is_accepted(load):
     for unit in ("psi", "MPa", "Pa", "bar"):
         with pytest.raises(DescriptionError) as caught:
-            load(changed("16 psi", f"1e8 {unit}"))
+            load(changed("16 psi", f"1e8 {unit}", UNIFORM))
         stated = caught.value.requirement.split(",")[0].removeprefix("at most ")
-        gripper = load(changed("16 psi", stated)).gripper
+        gripper = load(changed("16 psi", stated, UNIFORM)).gripper
         assert gripper.pressure_max <= gripper.actuation.pressure_limit
         # Four digits are stated, rounded down.
         assert gripper.pressure_max == pytest.approx(gripper.actuation.pressure_limit, rel=1.1e-3)
@@ -606,3 +613,37 @@ def test_any_value_anywhere_is_read_or_refused_as_a_description(
     problems, gripper = problems_or_gripper(path)
     assert all(problem.file == str(path) for problem in problems)
     assert problems or math.isfinite(gripper.weight_per_length)
+
+
+@pytest.mark.parametrize(
+    ("fields", "place", "match"),
+    [
+        ("single_angles: [10 deg, 20 deg]\n  single_positions: [0 deg, 60 deg]",
+         "fibers.single_angles", "fibers that cross"),
+        ("single_angles: [0 deg, 0 deg, 0 deg]", "fibers.single_angles", "at most 2"),
+        ("single_angles: [60 deg]", "fibers.single_angles", "another angle"),
+        ("single_angles: [0 deg, 0 deg]\n  single_positions: [0 deg, 180 deg]",
+         "fibers.single_angles", "170 degrees apart"),
+        ("single_positions: [0 deg, 1 deg]", "fibers.single_positions", "as many as single_angles"),
+        ("single_angles: [85 deg]", "fibers.single_angles", "from -80 to 80 deg"),
+    ],
+)  # fmt: skip
+def test_single_fibers_that_leave_no_motion_are_refused_in_their_place(load, fields, place, match):
+    with pytest.raises(DescriptionError, match=match) as caught:
+        load(changed("beta: 60 deg", f"beta: 60 deg\n  {fields}"))
+    assert caught.value.field == place
+    assert caught.value.line > 6
+
+
+def test_choices_that_contradict_are_refused_in_their_place(load):
+    for lines, field in (
+        ("  twist_shear: false\n", "model.twist_shear"),
+        ("  pressure_law: uniform\n  thick_wall: true\n", "model.thick_wall"),
+    ):
+        with pytest.raises(DescriptionError) as caught:
+            load(f"{SMALLEST}model:\n{lines}")
+        assert caught.value.field == field
+    helical = changed("beta: 60 deg", "beta: 60 deg\n  single_angles: [20 deg]")
+    with pytest.raises(DescriptionError, match="exact for other fibers"):
+        load(f"{helical}model:\n  curvature_form: first_order\n")
+    assert load(helical).actuator.curvature_form is CurvatureForm.EXACT

@@ -1,10 +1,12 @@
 """docs/gripper_files.md against the code: the format stands once, the page follows it."""
 
+import math
 import re
 from pathlib import Path
 
 import pytest
 
+from spiral_core import SingleFiber
 from spiral_gripper import DescriptionError, available_grippers, load_description
 from spiral_gripper.files.description import parse_description
 from spiral_gripper.files.fields import FIELDS, LAWS, Kind, constants_of
@@ -113,9 +115,45 @@ def test_allowed_choices(name):
 
 
 def test_allowed_switches():
-    assert codes(ROWS["model.twist_shear"][2]) == ["true", "false"]
-    for text, value in (("true", True), ("false", False)):
-        assert read(with_field("model.twist_shear", text)).actuator.twist_shear is value
+    uniform = SMALLEST + "model:\n  pressure_law: uniform\n"
+    for name, text in (("twist_shear", uniform), ("thick_wall", SMALLEST + "model:\n")):
+        assert codes(ROWS[f"model.{name}"][2]) == ["true", "false"]
+        for word, value in (("true", True), ("false", False)):
+            actuator = read(f"{text}  {name}: {word}\n").actuator
+            assert getattr(actuator, name) is value
+
+
+def test_allowed_single_fibers():
+    assert ROWS["fibers.single_angles"][2] == "-80 to 80 deg"
+    assert ROWS["fibers.single_positions"][2] == "as many as the angles"
+    text = with_field("fibers.single_angles", "[-80 deg]")
+    (fiber,) = read(text).actuator.single_fibers
+    assert fiber.angle == pytest.approx(math.radians(-80.0))
+    assert read(SMALLEST).actuator.single_fibers == (SingleFiber(0.0, 0.0),)
+    for name, value in (("single_angles", "[80.1 deg]"), ("single_positions", "[0 deg, 9 deg]")):
+        with pytest.raises(DescriptionError, match=f"fibers.{name}"):
+            read(with_field(f"fibers.{name}", value))
+
+
+def single_fiber_rows():
+    return {row[0]: codes(row[1]) for row in table_after("Fibers that make it bend")}
+
+
+@pytest.mark.parametrize("fields", single_fiber_rows().values(), ids=single_fiber_rows())
+def test_single_fibers_as_the_table_writes_them(fields):
+    lines = "".join(f"  {field}\n" for field in fields)
+    actuator = read(SMALLEST.replace("fibers:\n", f"fibers:\n{lines}")).actuator
+    stated = re.findall(r"[\d.]+(?= deg)", fields[0]) if fields else ["0"]
+    angles = [math.degrees(fiber.angle) for fiber in actuator.single_fibers]
+    assert angles == pytest.approx([float(angle) for angle in stated])
+
+
+def test_the_example_with_a_helical_fiber_coils():
+    example = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[1]
+    gripper = read(example).gripper
+    shape = gripper.rest_shape(gripper.pressure_max)
+    assert shape.curvature > 5.0
+    assert shape.torsion > 30.0
 
 
 @pytest.mark.parametrize(
@@ -138,6 +176,8 @@ def test_every_statement_of_what_is_allowed_is_tested():
     tested = {
         "rising from 0",
         "never falling",
+        "-80 to 80 deg",
+        "as many as the angles",
         "> 0",
         ">= 0",
         "-90 to 90 deg, not 0",
@@ -157,7 +197,8 @@ def test_stated_default_is_what_leaving_out_means(name):
     left_out, stated = read(SMALLEST), read(with_field(name, default))
     assert stated.actuator.fiber_radius == left_out.actuator.fiber_radius
     assert stated.actuator.curvature_form == left_out.actuator.curvature_form
-    assert stated.actuator.twist_shear == left_out.actuator.twist_shear
+    for choice in ("twist_shear", "pressure_law", "thick_wall"):
+        assert getattr(stated.actuator, choice) == getattr(left_out.actuator, choice)
     assert stated.extra_mass_per_length == left_out.extra_mass_per_length
     for attribute in ("gravity", "object_axis", "turns_required", "weight_per_length"):
         assert getattr(stated.gripper, attribute) == getattr(left_out.gripper, attribute)
@@ -167,6 +208,8 @@ def test_other_defaults_are_stated_in_words():
     words = {name: row[3] for name, row in ROWS.items() if row[3] and not codes(row[3])}
     assert words == {
         "description": "empty",
+        "fibers.single_angles": "one straight fiber",
+        "fibers.single_positions": "0 deg",
         "stiffness.bending": "from tube and material",
         "stiffness.torsional": "from tube and material",
         "grip.friction_coefficient": "unknown",
@@ -189,10 +232,11 @@ EXAMPLE_FIELDS = {
     Kind.NAME: "name",
     Kind.TEXT: "description",
     Kind.CHOICE: "material.law",
-    Kind.SWITCH: "model.twist_shear",
+    Kind.SWITCH: "model.thick_wall",
     Kind.DIRECTION: "mount.gravity_direction",
     Kind.PRESSURES: "measured.pressures",
     Kind.CURVATURES: "measured.curvatures",
+    Kind.ANGLES: "fibers.single_angles",
     Kind.AXIS: "mount.object_axis",
 }
 

@@ -15,11 +15,12 @@ from repo.source_tree import imports, internal_imports, modules
 CORE_FOLDERS = {
     "": set(),
     "numerics": {""},
-    "actuator": {"", "numerics"},
+    "section": {"", "numerics"},
+    "actuator": {"", "numerics", "section"},
     "rod": {"", "numerics"},
-    "wrap": {"", "numerics", "actuator", "rod"},
-    "design": {"", "numerics", "actuator", "rod", "wrap"},
-    "calibration": {"", "numerics", "actuator", "rod", "wrap"},
+    "wrap": {"", "numerics", "section", "actuator", "rod"},
+    "design": {"", "numerics", "section", "actuator", "rod", "wrap"},
+    "calibration": {"", "numerics", "section", "actuator", "rod", "wrap"},
 }
 # The same for spiral_gripper; "" holds its public names.
 EDGE_FOLDERS = {

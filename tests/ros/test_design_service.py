@@ -55,7 +55,12 @@ def own_requirement(**changes):
             "radius_max": 0.030,
             "tubes": (TubeSize("9.525 x 0.794 mm", tube.inner_radius, tube.wall_thickness),),
             "elastomers": (
-                Elastomer(gripper.name, description.actuator.material, description.density),
+                Elastomer(
+                    gripper.name,
+                    description.actuator.material,
+                    description.density,
+                    description.actuator.pressure_law,
+                ),
             ),
             "fiber_angle_alpha": description.actuator.fibers.alpha,
             "pressure_max": gripper.pressure_max,

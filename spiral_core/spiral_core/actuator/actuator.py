@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.actuator.materials import HyperelasticLaw
+from spiral_core.actuator.single_fiber import SingleFiber, check_single_fibers, fiber_set_of
 from spiral_core.actuator.tube import Tube
 from spiral_core.errors import InvalidInputError
+from spiral_core.section.fiber_set import FiberSet
 from spiral_core.validation import require_positive
+
+
+class PressureLaw(Enum):
+    """Which wall's energy the pressure works against; the elastomer's constants belong to one."""
+
+    SECTION = "section"
+    UNIFORM = "uniform"
 
 
 class CurvatureForm(Enum):
@@ -30,10 +39,18 @@ class Actuator:
         straight_fiber_radius: distance from the tube's axis to the straight fiber [m], > 0;
             None puts it at the tube's inner radius.
         curvature_form: ``FIRST_ORDER`` as the paper's numbers suggest, or ``EXACT``.
-        twist_shear: whether the energy counts the shear that the twist puts into the wall.
+        pressure_law: ``SECTION`` counts the strains all around the bent section, ``UNIFORM`` takes
+            the wall as stretched evenly, as the paper does.
+        twist_shear: whether the energy counts the shear that the twist puts into the wall; only
+            the uniform law can leave it out, to compare.
+        single_fibers: fibers that make the tube bend: a straight one by default, or helical ones
+            that do not cross; without any the tube stays straight.
+        thick_wall: whether the section law lets strains vary through the wall, with the fibers on
+            its outside; a thin wall has them, and the strains, on the tube's inner radius.
 
     Raises:
-        InvalidInputError: a value is of the wrong type, or the radius is not positive.
+        InvalidInputError: a value is of the wrong type, the radius is not positive, or choices of
+            model contradict each other or the fibers.
 
     Example:
         >>> import math
@@ -53,6 +70,9 @@ class Actuator:
     straight_fiber_radius: float | None = None
     curvature_form: CurvatureForm = CurvatureForm.FIRST_ORDER
     twist_shear: bool = True
+    pressure_law: PressureLaw = PressureLaw.SECTION
+    single_fibers: tuple[SingleFiber, ...] = (SingleFiber(),)
+    thick_wall: bool = False
 
     def __post_init__(self) -> None:
         _require_type("tube", self.tube, Tube)
@@ -60,15 +80,64 @@ class Actuator:
         _require_type("material", self.material, HyperelasticLaw)
         _require_type("curvature_form", self.curvature_form, CurvatureForm)
         _require_type("twist_shear", self.twist_shear, bool)
+        _require_type("pressure_law", self.pressure_law, PressureLaw)
+        _require_type("thick_wall", self.thick_wall, bool)
+        for fiber in self.single_fibers:
+            _require_type("single_fibers", fiber, SingleFiber)
         if self.straight_fiber_radius is not None:
             require_positive("straight_fiber_radius", self.straight_fiber_radius)
+        check_single_fibers(self.fibers, self.single_fibers)
+        self._check_choices()
 
     @property
     def fiber_radius(self) -> float:
-        """Distance from the tube's axis to the straight fiber, r_f [m]."""
+        """Distance from the tube's axis to the single fibers, r_f [m]."""
         if self.straight_fiber_radius is None:
-            return self.tube.inner_radius
+            return self.wound_radius
         return self.straight_fiber_radius
+
+    @property
+    def wound_radius(self) -> float:
+        """Radius at which the wound fibers count as lying [m]."""
+        return self.tube.outer_radius if self.thick_wall else self.tube.inner_radius
+
+    @property
+    def has_one_straight_fiber(self) -> bool:
+        """Whether it bends by one straight fiber, as the paper's actuators do."""
+        return len(self.single_fibers) == 1 and self.single_fibers[0].angle == 0.0
+
+    @property
+    def fiber_set(self) -> FiberSet:
+        """The fibers as the section's kinematics takes them."""
+        return fiber_set_of(
+            self.fibers,
+            self.single_fibers,
+            self.fiber_radius / self.wound_radius,
+            self.tube.inner_radius / self.wound_radius if self.thick_wall else None,
+        )
+
+    def without_single_fibers(self) -> Actuator:
+        """Return the straight section of the same tube and wound fibers."""
+        return replace(self, single_fibers=(), straight_fiber_radius=None)
+
+    def _check_choices(self) -> None:
+        """Refuse choices of model that are not defined for these fibers, or for each other."""
+        if self.pressure_law is PressureLaw.SECTION and not self.twist_shear:
+            raise InvalidInputError(
+                "twist_shear", False, "true: only the uniform law can leave the shear out"
+            )
+        if self.pressure_law is PressureLaw.UNIFORM and self.thick_wall:
+            raise InvalidInputError("thick_wall", True, "false with the uniform law")
+        if self.has_one_straight_fiber or not self.single_fibers:
+            return
+        if self.pressure_law is PressureLaw.UNIFORM:
+            raise InvalidInputError(
+                "pressure_law", "uniform", "section for other fibers than one straight one"
+            )
+        if self.curvature_form is CurvatureForm.FIRST_ORDER:
+            raise InvalidInputError(
+                "curvature_form", "first_order", "exact for other fibers than one straight one"
+            )
 
 
 def _require_type(field: str, value: object, expected: type) -> None:

@@ -20,10 +20,11 @@ from __future__ import annotations
 
 import math
 
-from spiral_core.actuator.actuator import Actuator, CurvatureForm
+from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.fibers import fiber_state
 from spiral_core.actuator.interface import RestShape
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
+from spiral_core.section.path import SectionPath, section_path
 from spiral_core.validation import require_finite
 
 
@@ -61,14 +62,49 @@ def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> RestShape:
     """
     if not require_finite("stretch", stretch) >= 1.0:
         raise InvalidInputError("stretch", stretch, "at least 1 (a fiber cannot push)")
+    exact = actuator.curvature_form is CurvatureForm.EXACT
+    if exact and actuator.pressure_law is PressureLaw.SECTION:
+        return _rest_shape_on_path(actuator, stretch)
     state = fiber_state(actuator.fibers, stretch)
     length = actuator.tube.length
     torsion = state.twist / actuator.tube.inner_radius
-    if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
+    if not actuator.single_fibers and not exact:
+        return RestShape(0.0, torsion, length, stretch)
+    if not actuator.single_fibers:
+        return RestShape(0.0, torsion / stretch, stretch * length, stretch)
+    if not exact:
         curvature = (stretch - 1.0) / actuator.fiber_radius
         return RestShape(curvature, torsion, length, stretch)
     curvature = _exact_curvature_per_unstretched_length(actuator, stretch, state.twist)
     return RestShape(curvature / stretch, torsion / stretch, stretch * length, stretch)
+
+
+def rest_shape_from_section(actuator: Actuator, path: SectionPath, far_strain: float) -> RestShape:
+    """Return the unloaded shape of a section whose far side has a strain, of its absolute value.
+
+    Args:
+        actuator: whose fibers the path belongs to.
+        path: :func:`spiral_core.section.path.section_path` of its fibers.
+        far_strain: change of the squared length of the far side's line, at most the path's limit.
+    """
+    stretch = path.stretch_at(far_strain)
+    scale = 1.0 / (actuator.wound_radius * stretch)
+    tangent = path.fibers.single_slope
+    return RestShape(
+        curvature=far_strain * path.curvature(far_strain) * scale,
+        torsion=(tangent + far_strain * path.torsion(far_strain)) * scale,
+        backbone_length=stretch * actuator.tube.length,
+        stretch=stretch,
+    )
+
+
+def _rest_shape_on_path(actuator: Actuator, stretch: float) -> RestShape:
+    """Return the shape that the section's fibers allow at a stretch."""
+    path = section_path(actuator.fiber_set)
+    limit = path.stretch_at(path.strain_limit)
+    if not stretch <= limit:
+        raise ActuationLimitError(path.limit, "stretch", stretch, limit)
+    return rest_shape_from_section(actuator, path, path.strain_from_stretch(stretch))
 
 
 def _exact_curvature_per_unstretched_length(

@@ -64,6 +64,11 @@ class FiberAngles:
                 f"angles of two families that cross (|sin(alpha - beta)| >= {SMALLEST_CROSSING})",
             )
 
+    @property
+    def degrees(self) -> str:
+        """The two angles for messages."""
+        return f"{math.degrees(self.alpha):.6g} and {math.degrees(self.beta):.6g} degrees"
+
     def mirrored(self) -> FiberAngles:
         """Return the mirror image: both handednesses swapped."""
         return FiberAngles(alpha=-self.alpha, beta=-self.beta)

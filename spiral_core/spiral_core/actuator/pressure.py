@@ -1,22 +1,26 @@
 r"""Pressure that holds an actuator at a stretch, by virtual work on the tube.
 
-The elastomer's energy and the enclosed volume depend on the axial stretch alone, because the two
-fiber families fix the hoop stretch and the twist. In equilibrium P dV = dU:
+By the uniform law, the elastomer's energy and the enclosed volume depend on the axial stretch
+alone, because the two fiber families fix the hoop stretch and the twist. In equilibrium P dV = dU:
 
 .. math:: P(\lambda_1) = V_t \, \frac{du/d\lambda_1}{dV/d\lambda_1}, \qquad
     V = \pi r^2 L \, \lambda_1 \lambda_2^2, \qquad V_t = \pi \, ((r + t)^2 - r^2) \, L
 
-The derivation is in ``docs/derivations/actuator.md``.
+The derivation is in ``docs/derivations/actuator.md``. The section law, the default, is in
+:mod:`spiral_core.actuator.section_curve`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.actuator import Actuator, PressureLaw
 from spiral_core.actuator.fibers import FiberJet, fiber_jet
+from spiral_core.actuator.section_curve import SectionEnergy
 from spiral_core.actuator.volume import largest_volume_stretch, require_extending, volume_from_jet
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
+from spiral_core.section.path import section_path
 from spiral_core.validation import require_finite
 
 
@@ -95,10 +99,10 @@ def invariants_from_jet(stretch: float, jet: FiberJet, twist_shear: bool = True)
 
 
 def energy_from_stretch(actuator: Actuator, stretch: float) -> float:
-    """Return the elastic energy of the whole tube [J], zero at rest.
+    """Return the elastic energy of the whole tube by the uniform law [J], zero at rest.
 
     Args:
-        actuator: the actuator.
+        actuator: the actuator, whatever its own law.
         stretch: axial stretch, positive and below fiber locking.
 
     Raises:
@@ -154,9 +158,7 @@ def pressure_point(actuator: Actuator, stretch: float) -> PressurePoint:
 
 
 def pressure_from_stretch(actuator: Actuator, stretch: float) -> float:
-    r"""Return the gauge pressure that holds the actuator at an axial stretch.
-
-    .. math:: P(\lambda_1) = V_t \, \frac{du/d\lambda_1}{dV/d\lambda_1}
+    """Return the gauge pressure that holds the actuator at an axial stretch, by its own law.
 
     Equilibria past a limit point, where the pressure falls as the tube balloons, are answered too:
     whether a state can be reached by pressure is for :class:`spiral_core.FreeActuation` to say.
@@ -183,11 +185,34 @@ def pressure_from_stretch(actuator: Actuator, stretch: float) -> float:
         ...     material=MooneyRivlin(c1=130.0e3, c2=15.0e3),
         ... )
         >>> round(pressure_from_stretch(actuator, 1.1))
+        56477
+        >>> from dataclasses import replace
+        >>> even = replace(actuator, pressure_law=PressureLaw.UNIFORM)
+        >>> round(pressure_from_stretch(even, 1.1))
         39787
     """
-    if not require_finite("stretch", stretch) >= 1.0:
-        raise InvalidInputError("stretch", stretch, "at least 1 (pressure extends the tube)")
+    return pressures_from_stretches(actuator, (stretch,))[0]
+
+
+def pressures_from_stretches(actuator: Actuator, stretches: Sequence[float]) -> list[float]:
+    """Return the gauge pressure [Pa] at each stretch: :func:`pressure_from_stretch` for many."""
+    for stretch in stretches:
+        if not require_finite("stretch", stretch) >= 1.0:
+            raise InvalidInputError("stretch", stretch, "at least 1 (pressure extends the tube)")
     require_extending(actuator.fibers)
+    if actuator.pressure_law is PressureLaw.UNIFORM:
+        return [_uniform_pressure(actuator, stretch) for stretch in stretches]
+    path = section_path(actuator.fiber_set)
+    energy = SectionEnergy(actuator, path)
+    limit = path.stretch_at(energy.strain_limit)
+    for stretch in stretches:
+        if not stretch <= limit:
+            raise ActuationLimitError(energy.limit, "stretch", stretch, limit)
+    sizes = [path.strain_from_stretch(stretch) for stretch in stretches]
+    return [energy.pressure_with_slope(size)[0] for size in sizes]
+
+
+def _uniform_pressure(actuator: Actuator, stretch: float) -> float:
     jet = fiber_jet(actuator.fibers, stretch)
     if not volume_from_jet(stretch, jet).prime > 0.0:
         raise ActuationLimitError(

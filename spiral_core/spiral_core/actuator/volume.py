@@ -69,10 +69,9 @@ def require_extending(fibers: FiberAngles) -> None:
     slope = initial_volume_slope(fibers)
     if slope > 0.0:
         return
-    degrees = f"{math.degrees(fibers.alpha):.6g} and {math.degrees(fibers.beta):.6g} degrees"
     raise InvalidInputError(
         "fibers",
-        degrees,
+        fibers.degrees,
         "a pair that extends under pressure: two angles of the same handedness, or of opposite "
         f"handedness with |tan(alpha) tan(beta)| > 2 (here {2.0 / (1.0 - slope):.6g}, "
         "so pressure would shorten the tube)",

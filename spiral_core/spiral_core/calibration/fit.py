@@ -68,7 +68,8 @@ def calibrate(
         ...     fibers=FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)),
         ...     material=NeoHookean(c1=100.0e3),
         ... )
-        >>> truth = FreeActuation(replace(actuator, material=NeoHookean(c1=145.0e3)))
+        >>> section = actuator.without_single_fibers()  # what extension is measured on
+        >>> truth = FreeActuation(replace(section, material=NeoHookean(c1=145.0e3)))
         >>> from spiral_core.calibration.readings import ExtensionReading
         >>> readings = [
         ...     ExtensionReading(p, 0.1 * (truth.stretch_from_pressure(p) - 1.0), 0.1, 1.0e-4)

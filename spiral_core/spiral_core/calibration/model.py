@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
 from typing import Any, cast
 
-from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.actuator import Actuator, PressureLaw
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.materials import Gent, HyperelasticLaw, MooneyRivlin, NeoHookean, Yeoh
-from spiral_core.errors import InvalidInputError
+from spiral_core.calibration.readings import ExtensionReading, Reading, TwistReading
+from spiral_core.errors import ActuationLimitError, InvalidInputError
 from spiral_core.rod.types import RodStiffness
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.gripper import Gripper, stiffness_from_actuator
@@ -40,12 +41,38 @@ class Trial:
     """One choice of the parameters, made into what the readings are predicted from.
 
     Attributes:
-        actuation: the actuator with these constants.
+        actuation: the finished actuator with these constants.
         gripper: the mounted gripper with this actuation and stiffness, or None if none was given.
     """
 
     actuation: FreeActuation
-    gripper: Gripper | None
+    gripper: Gripper | None = None
+
+    @property
+    def straight(self) -> FreeActuation:
+        """A straight section of the tube, without single fibers: its wall stretches evenly.
+
+        Extension and twist are measured on it. The uniform law does not tell it from the actuator.
+        """
+        actuator = self.actuation.actuator
+        if actuator.pressure_law is PressureLaw.UNIFORM:
+            return self.actuation
+        return actuation_of(actuator.without_single_fibers())
+
+    def actuation_for(self, reading: Reading) -> FreeActuation:
+        """Return what a reading was measured on: the straight section or the finished actuator."""
+        is_straight = isinstance(reading, ExtensionReading | TwistReading)
+        return self.straight if is_straight else self.actuation
+
+    def highest_beyond(self, readings: Iterable[Reading]) -> ActuationLimitError | None:
+        """Return the error of the highest reading, if it is past what it was measured on."""
+        for reading in sorted(readings, key=lambda one: one.pressure, reverse=True):
+            on = self.actuation_for(reading)
+            if not reading.pressure <= on.pressure_limit:
+                return ActuationLimitError(
+                    on.limit, "pressure", reading.pressure, on.pressure_limit
+                )
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +215,7 @@ class CalibrationModel:
         actuator = self.actuator_from(values)
         actuation = actuation_of(actuator)
         if self.gripper is None:
-            return Trial(actuation, None)
+            return Trial(actuation)
         gripper = replace(
             self.gripper,
             tube=self.actuator.tube,

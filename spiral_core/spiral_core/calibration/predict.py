@@ -153,11 +153,11 @@ def _pressure_slopes(trial: Trial, readings: Sequence[Reading]) -> Array:
 
 def _predict_one(trial: Trial, shapes: _Shapes | None, reading: Reading) -> tuple[float, ...]:
     if isinstance(reading, ExtensionReading):
-        stretch = trial.actuation.stretch_from_pressure(reading.pressure)
+        stretch = trial.straight.stretch_from_pressure(reading.pressure)
         return ((stretch - 1.0) * reading.section_length,)
     if isinstance(reading, TwistReading):
-        actuator = trial.actuation.actuator
-        stretch = trial.actuation.stretch_from_pressure(reading.pressure)
+        actuator = trial.straight.actuator
+        stretch = trial.straight.stretch_from_pressure(reading.pressure)
         rate = fiber_state(actuator.fibers, stretch).twist / actuator.tube.inner_radius
         return (rate * reading.section_length,)
     if isinstance(reading, BendReading):

@@ -12,7 +12,7 @@ from spiral_core.calibration.fit import calibrate
 from spiral_core.calibration.predict import measured_values, predict
 from spiral_core.calibration.readings import Reading
 from spiral_core.calibration.result import Calibration
-from spiral_core.errors import ActuationLimitError, InvalidInputError, SpiralError
+from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array
 
 # Readings whose pressures agree to this fraction were made at one setting of the regulator.
@@ -168,9 +168,7 @@ def _predicted_from(
         calibration.model, others, robust=calibration.robust, start=calibration.values.tolist()
     )
     trial = fit.model.trial(fit.values.tolist())
-    highest = max(reading.pressure for reading in group)
-    if not highest <= trial.actuation.pressure_limit:
-        raise ActuationLimitError(
-            trial.actuation.limit, "pressure", highest, trial.actuation.pressure_limit
-        )
+    beyond = trial.highest_beyond(group)
+    if beyond is not None:
+        raise beyond
     return predict(trial, group)

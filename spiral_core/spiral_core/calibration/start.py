@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from spiral_core.actuator.fibers import locking_stretch
-from spiral_core.actuator.pressure import pressure_from_stretch
-from spiral_core.calibration.model import CalibrationModel, actuation_of
+from spiral_core.actuator.pressure import pressures_from_stretches
+from spiral_core.calibration.model import CalibrationModel, Trial, actuation_of
 from spiral_core.calibration.problem import difference_jacobian
 from spiral_core.calibration.readings import BendReading, ExtensionReading, Reading
-from spiral_core.errors import ActuationLimitError, SolverError, SpiralError
+from spiral_core.errors import SolverError, SpiralError
 from spiral_core.rod.types import Array
 
 # Until the start reaches the highest measured pressure it is made stiffer by these factors: a
@@ -34,6 +34,7 @@ EVALUATIONS_MAX = 50
 class _Point(NamedTuple):
     """A stretch that was measured, its pressure, and the pressure's error for a start."""
 
+    straight: bool
     stretch: float
     pressure: float
     error: float
@@ -49,20 +50,22 @@ def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> tup
     Raises:
         ActuationLimitError: the measured pressures are past what any start reaches.
     """
-    highest = max(reading.pressure for reading in readings)
     found = _values_from_pressures(model, _points(model, readings))
-    reached = actuation_of(model.actuator_from(model.start()))
+    beyond = Trial(actuation_of(model.actuator_from(model.start()))).highest_beyond(readings)
     for base in (found, model.start()):
         for factor in STIFFENING:
             scales = (1.0 if name == "extension_limit" else factor for name in model.names)
             values = tuple(a * b for a, b in zip(base, scales, strict=True))
             try:
-                reached = actuation_of(model.actuator_from(values))
+                trial = Trial(actuation_of(model.actuator_from(values)))
             except SpiralError:  # not an actuator that extends, at any scale
                 break
-            if reached.pressure_limit >= highest:
+            beyond = trial.highest_beyond(readings)
+            if beyond is None:
                 return values
-    raise ActuationLimitError(reached.limit, "pressure", highest, reached.pressure_limit)
+    if beyond is None:  # the start itself, where nothing found makes an actuator
+        return model.start()
+    raise beyond
 
 
 def _points(model: CalibrationModel, readings: Sequence[Reading]) -> list[_Point]:
@@ -83,7 +86,8 @@ def _points(model: CalibrationModel, readings: Sequence[Reading]) -> list[_Point
             continue
         slope = reading.pressure / elongation
         error = slope * reading.error * scale / reading.section_length
-        points.append(_Point(1.0 + elongation, reading.pressure, error))
+        is_straight = isinstance(reading, ExtensionReading)
+        points.append(_Point(is_straight, 1.0 + elongation, reading.pressure, error))
     return points
 
 
@@ -95,13 +99,19 @@ def _values_from_pressures(model: CalibrationModel, points: Sequence[_Point]) ->
     if len(points) < len(model.names):
         return model.start()
     scales = np.array(model.scales())
+    points = sorted(points, key=lambda point: point.straight)
+    finished = [point.stretch for point in points if not point.straight]
+    straight = [point.stretch for point in points if point.straight]
     measured = np.array([point.pressure for point in points])
     errors = np.array([point.error for point in points])
 
     def residuals(scaled: Array) -> Array:
         try:
             actuator = model.actuator_from((scaled * scales).tolist())
-            modeled = [pressure_from_stretch(actuator, point.stretch) for point in points]
+            modeled = pressures_from_stretches(actuator, finished) if finished else []
+            if straight:
+                even = actuator.without_single_fibers()
+                modeled = [*modeled, *pressures_from_stretches(even, straight)]
         except SpiralError:
             return np.full(len(points), np.nan)
         weighted: Array = (np.array(modeled) - measured) / errors

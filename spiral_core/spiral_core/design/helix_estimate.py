@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from spiral_core.actuator.curvature import rest_shape_from_stretch
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.limits import clustered_nodes
 from spiral_core.errors import NotGrippableError
@@ -54,7 +53,7 @@ class GripFigures:
 
 def helix_radius(actuation: FreeActuation, stretch: float) -> float:
     """Return the radius that the helix at a stretch touches [m]; negative: nothing fits inside."""
-    shape = rest_shape_from_stretch(actuation.actuator, stretch)
+    shape = actuation.rest_shape_from_stretch(stretch)
     helix = helix_from_curvature(shape.curvature, shape.torsion)
     return helix.object_radius(actuation.actuator.tube.outer_radius)
 
@@ -93,7 +92,7 @@ def helix_grip(actuation: FreeActuation, radius: float, turns: float) -> GripFig
         NotGrippableError: the actuator's own limit comes first.
     """
     stretch = helix_stretch(actuation, radius)
-    shape = rest_shape_from_stretch(actuation.actuator, stretch)
+    shape = actuation.rest_shape_from_stretch(stretch)
     helix = helix_from_curvature(shape.curvature, shape.torsion)
     object_length = helix.object_length(turns)
     unstretched = actuation.actuator.tube.length / shape.backbone_length

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from spiral_core.actuator.actuator import Actuator, CurvatureForm
+from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.actuator.materials import HyperelasticLaw
 from spiral_core.actuator.tube import Tube
@@ -75,6 +75,7 @@ class Elastomer:
         name: how reports call it.
         law: its hyperelastic law.
         density: [kg/m^3], > 0.
+        pressure_law: the one that the law's constants were fitted with.
 
     Raises:
         InvalidInputError: the law is none, or the density is not positive and finite.
@@ -83,6 +84,7 @@ class Elastomer:
     name: str
     law: HyperelasticLaw
     density: float
+    pressure_law: PressureLaw = PressureLaw.SECTION
 
     def __post_init__(self) -> None:
         if not isinstance(self.law, HyperelasticLaw):
@@ -205,6 +207,7 @@ class Candidate:
             fibers=FiberAngles(requirement.fiber_angle_alpha, self.fiber_angle_beta),
             material=self.elastomer.law,
             curvature_form=requirement.curvature_form,
+            pressure_law=self.elastomer.pressure_law,
         )
 
     @property

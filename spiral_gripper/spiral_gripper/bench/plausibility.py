@@ -75,10 +75,10 @@ def needed_modulus(trial: Trial, readings: Sequence[Reading]) -> float | None:
         >>> tube = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)
         >>> fibers = FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0))
         >>> described = FreeActuation(Actuator(tube, fibers, NeoHookean(c1=100.0e3)))
-        >>> actual = FreeActuation(Actuator(tube, fibers, NeoHookean(c1=600.0e3)))
-        >>> extension = 0.1 * (actual.stretch_from_pressure(40.0e3) - 1.0)
+        >>> actual = Trial(FreeActuation(Actuator(tube, fibers, NeoHookean(c1=600.0e3))))
+        >>> extension = 0.1 * (actual.straight.stretch_from_pressure(40.0e3) - 1.0)
         >>> readings = [ExtensionReading(40.0e3, extension, 0.1, 1.0e-4)]
-        >>> round(needed_modulus(Trial(described, None), readings) / 3.6e6, 1)
+        >>> round(needed_modulus(Trial(described), readings) / 3.6e6, 1)
         1.0
     """
     stated = trial.actuation.actuator.material.small_strain_modulus
@@ -160,7 +160,7 @@ def other_explanations(trial: Trial, readings: Sequence[Reading]) -> list[str]:
         reading.measured[0] / predict(trial, [reading])[0] * reading.section_length
         for reading in readings
         if isinstance(reading, ExtensionReading | TwistReading | BendReading)
-        and 0.0 < reading.pressure <= trial.actuation.pressure_limit
+        and 0.0 < reading.pressure <= trial.actuation_for(reading).pressure_limit
     ]
     if ratios and (length := float(np.median(ratios))) > 0.0:
         found.append(f"a measured section of {length * 1e3:.3g} mm (--section-length)")

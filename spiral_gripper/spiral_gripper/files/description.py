@@ -17,6 +17,8 @@ from spiral_core import (
     HyperelasticLaw,
     InvalidInputError,
     MeasuredActuation,
+    PressureLaw,
+    SingleFiber,
     Tube,
     gripper_from_actuator,
 )
@@ -39,6 +41,13 @@ _LARGEST = {
     "density": (1.0e5, "kg/m^3"),
     "extra_mass_per_length": (1.0e3, "kg/m"),
     "gravity_magnitude": (GRAVITY_MAX, "m/s^2"),
+}
+
+
+# The core's names for a single fiber's angles, as files call them.
+_SINGLE_FIBER_FIELDS = {
+    "angle": ("single_angles", "angles from -80 to 80 deg"),
+    "position": ("single_positions", "angles from -360 to 360 deg"),
 }
 
 
@@ -128,7 +137,16 @@ def parse_description(text: str, source: Path) -> GripperDescription:
 
 def _check_parts(values: Values, document: Document) -> None:
     """Make each part once, so that one reading names all that the core refuses."""
-    for make in (_tube, _fibers, _material, _density, _extra_mass, _gravity, _pressure_max):
+    for make in (
+        _tube,
+        _fibers,
+        _single_fibers,
+        _material,
+        _density,
+        _extra_mass,
+        _gravity,
+        _pressure_max,
+    ):
         _check_part(make, values, document)
     document.raise_problems()
 
@@ -195,12 +213,38 @@ def _rounded_down(value: float) -> str:
 
 
 def _actuator(values: Values) -> Actuator:
-    choices = _arguments(values, "fibers.straight_fiber_radius", "model.twist_shear")
-    if "model.curvature_form" in values:
-        choices["curvature_form"] = CurvatureForm(values["model.curvature_form"])
-    return Actuator(
-        tube=_tube(values), fibers=_fibers(values), material=_material(values), **choices
+    choices = _arguments(
+        values, "fibers.straight_fiber_radius", "model.twist_shear", "model.thick_wall"
     )
+    if "model.pressure_law" in values:
+        choices["pressure_law"] = PressureLaw(values["model.pressure_law"])
+    singles = _single_fibers(values)
+    # The first-order form is that of one straight fiber; other sets have only the exact one.
+    is_straight = tuple(fiber.angle for fiber in singles) in ((0.0,), ())
+    form = CurvatureForm.FIRST_ORDER if is_straight else CurvatureForm.EXACT
+    return Actuator(
+        tube=_tube(values),
+        fibers=_fibers(values),
+        material=_material(values),
+        curvature_form=CurvatureForm(values.get("model.curvature_form", form.value)),
+        single_fibers=singles,
+        **choices,
+    )
+
+
+def _single_fibers(values: Values) -> tuple[SingleFiber, ...]:
+    """Return the single fibers: one straight one, unless the file lists others."""
+    angles = cast("tuple[float, ...]", values.get("fibers.single_angles", (0.0,)))
+    places = cast("tuple[float, ...]", values.get("fibers.single_positions", (0.0,) * len(angles)))
+    if len(places) != len(angles):
+        raise InvalidInputError(
+            "single_positions", len(places), f"as many as single_angles, {len(angles)}"
+        )
+    try:
+        return tuple(SingleFiber(*pair) for pair in zip(angles, places, strict=True))
+    except InvalidInputError as error:
+        field, allowed = _SINGLE_FIBER_FIELDS[error.field]
+        raise InvalidInputError(field, error.value, allowed) from None
 
 
 def _tube(values: Values) -> Tube:

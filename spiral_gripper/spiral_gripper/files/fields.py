@@ -15,7 +15,15 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Final, cast
 
-from spiral_core import CurvatureForm, Gent, InvalidInputError, MooneyRivlin, NeoHookean, Yeoh
+from spiral_core import (
+    CurvatureForm,
+    Gent,
+    InvalidInputError,
+    MooneyRivlin,
+    NeoHookean,
+    PressureLaw,
+    Yeoh,
+)
 from spiral_gripper.files.document import Entry
 from spiral_gripper.files.units import (
     PLAIN_NUMBER,
@@ -55,6 +63,7 @@ class Kind(Enum):
     DIRECTION = "three finite numbers, not all zero, such as [1, 0, 0] (x, y, z of the base frame)"
     PRESSURES = 'a list of pressures with their units, such as "[0 kPa, 20 kPa, 40 kPa]"'
     CURVATURES = 'a list of curvatures with their units, such as "[0 rad/m, 8 rad/m, 18 rad/m]"'
+    ANGLES = 'a list of angles with their units, such as "[0 deg]"; "[]" is none'
     AXIS = (
         f"{FITTED}, or three finite numbers, not all zero, such as [1, 0, 0] "
         "(x, y, z of the base frame)"
@@ -101,6 +110,8 @@ FIELDS: Final = MappingProxyType(
         "fibers.alpha": _quantity(Dimension.ANGLE, required=True),
         "fibers.beta": _quantity(Dimension.ANGLE, required=True),
         "fibers.straight_fiber_radius": _quantity(Dimension.LENGTH),
+        "fibers.single_angles": Field(Kind.ANGLES),
+        "fibers.single_positions": Field(Kind.ANGLES),
         "material.law": Field(Kind.CHOICE, required=True, choices=tuple(LAWS)),
         "material.c1": _quantity(Dimension.PRESSURE),
         "material.c2": _quantity(Dimension.PRESSURE),
@@ -114,7 +125,9 @@ FIELDS: Final = MappingProxyType(
         "model.curvature_form": Field(
             Kind.CHOICE, choices=tuple(form.value for form in CurvatureForm)
         ),
+        "model.pressure_law": Field(Kind.CHOICE, choices=tuple(law.value for law in PressureLaw)),
         "model.twist_shear": Field(Kind.SWITCH),
+        "model.thick_wall": Field(Kind.SWITCH),
         "stiffness.bending": _quantity(Dimension.FLEXURAL_STIFFNESS),
         "stiffness.torsional": _quantity(Dimension.FLEXURAL_STIFFNESS),
         "extra_mass_per_length": _quantity(Dimension.MASS_PER_LENGTH),
@@ -246,6 +259,10 @@ def _read_curvatures(field: Field, entry: Entry) -> tuple[float, ...]:
     return _read_list(field, entry, Dimension.CURVATURE)
 
 
+def _read_angles(field: Field, entry: Entry) -> tuple[float, ...]:
+    return () if entry.raw == "[]" else _read_list(field, entry, Dimension.ANGLE)
+
+
 def _read_list(field: Field, entry: Entry, dimension: Dimension) -> tuple[float, ...]:
     if not entry.items:
         raise _refusal(field, entry)
@@ -275,6 +292,7 @@ _READERS: Final[Mapping[Kind, Callable[[Field, Entry], Value]]] = MappingProxyTy
         Kind.DIRECTION: _read_direction,
         Kind.PRESSURES: _read_pressures,
         Kind.CURVATURES: _read_curvatures,
+        Kind.ANGLES: _read_angles,
         Kind.AXIS: _read_axis,
     }
 )

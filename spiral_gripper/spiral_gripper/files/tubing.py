@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from spiral_core import PressureLaw
 from spiral_core.design.requirement import Elastomer, TubeSize
 from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.catalog import TUBING, find_description, read_description_text
@@ -25,7 +26,8 @@ from spiral_gripper.files.values import (
 SIZE_REQUIREMENT: Final = 'bore and wall with their units, such as "3/8 in x 1/32 in"'
 _SIZES: Final = "sizes"
 _REQUIRED: Final = ("name", "material.law", "material.density")
-_FIELDS: Final = (*_REQUIRED, "description", *(f"material.{c}" for c in CONSTANTS), _SIZES)
+_LAW: Final = "model.pressure_law"
+_FIELDS: Final = (*_REQUIRED, "description", _LAW, *(f"material.{c}" for c in CONSTANTS), _SIZES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,4 +153,5 @@ def _elastomer(values: Values) -> Elastomer:
     law = str(values["material.law"])
     constants = {name: values[f"material.{name}"] for name in constants_of(law)}
     density = values["material.density"]
-    return Elastomer(str(values["name"]), LAWS[law](**constants), density)  # type: ignore[arg-type]
+    pressure_law = PressureLaw(values.get(_LAW, PressureLaw.SECTION.value))
+    return Elastomer(str(values["name"]), LAWS[law](**constants), density, pressure_law)  # type: ignore[arg-type]

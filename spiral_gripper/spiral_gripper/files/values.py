@@ -25,7 +25,9 @@ Values: TypeAlias = dict[str, Value]
 MEASURED = "measured."
 
 # The core calls its arguments by the last part of our dotted names.
-_FIELD_OF_ARGUMENT = {name.rpartition(".")[2]: name for name in FIELDS}
+_FIELD_OF_ARGUMENT = {name.rpartition(".")[2]: name for name in FIELDS} | {
+    "single_fibers": "fibers.single_angles"
+}
 
 
 def read_values(document: Document) -> Values:

@@ -58,6 +58,7 @@ def design_as_dict(design: Design) -> dict[str, Any]:
             "law": _law_name(design),
             **plain(design.elastomer.law),
             "density": design.elastomer.density,
+            "pressure_law": design.elastomer.pressure_law.value,
         },
         "fiber_angle_alpha": fibers.alpha,
         "fiber_angle_beta": fibers.beta,
@@ -143,7 +144,8 @@ def description_text(design: Design, name: str) -> str:
         f"  beta: {_in('deg', actuator.fibers.beta, Dimension.ANGLE)}\n"
         f"material:\n  law: {_law_name(design)}\n{constants}"
         f"  density: {_in('kg/m^3', design.elastomer.density, Dimension.DENSITY)}\n"
-        f"model:\n  curvature_form: {actuator.curvature_form.value}\n"
+        f"model:\n  pressure_law: {actuator.pressure_law.value}\n"
+        f"  curvature_form: {actuator.curvature_form.value}\n"
         f"mount:\n"
         f"  gravity_direction: {direction}\n"
         f"  gravity_magnitude: {_in('m/s^2', magnitude, Dimension.ACCELERATION)}\n"

@@ -73,7 +73,7 @@ def requirement_from_question(
         DescriptionError: there is no such list of tubing.
     """
     gripper, actuator = description.gripper, description.actuator
-    own = Elastomer(gripper.name, actuator.material, description.density)
+    own = Elastomer(gripper.name, actuator.material, description.density, actuator.pressure_law)
     tubes, elastomer = _on_offer(question, description, own)
     return DesignRequirement(
         radius_min=question.object_radius_min,

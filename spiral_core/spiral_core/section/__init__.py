@@ -1,0 +1,1 @@
+"""The bent section of a wound tube: strains around it, from the fibers' constraints alone."""

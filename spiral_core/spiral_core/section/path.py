@@ -1,0 +1,321 @@
+"""The one way a section of two wound families can go: its states from rest to its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spiral_core.errors import ActuationLimit
+from spiral_core.numerics.panels import Panels, panel_nodes, relative_tail
+from spiral_core.numerics.roots import first_sign_change, last_positive, rising_root
+from spiral_core.section.fiber_set import Array, FiberSet, Numbers
+from spiral_core.section.ring import Ring, invariant_excess, ring_at
+
+# The path stops short of where something diverges or turns back by this fraction of its strain.
+END_MARGIN = 1e-4
+# A panel is at most this fraction of the distance to the nearest strain at which the wall
+# collapses, where the path is singular; one whose polynomials end above the tolerance is halved.
+PANEL_WIDTH, TAIL_TOLERANCE, HALVINGS = 0.5, 1e-13, 3
+# The complex step: derivatives to rounding.
+STEP = 1e-30
+NEWTON_STEPS, CONVERGED, ROUNDING = 8, 1e-14, 4e-15
+# Rows solved at once; a first one beyond this strain is approached from rest in so many steps.
+ROWS, FAR, RAMP = 6, 0.1, 24
+# Two ends nearer to each other than this fraction are one.
+SAME_END = 1e-9
+# Strains at which the end of the path is looked for.
+SCAN = 96
+
+
+class Motion(NamedTuple):
+    """Closed sections at (n,) strains y of the far side, and their derivatives in y.
+
+    Attributes:
+        ring: the states.
+        stretch_slope: d(mean axial stretch)/dy.
+        volume_slope: d(enclosed volume over that at rest)/dy.
+        first: (n, points) I1 - 3 at the quadrature points.
+        second: I2 - 3.
+        first_slope: dI1/dy.
+        second_slope: dI2/dy.
+        share: of the wall's volume at the points; sums to 1.
+        share_slope: its derivative.
+        closed: whether the wall's closure was found.
+    """
+
+    ring: Ring
+    stretch_slope: Array
+    volume_slope: Array
+    first: Array
+    second: Array
+    first_slope: Array
+    second_slope: Array
+    share: Array
+    share_slope: Array
+    closed: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class SectionPath:
+    """The states of a section from rest to the end of its range, over the far side's strain y.
+
+    Attributes:
+        fibers: which fibers.
+        direction: 1 if pressure lengthens the far side, -1 if it shortens it.
+        edges: |y| at the ends of the panels, rising from 0.
+        strain_limit: |y| at which the path ends, just short of what ends it.
+        limit: what ends the path.
+        motion: the states at the panels' nodes, in their order.
+        stretch: (mean axial stretch - 1) / |y|.
+        volume_slope: d(volume ratio)/d|y|.
+        curvature: curvature per unstretched length, times the wound radius, over |y|.
+        torsion: change of the torsion likewise.
+    """
+
+    fibers: FiberSet
+    direction: float
+    edges: tuple[float, ...]
+    strain_limit: float
+    limit: ActuationLimit
+    motion: Motion
+    stretch: Panels
+    volume_slope: Panels
+    curvature: Panels
+    torsion: Panels
+
+    def stretch_at(self, size: float) -> float:
+        """Return the mean axial stretch at |y|."""
+        return 1.0 + size * self.stretch(size)
+
+    def strain_from_stretch(self, stretch: float) -> float:
+        """Return |y| at a mean axial stretch between 1 and that of the path's end."""
+
+        def change(size: float) -> tuple[float, float]:
+            value, slope = self.stretch.with_slope(size)
+            return self.direction * size * value, self.direction * (value + size * slope)
+
+        return rising_root(change, self.direction * (stretch - 1.0), 0.0, self.strain_limit)
+
+
+def motion_at(fibers: FiberSet, far_strains: Array) -> Motion:
+    """Return the closed section at (n,) far-side strains, with derivatives along the path."""
+    unknowns, closed = _closures(fibers, far_strains)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        slopes = _closure_slopes(fibers, far_strains, unknowns)
+        moved = _ring(fibers, far_strains + 1j * STEP, unknowns + 1j * STEP * slopes)
+        first, second, quadrature = invariant_excess(fibers, moved)
+    share = np.tile(moved.weight, (1, len(quadrature) // moved.weight.shape[1])) * quadrature
+    volume = (1.0 + moved.stretch_change) * moved.hoop**2
+    return Motion(
+        ring=Ring(*(np.real(part) for part in moved)),
+        stretch_slope=moved.stretch_change.imag / STEP,
+        volume_slope=volume.imag / STEP,
+        first=first.real,
+        second=second.real,
+        first_slope=first.imag / STEP,
+        second_slope=second.imag / STEP,
+        share=share.real,
+        share_slope=share.imag / STEP,
+        closed=closed,
+    )
+
+
+def initial_volume_slope(fibers: FiberSet) -> float:
+    """Return d(volume ratio)/dy at rest; pressure moves the far side in its direction."""
+    return float(motion_at(fibers, np.zeros(1)).volume_slope[0])
+
+
+@lru_cache(maxsize=64)
+def section_path(fibers: FiberSet) -> SectionPath:
+    """Return the path of a section of two families, from rest to its end.
+
+    Args:
+        fibers: two families, with or without single fibers.
+    """
+    slope = initial_volume_slope(fibers)
+    direction = 1.0 if slope >= 0.0 else -1.0
+    low, high = fibers.collapse_strains()
+    edges = _edges(fibers, direction, _past_end(fibers, direction, (low, high)), (low, high))
+    sizes = panel_nodes(edges)
+    motion = motion_at(fibers, direction * sizes.ravel())
+    ring = motion.ring
+
+    def quotient(values: Array) -> Panels:
+        return Panels(edges, values.reshape(sizes.shape) / sizes)
+
+    volume_slope = Panels(edges, direction * motion.volume_slope.reshape(sizes.shape))
+    end, limit = _end(edges, volume_slope, Panels(edges, motion.stretch_slope.reshape(sizes.shape)))
+    return SectionPath(
+        fibers=fibers,
+        direction=direction,
+        edges=edges,
+        strain_limit=end * (1.0 - END_MARGIN),
+        limit=limit,
+        motion=motion,
+        stretch=quotient(ring.stretch_change),
+        volume_slope=volume_slope,
+        curvature=quotient(ring.bend / ring.hoop),
+        torsion=quotient(ring.twist / ring.hoop - fibers.single_slope),
+    )
+
+
+def _past_end(fibers: FiberSet, direction: float, collapse: tuple[float, float]) -> float:
+    """Return a |y| at which the section still closes, just past the end of its path."""
+    reach = (collapse[1] if direction > 0.0 else -collapse[0]) * (1.0 - END_MARGIN)
+    sizes = reach * (np.arange(1, SCAN + 1) / SCAN) ** 2
+    for part in np.split(sizes, SCAN // ROWS):
+        motion = motion_at(fibers, direction * part)
+        ended = ~((direction * motion.volume_slope > 0.0) & (motion.stretch_slope > 0.0))
+        if ended.any():
+            first = int(np.argmax(ended))
+            return _last_closed(fibers, direction, float(part[first]), motion.closed[first])
+    return reach
+
+
+def _last_closed(fibers: FiberSet, direction: float, size: float, closed: bool) -> float:
+    """Return a size, or if the section does not close there, the largest below at which it does."""
+    if closed:
+        return size
+
+    def closes(smaller: float) -> float:
+        return 1.0 if motion_at(fibers, np.array([direction * smaller])).closed[0] else -1.0
+
+    return last_positive(closes, 0.0, size)
+
+
+def _end(
+    edges: tuple[float, ...], volume_slope: Panels, stretch_slope: Panels
+) -> tuple[float, ActuationLimit]:
+    """Return |y| at which the volume is largest or the stretch is, or where the path ends."""
+    nodes = np.linspace(0.0, edges[-1], SCAN).tolist()
+    volume = first_sign_change(volume_slope, nodes)
+    stretch = first_sign_change(stretch_slope, nodes) or edges[-1]
+    # Next to a hoop family both come at once: then it is the other family that locks.
+    if volume is not None and volume < (1.0 - SAME_END) * stretch:
+        return volume, ActuationLimit.VOLUME_MAXIMUM
+    return stretch, ActuationLimit.FIBER_LOCKING
+
+
+def _edges(
+    fibers: FiberSet, direction: float, end: float, collapse: tuple[float, float]
+) -> tuple[float, ...]:
+    """Return panels on which polynomials meet the path to rounding."""
+    left, right = (-collapse[0], collapse[1]) if direction > 0.0 else (collapse[1], -collapse[0])
+    edges = [0.0]
+    while edges[-1] < end:
+        width = PANEL_WIDTH * min(left + edges[-1], 1.0 + edges[-1], right - edges[-1])
+        edges.append(min(edges[-1] + width, end))
+    for _ in range(HALVINGS):
+        sizes = panel_nodes(edges)
+        motion = motion_at(fibers, direction * sizes.ravel())
+        samples = (motion.volume_slope, motion.ring.stretch_change, motion.first_slope[:, -1])
+        tails = [
+            max(relative_tail(one.reshape(sizes.shape)[panel]) for one in samples)
+            for panel in range(len(edges) - 1)
+        ]
+        if max(tails) <= TAIL_TOLERANCE:
+            break
+        halved = [
+            0.5 * (edges[k] + edges[k + 1]) for k, tail in enumerate(tails) if tail > TAIL_TOLERANCE
+        ]
+        edges = sorted([*edges, *halved])
+    return tuple(edges)
+
+
+def _ring(fibers: FiberSet, far_strains: Numbers, unknowns: Numbers) -> Ring:
+    """Return the section at the unknowns of its closure: g - T, and the single fibers' angle."""
+    near = unknowns[:, 1] if unknowns.shape[1] > 1 else 0.0
+    return ring_at(fibers, far_strains, unknowns[:, 0], near)
+
+
+def _residuals(fibers: FiberSet, far_strains: Numbers, unknowns: Numbers) -> Numbers:
+    ring = _ring(fibers, far_strains, unknowns)
+    parts = (ring.warp, ring.spread)[: unknowns.shape[1]]
+    return np.stack(parts, axis=1)
+
+
+def _jacobian(fibers: FiberSet, far_strains: Numbers, unknowns: Array) -> Array:
+    """Return the derivatives (n, equations, unknowns) of the closure."""
+    columns = [
+        _residuals(fibers, far_strains, unknowns + 1j * STEP * one).imag / STEP
+        for one in np.eye(unknowns.shape[1])
+    ]
+    return np.stack(columns, axis=2)
+
+
+def _closure_slopes(fibers: FiberSet, far_strains: Array, unknowns: Array) -> Array:
+    """Return d(unknowns)/dy along the path."""
+    change = _residuals(fibers, far_strains + 1j * STEP, unknowns + 0j).imag / STEP
+    jacobian = _jacobian(fibers, far_strains, unknowns)
+    return np.asarray(-np.linalg.solve(jacobian, change[:, :, None])[:, :, 0], dtype=np.float64)
+
+
+def _closures(fibers: FiberSet, far_strains: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the unknowns (n, 1 or 2) that close the section, and where they were found.
+
+    From rest outwards, a few rows at a time, each guessed from the last.
+    """
+    spread = fibers.half_spread or 0.0
+    rest = np.array([[0.0, spread]]) if spread else np.array([[0.0]])
+    ratio = _closure_slopes(fibers, np.zeros(1), rest)
+    order = np.argsort(np.abs(far_strains), kind="stable")
+    nearest = far_strains[order[0]]
+    ramp = nearest * np.arange(1, RAMP) / RAMP if abs(nearest) > FAR else np.zeros(0)
+    rows = np.concatenate((ramp, far_strains[order]))
+    unknowns = np.full((len(rows), rest.shape[1]), np.nan)
+    closed = np.zeros(len(rows), dtype=np.bool_)
+    known = 0.0
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for start in range(0, len(rows), ROWS):
+            part = slice(start, start + ROWS)
+            guess = rest + ratio * rows[part, None]
+            unknowns[part], closed[part] = _newton(fibers, rows[part], guess)
+            for k in (np.flatnonzero(~closed[part]) + start).tolist():  # too far from the last
+                steps = np.linspace(known, float(rows[k]), RAMP)[1:]
+                found = _in_steps(fibers, steps, rest, ratio)
+                if found is None:
+                    break
+                unknowns[k], closed[k], known = found, True, float(rows[k])
+                ratio = (found - rest) / known
+            last = min(start + ROWS, len(rows)) - 1
+            if not closed[last]:
+                break
+            if rows[last] != 0.0:
+                ratio, known = (unknowns[last] - rest) / rows[last], float(rows[last])
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order)) + len(ramp)
+    return unknowns[back], closed[back]
+
+
+def _in_steps(fibers: FiberSet, steps: Array, rest: Array, ratio: Array) -> Array | None:
+    """Return the unknowns at the last of some strains, each guessed from the one before."""
+    for step in steps[:, None]:
+        unknowns, closed = _newton(fibers, step, rest + ratio * step[:, None])
+        if not closed[0]:
+            return None
+        ratio = (unknowns - rest) / step
+    return np.asarray((rest + ratio * steps[-1])[0], dtype=np.float64)
+
+
+def _newton(
+    fibers: FiberSet, far_strains: Array, unknowns: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the unknowns that close the section, from a guess, and where they were found."""
+    closed = np.zeros(len(far_strains), dtype=np.bool_)
+    for _ in range(NEWTON_STEPS):
+        residuals = _residuals(fibers, far_strains, unknowns)
+        jacobian = _jacobian(fibers, far_strains, unknowns)
+        usable = np.isfinite(jacobian).all(axis=(1, 2)) & (np.linalg.det(jacobian) != 0.0)
+        jacobian[~usable] = np.eye(unknowns.shape[1])
+        step = np.linalg.solve(jacobian, residuals[:, :, None])[:, :, 0]
+        unknowns = np.where(usable[:, None], unknowns - step, np.nan)
+        floor = abs(fibers.single_slope) + (fibers.half_spread or 0.0)
+        size = CONVERGED * (np.abs(far_strains) + np.abs(unknowns[:, 0])) + ROUNDING * floor
+        closed = usable & (np.abs(step).max(axis=1) <= size)
+        if closed.all():
+            break
+    return unknowns, closed
