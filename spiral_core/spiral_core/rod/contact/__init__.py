@@ -1,0 +1,1 @@
+"""A rod held at both ends, against obstacles with friction: certified static equilibria."""

@@ -1,0 +1,229 @@
+"""Shapes that a rod may touch, each given by its signed distance in a frame of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.validation import require_finite, require_positive
+
+Array: TypeAlias = NDArray[np.float64]
+# Distance (n,), its gradient (n, 3) and Hessian (n, 3, 3), in the shape's frame.
+Distance: TypeAlias = tuple[Array, Array, Array]
+
+# Step of the central differences that give a user's distance its Hessian, in radii of curvature.
+DIFFERENCE = 1e-5
+
+
+class Shape(Protocol):
+    """A shape's signed distance in its own frame: positive outside, its gradient of norm one."""
+
+    def distance(self, points: Array) -> Distance:
+        """Return distance [m], gradient and Hessian [1/m] at points (n, 3) [m]."""
+
+    @property
+    def feature_radius(self) -> float:
+        """Smallest radius of curvature of the surface where a rod bends around it [m]."""
+
+
+def _radial(points: Array) -> tuple[Array, Array]:
+    """Return distance from the z axis (n,) and the radial unit vectors (n, 3)."""
+    rho = np.hypot(points[:, 0], points[:, 1])
+    safe = np.where(rho > 0.0, rho, 1.0)
+    radial = np.zeros_like(points)
+    radial[:, 0] = np.where(rho > 0.0, points[:, 0] / safe, 1.0)
+    radial[:, 1] = points[:, 1] / safe
+    return rho, radial
+
+
+def _around(radial: Array) -> Array:
+    """Return e_phi e_phi^T (n, 3, 3)."""
+    around = np.zeros((len(radial), 3, 3))
+    around[:, 0, 0] = radial[:, 1] ** 2
+    around[:, 1, 1] = radial[:, 0] ** 2
+    around[:, 0, 1] = around[:, 1, 0] = -radial[:, 0] * radial[:, 1]
+    return around
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder about the z axis, without end.
+
+    Args:
+        radius: [m], > 0.
+        inside: whether the rod lies inside it, as in a tube.
+    """
+
+    radius: float
+    inside: bool = False
+
+    def __post_init__(self) -> None:
+        require_positive("radius", self.radius)
+
+    def distance(self, points: Array) -> Distance:
+        """Return the distance from the lateral surface."""
+        rho, radial = _radial(points)
+        sign = -1.0 if self.inside else 1.0
+        bend = _around(radial) / np.maximum(rho, 1e-9 * self.radius)[:, None, None]
+        return sign * (rho - self.radius), sign * radial, sign * bend
+
+    @property
+    def feature_radius(self) -> float:
+        """The radius."""
+        return self.radius
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """A cone about the z axis, r(z) = radius + slope z; the rod must stay clear of its apex.
+
+    Args:
+        radius: at z = 0 [m], > 0.
+        slope: dr/dz.
+    """
+
+    radius: float
+    slope: float
+
+    def __post_init__(self) -> None:
+        require_positive("radius", self.radius)
+        require_finite("slope", self.slope)
+
+    def distance(self, points: Array) -> Distance:
+        """Return the distance from the lateral surface."""
+        rho, radial = _radial(points)
+        c = 1.0 / math.hypot(1.0, self.slope)
+        normal = c * radial
+        normal[:, 2] = -c * self.slope
+        bend = c * _around(radial) / np.maximum(rho, 1e-9 * self.radius)[:, None, None]
+        return c * (rho - self.radius - self.slope * points[:, 2]), normal, bend
+
+    @property
+    def feature_radius(self) -> float:
+        """The radius at z = 0."""
+        return self.radius
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A sphere about the origin.
+
+    Args:
+        radius: [m], > 0.
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        require_positive("radius", self.radius)
+
+    def distance(self, points: Array) -> Distance:
+        """Return the distance from the surface."""
+        return _ball(points, self.radius)
+
+    @property
+    def feature_radius(self) -> float:
+        """The radius."""
+        return self.radius
+
+
+def _ball(points: Array, radius: float) -> Distance:
+    """Return the distance from a sphere about the origin."""
+    away = np.sqrt(np.sum(points**2, axis=1))
+    safe = np.maximum(away, 1e-9 * radius)
+    normal = points / safe[:, None]
+    normal[away == 0.0] = (1.0, 0.0, 0.0)
+    bend = (np.eye(3) - normal[:, :, None] * normal[:, None, :]) / safe[:, None, None]
+    return away - radius, normal, bend
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """A cylinder about the z axis with hemispherical ends.
+
+    Args:
+        radius: [m], > 0.
+        length: of the cylindrical part, from -length / 2 to length / 2 [m], > 0.
+    """
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        require_positive("radius", self.radius)
+        require_positive("length", self.length)
+
+    def distance(self, points: Array) -> Distance:
+        """Return the distance from the surface."""
+        half = 0.5 * self.length
+        from_core = points.copy()
+        from_core[:, 2] -= np.clip(points[:, 2], -half, half)
+        gap, normal, bend = _ball(from_core, self.radius)
+        side = np.abs(points[:, 2]) <= half
+        bend[side, 2, :] = 0.0
+        bend[side, :, 2] = 0.0
+        return gap, normal, bend
+
+    @property
+    def feature_radius(self) -> float:
+        """The radius."""
+        return self.radius
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """The half-space z <= 0; the rod stays above."""
+
+    def distance(self, points: Array) -> Distance:
+        """Return the height above the plane."""
+        normal = np.zeros_like(points)
+        normal[:, 2] = 1.0
+        return points[:, 2].copy(), normal, np.zeros((len(points), 3, 3))
+
+    @property
+    def feature_radius(self) -> float:
+        """A plane bends nothing."""
+        return math.inf
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SignedDistance:
+    """Any shape with a signed distance.
+
+    Args:
+        function: from points (n, 3) [m] to distances (n,) [m] and gradients (n, 3) of norm one.
+        feature_radius: smallest radius of curvature that a rod meets [m], > 0.
+    """
+
+    function: Callable[[Array], tuple[Array, Array]]
+    feature_radius: float
+
+    def __post_init__(self) -> None:
+        require_positive("feature_radius", self.feature_radius)
+
+    def distance(self, points: Array) -> Distance:
+        """Return the function's values; the Hessian by central differences of its gradient."""
+        gap, normal = self._checked(points)
+        step = DIFFERENCE * self.feature_radius
+        bend = np.empty((len(points), 3, 3))
+        for k in range(3):
+            shift = step * np.eye(3)[k]
+            bend[:, :, k] = self._checked(points + shift)[1] - self._checked(points - shift)[1]
+        bend /= 2.0 * step
+        return gap, normal, 0.5 * (bend + bend.transpose(0, 2, 1))
+
+    def _checked(self, points: Array) -> tuple[Array, Array]:
+        gap, normal = (np.asarray(x, dtype=np.float64) for x in self.function(points))
+        if gap.shape != points.shape[:1] or normal.shape != points.shape:
+            raise InvalidInputError(
+                "function", (gap.shape, normal.shape), "distances (n,) and gradients (n, 3)"
+            )
+        if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(normal))):
+            raise InvalidInputError("function", gap, "finite distances and gradients")
+        return gap, normal
