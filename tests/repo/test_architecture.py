@@ -18,6 +18,7 @@ CORE_FOLDERS = {
     "section": {"", "numerics"},
     "actuator": {"", "numerics", "section"},
     "rod": {"", "numerics"},
+    "rod.contact": {"", "numerics", "rod"},
     "wrap": {"", "numerics", "section", "actuator", "rod"},
     "design": {"", "numerics", "section", "actuator", "rod", "wrap"},
     "calibration": {"", "numerics", "section", "actuator", "rod", "wrap"},

@@ -1,0 +1,159 @@
+"""From one problem to the next in increments that the rod can follow, and what to do at a fold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from spiral_core.rod.contact._contact import Anchors, Iterate, carried
+from spiral_core.rod.contact._mesh import Arrays, between
+from spiral_core.rod.contact._newton import CONVERGED, Drag, Newton, Solution, last_slip
+from spiral_core.rod.contact._quaternions import turn_between, turned
+from spiral_core.rod.types import Array
+
+# In one increment a node moves by at most this fraction of an obstacle's arc, so that it cannot
+# change sides, and of the rod's length, so that a jump is seen as one.
+LARGEST_ARC = 0.5
+LARGEST_MOVE = 0.1
+# Increments grow up to this many times where they are easy.
+GROWTH = 1.6
+EASY_PASSES = 14
+# The branch has ended where no increment longer than this succeeds.
+SMALLEST_INCREMENT = 1.0 / 4096.0
+# Steps of the motion after a fold, and how their drag changes.
+SLIDE_STEPS = 600
+DRAG_FALLS = 0.4
+DRAG_RISES = 5.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """A state on a path.
+
+    Args:
+        at: fraction of the way between two problems.
+        arrays: the problem there.
+        x: the unknowns.
+        anchors: of friction.
+        solution: the evidence.
+    """
+
+    at: float
+    arrays: Arrays
+    x: Iterate
+    anchors: Anchors
+    solution: Solution
+
+
+def largest_move(arrays: Arrays) -> float:
+    """Return how far a node may move in an increment [m]."""
+    radii = (obstacle.shape.feature_radius for obstacle in arrays.obstacles)
+    arc = min(radii, default=math.inf) + arrays.radius
+    return min(LARGEST_ARC * arc, LARGEST_MOVE * arrays.length)
+
+
+def attempt(
+    here: Point, arrays: Arrays, guess: Iterate, drag: float = 0.0
+) -> tuple[Iterate, Anchors, Solution, float]:
+    """Solve ``arrays`` from a guess, friction measured from ``here``; return also the move [m]."""
+    slip = last_slip(arrays)
+    anchors = carried(
+        here.x, here.anchors, here.arrays.obstacles, arrays.obstacles, arrays.lever, slip
+    )
+    limit = largest_move(arrays)
+    newton = Newton(arrays, guess, anchors, Drag(drag, here.x.copy()) if drag else None)
+    solution = newton.run(limit)
+    move = float(np.sqrt(np.max(np.sum((guess.p - here.x.p) ** 2, axis=1))))
+    return guess, anchors, solution, move / limit
+
+
+def advance(start: Point, end: Arrays, largest: float, first: Arrays) -> Iterator[Point | None]:
+    """Follow the branch from ``start``, on the way from ``first`` to ``end``; yield its points.
+
+    Yields None, and ends, where the branch ends.
+    """
+    here, before = start, None
+    step = largest
+    while here.at < 1.0:
+        at = min(1.0, here.at + step) if here.at + step < 1.0 - 1e-12 else 1.0
+        arrays = between(first, end, at)
+        x, anchors, solution, move = attempt(here, arrays, extrapolated(before, here, at))
+        if solution.outcome == CONVERGED and move <= 1.0:
+            before, here = here, Point(at, arrays, x, anchors, solution)
+            yield here
+            growth = GROWTH if solution.passes <= EASY_PASSES else 1.0
+            step = min(largest, step * min(growth, 0.7 / max(move, 1e-9)))
+            step = max(step, SMALLEST_INCREMENT)
+        elif before is not None:  # once more without extrapolation
+            before = None
+        elif step > SMALLEST_INCREMENT:
+            step = max(SMALLEST_INCREMENT, step * min(0.5, 0.6 / max(move, 1e-9)))
+        else:
+            yield None
+            return
+
+
+def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
+    """Return the state expected at ``at`` from the last two."""
+    x = here.x.copy()
+    if before is None or not here.at > before.at:
+        return x
+    ratio = min(2.0, (at - here.at) / (here.at - before.at))
+    x.q[:] = turned(x.q, ratio * turn_between(before.x.q, here.x.q))
+    x.p += ratio * (here.x.p - before.x.p)
+    x.n += ratio * (here.x.n - before.x.n)
+    grown = here.x.normal + ratio * (here.x.normal - before.x.normal)
+    kept = np.maximum(grown, 0.1 * here.x.normal)
+    x.normal[:] = np.where(here.x.normal > 0.0, kept, here.x.normal)
+    return x
+
+
+def slide(here: Point, arrays: Arrays) -> tuple[Point | None, int]:
+    """Let the rod move, overdamped, under ``arrays`` until it rests; None if it does not.
+
+    Each step minimizes energy plus drag (a step of the implicit Euler method), short enough that
+    no node changes sides of an obstacle. Returns also the passes spent.
+    """
+    drag = 1e-2 * arrays.bending / arrays.length**3
+    spent = 0
+    rests = 0
+    for _ in range(SLIDE_STEPS):
+        x, anchors, solution, move = attempt(here, arrays, here.x.copy(), drag)
+        spent += solution.passes
+        if solution.outcome != CONVERGED or move > 1.0:
+            drag *= DRAG_RISES
+            if not math.isfinite(drag):
+                return None, spent
+            continue
+        here = Point(here.at, arrays, x, anchors, solution)
+        if move < 0.3:
+            drag *= DRAG_FALLS
+        rests = rests + 1 if move < 0.02 else 0
+        if rests >= 2 or drag < 1e-8 * arrays.bending / arrays.length**3:
+            x, anchors, solution, move = attempt(here, arrays, here.x.copy())
+            spent += solution.passes
+            if solution.outcome == CONVERGED and move <= 0.5:
+                return Point(here.at, arrays, x, anchors, solution), spent
+            rests = 0
+    return None, spent
+
+
+def beyond(here: Point, end: Arrays, first: Arrays) -> tuple[float, Arrays]:
+    """Return the problem just beyond the end of a branch."""
+    at = min(1.0, here.at + SMALLEST_INCREMENT)
+    return at, between(first, end, at)
+
+
+def empty(count: int, obstacles: int, q: Array, p: Array) -> Iterate:
+    """Return an iterate without forces."""
+    return Iterate(
+        q=q,
+        p=p,
+        n=np.zeros((count, 3)),
+        normal=np.zeros((obstacles, count + 1)),
+        slack=np.ones((obstacles, count + 1)),
+        friction=np.zeros((obstacles, count + 1, 3)),
+    )

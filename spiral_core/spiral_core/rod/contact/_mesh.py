@@ -1,0 +1,248 @@
+"""From a rod problem to the arrays of the solver."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod._arrays import vector_samples
+from spiral_core.rod._shape import discrete_strain_scale
+from spiral_core.rod.contact._quaternions import blended
+from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact.problem import (
+    UPRIGHT,
+    Clamped,
+    ContactProblem,
+    ElasticRod,
+    End,
+    Guided,
+    Pinned,
+    Section,
+)
+from spiral_core.rod.types import MAX_ELEMENTS, Array
+
+# Elements turn by at most this angle at rest [rad], and are at most this long, in radii of the
+# tightest obstacle's arc.
+ELEMENT_ANGLE = 0.2
+ELEMENT_ARC = 0.25
+FEWEST_ELEMENTS = 40
+# On longer elements than this, in the same radii, a rod could pass through an obstacle.
+LONGEST_ARC = 1.0
+# Properties are looked at this fraction of an element inside of its ends, since they may jump.
+INSIDE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrays:
+    """A rod problem on N elements.
+
+    Args:
+        own: (N, 5, 3, 3), what :func:`~spiral_core.rod.contact._element.element` takes.
+        half: (N, 3) half the load of each element [N].
+        nodal: (N + 1, 6) moments [N m] and forces [N] at the nodes, base frame.
+        arc_lengths: (N + 1,) [m].
+        end_free: (2, 6, 6) projections onto the free motions of the two ends: rotation in the
+            material frame, displacement in the base frame.
+        end_orientations: (2, 4) where held.
+        end_positions: (2, 3) where held [m].
+        rest_energy: of the rest strain, which the elements leave out [J].
+        bending: smallest bending stiffness [N m^2], for scales.
+        radius: the rod's outer radius [m].
+        lever: distance from the axis at which friction acts [m].
+        obstacles: what stands in the way.
+    """
+
+    own: Array
+    half: Array
+    nodal: Array
+    arc_lengths: Array
+    end_free: Array
+    end_orientations: Array
+    end_positions: Array
+    rest_energy: float
+    bending: float
+    radius: float
+    lever: float
+    obstacles: tuple[Obstacle, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of elements."""
+        return len(self.half)
+
+    @property
+    def length(self) -> float:
+        """The rod's length [m]."""
+        return float(self.arc_lengths[-1])
+
+    @property
+    def step(self) -> float:
+        """Mean length of an element [m]."""
+        return self.length / self.count
+
+
+def smallest_arc(problem: ContactProblem) -> float:
+    """Return the tightest radius at which the rod's axis can go around an obstacle [m]."""
+    radii = (obstacle.shape.feature_radius for obstacle in problem.obstacles)
+    return min(radii, default=math.inf) + problem.rod.radius
+
+
+def element_count(problem: ContactProblem) -> int:
+    """Return how many elements resolve the rod's own shape and its obstacles."""
+    rod = problem.rod
+    sites = np.linspace(0.0, rod.length, 65)
+    turn = np.linalg.norm(vector_samples("rest_strain", rod.rest_strain, sites), axis=1).max()
+    needed = rod.length * max(
+        float(turn) / ELEMENT_ANGLE, 1.0 / (ELEMENT_ARC * smallest_arc(problem))
+    )
+    if not needed <= MAX_ELEMENTS:
+        requirement = (
+            f"at most {MAX_ELEMENTS} for this rod and its obstacles; are they in SI units?"
+        )
+        raise InvalidInputError("elements", needed, requirement)
+    return max(FEWEST_ELEMENTS, math.ceil(needed))
+
+
+def discretize(problem: ContactProblem, count: int) -> Arrays:
+    """Return the arrays of a problem on about ``count`` elements (a few more with breaks).
+
+    Raises:
+        InvalidInputError: a profile's values are not valid, or the elements are too long to see an
+            obstacle.
+    """
+    rod = problem.rod
+    nodes = _nodes(rod, sorted({load.at for load in problem.point_loads}), count)
+    steps = np.diff(nodes)
+    if not steps.max() <= LONGEST_ARC * smallest_arc(problem):
+        fewest = math.ceil(rod.length / (LONGEST_ARC * smallest_arc(problem)))
+        raise InvalidInputError("elements", count, f"at least {fewest} to see the obstacles")
+    sites = nodes[:-1, None] + steps[:, None] * np.array((INSIDE, 0.5, 1.0 - INSIDE))
+    own, rest_energy, bending = _elements(rod, sites, steps)
+    weight = vector_samples("distributed", problem.load.distributed, sites.ravel())
+    mean = _simpson(weight.reshape(-1, 3, 3))
+    ends = [_end(problem.base), _end(problem.tip)]
+    return Arrays(
+        own=own,
+        half=0.5 * steps[:, None] * mean,
+        nodal=_nodal(problem, nodes),
+        arc_lengths=nodes,
+        end_free=np.array([end[0] for end in ends]),
+        end_orientations=np.array([end[1] for end in ends], dtype=np.float64),
+        end_positions=np.array([end[2] for end in ends], dtype=np.float64),
+        rest_energy=rest_energy,
+        bending=bending,
+        radius=float(rod.radius),
+        lever=float(rod.radius if rod.friction_radius is None else rod.friction_radius),
+        obstacles=problem.obstacles,
+    )
+
+
+def between(first: Arrays, last: Arrays, at: float) -> Arrays:
+    """Return the arrays at the fraction ``at`` of the way between two problems on one mesh."""
+    if at == 1.0:
+        return last
+    values: dict[str, Any] = {}
+    for item in fields(Arrays):
+        a, b = getattr(first, item.name), getattr(last, item.name)
+        if item.name == "obstacles":
+            values[item.name] = tuple(
+                _obstacle_between(x, y, at) for x, y in zip(a, b, strict=True)
+            )
+        elif item.name == "end_orientations":
+            values[item.name] = blended(a, b, at)
+        else:
+            values[item.name] = (1.0 - at) * a + at * b
+    values["own"][:, 2] = np.linalg.inv(values["own"][:, 0])
+    return Arrays(**values)
+
+
+def _obstacle_between(first: Obstacle, last: Obstacle, at: float) -> Obstacle:
+    """Return an obstacle between two poses."""
+    if first == last:
+        return last
+    x, y, z = (1.0 - at) * np.array(first.position) + at * np.array(last.position)
+    turn = blended(np.array([first.orientation]), np.array([last.orientation]), at)[0]
+    orientation = (float(turn[0]), float(turn[1]), float(turn[2]), float(turn[3]))
+    friction = (1.0 - at) * first.friction + at * last.friction
+    return replace(last, position=(x, y, z), orientation=orientation, friction=friction)
+
+
+def _nodes(rod: ElasticRod, loaded: list[float], count: int) -> Array:
+    """Return the nodes' arc lengths: even between the places where something jumps."""
+    sites = sorted({0.0, rod.length, *rod.breaks, *loaded})
+    step = rod.length / count
+    parts = [
+        np.linspace(a, b, max(1, math.ceil((b - a) / step - 1e-9)), endpoint=False)
+        for a, b in pairwise(sites)
+    ]
+    return np.append(np.concatenate(parts), rod.length)
+
+
+def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float, float]:
+    """Return the elements, the energy that they leave out and the least bending stiffness."""
+    count = len(steps)
+    if callable(rod.section):
+        sections = [rod.section(float(site)) for site in sites.ravel()]
+        for section in sections:
+            if not isinstance(section, Section):
+                raise InvalidInputError("section", section, "a function giving a Section")
+        stiffness = np.array([section.matrix for section in sections]).reshape(count, 3, 3, 3)
+        compliance = np.array([s.compliance for s in sections]).reshape(count, 3, 3, 3)
+    else:
+        stiffness = np.broadcast_to(rod.section.matrix, (count, 3, 3, 3))
+        compliance = np.broadcast_to(rod.section.compliance, (count, 3, 3, 3))
+    rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(count, 3, 3)
+    angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
+    scales = {float(a): discrete_strain_scale(float(a)) for a in np.unique(angles)}
+    seen = rest * np.vectorize(scales.__getitem__, otypes=[np.float64])(angles)[:, :, None]
+    moment = np.einsum("nkij,nkj->nki", stiffness, seen)
+    own = np.zeros((count, 5, 3, 3))
+    own[:, 0] = _simpson(stiffness)
+    own[:, 1] = (stiffness[:, 2] - stiffness[:, 0]) / steps[:, None, None]
+    own[:, 2] = np.linalg.inv(own[:, 0])
+    own[:, 3] = _simpson(compliance)
+    own[:, 4, 0] = _simpson(moment)
+    own[:, 4, 1] = (moment[:, 2] - moment[:, 0]) / steps[:, None]
+    own[:, 4, 2, 0] = steps
+    energy = 0.5 * float(np.sum(steps * _simpson(np.sum(moment * seen, axis=2)[:, :, None])[:, 0]))
+    bending = float(np.linalg.eigvalsh(own[:, 0, 1:, 1:]).min())
+    return own, energy, bending
+
+
+def _nodal(problem: ContactProblem, nodes: Array) -> Array:
+    """Return moments and forces at the nodes."""
+    nodal = np.zeros((len(nodes), 6))
+    nodal[-1, :3] = problem.load.tip_moment
+    nodal[-1, 3:] = problem.load.tip_force
+    for load in problem.point_loads:
+        node = int(np.argmin(np.abs(nodes - load.at)))
+        nodal[node, :3] += load.moment
+        nodal[node, 3:] += load.force
+    return nodal
+
+
+def _end(end: End) -> tuple[Array, tuple[float, ...], tuple[float, ...]]:
+    """Return the projection onto an end's free motions, its orientation and position."""
+    free = np.eye(6)
+    if isinstance(end, Pinned):
+        free[3:, 3:] = 0.0
+        return free, UPRIGHT, end.position
+    if isinstance(end, Clamped):
+        return np.zeros((6, 6)), end.orientation, end.position
+    if isinstance(end, Guided):
+        free[3:, 3:] = np.outer(end.direction, end.direction)
+        if end.orientation is not None:
+            free[:3, :3] = 0.0
+        return free, end.orientation or UPRIGHT, end.position
+    return free, UPRIGHT, (0.0, 0.0, 0.0)
+
+
+def _simpson(samples: Array) -> Array:
+    """Return the means over the elements of samples at start, middle and end (axis 1)."""
+    mean: Array = (samples[:, 0] + 4.0 * samples[:, 1] + samples[:, 2]) / 6.0
+    return mean

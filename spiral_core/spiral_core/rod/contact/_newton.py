@@ -1,0 +1,319 @@
+"""Newton's method for a rod with obstacles, from one state to the equilibrium next to it.
+
+First quickly, with the contacts that the start has; if that does not settle within a few passes,
+from the start again by an interior-point method, whose barrier sinks as the iteration converges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spiral_core.rod.contact._contact import TINY, Anchors, Contact, Iterate, Law, distances
+from spiral_core.rod.contact._elimination import newton_pass
+from spiral_core.rod.contact._mesh import Arrays
+from spiral_core.rod.contact._quaternions import matrices, skews, turn_between, turned
+from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
+
+# Outcomes.
+CONVERGED, ITERATION_LIMIT, NOT_FINITE, UNSTABLE = range(4)
+
+MAX_PASSES = 60
+# Passes of the quick attempt.
+QUICK_PASSES = 6
+# Largest rotation of a node in one step [rad].
+MAX_ROTATION = 0.7
+# Compliances left to what is rigid, as fractions of an element's own; they change the way to the
+# solution, not the solution.
+CHORD_COMPLIANCE = 1e-5
+CONTACT_COMPLIANCE = 1e-4
+# A node that has stiffness 12 EI / h^3 of its own is taken to touch with this fraction of it.
+CONTACT_STIFFNESS = 0.1
+# Slack times normal force at the end, as a fraction of EI/L and per element.
+LAST_BARRIER = 1e-10
+# Elastic slip at the end, as a fraction of the rod's radius, or of a thousandth of its length.
+LAST_SLIP = 1e-6
+# Stiffness against motions that nothing resists (a rod spinning about itself), in EI/L.
+NEUTRAL = 1e-9
+# Below this residual friction follows the normal force within a step, which converges
+# quadratically.
+COUPLING_RESIDUAL = 0.1
+# Steps shorter than this fraction are blocked by the barrier: it is widened.
+BLOCKED = 0.2
+# Positions weigh ten times as much as their fraction of the length in the residual.
+LENGTH_WEIGHT = 10.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """What an iteration found.
+
+    Args:
+        outcome: as numbered above.
+        passes: assemblies of the system.
+        energy: of elements and their load [J].
+        residual: largest imbalance, as a fraction of EI/L, EI/L^2 and L/10.
+        pivot: smallest pivot [N m].
+        gradient: (N + 1, 6) imbalance; at the ends, what holds them.
+        moments: (N + 1, 3) in the material frame [N m].
+        contacts: one for each obstacle.
+    """
+
+    outcome: int
+    passes: int
+    energy: float
+    residual: float
+    pivot: float
+    gradient: Array
+    moments: Array
+    contacts: tuple[Contact, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drag:
+    """Resistance to leaving a state: a step of the overdamped motion away from it.
+
+    Args:
+        weight: per node, against displacement [N/m].
+        rest: the state.
+    """
+
+    weight: float
+    rest: Iterate
+
+
+def last_slip(arrays: Arrays) -> float:
+    """Return the elastic slip of friction in a solution [m]."""
+    return LAST_SLIP * max(arrays.radius, 1e-3 * arrays.length)
+
+
+class Newton:
+    """One solve of a problem, from an iterate that is changed in place."""
+
+    def __init__(
+        self, arrays: Arrays, x: Iterate, anchors: Anchors, drag: Drag | None = None
+    ) -> None:
+        self.arrays, self.x, self.anchors, self.drag = arrays, x, anchors, drag
+        count, h = arrays.count, arrays.step
+        self.moment = arrays.bending / arrays.length
+        self.force = self.moment / arrays.length
+        own = 12.0 * arrays.bending / h**3
+        self.last_barrier = LAST_BARRIER * self.moment / count
+        self.last_slip = last_slip(arrays)
+        self.law = Law(
+            sharp=x.sharp or not arrays.obstacles,
+            barrier=self.last_barrier,
+            slip=self.last_slip,
+            stiffness=CONTACT_STIFFNESS * own,
+            compliance=CONTACT_COMPLIANCE / own,
+            coupled=False,
+        )
+        self.compliance = (
+            CHORD_COMPLIANCE * np.diff(arrays.arc_lengths) ** 3 / (12.0 * arrays.bending)
+        )
+        self.mass = np.array((h * h, h * h, h * h, 1.0, 1.0, 1.0))
+        self.rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
+        self.touchable = self._hold_ends()
+        self.shift = 0.0
+        self.step, self.force_step = np.zeros((count + 1, 6)), np.zeros((count, 3))
+        self.gradient, self.chord = np.zeros((count + 1, 6)), np.zeros((count, 3))
+        self.moments = np.zeros((count + 1, 3))
+
+    def _hold_ends(self) -> NDArray[np.intp]:
+        """Put the ends where they are held; return the nodes that may touch an obstacle."""
+        arrays, x = self.arrays, self.x
+        free = np.ones(arrays.count + 1, dtype=bool)
+        for side, node in ((0, 0), (1, -1)):
+            hold = arrays.end_free[side]
+            if not hold[:3, :3].any():
+                x.q[node] = arrays.end_orientations[side]
+            away = arrays.end_positions[side] - x.p[node]
+            x.p[node] += away - hold[3:, 3:] @ away
+            free[node] = hold[3:, 3:].any()
+        return np.nonzero(free)[0]
+
+    def run(self, max_move: float) -> Solution:
+        """Iterate to the equilibrium; nodes move at most ``max_move`` [m] in a step."""
+        start = self.x.copy()
+        quick = True
+        blocked = 0
+        solution = self._pass()
+        first = self._first_guess(solution)
+        for passes in range(1, MAX_PASSES):
+            ended = self._ended(solution)
+            if ended is not None:
+                self.x.sharp = self.law.sharp
+                return replace(solution, outcome=ended, passes=passes)
+            failing = passes > QUICK_PASSES or not solution.pivot > 0.0
+            if quick and failing and self.arrays.obstacles:
+                quick = False
+                self._restart(start, *first)
+            elif solution.pivot > 0.0:
+                primal, dual = self._advance(solution, max_move)
+                if not self.law.sharp:
+                    blocked = blocked + 1 if min(primal, dual) < BLOCKED else 0
+                    blocked = self._sink(solution, min(primal, dual), blocked, first)
+            else:
+                return replace(solution, outcome=UNSTABLE, passes=passes)
+            solution = self._pass()
+        return replace(solution, outcome=ITERATION_LIMIT, passes=MAX_PASSES)
+
+    def _ended(self, solution: Solution) -> int | None:
+        """Return the outcome if the iteration has ended; couple friction near the end."""
+        if not np.isfinite(solution.residual):
+            return NOT_FINITE
+        law = self.law
+        last = law.sharp or law.barrier == self.last_barrier
+        converged = solution.residual < DEFAULT_TOLERANCE and law.slip == self.last_slip and last
+        near = solution.residual < COUPLING_RESIDUAL and last and self.shift == 0.0
+        coupled = self.rubs and near and not converged
+        if converged and not law.coupled and self.shift == 0.0 and solution.pivot > 0.0:
+            return CONVERGED
+        if coupled != law.coupled:
+            self.law = replace(law, coupled=coupled)
+        return None
+
+    def _first_guess(self, solution: Solution) -> tuple[float, float, float]:
+        """Return width [m], barrier [N m] and slip [m] with which a thorough iteration begins."""
+        length = self.arrays.length
+        reach = 0.0
+        for contact in solution.contacts:
+            if len(contact.index):
+                moved = np.sum(contact.direction * self.step[contact.index, 3:], axis=1)
+                reach = max(reach, float(-(contact.gap + moved).min()))
+        width = min(max(reach, 1e-5 * length), 0.05 * length)
+        barrier = 0.01 * self.force * width * min(1.0, max(solution.residual, 0.1))
+        move = float(np.sqrt(np.max(np.sum(self.step[:, 3:] ** 2, axis=1))))
+        slip = max(0.1 * min(move, 0.01 * length), 10.0 * self.last_slip)
+        for contact in solution.contacts:
+            if contact.rubs and contact.force.any():
+                square = np.sum(contact.slip[contact.force > 0.0] ** 2, axis=1)
+                slip = max(slip, 0.1 * float(np.sqrt(square.max(initial=0.0))))
+        return width, barrier, slip
+
+    def _restart(self, start: Iterate, width: float, barrier: float, slip: float) -> None:
+        """Go back to the start, with a wide barrier."""
+        for name in ("q", "p", "n", "normal", "slack", "friction"):
+            getattr(self.x, name)[:] = getattr(start, name)
+        self.law = replace(self.law, sharp=False, barrier=barrier, slip=slip, coupled=False)
+        self._widen(width)
+
+    def _widen(self, width: float) -> None:
+        """Put slacks and normal forces well inside the barrier of this width."""
+        for j, obstacle in enumerate(self.arrays.obstacles):
+            gap, _, _ = distances(obstacle, self.x.p, self.arrays.radius)
+            self.x.slack[j] = np.maximum(gap, width)
+            self.x.normal[j] = np.maximum(self.x.normal[j], self.law.barrier / self.x.slack[j])
+
+    def _sink(
+        self, solution: Solution, fraction: float, blocked: int, first: tuple[float, float, float]
+    ) -> int:
+        """Set the barrier and slip of the next pass from how the last step went."""
+        pairs = [
+            self.x.normal[c.j, c.index] * self.x.slack[c.j, c.index] for c in solution.contacts
+        ]
+        mean = float(np.mean(np.concatenate(pairs)))
+        law = self.law
+        if blocked == 2:
+            width = min(3.0 * first[0], 0.1 * self.arrays.length)
+            self.law = replace(law, barrier=10.0 * mean)
+            self._widen(width)
+            return 0
+        barrier = max(self.last_barrier, mean * max(0.02, (1.0 - fraction) ** 2))
+        slip = law.slip
+        if fraction > 0.3:
+            slip = max(self.last_slip, slip * max(0.1, 1.0 - fraction))
+        self.law = replace(law, barrier=barrier, slip=slip)
+        return blocked
+
+    def _pass(self) -> Solution:
+        """Assemble and eliminate at the iterate; a Hessian that is not positive is shifted."""
+        arrays, x, law = self.arrays, self.x, self.law
+        drive, tangent = self._loads()
+        true = drive.copy()
+        contacts = []
+        for j, obstacle in enumerate(arrays.obstacles):
+            contact = Contact(x, j, obstacle, arrays.radius, self.touchable, self.anchors, law)
+            contacts.append(contact)
+            true[contact.index] += contact.gradient
+            drive[contact.index] += contact.drive
+            tangent[contact.index] += contact.tangent
+        unit = self.force / arrays.length / arrays.count
+        self.shift = 0.1 * self.shift if self.shift > 1e-2 * unit else 0.0
+        diagonal = np.arange(6)
+        while True:
+            shifted = tangent
+            if self.shift:
+                shifted = tangent.copy()
+                shifted[:, diagonal, diagonal] += self.shift * self.mass
+            energy, pivot = newton_pass(
+                x.q, x.p, x.n, arrays.half, arrays.own, self.compliance, drive, shifted,
+                arrays.end_free, arrays.step, law.coupled,
+                self.step, self.force_step, self.gradient, self.chord, self.moments,
+            )  # fmt: skip
+            if pivot > 0.0 or not np.isfinite(pivot) or (law.sharp and arrays.obstacles):
+                break
+            if self.shift > 1e9 * unit:
+                break
+            self.shift = max(10.0 * self.shift, 1e-2 * unit)
+        gradient = self.gradient - drive + true
+        residual = self._residual(gradient, contacts)
+        return Solution(
+            UNSTABLE, 0, energy, residual, pivot, gradient, self.moments.copy(), tuple(contacts)
+        )
+
+    def _loads(self) -> tuple[Array, Array]:
+        """Return gradient and Hessian of the nodal loads, of the drag and against free spinning."""
+        arrays, x = self.arrays, self.x
+        count = arrays.count
+        gradient, tangent = np.zeros((count + 1, 6)), np.zeros((count + 1, 6, 6))
+        gradient[:, 3:] = -arrays.nodal[:, 3:]
+        if arrays.nodal[:, :3].any():
+            moment = np.einsum("nji,nj->ni", matrices(x.q), arrays.nodal[:, :3])
+            gradient[:, :3] = -moment
+            tangent[:, :3, :3] = -0.5 * skews(moment)
+        diagonal = np.arange(3)
+        tangent[:, diagonal, diagonal] += NEUTRAL * self.moment / count
+        tangent[:, 3 + diagonal, 3 + diagonal] += NEUTRAL * self.force / arrays.length / count
+        if self.drag is not None:
+            rest = self.drag.rest
+            away = np.hstack((turn_between(rest.q, x.q), x.p - rest.p))
+            gradient += self.drag.weight * self.mass * away
+            every = np.arange(6)
+            tangent[:, every, every] += self.drag.weight * self.mass
+        return gradient, tangent
+
+    def _residual(self, gradient: Array, contacts: list[Contact]) -> float:
+        """Return the largest imbalance that is not a reaction at an end."""
+        inner = gradient.copy()
+        inner[0] = self.arrays.end_free[0] @ inner[0]
+        inner[-1] = self.arrays.end_free[1] @ inner[-1]
+        length = self.arrays.length / LENGTH_WEIGHT
+        worst = [
+            float(np.abs(inner[:, :3]).max()) / self.moment,
+            float(np.abs(inner[:, 3:]).max()) / self.force,
+            float(np.abs(self.chord).max()) / length,
+        ]
+        worst += [
+            c.residual(length, self.force, self.last_barrier, DEFAULT_TOLERANCE) for c in contacts
+        ]
+        return float(np.max(worst))
+
+    def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
+        """Take as much of the step as rotations, moves and the barrier allow."""
+        x, step = self.x, self.step
+        turn = float(np.abs(step[:, :3]).max())
+        move = float(np.sqrt(np.max(np.sum(step[:, 3:] ** 2, axis=1))))
+        limit = min(1.0, MAX_ROTATION / max(turn, TINY), max_move / max(move, TINY))
+        primal = dual = limit
+        for contact in solution.contacts:
+            near, far = contact.fractions(step)
+            primal, dual = min(primal, near), min(dual, far)
+        x.q[:] = turned(x.q, primal * step[:, :3])
+        x.p += primal * step[:, 3:]
+        x.n += dual * self.force_step
+        for contact in solution.contacts:
+            contact.update(x, step, primal, dual)
+        return primal, dual

@@ -1,0 +1,110 @@
+"""From an iterate and its evidence to the state that a user sees."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from spiral_core.rod.contact._contact import distances
+from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
+from spiral_core.rod.contact._quaternions import matrices
+from spiral_core.rod.contact.state import ContactState, ContactStatus
+from spiral_core.rod.types import Array
+
+# Two places closer than this along the rod, in its radii, are one place, not two that touch.
+NEIGHBORS = math.pi
+
+
+def state_from_point(
+    point: Point, iterations: int, status: ContactStatus | None = None
+) -> ContactState:
+    """Return the state at a point of a path; ``status`` overrides how its solve ended."""
+    arrays, x, solution = point.arrays, point.x, point.solution
+    turn = matrices(x.q)
+    clearance = self_clearance(x.p, arrays.arc_lengths, arrays.radius)
+    if status is None:
+        status = _status(solution.outcome)
+        if status is ContactStatus.CONVERGED and not clearance > 0.0:
+            status = ContactStatus.SELF_CONTACT
+    normal_forces, gaps, contact_forces, sticking = _contacts(point)
+    moments = solution.moments
+    potential = float(np.sum(arrays.nodal[:, 3:] * x.p))
+    return ContactState(
+        status=status,
+        arc_lengths=arrays.arc_lengths,
+        positions=x.p,
+        orientations=x.q,
+        forces=_nodal_forces(x.n, arrays.half),
+        moments=moments,
+        contact_forces=contact_forces,
+        normal_forces=normal_forces,
+        gaps=gaps,
+        sticking=sticking,
+        base_reaction=_reaction(solution.gradient[0], turn[0]),
+        tip_reaction=_reaction(solution.gradient[-1], turn[-1]),
+        energy=solution.energy + arrays.rest_energy - potential,
+        residual=solution.residual,
+        smallest_pivot=solution.pivot * arrays.length / arrays.bending,
+        iterations=iterations,
+        self_clearance=clearance,
+        _point=point,
+    )
+
+
+def _status(outcome: int) -> ContactStatus:
+    """Return the status of an outcome."""
+    return {
+        CONVERGED: ContactStatus.CONVERGED,
+        ITERATION_LIMIT: ContactStatus.ITERATION_LIMIT,
+        NOT_FINITE: ContactStatus.NOT_FINITE,
+    }.get(outcome, ContactStatus.UNSTABLE)
+
+
+def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
+    """Return normal forces, gaps, contact forces on the rod, and which nodes stick."""
+    arrays, x = point.arrays, point.x
+    shape = (len(arrays.obstacles), arrays.count + 1)
+    normal_forces, gaps = np.zeros(shape), np.zeros(shape)
+    forces, sticking = np.zeros((*shape, 3)), np.zeros(shape, dtype=bool)
+    for j, obstacle in enumerate(arrays.obstacles):
+        gaps[j], normal, _ = distances(obstacle, x.p, arrays.radius)
+        contact = point.solution.contacts[j]
+        normal_forces[j, contact.index] = x.normal[j, contact.index]
+        forces[j] = normal_forces[j][:, None] * normal
+        if contact.rubs:
+            forces[j, contact.index] -= x.friction[j, contact.index]
+            sticking[j, contact.index] = contact.sticks & contact.active
+        else:
+            sticking[j] = False
+    return normal_forces, gaps, forces, sticking
+
+
+def _nodal_forces(n: Array, half: Array) -> Array:
+    """Return the internal force at the nodes: the mean of both sides."""
+    before, after = n - half, n + half
+    forces = np.empty((len(n) + 1, 3))
+    forces[0], forces[-1] = after[0], before[-1]
+    forces[1:-1] = 0.5 * (before[:-1] + after[1:])
+    return forces
+
+
+def _reaction(gradient: Array, turn: Array) -> Array:
+    """Return force and moment of a hold, in the base frame."""
+    return np.concatenate((gradient[3:], turn @ gradient[:3]))
+
+
+def self_clearance(positions: Array, arc_lengths: Array, radius: float) -> float:
+    """Return the least distance between the surfaces of two places of the rod [m]."""
+    from scipy.spatial import cKDTree
+
+    if not radius > 0.0 or arc_lengths[-1] <= NEIGHBORS * radius:
+        return math.inf
+    near = cKDTree(positions).query_pairs(4.0 * radius, output_type="ndarray")
+    apart = arc_lengths[near[:, 1]] - arc_lengths[near[:, 0]]
+    near = near[np.abs(apart) > NEIGHBORS * radius]
+    if not len(near):
+        return 2.0 * radius
+    between = positions[near[:, 0]] - positions[near[:, 1]]
+    return float(np.sqrt(np.sum(between * between, axis=1).min())) - 2.0 * radius

@@ -1,0 +1,123 @@
+"""Where a solve begins: the straight rod, or a rod along a given centerline."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.contact._contact import Iterate
+from spiral_core.rod.contact._increments import empty
+from spiral_core.rod.contact._mesh import Arrays
+from spiral_core.rod.contact._quaternions import matrices
+from spiral_core.rod.contact.problem import Clamped, ContactProblem, Free, Guided
+from spiral_core.rod.types import Array
+
+
+def straight(problem: ContactProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
+    """Return the straight unloaded rod, and its problem: no loads, no rest strain."""
+    base, tip = problem.base, problem.tip
+    if isinstance(base, Free):
+        origin, along = _from_tip(problem)
+    else:
+        origin = np.asarray(base.position, dtype=np.float64)
+        along = None
+        if not isinstance(tip, Free):
+            span = np.asarray(tip.position, dtype=np.float64) - origin
+            along = span / max(float(np.linalg.norm(span)), 1e-300)
+    held = base.orientation if isinstance(base, (Clamped, Guided)) else None
+    if held is not None:
+        q = np.asarray(held, dtype=np.float64)
+        along = matrices(q[None])[0][:, 0]
+    else:
+        along = np.array((1.0, 0.0, 0.0)) if along is None else along
+        q = turn_to(along)
+    count = arrays.count
+    points = origin + arrays.arc_lengths[:, None] * along
+    x = empty(count, len(arrays.obstacles), np.tile(q, (count + 1, 1)), points)
+    own = arrays.own.copy()
+    own[:, 4, :2] = 0.0
+    orientations = arrays.end_orientations.copy()
+    positions = arrays.end_positions.copy()
+    if not isinstance(tip, Free):
+        positions[1] = points[-1]
+        orientations[1] = q
+    first = replace(
+        arrays,
+        own=own,
+        half=np.zeros_like(arrays.half),
+        nodal=np.zeros_like(arrays.nodal),
+        end_orientations=orientations,
+        end_positions=positions,
+        rest_energy=0.0,
+    )
+    return x, first
+
+
+def _from_tip(problem: ContactProblem) -> tuple[Array, Array]:
+    """Return where a rod held by its tip alone begins, and along what it runs."""
+    tip = problem.tip
+    if isinstance(tip, Free):
+        return np.zeros(3), np.array((1.0, 0.0, 0.0))
+    along = np.array((1.0, 0.0, 0.0))
+    if isinstance(tip, (Clamped, Guided)) and tip.orientation is not None:
+        along = matrices(np.array([tip.orientation], dtype=np.float64))[0][:, 0]
+    return np.asarray(tip.position, dtype=np.float64) - problem.rod.length * along, along
+
+
+def from_centerline(problem: ContactProblem, arrays: Arrays, points: Array) -> Iterate:
+    """Return a rod along a centerline, with the least twist that starts from the base's frame.
+
+    Raises:
+        InvalidInputError: the centerline is not two or more different finite points.
+    """
+    requirement = "a centerline of two or more different finite points (n, 3)"
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
+        raise InvalidInputError("start", points, requirement)
+    legs = np.sqrt(np.sum(np.diff(points, axis=0) ** 2, axis=1))
+    if not np.all(np.isfinite(points)) or not np.all(legs > 0.0):
+        raise InvalidInputError("start", points, requirement)
+    along = np.concatenate(([0.0], np.cumsum(legs)))
+    sites = arrays.arc_lengths * along[-1] / arrays.length
+    p = np.column_stack([np.interp(sites, along, c) for c in points.T])
+    chords = np.diff(p, axis=0)
+    chords /= np.sqrt(np.sum(chords**2, axis=1))[:, None]
+    tangents = np.vstack((chords[:1], chords[:-1] + chords[1:], chords[-1:]))
+    tangents /= np.sqrt(np.sum(tangents**2, axis=1))[:, None]
+    base = problem.base
+    held = base.orientation if isinstance(base, (Clamped, Guided)) else None
+    frame = turn_to(tangents[0]) if held is None else np.asarray(held, dtype=np.float64)
+    q = np.empty((len(p), 4))
+    q[0] = frame
+    for i in range(1, len(p)):
+        q[i] = _carried(q[i - 1], tangents[i])
+    return empty(arrays.count, len(arrays.obstacles), q, p)
+
+
+def turn_to(direction: Array) -> Array:
+    """Return the smallest turn (4,) that takes e_x to a unit vector."""
+    return _carried(np.array((0.0, 0.0, 0.0, 1.0)), direction)
+
+
+def _carried(q: Array, direction: Array) -> Array:
+    """Return q turned by the smallest rotation that takes its x axis to a unit vector."""
+    axis = matrices(q[None])[0][:, 0]
+    w = 1.0 + float(axis @ direction)
+    if w < 1e-9:  # opposite: half a turn about any axis across
+        across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        turn = np.append(across / np.linalg.norm(across), 0.0)
+    else:
+        turn = np.append(np.cross(axis, direction), w)
+    turn /= np.linalg.norm(turn)
+    a, b = turn, q
+    product = np.array(
+        (
+            a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+            a[3] * b[1] + a[1] * b[3] + a[2] * b[0] - a[0] * b[2],
+            a[3] * b[2] + a[2] * b[3] + a[0] * b[1] - a[1] * b[0],
+            a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
+        )
+    )
+    unit: Array = product / np.linalg.norm(product)
+    return unit

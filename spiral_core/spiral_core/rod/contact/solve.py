@@ -1,0 +1,253 @@
+"""Solve a rod among obstacles, from scratch or from a state nearby, and follow it along a path.
+
+The method is derived in ``docs/derivations/contact.md``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError, SolverError
+from spiral_core.rod.contact._contact import Iterate, carried, distances
+from spiral_core.rod.contact._increments import Point, advance, attempt, beyond, slide
+from spiral_core.rod.contact._mesh import Arrays, discretize, element_count
+from spiral_core.rod.contact._newton import CONVERGED, UNSTABLE, Solution
+from spiral_core.rod.contact._results import state_from_point
+from spiral_core.rod.contact._start import from_centerline, straight
+from spiral_core.rod.contact.problem import ContactProblem
+from spiral_core.rod.contact.state import ContactEvent, ContactPath, ContactState, ContactStatus
+from spiral_core.rod.types import MAX_ELEMENTS, Array
+
+# An increment of the way between two stations at the most, if nothing else is asked for.
+DEFAULT_INCREMENT = 0.25
+# A path with more events than this is given up.
+MAX_EVENTS = 64
+
+
+def solve_contact(
+    problem: ContactProblem,
+    *,
+    start: ContactState | Array | None = None,
+    elements: int | None = None,
+    throw: bool = True,
+) -> ContactState:
+    r"""Return a stable static shape of a rod among obstacles.
+
+    .. math:: \min_{p, R} \int \tfrac12 (u-u^*)^T K (u-u^*) + \tfrac12 \epsilon^T S \epsilon
+        - w \cdot p \; ds \quad \text{with} \quad p' = R (e_x + \epsilon), \; d(p) \ge r
+
+    Without a start the rod begins straight, along its base, without rest strain, with the
+    obstacles in place; loads come on while its tip is brought to where it is held, and then the
+    rest strain. Snaps on the way are followed. With a state as start, one increment is made from
+    it (friction goes on from there), or as many as the way needs. With a centerline, the rod is
+    released from that shape.
+
+    Args:
+        problem: rod, ends, loads and obstacles.
+        start: a state, or a centerline (n, 3) [m] along the rod.
+        elements: how many; None takes enough for the rod's rest strain and its obstacles.
+        throw: whether a solve that does not converge raises; otherwise its status says so.
+
+    Returns:
+        The state, with its certificate of stability.
+
+    Raises:
+        InvalidInputError: a profile, a start or the number of elements is not valid.
+        SolverError: no stable equilibrium was found, and ``throw`` is set.
+
+    Example:
+        >>> from spiral_core.rod.contact.obstacles import Obstacle
+        >>> from spiral_core.rod.contact.problem import ElasticRod, Section
+        >>> from spiral_core.rod.contact.shapes import Plane
+        >>> from spiral_core.rod.types import RodLoad
+        >>> rod = ElasticRod(0.4, Section((1e-4, 1e-4, 1e-4)), radius=2e-3)
+        >>> floor = Obstacle(Plane(), position=(0.0, 0.0, -0.02))
+        >>> state = solve_contact(
+        ...     ContactProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.5)), obstacles=(floor,))
+        ... )
+        >>> state.stable, bool(state.gaps.min() > -1e-6)
+        (True, True)
+    """
+    if isinstance(start, ContactState):
+        path = follow_contact([problem], start=start, elements=elements)
+        state = path.states[-1] if path.states else path.events[-1].after
+        return _checked(state, throw)
+    count = _count([problem], elements)
+    arrays = discretize(problem, count)
+    if start is None:
+        return _checked(_from_straight(problem, arrays), throw)
+    x = from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
+    here = _unsolved(arrays, x)
+    rest, spent = slide(here, arrays)
+    if rest is None:
+        return _checked(state_from_point(_tried(here), spent, ContactStatus.NOT_HELD), throw)
+    return _checked(state_from_point(rest, spent), throw)
+
+
+def follow_contact(
+    problems: Sequence[ContactProblem],
+    *,
+    start: ContactState | None = None,
+    elements: int | None = None,
+    largest_increment: float = DEFAULT_INCREMENT,
+) -> ContactPath:
+    """Return the states of a rod whose loads, shape, ends or obstacles change from one to the next.
+
+    Between two problems everything is blended, obstacles and ends move along straight lines and
+    turn evenly, and the branch of stable states is followed in increments that adapt to it;
+    friction remembers. Where no increment is small enough the branch has ended, in a fold or
+    because friction no longer holds: the rod moves on, overdamped, to where it rests, the place is
+    recorded, and the path goes on from there. If it rests nowhere the path ends.
+
+    Args:
+        problems: the stations; the same rod length, kinds of ends and obstacles in all of them.
+        start: the state that the first way begins at; None solves the first station from scratch.
+        elements: for all stations; None takes the start's, or enough for all of them.
+        largest_increment: of the way between two stations, in (0, 1].
+
+    Returns:
+        A state for each station that was reached, and the events on the way.
+
+    Raises:
+        InvalidInputError: no stations, or stations that differ in more than their values.
+        SolverError: the first station has no stable state.
+    """
+    if not problems:
+        raise InvalidInputError("problems", problems, "at least one station")
+    if not 0.0 < largest_increment <= 1.0:
+        raise InvalidInputError("largest_increment", largest_increment, "in (0, 1]")
+    _check_alike(problems)
+    states: list[ContactState] = []
+    events: list[ContactEvent] = []
+    stations = list(problems)
+    if start is None:
+        start = solve_contact(stations.pop(0), elements=_count(problems, elements))
+        states.append(start)
+    here = _point_of(start, elements)
+    for index, problem in enumerate(stations):
+        end = discretize(problem, here.arrays.count)
+        if len(end.arc_lengths) != len(here.arrays.arc_lengths):
+            raise InvalidInputError(
+                "problems", problem, "the same breaks and point loads throughout"
+            )
+        reached, spent = _travel(here, end, largest_increment, index, events)
+        if reached is None:
+            return ContactPath(tuple(states), tuple(events))
+        states.append(state_from_point(reached, spent))
+        here = replace(reached, at=0.0)
+    return ContactPath(tuple(states), tuple(events))
+
+
+def _travel(
+    here: Point, end: Arrays, largest: float, index: int, events: list[ContactEvent]
+) -> tuple[Point | None, int]:
+    """Go from a point to the next station, over the events on the way; None if the rod is lost."""
+    first = here.arrays
+    spent = 0
+    here = replace(here, at=0.0)
+    while here.at < 1.0:
+        ended = False
+        for point in advance(here, end, largest, first):
+            if point is None:
+                ended = True
+            else:
+                here = point
+                spent += point.solution.passes
+        if not ended:
+            break
+        at, arrays = beyond(here, end, first)
+        before = state_from_point(here, spent)
+        rest, used = slide(here, arrays)
+        spent += used
+        position = index + here.at
+        if rest is None or len(events) >= MAX_EVENTS:
+            after = state_from_point(_tried(here), used, ContactStatus.NOT_HELD)
+            events.append(ContactEvent(position, before, after))
+            return None, spent
+        here = replace(rest, at=at)
+        events.append(ContactEvent(position, before, state_from_point(here, used)))
+    return here, spent
+
+
+def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
+    """Return the state reached from the straight rod, along its loading path."""
+    x, first = straight(problem, arrays)
+    here = _unsolved(first, x)
+    for obstacle in arrays.obstacles:
+        gap, _, _ = distances(obstacle, x.p[1:], arrays.radius)
+        if not gap.min() > -1e-3 * max(arrays.radius, 1e-3 * arrays.length):
+            status = ContactStatus.INSIDE_OBSTACLE
+            return state_from_point(_tried(here), 0, status)
+    loaded = replace(arrays, own=first.own, rest_energy=first.rest_energy)
+    events: list[ContactEvent] = []
+    spent = 0
+    for end in (loaded, arrays):
+        reached, used = _travel(here, end, DEFAULT_INCREMENT, 0, events)
+        spent += used
+        if reached is None:
+            return replace(events[-1].after, iterations=spent)
+        here = reached
+    return state_from_point(here, spent)
+
+
+def _unsolved(arrays: Arrays, x: Iterate) -> Point:
+    """Return a point whose equilibrium has not been looked for."""
+    anchors = carried(x, None, arrays.obstacles, arrays.obstacles, arrays.lever, 0.0)
+    nothing = Solution(
+        UNSTABLE, 0, math.nan, math.inf, math.nan, np.zeros((arrays.count + 1, 6)),
+        np.zeros((arrays.count + 1, 3)), (),
+    )  # fmt: skip
+    return Point(0.0, arrays, x, anchors, nothing)
+
+
+def _tried(here: Point) -> Point:
+    """Return the point with the evidence of one more try, for a report."""
+    x, anchors, solution, _ = attempt(here, here.arrays, here.x.copy())
+    if solution.outcome == CONVERGED:
+        return replace(here, x=x, anchors=anchors, solution=solution)
+    return replace(here, solution=solution)
+
+
+def _point_of(state: ContactState, elements: int | None) -> Point:
+    """Return the point that a state stands for."""
+    if state._point is None or state.status is not ContactStatus.CONVERGED:
+        raise InvalidInputError("start", state.status, "a converged state of this module")
+    point = state._point
+    if elements is not None and elements != point.arrays.count:
+        raise InvalidInputError("elements", elements, f"the start's number, {point.arrays.count}")
+    return replace(point, at=0.0, x=point.x.copy())
+
+
+def _count(problems: Sequence[ContactProblem], elements: int | None) -> int:
+    """Return the number of elements, checked."""
+    count = max(element_count(problem) for problem in problems) if elements is None else elements
+    if type(count) is not int or not 2 <= count <= MAX_ELEMENTS:
+        raise InvalidInputError("elements", elements, f"a whole number from 2 to {MAX_ELEMENTS}")
+    return count
+
+
+def _check_alike(problems: Sequence[ContactProblem]) -> None:
+    """Refuse stations between which no path leads."""
+    first = problems[0]
+    for problem in problems[1:]:
+        alike = (
+            problem.rod.length == first.rod.length
+            and problem.rod.radius == first.rod.radius
+            and type(problem.base) is type(first.base)
+            and type(problem.tip) is type(first.tip)
+            and [o.shape for o in problem.obstacles] == [o.shape for o in first.obstacles]
+        )
+        if not alike:
+            requirement = "stations with one rod length, radius, kinds of ends and obstacle shapes"
+            raise InvalidInputError("problems", problem, requirement)
+
+
+def _checked(state: ContactState, throw: bool) -> ContactState:
+    """Raise if the state is no answer and that is wanted."""
+    if throw and state.status is not ContactStatus.CONVERGED:
+        raise SolverError(state.status, state.residual, state.iterations)
+    return state

@@ -1,0 +1,205 @@
+"""A solved rod with contacts: its shape, its forces and the evidence for them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.contact._contact import distances
+from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.types import Array
+
+# A node touches where its normal force is above this fraction of its obstacle's largest, and of
+# EI/L^2.
+TOUCH = 1e-6
+
+
+class ContactStatus(Enum):
+    """How a solve ended; the value is advice to the user. Only ``CONVERGED`` is an answer."""
+
+    CONVERGED = "converged to a stable equilibrium with its contacts"
+    ITERATION_LIMIT = (
+        "the iteration limit was reached; use more elements, or approach the load in smaller steps"
+    )
+    NOT_FINITE = "a number overflowed; check lengths, stiffnesses and loads for their units"
+    UNSTABLE = (
+        "no stable equilibrium lies near: the rod slides or snaps away; reduce the load, or follow "
+        "its motion with follow_contact"
+    )
+    NOT_HELD = (
+        "the rod keeps moving and finds no equilibrium: nothing holds it, or it slides off its "
+        "obstacle; hold an end or raise the friction"
+    )
+    SELF_CONTACT = (
+        "the rod touches itself, which this model does not resist; reduce the load, use a longer "
+        "pitch or a thinner rod"
+    )
+    INSIDE_OBSTACLE = (
+        "the start lies inside of an obstacle; begin where the rod is clear of it, or give a start"
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Resultant:
+    """What a rod does to an obstacle.
+
+    Args:
+        force: sum of the contact forces on the obstacle [N], base frame.
+        torque: their moment about the obstacle's position [N m], base frame.
+    """
+
+    force: Array
+    torque: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactState:
+    """A rod's static shape among obstacles, and the evidence for it.
+
+    Arrays run over the n nodes, and over the m obstacles first where they concern contact.
+
+    Args:
+        status: how the solve ended; the arrays are an answer only if it is ``CONVERGED``.
+        arc_lengths: (n,) unstretched [m].
+        positions: (n, 3) in the base frame [m].
+        orientations: (n, 4) unit quaternions, scalar last, material frame to base frame.
+        forces: (n, 3) internal force in the base frame [N]; the mean of both sides where a contact
+            or a point load makes it jump.
+        moments: (n, 3) internal moment in the material frame [N m].
+        contact_forces: (m, n, 3) of each obstacle on each node [N], base frame.
+        normal_forces: (m, n) their normal part [N].
+        gaps: (m, n) distance between the rod's surface and the obstacle's [m].
+        sticking: (m, n) whether a touching node sticks.
+        base_reaction: (6,) force [N] and moment [N m] with which the base is held, base frame.
+        tip_reaction: (6,) likewise.
+        energy: elastic energy and potential of the loads about the origin [J].
+        residual: largest imbalance, as a fraction of EI/L, EI/L^2 and L/10.
+        smallest_pivot: smallest pivot of the Hessian with its active contacts, as a fraction of
+            EI/L: the certificate. Positive proves a strict local minimum of the discrete energy
+            for the given friction; motions that nothing resists (a round rod spinning about its
+            axis) are stiffened by 1e-9 EI/L.
+        iterations: Newton iterations spent.
+        self_clearance: least distance between two turns of the rod's surface [m]; infinite where
+            the rod is too short to touch itself.
+        discretization_error: estimated largest error of a position [m]; None if not asked for.
+    """
+
+    status: ContactStatus
+    arc_lengths: Array
+    positions: Array
+    orientations: Array
+    forces: Array
+    moments: Array
+    contact_forces: Array
+    normal_forces: Array
+    gaps: Array
+    sticking: Array
+    base_reaction: Array
+    tip_reaction: Array
+    energy: float
+    residual: float
+    smallest_pivot: float
+    iterations: int
+    self_clearance: float
+    discretization_error: float | None = None
+    # What the next increment starts from.
+    _point: Point | None = field(default=None, repr=False)
+
+    @property
+    def stable(self) -> bool:
+        """Whether the state is an equilibrium with a certificate of stability."""
+        return self.status is ContactStatus.CONVERGED and self.smallest_pivot > 0.0
+
+    @property
+    def tip_position(self) -> Array:
+        """Position of the tip in the base frame (3,) [m]."""
+        tip: Array = self.positions[-1]
+        return tip
+
+    @property
+    def tangents(self) -> Array:
+        """Unit vectors along the rod's sections (n, 3), base frame."""
+        x, y, z, w = self.orientations.T
+        return np.column_stack(
+            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w))
+        )
+
+    @property
+    def node_lengths(self) -> Array:
+        """Length of rod that each node stands for (n,) [m]."""
+        steps = np.diff(self.arc_lengths)
+        lengths: Array = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+        return lengths
+
+    @property
+    def touching(self) -> Array:
+        """Whether a node touches an obstacle (m, n)."""
+        largest = self.normal_forces.max(axis=1, initial=0.0)
+        scale = 0.0
+        if self._point is not None:
+            scale = self._point.arrays.bending / self._point.arrays.length**2
+        touching: Array = self.normal_forces > TOUCH * np.maximum(largest, scale)[:, None]
+        return touching
+
+    @property
+    def contact_lengths(self) -> Array:
+        """Length in contact with each obstacle (m,) [m]."""
+        lengths: Array = np.sum(np.where(self.touching, self.node_lengths, 0.0), axis=1)
+        return lengths
+
+    @property
+    def line_forces(self) -> Array:
+        """Contact force per length (m, n, 3) [N/m]."""
+        lengths: Array = self.contact_forces / self.node_lengths[:, None]
+        return lengths
+
+    def on_obstacle(self, index: int = 0) -> Resultant:
+        """Return what the rod does to an obstacle: resultant of normal forces and friction.
+
+        Contact forces act where friction does, at the rod's surface by default.
+        """
+        if self._point is None or not -len(self.gaps) <= index < len(self.gaps):
+            raise InvalidInputError("index", index, f"one of {len(self.gaps)} obstacles")
+        arrays = self._point.arrays
+        obstacle = arrays.obstacles[index]
+        pushes = -self.contact_forces[index]
+        _, normal, _ = distances(obstacle, self.positions, arrays.radius)
+        lever = self.positions - arrays.lever * normal - np.asarray(obstacle.position)
+        return Resultant(pushes.sum(axis=0), np.cross(lever, pushes).sum(axis=0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactEvent:
+    """A place on a path where a branch of stable states ends and the rod snaps or slips away.
+
+    Args:
+        position: where, as a station's index plus the fraction of the way to the next one.
+        before: the last state of the branch that ends.
+        after: where the rod comes to rest; not converged if it does not.
+    """
+
+    position: float
+    before: ContactState
+    after: ContactState
+
+    @property
+    def contact_lost(self) -> float:
+        """Length of contact that the event costs, over all obstacles [m]; negative if gained."""
+        lost = np.sum(self.before.contact_lengths) - np.sum(self.after.contact_lengths)
+        return float(lost)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactPath:
+    """States along a path.
+
+    Args:
+        states: one for each station reached; fewer than stations if the rod was lost on the way.
+        events: folds and losses, in the order met.
+    """
+
+    states: tuple[ContactState, ...]
+    events: tuple[ContactEvent, ...]

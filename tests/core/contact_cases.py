@@ -1,0 +1,60 @@
+"""Rods and obstacles that the contact tests share."""
+
+import math
+
+import numpy as np
+
+from spiral_core import (
+    ContactProblem,
+    Cylinder,
+    ElasticRod,
+    FiberAngles,
+    Obstacle,
+    Section,
+    fiber_state,
+)
+
+LENGTH = 0.36
+INNER, WALL = 4.7625e-3, 0.79375e-3
+OUTER = INNER + WALL
+YOUNG = 0.78e6
+INERTIA = 0.25 * math.pi * (OUTER**4 - INNER**4)
+BENDING = YOUNG * INERTIA
+SECTION = Section((2.0 / 3.0 * BENDING, BENDING, BENDING))
+ANGLES = FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0))
+
+
+def rest_strain(stretch: float) -> tuple[float, float, float]:
+    """Return (torsion, 0, curvature) of the 70 degree gripper."""
+    if stretch == 1.0:
+        return (0.0, 0.0, 0.0)
+    return (fiber_state(ANGLES, stretch).twist / INNER, 0.0, (stretch - 1.0) / INNER)
+
+
+def wrap_stretch(radius: float) -> float:
+    """Return the stretch at which the helix just fits a cylinder."""
+    low, high = 1.02, 1.3
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        torsion, _, curvature = rest_strain(middle)
+        fits = curvature / (curvature**2 + torsion**2) - OUTER > radius
+        low, high = (middle, high) if fits else (low, middle)
+    return 0.5 * (low + high)
+
+
+def grip(
+    radius: float,
+    fraction: float,
+    friction: float = 0.0,
+    shift: float = 0.0,
+) -> ContactProblem:
+    """Return the gripper tangent to a cylinder, at a fraction of the stretch that wraps it."""
+    wrapped = wrap_stretch(radius)
+    torsion, _, curvature = rest_strain(wrapped)
+    axis = np.array((torsion, 0.0, curvature)) / math.hypot(torsion, curvature)
+    place = np.array((0.0, radius + OUTER, 0.0)) + shift * axis
+    strain = rest_strain(1.0 + fraction * (wrapped - 1.0))
+    rod = ElasticRod(LENGTH, SECTION, OUTER, strain)
+    x, y, z = place
+    obstacle = Obstacle.along(Cylinder(radius), (x, y, z), tuple(axis), friction)
+    return ContactProblem(rod, obstacles=(obstacle,))
