@@ -19,5 +19,6 @@ setup(
     ],
     entry_points={"console_scripts": ["spiral-gripper = spiral_gripper.cli.main:main"]},
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
 )

@@ -23,6 +23,7 @@ setup(
         (f"share/{NAME}/security", sorted(glob("security/*.xml"))),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [

@@ -15,8 +15,8 @@ import pytest
 from rich.console import Console
 
 from spiral_gripper import available_grippers
-from spiral_gripper.cli import ros_side
 from spiral_gripper.cli.main import run
+from spiral_gripper.cli.ros import side as ros_side
 from spiral_gripper.doctor.checks import Answer, Check, Facts, Finding, Mark, finding_of
 from spiral_gripper.doctor.gripper import (
     KernelCache,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import configparser
 import importlib
 import re
 from importlib import metadata
@@ -100,6 +101,33 @@ def test_pyproject_names_what_is_imported() -> None:
     ros = imported - LIBRARIES.keys() - set(PACKAGES) - NOT_ON_PYPI
     wheels = {f"ros-jazzy-{name.replace('_', '-')}" for name in ros}
     assert wheels <= names(stated()["ros-dependencies"])
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_package_xml_states_the_lower_bounds(package: str) -> None:
+    extras = pyproject()["project"]["optional-dependencies"]
+    lines = [*stated()["dependencies"], *extras["plot"], *extras["regulators"]]
+    bounds = dict(line.split(">=") for line in lines)
+    by_key = {key: bounds[name] for key, name in LIBRARIES.values()}
+    found = {
+        element.text: element.get("version_gte")
+        for element in package_xml(package).iter("exec_depend")
+        if element.text in by_key
+    }
+    assert found
+    assert found == {key: by_key[key] for key in found}
+
+
+def test_colcon_finds_the_tests_of_each_package() -> None:
+    for package in PYTHON_PACKAGES:
+        settings = configparser.ConfigParser()
+        settings.read(ROOT / package / "setup.cfg")
+        own, tests = settings["tool:pytest"]["testpaths"].split()
+        assert (ROOT / package / own).is_dir()
+        assert list((ROOT / package / tests).glob("test_*.py"))
+        setup = (ROOT / package / "setup.py").read_text(encoding="utf-8")
+        assert 'extras_require={"test": ["pytest"]}' in setup  # by this colcon knows
+        assert {"python3-pytest", "python3-hypothesis"} <= dependencies(package, "test_depend")
 
 
 def test_cmake_lists_all_interfaces() -> None:
