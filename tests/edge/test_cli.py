@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from spiral_core import InvalidInputError, NoCoilError, NotGrippableError, SpiralError
-from spiral_gripper import convert_from_si, load_description
+from spiral_gripper import available_grippers, convert_from_si, load_description
+from spiral_gripper.cli import types
 from spiral_gripper.cli.main import COMMANDS, run
 from spiral_gripper.cli.sentences import Given, sentence
 from spiral_gripper.files.units import Dimension
@@ -319,12 +320,12 @@ def test_one_line_says_what_is_wrong(
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("position, radius\n0, 1\n", "header with units"),
+        ("position, radius\n0, 1\n", "columns with units"),
         ("position [mm], radius [kPa]\n0, 1\n", "reduces to"),
         ("position [mm], radius [mm]\n0, a\n", "number"),
         ("position [mm], radius [mm]\n0\n", "two numbers"),
         (f"position [mm], radius [mm]\n0, {'9' * 200_000}\n", "a CSV file"),
-        ("", "header with units"),
+        ("", "columns with units"),
     ],
 )
 def test_a_bad_profile_is_named(
@@ -409,3 +410,29 @@ def test_a_full_disk_is_said_in_one_line() -> None:
             )  # fmt: skip
         assert done.returncode == 2
         assert done.stderr == "spiral-gripper: the answer cannot be printed: the disk is full\n"
+
+
+def test_grippers_are_listed_shown_and_checked(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert run(["grippers", "list"]) == 0
+    assert capsys.readouterr().out.splitlines()[1].startswith("prototype_p1  Prototype P1 of")
+    assert [one["name"] for one in answer(capsys, "grippers", "list")] == [*available_grippers()]
+    assert run(["grippers", "show", "prototype_p1"]) == 0
+    path = tmp_path / "mine.yaml"
+    path.write_text(capsys.readouterr().out, encoding="utf-8")
+    assert load_description(path).gripper == load_description("prototype_p1").gripper
+    shown = answer(capsys, "grippers", "show", str(path))
+    assert shown["tube"]["length"] == 0.5
+    assert shown["pressure_max"] == pytest.approx(110316.117)
+    assert run(["grippers", "check", str(path)]) == 0
+    checked = capsys.readouterr().out
+    assert checked == "prototype_p1: valid; grips radii from 2.591 mm to 35.6 mm, up to 16 psi\n"
+    low, high = answer(capsys, "grippers", "check", str(path))["radius_range"]
+    assert low < 0.01 < high
+
+
+def test_options_have_the_cores_defaults() -> None:
+    from spiral_core.wrap.gripper import DEFAULT_TURNS
+
+    assert types.DEFAULT_TURNS == DEFAULT_TURNS

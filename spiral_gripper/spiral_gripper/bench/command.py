@@ -20,7 +20,12 @@ from spiral_core import (
     pressure_uncertainty,
     pressure_uncertainty_by_draws,
 )
-from spiral_gripper.bench.measurements import MeasurementOptions, Measurements, load_measurements
+from spiral_gripper.bench.measurements import (
+    MeasurementOptions,
+    Measurements,
+    load_measurements,
+    stated_error,
+)
 from spiral_gripper.bench.report import outlier_warnings, warnings_of
 from spiral_gripper.bench.run import (
     CalibrationRequest,
@@ -102,9 +107,15 @@ def load_files(
     """
     length, stated = description.actuator.tube.length, options.measurement_options()
     loaded = [load_measurements(file, length, stated) for file in files]
-    unused = stated.units.keys() - frozenset().union(*(one.columns for one in loaded))
+    columns = frozenset().union(*(one.columns for one in loaded))
+    unused = stated.units.keys() - columns
     if unused:
         raise InvalidInputError("--unit", min(unused), "for a column of the files")
+    for name, text in stated.errors.items():
+        column = "x" if name == "position" else name
+        if column not in columns:
+            raise InvalidInputError("--error", name, "for a column of the files")
+        _require_positive_error(column, text)
     return loaded
 
 
@@ -138,6 +149,12 @@ def run_command(
         )
     pressures, refusals = _pressures(best, options)
     return CommandResult(choice, _cross_validation(best), tuple(warnings), pressures, refusals)
+
+
+def _require_positive_error(column: str, text: str) -> None:
+    """Refuse a stated error that no reading can have, whether or not a reading needs it."""
+    if not stated_error(text, column, 1.0) > 0.0:
+        raise InvalidInputError("--error", text, "positive")
 
 
 def measured_curve(

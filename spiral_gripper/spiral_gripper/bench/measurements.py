@@ -19,7 +19,7 @@ from spiral_core import (
 from spiral_gripper.bench.errors import BadCell, MeasurementError
 from spiral_gripper.bench.table import COLUMNS, MeasurementTable, Row, read_table
 from spiral_gripper.files.storage import FileError, read_text
-from spiral_gripper.files.units import parse_quantity
+from spiral_gripper.files.units import parse_number, parse_quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,12 +254,28 @@ def _error(
     stated = options.errors.get(error_name)
     if own is not None or stated is None:
         return own
-    text = stated.strip()
-    if text.endswith("%"):
-        share = text.removesuffix("%").strip()
-        try:
-            return float(share) / 100.0 * abs(values[measured_name])
-        except ValueError:
-            requirement = 'a share such as "2 %" or a quantity'
-            raise InvalidInputError(f"{error_name}_error", stated, requirement) from None
-    return parse_quantity(text, COLUMNS[measured_name], f"{error_name}_error")
+    return stated_error(stated, measured_name, values[measured_name])
+
+
+def stated_error(text: str, column: str, value: float) -> float:
+    """Return the standard error of a value, in SI, that is stated beside a file.
+
+    Args:
+        text: a quantity, ``"0.2 mm"``, or a share, ``"2 %"``.
+        column: name of the measured column.
+        value: the measured value.
+
+    Raises:
+        InvalidInputError: the text is neither.
+
+    Example:
+        >>> stated_error("2 %", "extension", 0.05), stated_error("0.2 mm", "extension", 0.05)
+        (0.001, 0.0002)
+    """
+    if not text.strip().endswith("%"):
+        return parse_quantity(text.strip(), COLUMNS[column], f"{column}_error")
+    try:
+        return parse_number(text.strip().removesuffix("%").strip()) / 100.0 * abs(value)
+    except InvalidInputError:
+        requirement = 'a share such as "2 %" or a quantity'
+        raise InvalidInputError(f"{column}_error", text, requirement) from None

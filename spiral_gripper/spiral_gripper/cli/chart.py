@@ -17,6 +17,8 @@ from spiral_gripper.cli.types import (
     json_option,
     mount_options,
     plot_option,
+    turns_option,
+    typed,
 )
 
 CHART_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
@@ -32,7 +34,7 @@ def chart() -> None:
 @click.option(
     "--beta", "betas", type=FIBER_ANGLE, multiple=True, metavar="ANGLE", help="May repeat."
 )
-@click.option("--turns", type=NUMBER, default=1.0, show_default=True, help="For the lengths.")
+@turns_option
 @click.option("--stretch-max", type=NUMBER, default=1.5, show_default=True)
 @json_option
 @plot_option
@@ -49,6 +51,8 @@ def design_space(
     Tube and first angle are GRIPPER's. The helix model: no gravity, any material.
     """
     _require_output(as_json, plot)
+    if not stretch_max > 1.0:
+        raise click.UsageError(f"--stretch-max {stretch_max:g} is not above 1, the tube at rest")
     from spiral_core.design.charts import design_space as curves_of
 
     actuator = described(gripper).actuator
@@ -102,6 +106,9 @@ def pressure(
     from spiral_core.design.charts import regime_chart
     from spiral_core.wrap.curve import WrapCurve
 
+    if None not in (radius_min, radius_max) and not radius_min < radius_max:  # type: ignore[operator]
+        low_text, high_text = typed("radius_min"), typed("radius_max")
+        raise click.UsageError(f"--radius-min {low_text} is not below --radius-max {high_text}")
     curve = WrapCurve(mounted(described(gripper).gripper, options))
     high = curve.radius_max if radius_max is None else radius_max
     low = max(curve.radius_min, 0.25 * high) if radius_min is None else radius_min

@@ -39,7 +39,7 @@ class Group(click.Group):
         """Return what was probably meant."""
         path, names = ctx.command_path, self.list_commands(ctx)
         rest = " ".join(f'"{part}"' if " " in part else part for part in args[1:])
-        near = get_close_matches(args[0], names, n=1)
+        near = get_close_matches(args[0].lower(), names, n=1)
         if near:
             return f"did you mean {path} {near[0]}?"
         for name in names:

@@ -34,6 +34,7 @@ COMMANDS: Final = MappingProxyType(
         "shape": _Entry("gripper", "The shape of a gripper at a pressure."),
         "wrap": _Entry("gripper", "The pressure that wraps an object, and how it holds it."),
         "calibrate": _Entry("calibrate", "From bench measurements to calibrated constants."),
+        "grippers": _Entry("grippers", "Gripper files: list, show and check them."),
         "sweep": _Entry("sweep", "Feasibility map and Pareto set of many designs."),
         "chart": _Entry("chart", "Charts: design space, effect of gravity, regimes."),
         "plan": _Entry("ros.running", "Can a running node wrap this object?"),
@@ -42,6 +43,7 @@ COMMANDS: Final = MappingProxyType(
         "status": _Entry("ros.running", "What a running node does now, and why."),
         "watch": _Entry("ros.running", "The same, live."),
         "simulate": _Entry("ros.simulate", "The ROS 2 node without hardware, live."),
+        "inject": _Entry("ros.simulate", "Set the fault of a running simulation."),
         "doctor": _Entry("doctor", "Is everything there, and does it fit together?"),
         "smoke": _Entry("ros.smoke", "One simulated grasp: does everything work together?"),
     }
@@ -95,6 +97,8 @@ def run(arguments: Sequence[str]) -> int:
     except NoCommandError as error:
         click.echo(error.format_message(), err=True)
         return NO_ANSWER
+    except click.UsageError as error:  # click puts choices on lines of their own
+        return _complain(" ".join(error.format_message().split()))
     except click.ClickException as error:
         return _complain(error.format_message())
     except (click.Abort, KeyboardInterrupt):

@@ -13,6 +13,8 @@ from spiral_gripper.cli.types import (
     NUMBER,
     PRESSURE,
     mount_options,
+    turns_option,
+    typed,
     unit_vector,
 )
 
@@ -58,9 +60,7 @@ _OPTIONS: Final = (
         metavar="ANGLE",
         help="Angle of the first family. [default: 88 deg]",
     ),
-    click.option(
-        "--turns", type=NUMBER, metavar="N", help="Turns about the largest object. [default: 1.05]"
-    ),
+    turns_option,
     click.option(
         "--object-length", type=LENGTH, metavar="LENGTH", help="Length the objects offer."
     ),
@@ -160,7 +160,8 @@ def gravity_from(
         return None
     if magnitude is not None and not 0.0 <= magnitude <= GRAVITY_MAX:
         raise click.BadParameter(
-            f"it must be from 0 to {GRAVITY_MAX:g} m/s^2", param_hint="--gravity-magnitude"
+            f"it must be from 0 to {GRAVITY_MAX:g} m/s^2, got {typed('gravity_magnitude')}",
+            param_hint="--gravity-magnitude",
         )
     x, y, z = unit_vector("--gravity-direction", direction or default)
     size = STANDARD_GRAVITY if magnitude is None else magnitude

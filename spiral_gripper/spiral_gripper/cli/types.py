@@ -13,6 +13,8 @@ Decorated = TypeVar("Decorated", bound=Callable[..., object])
 
 FIGURE_SUFFIXES: Final = (".png", ".svg", ".pdf")
 REPORT_SUFFIXES: Final = (".md", ".html")
+# The core's, stated here too so that --help loads nothing heavy; a test compares them.
+DEFAULT_TURNS: Final = 1.05
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
@@ -110,6 +112,8 @@ class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
             self.fail(f"its name must end in {', '.join(self.suffixes)}, got {value!r}", param, ctx)
         if not path.parent.is_dir():
             self.fail(f"there is no folder {str(path.parent)!r}", param, ctx)
+        if path.exists() and not path.is_file():
+            self.fail(f"{path} is not a plain file", param, ctx)
         if self.new and path.exists():
             self.fail(f"{path} exists already and is kept; name another file", param, ctx)
         return path
@@ -156,6 +160,18 @@ def plot_option(function: Decorated) -> Decorated:
     """Add ``--plot``."""
     return click.option(
         "--plot", type=FIGURE_FILE, metavar="FILE", help="Draw it to a .png, .svg or .pdf file."
+    )(function)
+
+
+def turns_option(function: Decorated) -> Decorated:
+    """Add ``--turns``."""
+    return click.option(
+        "--turns",
+        type=NUMBER,
+        default=str(DEFAULT_TURNS),
+        show_default=True,
+        metavar="N",
+        help="Turns about the largest object.",
     )(function)
 
 

@@ -20,7 +20,7 @@ from spiral_gripper.reports.design_document import plain
 from spiral_gripper.reports.tables import shown
 
 _HEADER = re.compile(r"\s*(?P<name>\w+)\s*\[(?P<unit>[^\]]+)\]\s*")
-HEADER_REQUIREMENT = 'a header with units, such as "position [mm], radius [mm]"'
+HEADER_REQUIREMENT = 'of columns with units, such as "position [mm], radius [mm]"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +183,10 @@ def read_profile(path: Path) -> ObjectProfile:
             raise InvalidInputError(f"{path}: row {number}", ", ".join(row), "two numbers")
         for column, cell, scale in zip(columns, row, scales, strict=True):
             column.append(scale * parse_number(cell.strip()))
-    return ObjectProfile(positions=columns[0], radii=columns[1])
+    try:
+        return ObjectProfile(positions=columns[0], radii=columns[1])
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{path}: {error.field}", error.value, error.requirement) from None
 
 
 def _scales(header: list[str], path: Path) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""``spiral-gripper simulate --inject``: sets the fault of a running simulation, without ros2cli."""
+"""``spiral-gripper inject``: sets the fault of a running simulation, without ros2cli."""
 
 from __future__ import annotations
 

@@ -184,7 +184,7 @@ class _Session:
             "starting node and simulator (the very first start compiles the solver: 10 to 60 s)",
             f"topics: below {space}; stop: Ctrl-C",
             f"faults ({faults}), from another terminal:",
-            f"  {program()} simulate --namespace {space} --inject {Fault.LEAK.value}",
+            f"  {program()} inject {Fault.LEAK.value} --namespace {space}",
         ]
         if shutil.which("ros2") is not None:
             service = injection_name(space, Fault.LEAK)

@@ -38,11 +38,6 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
     "--duration", type=NUMBER, metavar="SECONDS", help="End after so long.  [default: at Ctrl-C]"
 )
 @click.option("--namespace", metavar="NAME", help="Of all topics.  [default: one of its own]")
-@click.option(
-    "--inject",
-    type=click.Choice(FAULTS),
-    help="Set the fault of the simulation that runs in --namespace, and end.",
-)
 def simulate(
     gripper: str,
     radius: float | None,
@@ -51,7 +46,6 @@ def simulate(
     fault: str,
     duration: float | None,
     namespace: str | None,
-    inject: str | None,
 ) -> int:
     """Start the node with a simulated regulator, GRIPPER and object, and show what they do.
 
@@ -59,10 +53,6 @@ def simulate(
     ends both. The exit code is 0 if they ended as they should, 1 if not.
     """
     _check(radius, noise, namespace)
-    if inject is not None:
-        if namespace is None:
-            raise click.UsageError("--inject needs the --namespace of a running simulation")
-        return int(load_ros_side("simulation.injection").inject(namespace, inject))
     if radius is not None and recording is not None:
         raise click.UsageError("--radius and --recording exclude each other")
     if duration is not None and not duration > 0.0:
@@ -82,6 +72,15 @@ def simulate(
             session.Plan(gripper, given, math.inf if duration is None else duration, namespace)
         )
     )
+
+
+@click.command()
+@click.argument("fault", type=click.Choice(FAULTS))
+@click.option("--namespace", required=True, metavar="NAME", help="Of the simulation's topics.")
+def inject(fault: str, namespace: str) -> int:
+    """Set the FAULT of the simulation that runs in a namespace: none repairs it."""
+    _check(None, None, namespace)
+    return int(load_ros_side("simulation.injection").inject(namespace, fault))
 
 
 def _check(radius: float | None, noise: float | None, namespace: str | None) -> None:

@@ -1,0 +1,101 @@
+"""The commands ``grippers list``, ``show`` and ``check``: gripper description files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from spiral_gripper.cli.gripper import described
+from spiral_gripper.cli.group import Group
+from spiral_gripper.cli.types import gripper_argument, json_option
+
+
+@click.group(cls=Group)
+def grippers() -> None:
+    """Gripper files: the shipped ones, what one says, whether one is right."""
+
+
+@grippers.command("list")
+@json_option
+def list_grippers(as_json: bool) -> None:
+    """List the shipped grippers."""
+    from spiral_gripper.files.catalog import available_grippers
+    from spiral_gripper.files.description import load_description
+
+    found = {name: load_description(name).description for name in available_grippers()}
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json([{"name": name, "description": text} for name, text in found.items()])
+        return
+    for name, text in found.items():
+        click.echo(f"{name}  {text}")
+
+
+@grippers.command()
+@gripper_argument
+@json_option
+def show(gripper: str, as_json: bool) -> None:
+    """Print GRIPPER's file, to start one of your own from; with --json what it says, in SI.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file.
+    """
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json(_document(gripper))
+        return
+    from spiral_gripper.files.catalog import find_description, read_description_text
+
+    click.echo(read_description_text(find_description(gripper)), nl=False)
+
+
+@grippers.command()
+@gripper_argument
+@json_option
+def check(gripper: str, as_json: bool) -> None:
+    """Say whether GRIPPER's file is valid, what in it is doubtful, and which radii it grips.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file. The exit code is 2
+    if it cannot be used.
+    """
+    from spiral_core.wrap.curve import WrapCurve
+    from spiral_gripper.cli.output import print_json
+    from spiral_gripper.reports.tables import shown
+
+    description = described(gripper)
+    curve = WrapCurve(description.gripper)
+    if as_json:
+        radii = [curve.radius_min, curve.radius_max]
+        print_json({"source": str(description.source), "radius_range": radii})
+        return
+    low, high = shown(curve.radius_min, "m"), shown(curve.radius_max, "m")
+    limit = description.written["limits.pressure_max"]
+    click.echo(
+        f"{description.gripper.name}: valid; grips radii from {low} to {high}, up to {limit}"
+    )
+
+
+def _document(name_or_path: str) -> dict[str, Any]:
+    """Return what a description file says, in SI."""
+    description = described(name_or_path)
+    gripper, actuator = description.gripper, description.actuator
+    return {
+        "source": str(description.source),
+        "name": gripper.name,
+        "description": description.description,
+        "tube": actuator.tube,
+        "fibers": actuator.fibers,
+        "law": type(actuator.material).__name__,
+        "material": actuator.material,
+        "density": description.density,
+        "stiffness": gripper.stiffness,
+        "gravity": gripper.gravity,
+        "object_axis": gripper.object_axis,
+        "pressure_max": gripper.pressure_max,
+        "actuation_limit": gripper.actuation.pressure_limit,
+        "turns_required": gripper.turns_required,
+        "friction_coefficient": gripper.friction_coefficient,
+        "doubts": description.doubts,
+    }

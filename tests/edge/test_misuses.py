@@ -1,0 +1,252 @@
+"""More than a hundred misuses of every command: each is answered at once, in a line, with why."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import time
+from pathlib import Path
+
+import pytest
+
+from spiral_gripper.cli.main import COMMANDS, run
+from spiral_gripper.files.catalog import GRIPPERS
+
+# Far more than any answer needs on a busy machine [s].
+TIME_LIMIT = 10.0
+D = "design --radius-min '11 mm' --radius-max '30 mm' --tube '3/8 in x 1/32 in' "
+P = "sweep pareto --jobs 1 --radius-min '11 mm' --radius-max '30 mm' "
+M = "sweep map --jobs 1 --radius-min '11 mm' --radius-max '30 mm' "
+W = "wrap prototype_p1 --radius '9 mm' "
+C = "calibrate prototype_p1 good.csv --no-save "
+
+# What is typed -> a part of the answer. {folder} holds the files that `files` writes.
+MISUSES = {
+    # the command itself
+    "frobnicate": "the commands of spiral-gripper are design",
+    "wrp prototype_p1": "did you mean spiral-gripper wrap?",
+    "prototype_p1": "as in spiral-gripper wrap prototype_p1",
+    "mine.yaml --pressure '8 psi'": "wrap mine.yaml --pressure",
+    "--radius '9 mm'": "no command stands before it",
+    "map": "did you mean spiral-gripper sweep map?",
+    "list": "did you mean spiral-gripper grippers list?",
+    "--frob": "--frob",
+    "WRAP prototype_p1": "did you mean",
+    # shape
+    "shape": "GRIPPER",
+    "shape prototype_p1": "'--pressure'",
+    "shape prototype_p1 extra --pressure '8 psi'": "unexpected extra argument",
+    "shape prototype_p1 --pressure 8": 'write "8 kPa" or "8 psi"',
+    "shape prototype_p1 --pressure '8 PSI'": 'did you mean "psi"?',
+    "shape prototype_p1 --pressure '8 psia'": "subtract 14.7 psi",
+    "shape prototype_p1 --pressure '8 mm'": "reduces to m",
+    "shape prototype_p1 --pressure 'eight psi'": "a pressure with its unit",
+    "shape prototype_p1 --pressure ''": "a pressure with its unit",
+    "shape prototype_p1 --pressure '8,5 psi'": "a pressure with its unit",
+    "shape prototype_p1 --pressure 'nan psi'": "a pressure with its unit",
+    "shape prototype_p1 --pressure '1e999 psi'": "finite",
+    "shape prototype_p1 --pressure '17 psi'": "17 psi is above limits.pressure_max, 16 psi",
+    "shape prototype_p1 --pressure '-1 psi'": "-1 psi is below 0",
+    "shape prototype_p3 --pressure '8 psi'": "did you mean prototype_p",
+    "shape '' --pressure '8 psi'": "no gripper has this name",
+    "shape nowhere.yaml --pressure '8 psi'": "there is no such file",
+    "shape {folder} --pressure '8 psi'": "it is a folder",
+    "shape /dev/zero --pressure '8 psi'": "a device or a pipe",
+    "shape {folder}/pipe.yaml --pressure '8 psi'": "a device or a pipe",
+    "shape {folder}/large.yaml --pressure '8 psi'": "more than 2 MB",
+    "shape {folder}/binary.yaml --pressure '8 psi'": "not text in UTF-8",
+    "shape {folder}/empty.yaml --pressure '8 psi'": "is empty",
+    "shape {folder}/list.yaml --pressure '8 psi'": "must hold the fields",
+    "shape {folder}/tab.yaml --pressure '8 psi'": "not valid YAML",
+    "shape {folder}/ogden.yaml --pressure '8 psi'": "did you mean yeoh?",
+    "shape {folder}/angle.yaml --pressure '8 psi'": "is -15 deg here",
+    "shape {folder}/limit.yaml --pressure '8 psi'": "the actuator's own limit",
+    "shape {folder}/good.csv --pressure '8 psi'": "holds only",
+    "shape prototype_p1 --pressure '8 psi' --gravity-direction 0 0 0": "must not all be zero",
+    "shape prototype_p1 --pressure '8 psi' --gravity-direction 0 0": "3 arguments",
+    "shape prototype_p1 --pressure '8 psi' --gravity-direction a b c": "a plain finite number",
+    "shape prototype_p1 --pressure '8 psi' --gravity-magnitude 9.81": "an acceleration with its",
+    "shape prototype_p1 --pressure '8 psi' --gravity-magnitude '-9.81 m/s^2'": "m/s^2, got -9.81",
+    "shape prototype_p1 --pressure '8 psi' --plot x.bmp": ".png, .svg, .pdf",
+    "shape prototype_p1 --pressure '8 psi' --plot x": ".png, .svg, .pdf",
+    "shape prototype_p1 --pressure '8 psi' --plot no/where/x.png": "there is no folder",
+    "shape prototype_p1 --pressure '8 psi' --plot {folder}/folder.png": "not a plain file",
+    # wrap
+    "wrap prototype_p1": "either --radius or --profile",
+    W + "--profile {folder}/good.csv": "either --radius or --profile",
+    "wrap prototype_p1 --radius 9": 'write "9 mm" or "9 in"',
+    "wrap prototype_p1 --radius '0 mm'": "--radius must be a positive finite number, got 0 mm",
+    "wrap prototype_p1 --radius '-9 mm'": "got -9 mm",
+    "wrap prototype_p1 --radius '9 cm'": "an object of radius 9 cm cannot be gripped",
+    "wrap prototype_p1 --radius '1e300 m'": "cannot be gripped: too thick",
+    "wrap prototype_p1 --radius '1e-300 m'": "cannot be gripped: too thin",
+    "wrap prototype_p1 --raduis '9 mm'": "--radius",
+    W + "--pressure '20 psi'": "20 psi is above limits.pressure_max, 16 psi",
+    W + "--object-axis 0 0 0": "must not all be zero",
+    W + "--object-axis 1 0 inf": "finite",
+    "wrap prototype_p1 --profile {folder}/none.csv": "none.csv",
+    "wrap prototype_p1 --profile {folder}": "is a directory",
+    "wrap prototype_p1 --profile /dev/zero": "a device or a pipe",
+    "wrap prototype_p1 --profile {folder}/binary.yaml": "not text in UTF-8",
+    "wrap prototype_p1 --profile {folder}/empty.yaml": "columns with units",
+    "wrap prototype_p1 --profile {folder}/good.csv": "columns with units",
+    "wrap prototype_p1 --profile {folder}/falling.csv": "falling.csv: positions must be increasing",
+    "wrap prototype_p1 --profile {folder}/cone.csv --pressure '8 psi'": "--pressure goes with",
+    # design
+    "design": "--radius-min",
+    "design --radius-min '11 mm'": "--radius-max",
+    "design --radius-min '30 mm' --radius-max '11 mm'": "at least radius_min = 30 mm, got 11 mm",
+    "design --radius-min '-1 mm' --radius-max '11 mm'": "--radius-min must be a positive",
+    D + "--strain-max '30 %'": "a plain finite number",
+    D + "--strain-max 30": "0.3 is 30 %",
+    D + "--strain-max -1": "--strain-max must be",
+    D + "--turns 0": "--turns must be a positive finite number, got 0",
+    D + "--turns nan": "a plain finite number",
+    D + "--tube '3/8 x 1/32'": "bore and wall with their units",
+    D + "--tube '3/8 in'": "bore and wall with their units",
+    D + "--tube '0 in x 1/32 in'": "positive",
+    D + "--tubing rubber": "natural_latex",
+    D + "--tubing prototype_p1": "no tubing has this name",
+    D + "--tubing {folder}/good.yaml": "is not a field here",
+    D + "--beta '88 deg'": "families that cross",
+    D + "--beta '165 deg'": "is -15 deg here",
+    D + "--beta '0 deg'": "not 0",
+    D + "--alpha '100 deg'": "is -80 deg here",
+    D + "--prefer cheapest": "least-strain",
+    D + "--pressure-max '-1 psi'": "--pressure-max must be",
+    D + "--end-allowance '-1 mm'": "--end-allowance must be",
+    D + "--save x.yml": ".yaml",
+    D + "--save {folder}/good.yaml": "exists already and is kept",
+    D + "--report x.doc": ".md, .html",
+    D + "--json --json=yes": "does not take a value",
+    # sweep
+    "sweep": "Usage: spiral-gripper sweep",
+    "sweep prototype_p1": "the commands of spiral-gripper sweep are",
+    "sweep design": "there is no command 'design'",
+    P + "--jobs 0": "1<=x<=1024",
+    P + "--jobs two": "--jobs",
+    P + "--scheduler tcp://127.0.0.1:1": "exclude each other",
+    M + "--angles 1": "2<=x<=181",
+    M + "--tube-radii 1.5": "--tube-radii",
+    M + "--wall 1": 'write "1 mm" or "1 in"',
+    # chart
+    "chart": "Usage: spiral-gripper chart",
+    "chart prototype_p1 --json": "as in spiral-gripper chart pressure prototype_p1",
+    "chart gravity prototype_p1": "--plot FILE, --json, or both",
+    "chart design-space prototype_p1 --json --beta 70": 'write "70 deg" or "70 rad"',
+    "chart design-space prototype_p1 --json --stretch-max 0.5": "--stretch-max 0.5 is not above 1",
+    "chart design-space prototype_p1 --json --turns -1": "--turns must be",
+    "chart pressure prototype_p1 --json --radius-min 9mm --radius-max 8mm": "9mm is not below",
+    "chart pressure prototype_p1 --json --radius-max '1 m'": "cannot be gripped",
+    "chart pressure nowhere --json": "no gripper has this name",
+    # calibrate
+    "calibrate": "GRIPPER",
+    "calibrate prototype_p1": "FILES",
+    "calibrate prototype_p1 none.csv": "there is no such file",
+    "calibrate prototype_p1 /dev/zero": "a device or a pipe",
+    "calibrate prototype_p1 {folder}/good.yaml": "is not a known column",
+    "calibrate prototype_p1 {folder}/empty.yaml": "holds no table",
+    "calibrate good.csv {folder}/good.csv": "it holds only pressure [kPa]",
+    C + "--law ogden": "neo_hookean",
+    C + "--fit everything": "bending_stiffness",
+    C + "--hold c2": "of the form NAME=VALUE",
+    C + "--hold c9=1": "a constant of the law",
+    C + "--unit pressure": "of the form NAME=VALUE",
+    C + "--unit twist=deg": "--unit must be for a column of the files",
+    C + "--error 'twist=1 deg'": "--error must be for a column of the files, got 'twist'",
+    C + "--error 'extension=-1 mm'": "--error must be positive, got '-1 mm'",
+    C + "--error 'extension=0 %'": "--error must be positive, got '0 %'",
+    C + "--error extension=1": 'write "1 mm"',
+    C + "--error 'extension=two %'": 'a share such as "2 %"',
+    C + "--ignore remark": "no such heading",
+    C + "--section-length '1e300 m'": "at most 10 m",
+    C + "--section-length 100": 'write "100 mm"',
+    C + "--level 95": "--level",
+    C + "--level 1": "--level",
+    C + "--draws 1": "--draws",
+    C + "--seed -1": "--seed",
+    C + "--plot residuals.bmp": ".png, .svg, .pdf",
+    C + "--save x.yaml": "exclude each other",
+    C + "--measured-curve": "bend angles and twists only",
+    C + "--measured-curve --law yeoh": "--measured-curve fits nothing",
+    C + "--radius '1 m'": "an object of radius 1 m cannot be gripped",
+    # grippers, doctor, and what needs ROS 2
+    "grippers": "Usage: spiral-gripper grippers",
+    "grippers prototype_p1": "as in spiral-gripper grippers show prototype_p1",
+    "grippers show": "GRIPPER",
+    "grippers show prototype_p3": "did you mean prototype_p",
+    "grippers check /dev/zero": "a device or a pipe",
+    "grippers check {folder}/short.yaml": "turns at most",
+    "grippers list prototype_p1": "unexpected extra argument",
+    "doctor one two": "unexpected extra argument",
+    "doctor --jsn": "--json",
+    "smoke nowhere": "no gripper has this name",
+    "smoke --fault typhoon": "stuck_valve",
+    "simulate nowhere": "no gripper has this name",
+    "simulate --radius '2 m'": "at most 1 m",
+    "simulate --noise '-1 mm'": "from 0 to 0.1 m",
+    "simulate --duration 0": "must be positive",
+    "simulate --namespace bad!name": "letters, digits and _",
+    "simulate --inject leak": "--inject",
+    "inject": "Choose from: none, leak",
+    "inject leak": "--namespace",
+    "inject typhoon --namespace /left": "stuck_valve",
+    "inject leak --namespace bad!name": "letters, digits and _",
+    "plan --radius 9": "--radius",
+    "grasp --radius": "--radius",
+    "release --timeout -1": "must be positive",
+    "status --namespace 1st": "beginning with a digit",
+    "watch --duration never": "a plain finite number",
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with files to misuse."""
+    folder = tmp_path_factory.mktemp("misuse")
+    good = (GRIPPERS.path / "prototype_p1.yaml").read_text(encoding="utf-8")
+    texts = {
+        "good.yaml": good,
+        "empty.yaml": "",
+        "list.yaml": "- 1\n- 2\n",
+        "tab.yaml": "tube:\n\tlength: 1 m\n",
+        "ogden.yaml": good.replace("law: mooney_rivlin", "law: ogden"),
+        "angle.yaml": good.replace("beta: 50 deg", "beta: 165 deg"),
+        "limit.yaml": good.replace("pressure_max: 16 psi", "pressure_max: 16 MPa"),
+        "short.yaml": good.replace("length: 500 mm", "length: 20 mm"),
+        "good.csv": (
+            "pressure [kPa],extension [mm],extension_error [mm],section_length [mm]\n"
+            "20,4.1,0.1,100\n40,9.2,0.1,100\n60,14.8,0.1,100\n"
+        ),
+        "falling.csv": "position [mm], radius [mm]\n10, 9\n0, 9\n",
+        "cone.csv": "position [mm], radius [mm]\n0, 9\n300, 20\n",
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    (folder / "binary.yaml").write_bytes(b"\xff\xfe")
+    (folder / "folder.png").mkdir()
+    os.mkfifo(folder / "pipe.yaml")
+    with (folder / "large.yaml").open("wb") as large:
+        large.truncate(100_000_000)
+    return folder
+
+
+def test_there_are_enough_and_of_every_command() -> None:
+    assert len(MISUSES) >= 150
+    assert {text.split()[0] for text in MISUSES} >= COMMANDS.keys()
+
+
+@pytest.mark.parametrize("text", MISUSES)
+def test_a_misuse_is_answered_at_once_with_the_reason(
+    text: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
+    before = set(folder.iterdir())
+    begin = time.monotonic()
+    assert run(shlex.split(text.format(folder=folder))) == 2  # raises what is a defect
+    assert time.monotonic() - begin < TIME_LIMIT
+    said = capsys.readouterr().err
+    assert MISUSES[text] in " ".join(said.split())
+    assert said.startswith(("spiral-gripper: ", "Usage: spiral-gripper "))
+    assert "Errno" not in said
+    assert set(folder.iterdir()) == before
