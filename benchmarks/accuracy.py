@@ -54,7 +54,7 @@ def errors(elements: int, fraction: float = 1.0) -> tuple[float, float]:
 @lru_cache
 def elements_for(error: float) -> int:
     """Return the fewest elements whose tip error, warm and cold, is at most ``error`` x L."""
-    for elements in itertools.count(4, 2):
+    for elements in itertools.count(6, 2):
         if all(errors(elements, f)[0] <= error for f in (1.0, 1.0 + WARM_CHANGE)):
             return elements
     raise AssertionError("unreachable")

@@ -20,37 +20,34 @@ from benchmarks.cases import WARM_CHANGE, usual_case
 from benchmarks.results import Effort, Section, Table, micro, milli
 from benchmarks.timing import median_time
 from spiral_core import follow_path
-from spiral_core.rod._arrays import discretize
-from spiral_core.rod._continuation import path_elements, settle, walk_and_refine
-from spiral_core.rod.types import DEFAULT_TOLERANCE
+from spiral_core.rod._arrays import uniform_numbers
+from spiral_core.rod._continuation import load_uniform, settle_uniform
+from spiral_core.rod._mesh import path_count
 
 STATIONS = 50
 
 
 def warm_kernel(elements: int) -> Callable[[], None]:
-    """Return a call of the warm solve's kernel alone, on arrays prepared beforehand."""
+    """Return a call of the warm solve's kernel alone."""
     cases = (usual_case(1.0 + WARM_CHANGE), usual_case())
-    arrays = [discretize(case.rod, case.load, elements) for case in cases]
-    systems = itertools.cycle([a.system for a in arrays])
-    tolerance = DEFAULT_TOLERANCE * arrays[0].moment_scale
+    numbers = itertools.cycle([uniform_numbers(case.rod, case.load) for case in cases])
     q = usual_state(elements).orientations.copy()
 
     def call() -> None:
-        settle(q, next(systems), tolerance)
+        settle_uniform(q, *next(numbers))
 
     return call
 
 
 def cold_kernel(elements: int) -> Callable[[], None]:
-    """Return a call of the cold solve's kernel alone, on arrays prepared beforehand."""
+    """Return a call of the cold solve's kernel alone."""
     case = usual_case()
     turn = math.hypot(*case.rest_strain) * case.length
-    coarse = discretize(case.rod, case.load, path_elements(elements, turn)).system
-    fine = discretize(case.rod, case.load, elements)
-    tolerance = DEFAULT_TOLERANCE * fine.moment_scale
+    few = path_count(elements, turn, case.torsional / case.bending)
+    numbers = uniform_numbers(case.rod, case.load)
 
     def call() -> None:
-        walk_and_refine(coarse, fine.system, tolerance)
+        load_uniform(few, elements, *numbers)
 
     return call
 
@@ -100,8 +97,8 @@ def measure(effort: Effort) -> Section:
                 tuple(rows),
                 f"Warm: from the last state, after a change of u* by {WARM_CHANGE:.0%}. Cold: the "
                 "loading path from the rod without rest strain. Both through solve_rod, each with "
-                "its certificate of stability; the kernel is the compiled part alone, on arrays "
-                f"prepared beforehand. N = {few} is the smallest with a tip error of "
+                "its certificate of stability; the kernel is the compiled part alone. "
+                f"N = {few} is the smallest with a tip error of "
                 f"{TIP_ERROR:g} L. The sweep is follow_path, which looks for folds on the way.",
             ),
         ),

@@ -110,7 +110,7 @@ _NAMES = {
     "rod.equilibria": ("find_equilibria",),
     "rod.path": ("Fold", "RodPath", "follow_path"),
     "rod.solve": ("solve_rod",),
-    "rod.types": ("Rod", "RodLoad", "RodState", "RodStatus", "RodStiffness"),
+    "rod.types": ("Rod", "RodCertificate", "RodLoad", "RodState", "RodStatus", "RodStiffness"),
     "wrap.coil": ("Coil", "coil_axis", "coil_from_state"),
     "wrap.curve": ("WrapCurve",),
     "wrap.gripper": ("Gripper", "gripper_from_actuator", "stiffness_from_actuator"),

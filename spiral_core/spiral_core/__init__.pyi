@@ -111,6 +111,7 @@ from spiral_core.rod.path import RodPath as RodPath
 from spiral_core.rod.path import follow_path as follow_path
 from spiral_core.rod.solve import solve_rod as solve_rod
 from spiral_core.rod.types import Rod as Rod
+from spiral_core.rod.types import RodCertificate as RodCertificate
 from spiral_core.rod.types import RodLoad as RodLoad
 from spiral_core.rod.types import RodState as RodState
 from spiral_core.rod.types import RodStatus as RodStatus

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spiral_core.rod._system import System
+
 Complex = NDArray[Any]  # float64 or complex128
 TANGENT = np.array([1.0, 0.0, 0.0])
 STEP = 1e-30
@@ -63,12 +65,15 @@ def element(q0: Complex, q1: Complex, n0: Complex, n1: Complex, row: Complex, h:
     return elastic + lean - h**3 / 24.0 * np.sum(g * g / k)
 
 
-def rod(q: Complex, force: Complex, nodal: Complex, elements: Complex, h: float) -> Any:
-    """Return the sum of the elements' energies less the load's, sum of nodal_i . R_i e_x."""
-    total: Any = 0.0
-    for i in range(len(elements)):
-        total += element(q[i], q[i + 1], force[i], force[i + 1], elements[i], h)
-        total -= seen(q[i + 1], nodal[i + 1])[0]
+def rod(q: Complex, system: System) -> Any:
+    """Return the sum of the elements' energies and their shares of the load's, and the rest's."""
+    total: Any = system.rest_energy
+    n, w = system.force, system.distributed
+    for i, h in enumerate(system.steps):
+        total += element(q[i], q[i + 1], n[i], n[i + 1], system.elements[i], h)
+        ends = ((q[i], n[i], -w[i, :3]), (q[i + 1], n[i + 1], w[i, 3:]))
+        for node, force, load in ends:
+            total -= seen(node, h / 2.0 * force + h**2 / 12.0 * load)[0]
     return total
 
 

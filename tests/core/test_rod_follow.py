@@ -7,24 +7,23 @@ import pytest
 from core.rod_cases import gripper_rod
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodLoad, RodStatus, SolverError, solve_rod
+from spiral_core import Rod, RodLoad, solve_rod
 from spiral_core.rod._arrays import discretize
 from spiral_core.rod._continuation import (
     LARGEST_TURN,
+    MAX_FOLDS,
     SMALLEST_STEP,
-    advance,
-    blend,
     descend,
-    follow,
-    largest_turn,
-    resample,
+    follow_branch,
+    follow_over_folds,
+    load_slowly,
+    loaded_state,
     settle,
-    snap,
-    walk,
-    walk_and_refine,
 )
-from spiral_core.rod._newton import CONVERGED, LEFT_BRANCH, UNSTABLE, energy_and_imbalance, minimize
+from spiral_core.rod._newton import CONVERGED, FOLD_LIMIT, LEFT_BRANCH, UNSTABLE, minimize
 from spiral_core.rod._shape import shape_from_orientations
+from spiral_core.rod._system import blended, without_rest_strain
+from spiral_core.rod._turns import largest_turn, resample
 
 # A rod mounted sideways and up, found among random ones: on its way it snaps, once.
 SNAPPING = gripper_rod(
@@ -45,21 +44,21 @@ def straight(count: int) -> np.ndarray:
 
 def snapping():
     """Return a rod that snaps while its rest curvature grows, on few elements."""
-    return discretize(SNAPPING.rod, SNAPPING.load, 90)
+    return discretize(SNAPPING.rod, SNAPPING.load, (90,))
 
 
 def test_an_unstable_state_is_left_for_a_lower_one() -> None:
     """A rod standing up straight past its critical length: stationary, and not an answer."""
     rod = Rod(2.5, bending_stiffness=1.0, torsional_stiffness=0.7)
-    system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), 40).system
-    upright = energy_and_imbalance(straight(40), system)[0]
+    system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (40,))
+    upright = minimize(straight(40), system, 1.0, 0, False).energy
     q = straight(40)
-    assert minimize(q, system, 1e-8, 50, False)[0] == UNSTABLE
-    outcome, _, energy, residual, pivot = descend(q, system, 1e-8)
-    assert outcome == CONVERGED
-    assert pivot > 0.0
-    assert residual <= 1e-8
-    assert energy < upright - 1e-3
+    assert minimize(q, system, 1e-8, 50, False).outcome == UNSTABLE
+    found = descend(q, system, 1e-8)
+    assert found.outcome == CONVERGED
+    assert found.pivot > 0.0
+    assert found.residual <= 1e-8
+    assert found.energy < upright - 1e-3
     again = straight(40)
     descend(again, system, 1e-8)
     np.testing.assert_array_equal(q, again)
@@ -67,21 +66,39 @@ def test_an_unstable_state_is_left_for_a_lower_one() -> None:
 
 def test_a_stable_state_is_not_kicked() -> None:
     case = gripper_rod()
-    system = discretize(case.rod, case.load, 40).system
-    q, folds, solution = walk(system, 1e-12)
+    system = discretize(case.rod, case.load, (40,))
+    q, folds, found = load_slowly(system, 1e-12)
     before = q.copy()
-    assert (folds, solution[0]) == (0, CONVERGED)
-    assert descend(q, system, 1e-10)[1] == 0
+    assert (folds, found.outcome) == (0, CONVERGED)
+    assert descend(q, system, 1e-10).iterations == 0
     np.testing.assert_array_equal(q, before)
 
 
-def test_blend_is_linear_in_everything() -> None:
-    first, second = gripper_rod(), gripper_rod(tip_force=(0.1, 0.2, 0.3), tip_moment=(1e-3, 0, 0))
-    a = discretize(first.rod, first.load, 8).system
-    b = discretize(second.rod, second.load, 8).system
-    mixed = blend(a, b, 0.25)
-    for x, y, z in zip(a[:4], b[:4], mixed[:4], strict=True):
-        np.testing.assert_allclose(z, 0.75 * x + 0.25 * y, rtol=1e-14, atol=1e-300)
+def test_a_blend_is_the_rod_of_blended_properties() -> None:
+    """Lengths differ: loads at the nodes, rest energy and strains must be the blended rod's own."""
+    first, second = Rod(0.3, 3e-4, 2e-4, (-5.0, 2.0, 10.0)), Rod(0.5, 4e-4, 1e-4, (3.0, 0.0, 20.0))
+    loads = RodLoad((0.2, 0.1, 0.0)), RodLoad((0.0, -0.3, 0.1), (0.1, 0.2, 0.3), (1e-3, 0.0, 0.0))
+    a, b = discretize(first, loads[0], (24,)), discretize(second, loads[1], (24,))
+    moment = 0.75 * 3e-4 * np.array([2.0 / 3.0 * -5.0, 2.0, 10.0]) + 0.25 * 4e-4 * np.array(
+        [0.25 * 3.0, 0.0, 20.0]
+    )
+    stiffness = np.array([0.75 * 2e-4 + 0.25 * 1e-4, *2 * [0.75 * 3e-4 + 0.25 * 4e-4]])
+    rest = tuple((moment / stiffness).tolist())
+    rod = Rod(0.35, float(stiffness[1]), float(stiffness[0]), rest)
+    load = RodLoad((0.15, 0.0, 0.025), (0.025, 0.05, 0.075), (2.5e-4, 0.0, 0.0))
+    mixed, meant = blended(a, b, 0.25), discretize(rod, load, (24,))
+    for name in ("steps", "distributed", "tip_moment", "sections"):
+        np.testing.assert_allclose(
+            getattr(mixed, name), getattr(meant, name), rtol=1e-13, atol=1e-17
+        )
+    # The force is blended; that of the blended weight on the blended length differs.
+    forces = 0.75 * a.force + 0.25 * b.force
+    np.testing.assert_allclose(mixed.force, forces, rtol=1e-13)
+    # Rest strain passes through the elements' series: alike to (h |u*|)^2 / 24.
+    np.testing.assert_allclose(mixed.elements, meant.elements, rtol=5e-3)
+    assert mixed.rest_energy == pytest.approx(meant.rest_energy, rel=1e-2)
+    same = blended(a, a, 0.3)
+    assert same.rest_energy == pytest.approx(a.rest_energy, rel=1e-13)
 
 
 def test_largest_turn_is_measured_between_neighbors() -> None:
@@ -97,38 +114,27 @@ def test_largest_turn_is_measured_between_neighbors() -> None:
 
 
 def test_a_snap_is_counted_and_releases_energy() -> None:
-    arrays = snapping()
-    system, tolerance = arrays.system, 1e-8 * arrays.moment_scale
-    bent = list(system)
-    bent[3] = system[3].copy()
-    bent[3][:, 2:5] = 0.0
-    start = tuple(bent)
-    q = straight(arrays.count)
-    assert descend(q, start, tolerance)[0] == CONVERGED
-    at, solution = advance(q, start, system, 0.0, tolerance)
-    assert solution[0] == LEFT_BRANCH
+    system = snapping()
+    start = without_rest_strain(system, 1.0)
+    q = straight(90)
+    assert descend(q, start, 1e-8).outcome == CONVERGED
+    at, found = follow_branch(q, start, system, 0.0, 1e-8)
+    assert found.outcome == LEFT_BRANCH
     assert 0.0 < at < 1.0
-    beyond = blend(start, system, at + SMALLEST_STEP)
-    held = energy_and_imbalance(q, beyond)[0]
+    beyond = blended(start, system, at + SMALLEST_STEP)
+    held = minimize(q.copy(), beyond, 1.0, 0, False).energy
     before = q.copy()
-    joined, solution = snap(q, start, system, at, tolerance)
-    assert solution[0] == CONVERGED
-    assert joined == pytest.approx(at + SMALLEST_STEP, abs=1e-12)
-    assert solution[2] < held
+    found = descend(q, beyond, 1e-8)
+    assert found.outcome == CONVERGED
+    assert found.energy < held
     assert largest_turn(q, before) > 0.0
-    moved = [
-        shape_from_orientations(x, arrays.force, arrays.distributed, arrays.elements, arrays.step)[
-            0
-        ]
-        for x in (before, q)
-    ]
+    moved = [shape_from_orientations(x, beyond)[0] for x in (before, q)]
     assert np.linalg.norm(moved[1][-1] - moved[0][-1]) > 0.01 * SNAPPING.rod.length
 
 
 def test_the_count_of_folds_reaches_the_state() -> None:
-    arrays = snapping()
-    _, folds, solution = walk(arrays.system, 1e-8 * arrays.moment_scale)
-    assert solution[0] == CONVERGED
+    _, folds, found = load_slowly(snapping(), 1e-8)
+    assert found.outcome == CONVERGED
     assert folds == 1
     state = solve_rod(SNAPPING.rod, SNAPPING.load)
     assert state.stable
@@ -139,37 +145,35 @@ def test_the_count_of_folds_reaches_the_state() -> None:
 
 def test_following_there_and_back_ends_where_it_began() -> None:
     case = gripper_rod()
-    arrays = discretize(case.rod, case.load, 40)
+    here = discretize(case.rod, case.load, (40,))
     other = gripper_rod(curvature=30.0, gravity=(0.8, 0.6, 0.0))
-    away = discretize(other.rod, other.load, 40).system
-    tolerance = 1e-10 * arrays.moment_scale
-    q, _, _ = walk(arrays.system, tolerance)
+    away = discretize(other.rod, other.load, (40,))
+    q, _, _ = load_slowly(here, 1e-10)
     start = q.copy()
-    folds, solution = follow(q, arrays.system, away, tolerance)
-    assert (folds, solution[0]) == (0, CONVERGED)
+    folds, found = follow_over_folds(q, here, away, 0.0, 1e-10)
+    assert (folds, found.outcome) == (0, CONVERGED)
     assert np.abs(q - start).max() > 0.1
-    assert follow(q, away, arrays.system, tolerance)[0] == 0
+    assert follow_over_folds(q, away, here, 0.0, 1e-10)[0] == 0
     # The residual's tolerance, 1e-10 EI/L, times the rod's compliance.
     np.testing.assert_allclose(q, start, atol=1e-9)
 
 
 def test_settling_counts_leaving_the_branch() -> None:
     rod = Rod(2.5, bending_stiffness=1.0, torsional_stiffness=0.7)
-    system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), 40).system
+    system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (40,))
     q = straight(40)
-    folds, solution = settle(q, system, 1e-8)
-    assert (folds, solution[0]) == (1, CONVERGED)
+    folds, found = settle(q, system, 1e-8)
+    assert (folds, found.outcome) == (1, CONVERGED)
     assert settle(q, system, 1e-8)[0] == 0
 
 
 def test_refining_finds_what_the_fine_walk_finds() -> None:
     case = gripper_rod(length=0.5, curvature=31.0, torsion=-21.0)
-    coarse, fine = (discretize(case.rod, case.load, n) for n in (24, 72))
-    tolerance = 1e-9 * fine.moment_scale
-    q, folds, solution = walk_and_refine(coarse.system, fine.system, tolerance)
-    slow, slow_folds, _ = walk(fine.system, tolerance)
-    assert (solution[0], folds) == (CONVERGED, slow_folds)
-    np.testing.assert_allclose(q, slow, atol=1e-8)  # the residual's tolerance
+    coarse, fine = (discretize(case.rod, case.load, (n,)) for n in (24, 72))
+    q, refined = loaded_state(coarse, fine)
+    slow, slow_folds, _ = load_slowly(fine, 1e-9)
+    assert (refined.solution.outcome, refined.folds) == (CONVERGED, slow_folds)
+    np.testing.assert_allclose(q, slow, atol=1e-7)  # the residual's tolerance
 
 
 @pytest.mark.parametrize("count", [5, 24, 100])
@@ -180,24 +184,20 @@ def test_resampling_a_uniform_rotation_is_exact(
     def nodes(n: int) -> Rotation:
         return Rotation.from_rotvec(np.linspace(0.0, 1.0, n + 1)[:, None] * np.array(strain))
 
-    finer = Rotation.from_quat(resample(nodes(24).as_quat(), count))
+    steps = np.full(24, 1.0 / 24), np.full(count, 2.0 / count)
+    finer = Rotation.from_quat(resample(nodes(24).as_quat(), *steps))
     assert (finer.inv() * nodes(count)).magnitude().max() < 1e-13
 
 
-def test_a_path_of_endless_snaps_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The kernels' LEFT_BRANCH becomes an error with its figures."""
-    from spiral_core.rod import solve as rod_statics
+def test_a_path_of_too_many_snaps_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reaching the cap on folds is not the end of a branch; run as plain Python."""
+    from spiral_core.rod import _continuation as continuation
 
-    case = gripper_rod()
-    state = solve_rod(case.rod, case.load)
-
-    def endless(*_: object) -> tuple[object, ...]:
-        return state.orientations, 33, (LEFT_BRANCH, 17, 0.0, 1e-3, -1.0)
-
-    monkeypatch.setattr(rod_statics, "walk_and_refine", endless)
-    with pytest.raises(SolverError) as caught:
-        solve_rod(case.rod, case.load)
-    assert caught.value.status is RodStatus.LEFT_BRANCH
-    assert caught.value.iterations == 17
-    assert caught.value.residual > 0.0
+    system = discretize(gripper_rod().rod, gripper_rod().load, (24,))
+    q = straight(24)
+    resting = descend(q, system, 1e-8)
+    ended = resting._replace(outcome=LEFT_BRANCH)
+    monkeypatch.setattr(continuation, "follow_branch", lambda *_: (0.5, ended))
+    folds, found = follow_over_folds.py_func(q, system, system, 0.0, 1e-8)
+    assert (folds, found.outcome) == (MAX_FOLDS, FOLD_LIMIT)
     assert LARGEST_TURN > 0.0

@@ -12,20 +12,21 @@ from scipy.spatial.transform import Rotation
 
 from spiral_core import Rod, RodLoad, RodStatus
 from spiral_core.rod import _newton as rod_newton
-from spiral_core.rod._arrays import RodArrays, discretize
+from spiral_core.rod._arrays import discretize
+from spiral_core.rod._elimination import back_substitute, newton_pass, scales_of
 from spiral_core.rod._newton import (
     CONVERGED,
+    FOLD_LIMIT,
     ITERATION_LIMIT,
     LEFT_BRANCH,
     LINE_SEARCH_FAILED,
     NOT_FINITE,
+    UNRESOLVED,
     UNSTABLE,
-    back_substitute,
-    energy_and_imbalance,
     minimize,
-    newton_pass,
-    turn_nodes,
 )
+from spiral_core.rod._system import System
+from spiral_core.rod._turns import turn_nodes
 from spiral_core.rod.solve import STATUSES
 
 COUNT = 6
@@ -51,11 +52,11 @@ def disturbed(count: int, size: float, seed: int = 2) -> np.ndarray:
     return np.array([node.as_quat() for node in nodes])
 
 
-def upright(count: int, critical: float) -> RodArrays:
+def upright(count: int, critical: float) -> System:
     """Return a straight rod standing up, its length so many times Greenhill's."""
     length = critical * 7.837347 ** (1.0 / 3.0)
     rod = Rod(length, bending_stiffness=1.0, torsional_stiffness=0.7)
-    return discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), count)
+    return discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (count,))
 
 
 def straight(count: int) -> np.ndarray:
@@ -65,26 +66,29 @@ def straight(count: int) -> np.ndarray:
     return q
 
 
-def energy_of_steps(arrays: RodArrays, q: np.ndarray):
+def energy_of_steps(system: System, q: np.ndarray):
     """Return the documented energy as a function of the free nodes' rotation vectors."""
 
     def energy(eta: np.ndarray) -> complex:
         nodes = [q[0].astype(eta.dtype)]
         nodes += [documented.turned(q[i + 1], eta[3 * i : 3 * i + 3]) for i in range(COUNT)]
-        return documented.rod(nodes, arrays.force, arrays.nodal, arrays.elements, arrays.step)
+        return documented.rod(nodes, system)
 
     return energy
 
 
 def test_a_pass_is_newtons_step_on_the_documented_energy() -> None:
-    arrays = discretize(VARIED, LOAD, COUNT)
+    system = discretize(VARIED, LOAD, (COUNT,))
     q = disturbed(COUNT, 0.1)
     shift = 5.0
     gains, offsets = np.empty((COUNT - 1, 9)), np.empty((COUNT, 3))
-    energy, residual, decrement, pivot = newton_pass(q, arrays.system, shift, gains, offsets)
+    energy, residual, decrement, pivot, neutral = newton_pass(
+        q, system, shift, scales_of(system), gains, offsets
+    )
+    assert neutral == 0
     step = np.empty((COUNT, 3))
     largest = back_substitute(gains, offsets, step)
-    function = energy_of_steps(arrays, q)
+    function = energy_of_steps(system, q)
     at = np.zeros(3 * COUNT)
     gradient = documented.gradient(function, at)
     hessian = documented.hessian(function, at) + shift * np.eye(3 * COUNT)
@@ -100,36 +104,28 @@ def test_a_pass_is_newtons_step_on_the_documented_energy() -> None:
 
 def test_the_hessian_couples_only_neighbors() -> None:
     """What the elimination leaves out is zero."""
-    arrays = discretize(VARIED, LOAD, COUNT)
+    system = discretize(VARIED, LOAD, (COUNT,))
     hessian = documented.hessian(
-        energy_of_steps(arrays, disturbed(COUNT, 0.1)), np.zeros(3 * COUNT)
+        energy_of_steps(system, disturbed(COUNT, 0.1)), np.zeros(3 * COUNT)
     )
     blocks = np.abs(hessian).reshape(COUNT, 3, COUNT, 3).max(axis=(1, 3))
     far = np.abs(np.subtract.outer(np.arange(COUNT), np.arange(COUNT))) > 1
     assert blocks[far].max() < 1e-9 < blocks[~far].min()
 
 
-def test_imbalance_without_derivatives_is_the_same() -> None:
-    arrays = discretize(VARIED, replace(LOAD, tip_moment=(0.3, -0.2, 0.5)), COUNT)
-    q = disturbed(COUNT, 0.1)
-    gains, offsets = np.empty((COUNT - 1, 9)), np.empty((COUNT, 3))
-    energy, residual, _, _ = newton_pass(q, arrays.system, 20.0, gains, offsets)
-    assert energy_and_imbalance(q, arrays.system) == pytest.approx((energy, residual), rel=1e-13)
-
-
 @pytest.mark.parametrize("moment", [(0.0, 0.0, 0.0), (0.8, -0.5, 1.1)])
 def test_convergence_is_quadratic(moment: tuple[float, float, float]) -> None:
     """From 1e-3 rad away, the residual squares: the tangent, tip moment and all, is exact."""
-    system = discretize(VARIED, replace(LOAD, tip_moment=moment), 40).system
+    system = discretize(VARIED, replace(LOAD, tip_moment=moment), (40,))
     q = straight(40)
-    assert minimize(q, system, 1e-12, 100, False)[0] == CONVERGED
+    assert minimize(q, system, 1e-12, 100, False).outcome == CONVERGED
     step = 1e-3 * np.random.default_rng(1).normal(size=(40, 3)).cumsum(axis=0) / 6.0
     near = np.empty_like(q)
     turn_nodes(q, step, 1.0, near)
     residuals = []
     for _ in range(3):
-        residuals.append(energy_and_imbalance(near, system)[1])
-        assert minimize(near, system, 1e-14, 1, False)[0] in (CONVERGED, ITERATION_LIMIT)
+        residuals.append(minimize(near, system, 0.0, 0, False).residual)
+        assert minimize(near, system, 1e-14, 1, False).outcome in (CONVERGED, ITERATION_LIMIT)
     # The first step's constant is measured; the rounding of a moment here is 1e-13.
     assert residuals[1] < 0.2 * residuals[0] ** 1.5
     assert residuals[2] < 1e-9
@@ -150,41 +146,41 @@ def test_turning_leaves_the_clamp_alone() -> None:
 
 
 def test_too_few_iterations_are_said_to_be() -> None:
-    arrays = discretize(VARIED, LOAD, 20)
-    outcome, iterations, _, residual, _ = minimize(straight(20), arrays.system, 1e-10, 2, False)
-    assert (outcome, iterations) == (ITERATION_LIMIT, 2)
-    assert residual > 1e-10
+    system = discretize(VARIED, LOAD, (20,))
+    found = minimize(straight(20), system, 1e-10, 2, False)
+    assert (found.outcome, found.iterations) == (ITERATION_LIMIT, 2)
+    assert found.residual > 1e-10
 
 
 @pytest.mark.parametrize("bad", [np.nan, 1e308])
 def test_numbers_that_are_not_finite_are_noticed(bad: float) -> None:
-    arrays = discretize(straight_rod(), RodLoad(tip_force=(0.0, 1.0, 0.0)), 20)
-    spoiled = replace(arrays, force=arrays.force * bad, nodal=arrays.nodal * bad)
-    outcome, *_ = minimize(straight(20), spoiled.system, 1e-8, 50, False)
+    system = discretize(straight_rod(), RodLoad(tip_force=(0.0, 1.0, 0.0)), (20,))
+    spoiled = system._replace(force=system.force * bad)
+    outcome = minimize(straight(20), spoiled, 1e-8, 50, False).outcome
     assert outcome == NOT_FINITE
 
 
 def test_a_moment_that_no_energy_balances_fails_the_line_search() -> None:
     """A tolerance far below rounding leaves nothing to lower."""
-    arrays = discretize(VARIED, replace(LOAD, tip_moment=(0.8, -0.5, 1.1)), 20)
-    outcome, _, _, residual, pivot = minimize(straight(20), arrays.system, 0.0, 200, False)
-    assert outcome == LINE_SEARCH_FAILED
-    assert residual < 1e-11
-    assert pivot > 0.0
+    system = discretize(VARIED, replace(LOAD, tip_moment=(0.8, -0.5, 1.1)), (20,))
+    found = minimize(straight(20), system, 0.0, 200, False)
+    assert found.outcome == LINE_SEARCH_FAILED
+    assert found.residual < 1e-11
+    assert found.pivot > 0.0
 
 
 @pytest.mark.parametrize(("critical", "stable"), [(0.99, True), (1.01, False)])
 def test_the_certificate_refuses_the_straight_state_past_buckling(
     critical: float, stable: bool
 ) -> None:
-    arrays = upright(24, critical)
+    system = upright(24, critical)
     q = straight(24)
-    outcome, _, _, residual, pivot = minimize(q, arrays.system, 1e-8, 50, False)
-    assert outcome == (CONVERGED if stable else UNSTABLE)
-    assert (pivot > 0.0) is stable
-    assert residual < 1e-8
+    found = minimize(q, system, 1e-8, 50, False)
+    assert found.outcome == (CONVERGED if stable else UNSTABLE)
+    assert (found.pivot > 0.0) is stable
+    assert found.residual < 1e-8
     np.testing.assert_array_equal(q, straight(24))
-    strict = minimize(q, arrays.system, 1e-8, 50, True)[0]
+    strict = minimize(q, system, 1e-8, 50, True).outcome
     assert strict == (CONVERGED if stable else LEFT_BRANCH)
 
 
@@ -192,10 +188,10 @@ def test_the_smallest_eigenvalue_changes_sign_with_the_pivot() -> None:
     """The certificate says what a dense eigenvalue solver says."""
     seen = set()
     for critical in (0.97, 1.03):
-        arrays = upright(COUNT, critical)
-        hessian = documented.hessian(energy_of_steps(arrays, straight(COUNT)), np.zeros(3 * COUNT))
+        system = upright(COUNT, critical)
+        hessian = documented.hessian(energy_of_steps(system, straight(COUNT)), np.zeros(3 * COUNT))
         gains, offsets = np.empty((COUNT - 1, 9)), np.empty((COUNT, 3))
-        *_, pivot = newton_pass(straight(COUNT), arrays.system, 0.0, gains, offsets)
+        pivot = newton_pass(straight(COUNT), system, 0.0, scales_of(system), gains, offsets)[3]
         definite = bool(np.linalg.eigvalsh(hessian)[0] > 0.0)
         assert (pivot > 0.0) is definite
         seen.add(definite)
@@ -205,21 +201,31 @@ def test_the_smallest_eigenvalue_changes_sign_with_the_pivot() -> None:
 def test_energy_never_rises_on_the_way_down() -> None:
     """From a crumpled start the Hessian is indefinite; shift and line search still descend."""
     case = gripper_rod()
-    arrays = discretize(case.rod, case.load, 40)
+    system = discretize(case.rod, case.load, (40,))
     q = disturbed(40, 0.6, seed=5)
-    energies = [energy_and_imbalance(q, arrays.system)[0]]
-    strict = minimize(q.copy(), arrays.system, 1e-8, 50, True)[0]
+    energies = [minimize(q, system, 0.0, 0, False).energy]
+    strict = minimize(q.copy(), system, 1e-8, 50, True).outcome
     assert strict == LEFT_BRANCH
     outcome = ITERATION_LIMIT
     while outcome == ITERATION_LIMIT and len(energies) < 300:
-        outcome, _, energy, _, _ = minimize(q, arrays.system, 1e-8 * arrays.moment_scale, 1, False)
-        energies.append(energy)
+        found = minimize(q, system, 1e-8, 1, False)
+        outcome = found.outcome
+        energies.append(found.energy)
     assert outcome == CONVERGED
-    assert np.diff(energies).max() < rod_newton.ENERGY_NOISE * arrays.moment_scale
+    assert np.diff(energies).max() < rod_newton.ENERGY_NOISE * scales_of(system).moment
 
 
 def test_every_outcome_has_a_status_with_advice() -> None:
-    outcomes = [CONVERGED, ITERATION_LIMIT, LINE_SEARCH_FAILED, NOT_FINITE, UNSTABLE, LEFT_BRANCH]
+    outcomes = [
+        CONVERGED,
+        ITERATION_LIMIT,
+        LINE_SEARCH_FAILED,
+        NOT_FINITE,
+        UNSTABLE,
+        LEFT_BRANCH,
+        FOLD_LIMIT,
+        UNRESOLVED,
+    ]
     assert sorted(outcomes) == list(range(len(STATUSES)))
     assert {STATUSES[outcome] for outcome in outcomes} == set(RodStatus)
     assert [STATUSES[o].name for o in outcomes] == [
@@ -229,5 +235,7 @@ def test_every_outcome_has_a_status_with_advice() -> None:
         "NOT_FINITE",
         "UNSTABLE",
         "LEFT_BRANCH",
+        "FOLD_LIMIT",
+        "UNRESOLVED",
     ]
     assert len({status.value for status in RodStatus}) == len(RodStatus)

@@ -92,7 +92,7 @@ def test_rotating_base_and_gravity_together_rotates_the_shape(seed: int) -> None
     def world_shape(base: Rotation, gravity: np.ndarray) -> np.ndarray:
         x, y, z = base.inv().apply(gravity).tolist()
         case = gripper_rod(gravity=(x, y, z))
-        shape: np.ndarray = base.apply(solve_rod(case.rod, case.load).positions)
+        shape: np.ndarray = base.apply(np.array(solve_rod(case.rod, case.load).positions))
         return shape
 
     plain = world_shape(mount, gravity_world)
@@ -122,8 +122,8 @@ def test_a_round_section_knows_no_direction(angle: float) -> None:
     assert not callable(plain.load.distributed)
     load = RodLoad(rolled(plain.load.distributed), rolled(force), rolled(moment))
     a, b = solve_rod(plain.rod, plain.load), solve_rod(rod, load)
-    np.testing.assert_allclose(b.positions, roll.apply(a.positions), atol=1e-9)
-    np.testing.assert_allclose(b.moments, roll.apply(a.moments), atol=1e-9)
+    np.testing.assert_allclose(b.positions, roll.apply(np.array(a.positions)), atol=1e-9)
+    np.testing.assert_allclose(b.moments, roll.apply(np.array(a.moments)), atol=1e-9)
 
 
 def test_scaling_lengths_and_loads_scales_the_shape() -> None:

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from spiral_core import Rod, RodLoad, RodState, solve_rod
 from spiral_core.rod._element import strain_factor
-from spiral_core.rod._shape import arc_shortening, discrete_strain_scale
+from spiral_core.rod._shape import arc_shortening
+from spiral_core.rod._system import discrete_strain_scale
 
 VARIED = Case(
     Rod(
@@ -35,7 +36,7 @@ CASES = {
 
 def base_moments(state: RodState) -> np.ndarray:
     """Return the moments in the base frame."""
-    turned: np.ndarray = Rotation.from_quat(state.orientations).apply(state.moments)
+    turned: np.ndarray = Rotation.from_quat(state.orientations).apply(np.array(state.moments))
     return turned
 
 

@@ -42,6 +42,19 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", _stamped(dispatcher))
 
 
+def merged(function: Callable[P, R]) -> Callable[P, R]:
+    """Return ``function`` written into its callers before they are compiled.
+
+    A compiled caller holds the machine code of all that it calls. Each level of calls between an
+    entry and a large kernel costs the compilation of that kernel once more: levels in between are
+    merged.
+    """
+    dispatcher = numba.njit(inline="always", error_model="numpy", fastmath=FAST_MATH, cache=True)(
+        function
+    )
+    return cast("Callable[P, R]", _stamped(dispatcher))
+
+
 @cache
 def content_stamp(function: Callable[..., object]) -> str:
     """Return a digest of all that a kernel's machine code depends on, its callees included.

@@ -7,11 +7,17 @@ of ten. Matrices are row-major 9-tuples. Nothing here is specific to rods.
 import math
 from typing import TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from spiral_core.numerics.kernel import inlined
 
+Array: TypeAlias = NDArray[np.float64]
 Vec: TypeAlias = tuple[float, float, float]
 Mat: TypeAlias = tuple[float, float, float, float, float, float, float, float, float]
 Quat: TypeAlias = tuple[float, float, float, float]
+
+TANGENT = (1.0, 0.0, 0.0)
 
 
 @inlined
@@ -256,3 +262,21 @@ def rotated(q: Quat, rotation: Vec) -> Quat:
     p = quaternion_product(q, half)
     c = 1.0 / math.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3])
     return (c * p[0], c * p[1], c * p[2], c * p[3])
+
+
+@inlined
+def vector_at(rows: Array, i: int) -> Vec:
+    """Return row i of an (n, 3) array as a tuple."""
+    return (rows[i, 0], rows[i, 1], rows[i, 2])
+
+
+@inlined
+def quaternion_at(rows: Array, i: int) -> Quat:
+    """Return row i of an (n, 4) array as a tuple."""
+    return (rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3])
+
+
+@inlined
+def largest_component(a: Vec) -> float:
+    """Return the largest absolute component of a."""
+    return max(abs(a[0]), abs(a[1]), abs(a[2]))

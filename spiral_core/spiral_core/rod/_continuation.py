@@ -1,29 +1,45 @@
 """Follow a branch of stable rod states while the rod's data change (compiled).
 
 The states of a rod under load are many; the one seen on the bench is the one reached along the
-loading path. So the path is walked: data are blended from a start to an end, each step a Newton
+loading path. So that path is followed: data are blended from a start to an end, each step a Newton
 solve from the last state that must stay on stable ground. Where no step is small enough the branch
 has ended in a fold: the rod snaps to another state, by descent of its energy, and the fold's place
 is recorded.
 """
 
-import math
+from typing import NamedTuple
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled, inlined
-from spiral_core.rod._algebra import dot, quaternion_product, rotated, scale
+from spiral_core.numerics.kernel import compiled, inlined, merged
+from spiral_core.rod._algebra import Array
+from spiral_core.rod._elimination import scales_of
 from spiral_core.rod._newton import (
     CONVERGED,
+    FOLD_LIMIT,
     LEFT_BRANCH,
+    UNRESOLVED,
     UNSTABLE,
-    Array,
+    minimize,
+)
+from spiral_core.rod._shape import shape_from_orientations
+from spiral_core.rod._system import (
     Solution,
     System,
-    minimize,
-    quaternion_at,
+    Vector,
+    blended,
+    uniform_system,
+    with_torsion_no_stiffer,
+    without_rest_strain,
+)
+from spiral_core.rod._turns import (
+    copy_nodes,
+    largest_turn,
+    resample,
+    turn_about_base_axis,
     turn_nodes,
 )
+from spiral_core.rod.types import DEFAULT_TOLERANCE
 
 # A step along the path may need this many Newton iterations; more means that it was too long.
 PATH_ITERATIONS = 6
@@ -36,82 +52,89 @@ SMALLEST_STEP = 1.0 / 4096.0
 LARGEST_TURN = 1.0
 # Iterations for the descent after a fold, and for a first state.
 DESCENT_ITERATIONS = 400
-# Kick off an unstable state: rotation at the tip [rad], growing fourfold with each try.
-KICK = 0.01
-KICKS = 6
-# The loading path is walked on this many elements at the least, and with at most this angle in one
-# at its end [rad].
-PATH_ELEMENTS = 24
-PATH_ANGLE = 0.6
+# Disturb an unstable state: rotation at the tip [rad], growing fourfold with each try.
+DISTURBANCE = 0.01
+DISTURBANCES = 6
+# Below this fraction of EI/L, what acts across the base's axis moves a rod less than a disturbance.
+NEARLY_AXIAL = 0.01
+# The rest strain's first increment turns a straight rod that buckled under its load about the
+# load's axis; by more than this [rad] and the path starts after that increment.
+LARGEST_FIRST_TURN = 0.1
+# A torsional stiffness of more than this many times the bending one hardly changes how a rod
+# without rest strain hangs, but keeps Newton's steps short: the rod is first brought to rest with
+# this much.
+EASY_TORSION = 4.0
 # A path with more folds than this is given up.
 MAX_FOLDS = 32
 # Inside the path an equilibrium need not be as sharp as at its end.
 LOOSENING = 1e4
 # A state nearby is reached in a few iterations; a start far away may take this many.
 WARM_ITERATIONS = 60
+# The energy of an element is that of a rod that bends little within it: past this turn [rad] its
+# ends no longer tell what happens between them.
+LARGEST_ELEMENT_TURN = 2.0
+
+
+class Settled(NamedTuple):
+    """A state and what was found on the way to it; arrays as in ``RodState``."""
+
+    solution: Solution
+    folds: int
+    forces: Array
+    positions: Array
+    moments: Array
+    strains: Array
+
+
+@inlined
+def disturb(q: Array, system: System, size: float) -> None:
+    """Bend and twist q, in place: off a state that is stationary but not stable.
+
+    The direction is arbitrary but fixed, so that results are reproducible; except about the base's
+    axis where the rod may all but turn freely: there the energy chooses.
+    """
+    n = q.shape[0] - 1
+    step = np.empty((n, 3))
+    for i in range(n):
+        reach = (i + 1) / n
+        step[i, 0] = 0.3 * reach
+        step[i, 1] = 0.8 * reach
+        step[i, 2] = reach
+    turn_nodes(q, step, size, q)
+    if scales_of(system).across < NEARLY_AXIAL:
+        turn_about_base_axis(q, system)
+
+
+@inlined
+def with_outcome(found: Solution, outcome: int, iterations: int) -> Solution:
+    """Return the solution with another outcome and number of iterations."""
+    return Solution(
+        outcome,
+        iterations,
+        found.energy,
+        found.residual,
+        found.pivot,
+        found.step,
+        found.neutral,
+    )
 
 
 @compiled
 def descend(q: Array, system: System, tolerance: float) -> Solution:
-    """Minimize from q in place; kick the rod off a stationary state that is not stable.
-
-    The kick's direction is arbitrary but fixed, so that the result is reproducible.
-    """
-    n = q.shape[0] - 1
-    kick = np.empty((n, 3))
-    for i in range(n):
-        reach = (i + 1) / n
-        kick[i, 0] = 0.3 * reach
-        kick[i, 1] = 0.8 * reach
-        kick[i, 2] = reach
-    size = KICK
-    total = 0
-    outcome, iterations, energy, residual, pivot = minimize(
-        q, system, tolerance, DESCENT_ITERATIONS, False
-    )
-    for _ in range(KICKS):
-        total += iterations
-        if outcome != UNSTABLE:
-            break
-        turn_nodes(q, kick, size, q)
+    """Minimize from q in place; leave a stationary state that is not stable."""
+    size = DISTURBANCE
+    spent = 0
+    while True:
+        found = minimize(q, system, tolerance, DESCENT_ITERATIONS, False)
+        spent += found.iterations
+        if found.outcome != UNSTABLE or size > DISTURBANCE * 4.0**DISTURBANCES:
+            return with_outcome(found, found.outcome, spent)
+        disturb(q, system, size)
         size *= 4.0
-        outcome, iterations, energy, residual, pivot = minimize(
-            q, system, tolerance, DESCENT_ITERATIONS, False
-        )
-    return outcome, total, energy, residual, pivot
 
 
 @compiled
-def largest_turn(q: Array, previous: Array) -> float:
-    """Return the largest angle [rad] by which a node turned relative to the node before it."""
-    largest = 0.0
-    for i in range(q.shape[0] - 1):
-        a = quaternion_at(previous, i)
-        b = quaternion_at(previous, i + 1)
-        c = quaternion_at(q, i)
-        d = quaternion_at(q, i + 1)
-        before = quaternion_product((-a[0], -a[1], -a[2], a[3]), b)
-        after = quaternion_product((-c[0], -c[1], -c[2], c[3]), d)
-        change = quaternion_product((-before[0], -before[1], -before[2], before[3]), after)
-        axis = (change[0], change[1], change[2])
-        largest = max(largest, 2.0 * math.asin(min(1.0, math.sqrt(dot(axis, axis)))))
-    return largest
-
-
-@compiled
-def blend(start: System, end: System, at: float) -> System:
-    """Return the system at ``at`` in [0, 1] between two with as many elements."""
-    return (
-        (1.0 - at) * start[0] + at * end[0],
-        (1.0 - at) * start[1] + at * end[1],
-        (1.0 - at) * start[2] + at * end[2],
-        (1.0 - at) * start[3] + at * end[3],
-        (1.0 - at) * start[4] + at * end[4],
-    )
-
-
-@compiled
-def advance(
+def follow_branch(
     q: Array, start: System, end: System, at: float, tolerance: float
 ) -> tuple[float, Solution]:
     """Follow the stable branch from ``at`` between two systems, where q rests, as far as it goes.
@@ -119,140 +142,177 @@ def advance(
     Returns how far that is, 1 unless a fold ends the branch, and the last solution tried; q is left
     at the last state of the branch.
     """
-    trial = q.copy()
+    trial = np.empty_like(q)
     step = FIRST_STEP
-    total = 0
-    energy, residual, pivot = 0.0, 0.0, 0.0
-    while at < 1.0:
+    spent = 0
+    while True:
         target = at + step if at + step < 1.0 - 1e-9 else 1.0
-        system = blend(start, end, target)
-        trial[:, :] = q
+        copy_nodes(q, trial)
         accuracy = tolerance if target == 1.0 else LOOSENING * tolerance
-        outcome, iterations, energy, residual, pivot = minimize(
-            trial, system, accuracy, PATH_ITERATIONS, True
-        )
-        total += iterations
-        if outcome == CONVERGED and largest_turn(trial, q) < LARGEST_TURN:
-            q[:, :] = trial
+        found = minimize(trial, blended(start, end, target), accuracy, PATH_ITERATIONS, True)
+        spent += found.iterations
+        if found.outcome == CONVERGED and largest_turn(trial, q) < LARGEST_TURN:
+            copy_nodes(trial, q)
             at = target
-            if iterations <= 3:
+            if at == 1.0:
+                return at, with_outcome(found, CONVERGED, spent)
+            if found.iterations <= 3:
                 step *= 2.0
         elif step > SMALLEST_STEP:
             step *= 0.5
         else:
-            return at, (LEFT_BRANCH, total, energy, residual, pivot)
-    return 1.0, (CONVERGED, total, energy, residual, pivot)
+            return at, with_outcome(found, LEFT_BRANCH, spent)
 
 
-@compiled
-def snap(
+@merged
+def follow_over_folds(
     q: Array, start: System, end: System, at: float, tolerance: float
-) -> tuple[float, Solution]:
-    """Descend from the end of a branch at ``at``; return where the next one is joined."""
-    beyond = min(1.0, at + SMALLEST_STEP)
-    return beyond, descend(q, blend(start, end, beyond), tolerance)
-
-
-@compiled
-def follow(q: Array, start: System, end: System, tolerance: float) -> tuple[int, Solution]:
-    """Follow the path from ``start``, where q rests, to ``end``, over its folds; q in place.
+) -> tuple[int, Solution]:
+    """Follow the path from ``at``, where q rests, to ``end``, over its folds; q in place.
 
     Returns the number of folds and the solution at the end.
     """
-    at = 0.0
-    folds = 0
-    total = 0
+    folds, spent = 0, 0
     while True:
-        at, solution = advance(q, start, end, at, tolerance)
-        total += solution[1]
-        if solution[0] == LEFT_BRANCH and folds < MAX_FOLDS:
+        at, found = follow_branch(q, start, end, at, tolerance)
+        spent += found.iterations
+        if found.outcome == LEFT_BRANCH and folds < MAX_FOLDS:
             folds += 1
-            at, solution = snap(q, start, end, at, tolerance)
-            total += solution[1]
-        if solution[0] != CONVERGED or at == 1.0:
-            return folds, (solution[0], total, solution[2], solution[3], solution[4])
+            at = min(1.0, at + SMALLEST_STEP)
+            found = descend(q, blended(start, end, at), tolerance)
+            spent += found.iterations
+        elif found.outcome == LEFT_BRANCH:
+            return folds, with_outcome(found, FOLD_LIMIT, spent)
+        if found.outcome != CONVERGED or at == 1.0:
+            return folds, with_outcome(found, found.outcome, spent)
+
+
+@merged
+def first_state(q: Array, start: System, end: System, tolerance: float) -> tuple[float, Solution]:
+    """Bring the straight rod q to rest, in place, at the start of its loading path.
+
+    A rod that buckles under an axial load may do so in any direction about it. Which one the path
+    takes is decided by the first increment of the rest strain: there it starts then. Returns where.
+    """
+    eased = descend(q, with_torsion_no_stiffer(start, EASY_TORSION), tolerance)
+    first = descend(q, start, tolerance)
+    spent = eased.iterations + first.iterations
+    turned = np.empty_like(q)
+    copy_nodes(q, turned)
+    next_to_it = blended(start, end, SMALLEST_STEP)
+    angle = turn_about_base_axis(turned, next_to_it)
+    if first.outcome == CONVERGED and not abs(angle) > LARGEST_FIRST_TURN:
+        return 0.0, with_outcome(first, CONVERGED, spent)
+    found = descend(turned, next_to_it, tolerance)
+    copy_nodes(turned, q)
+    return SMALLEST_STEP, with_outcome(found, found.outcome, spent + found.iterations)
 
 
 @compiled
-def walk_from(first_moment: Array, system: System, tolerance: float) -> tuple[Array, int, Solution]:
-    """Follow the loading path from a rod without rest strain under another tip moment [N m]."""
-    force, nodal, _, elements, h = system
-    straight = elements.copy()
-    straight[:, 2:5] = 0.0
-    straight[:, 7:10] = 0.0
-    relaxed = (force, nodal, first_moment, straight, h)
-    q = np.zeros((elements.shape[0] + 1, 4))
-    q[:, 3] = 1.0
-    first = descend(q, relaxed, tolerance)
-    if first[0] != CONVERGED:
-        return q, 0, first
-    folds, last = follow(q, relaxed, system, tolerance)
-    return q, folds, (last[0], first[1] + last[1], last[2], last[3], last[4])
-
-
-@compiled
-def walk(system: System, tolerance: float) -> tuple[Array, int, Solution]:
+def load_slowly(system: System, tolerance: float) -> tuple[Array, int, Solution]:
     """Follow the loading path of a rod, from the one without rest strain that hangs in its loads.
 
     A dead tip moment may be more than the straight rod bears: should the path fail with it, it is
-    walked again with the moment coming on along with the rest strain.
+    followed again with the moment growing along with the rest strain.
     Returns the orientations, the number of folds and the solution.
     """
-    q, folds, solution = walk_from(system[2], system, tolerance)
-    if solution[0] == CONVERGED:
-        return q, folds, solution
-    return walk_from(np.zeros(3), system, tolerance)
+    spent = 0
+    q = np.zeros((system.steps.shape[0] + 1, 4))
+    folds, found = 0, Solution(UNSTABLE, 0, 0.0, 0.0, 0.0, 0.0, 0)
+    for attempt in range(2):
+        start = without_rest_strain(system, 1.0 - attempt)
+        for i in range(q.shape[0]):
+            q[i, 0] = q[i, 1] = q[i, 2] = 0.0
+            q[i, 3] = 1.0
+        at, found = first_state(q, start, system, tolerance)
+        spent += found.iterations
+        if found.outcome == CONVERGED:
+            folds, found = follow_over_folds(q, start, system, at, tolerance)
+            spent += found.iterations
+        if found.outcome == CONVERGED:
+            break
+    return q, folds, with_outcome(found, found.outcome, spent)
 
 
-@compiled
-def resample(q: Array, count: int) -> Array:
-    """Return ``count`` + 1 evenly spaced nodes of the rod that q samples, by geodesics."""
-    n = q.shape[0] - 1
-    fine = np.empty((count + 1, 4))
-    for j in range(count + 1):
-        place = j * n / count
-        i = min(int(place), n - 1)
-        q0 = quaternion_at(q, i)
-        x0, x1, x2, w = quaternion_product((-q0[0], -q0[1], -q0[2], q0[3]), quaternion_at(q, i + 1))
-        sine = math.sqrt(x0 * x0 + x1 * x1 + x2 * x2)
-        angle = (place - i) * math.atan2(sine, w)
-        # `rotated` turns by 2 atan(|half|): give it the tangent of the half angle.
-        factor = 2.0 * math.tan(angle) / sine if sine > 0.0 else 0.0
-        r = rotated(q0, scale(factor, (x0, x1, x2)))
-        for k in range(4):
-            fine[j, k] = r[k]
-    return fine
-
-
-@compiled
+@merged
 def settle(q: Array, system: System, tolerance: float) -> tuple[int, Solution]:
     """Minimize from q, in place, on its branch; where that ends, descend and count one fold."""
-    outcome, spent, energy, residual, pivot = minimize(q, system, tolerance, WARM_ITERATIONS, True)
-    if outcome == CONVERGED:
-        return 0, (outcome, spent, energy, residual, pivot)
-    outcome, more, energy, residual, pivot = descend(q, system, tolerance)
-    return 1, (outcome, spent + more, energy, residual, pivot)
+    found = minimize(q, system, tolerance, WARM_ITERATIONS, True)
+    if found.outcome == CONVERGED:
+        return 0, found
+    spent = found.iterations
+    found = descend(q, system, tolerance)
+    return 1, with_outcome(found, found.outcome, spent + found.iterations)
 
 
-@inlined
-def path_elements(count: int, turn: float) -> int:
-    """Return how many of ``count`` elements suffice to walk a path that turns by ``turn`` [rad]."""
-    return min(count, max(PATH_ELEMENTS, math.ceil(turn / PATH_ANGLE)))
+@merged
+def evaluated(q: Array, system: System, folds: int, found: Solution) -> Settled:
+    """Return the state with orientations q; not an answer if an element turns too far."""
+    positions, moments, strains, turn = shape_from_orientations(q, system)
+    outcome = found.outcome
+    if outcome == CONVERGED and turn > LARGEST_ELEMENT_TURN:
+        outcome = UNRESOLVED
+    solution = with_outcome(found, outcome, found.iterations)
+    return Settled(solution, folds, system.force, positions, moments, strains)
 
 
 @compiled
-def walk_and_refine(coarse: System, fine: System, tolerance: float) -> tuple[Array, int, Solution]:
-    """Walk the loading path on few elements and refine at its end; walk it finely if that fails.
+def settled_state(q: Array, system: System) -> Settled:
+    """Return the state that q settles into, in place."""
+    folds, found = settle(q, system, DEFAULT_TOLERANCE)
+    return evaluated(q, system, folds, found)
 
-    Returns as :func:`walk`, on the fine elements.
-    """
-    q, folds, solution = walk(coarse, tolerance)
-    spent = solution[1]
-    if solution[0] == CONVERGED:
-        q = resample(q, fine[3].shape[0])
-        snaps, solution = settle(q, fine, tolerance)
-        spent += solution[1]
-        if snaps == 0 and solution[0] == CONVERGED:
-            return q, folds, (solution[0], spent, solution[2], solution[3], solution[4])
-    q, folds, solution = walk(fine, tolerance)
-    return q, folds, (solution[0], spent + solution[1], solution[2], solution[3], solution[4])
+
+@compiled
+def loaded_state(coarse: System, fine: System) -> tuple[Array, Settled]:
+    """Follow the loading path on few elements and refine at its end; on all if that fails."""
+    q, folds, found = load_slowly(coarse, DEFAULT_TOLERANCE)
+    spent = found.iterations
+    refined = coarse.steps.shape[0] == fine.steps.shape[0]
+    if found.outcome == CONVERGED and not refined:
+        q = resample(q, coarse.steps, fine.steps)
+        snaps, found = settle(q, fine, DEFAULT_TOLERANCE)
+        spent += found.iterations
+        refined = snaps == 0
+    if found.outcome != CONVERGED or not refined:
+        q, folds, found = load_slowly(fine, DEFAULT_TOLERANCE)
+        spent += found.iterations
+    return q, evaluated(q, fine, folds, with_outcome(found, found.outcome, spent))
+
+
+@compiled
+def settle_uniform(
+    q: Array,
+    length: float,
+    torsional: float,
+    bending: float,
+    rest: Vector,
+    weight: Vector,
+    tip_force: Vector,
+    tip_moment: Vector,
+) -> Settled:
+    """Return the state that q (N + 1, 4) settles into, in place."""
+    count = q.shape[0] - 1
+    return settled_state(
+        q,
+        uniform_system(count, length, torsional, bending, rest, weight, tip_force, tip_moment),
+    )
+
+
+@compiled
+def load_uniform(
+    few: int,
+    count: int,
+    length: float,
+    torsional: float,
+    bending: float,
+    rest: Vector,
+    weight: Vector,
+    tip_force: Vector,
+    tip_moment: Vector,
+) -> tuple[Array, Settled]:
+    """Return orientations and state at the end of the loading path, followed on few elements."""
+    return loaded_state(
+        uniform_system(few, length, torsional, bending, rest, weight, tip_force, tip_moment),
+        uniform_system(count, length, torsional, bending, rest, weight, tip_force, tip_moment),
+    )

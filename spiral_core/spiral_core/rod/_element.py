@@ -16,11 +16,9 @@ together the error is O(h^4).
 slopes of those five.
 """
 
-import numpy as np
-from numpy.typing import NDArray
-
 from spiral_core.numerics.kernel import inlined
 from spiral_core.rod._algebra import (
+    Array,
     Mat,
     Quat,
     Vec,
@@ -41,8 +39,6 @@ from spiral_core.rod._algebra import (
     skew_matmul,
     transpose,
 )
-
-Array = NDArray[np.float64]
 
 
 @inlined

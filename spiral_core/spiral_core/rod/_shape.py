@@ -1,4 +1,4 @@
-"""From a rod's orientations to its positions and moments, to the order of the discretization."""
+"""From a rod's orientations to its positions, moments and strains, all of fourth order."""
 
 import math
 
@@ -6,16 +6,21 @@ import numpy as np
 
 from spiral_core.numerics.kernel import compiled, inlined
 from spiral_core.rod._algebra import (
+    TANGENT,
+    Array,
     Quat,
     add,
     cross,
     dot,
+    quaternion_at,
     scale,
     to_base,
     to_material,
+    vector_at,
 )
 from spiral_core.rod._element import element_derivatives, element_frame, imbalance, strain_factor
-from spiral_core.rod._newton import TANGENT, Array, quaternion_at, vector_at
+from spiral_core.rod._elimination import end_loads
+from spiral_core.rod._system import System
 
 # Below this sine of an element's half angle the closed form of `arc_shortening` loses digits to
 # cancellation, while the series of the element's strain is exact to 1e-13 of its length.
@@ -46,56 +51,50 @@ def middle(q0: Quat, q1: Quat) -> Quat:
 
 
 @compiled
-def shape_from_orientations(
-    q: Array, force: Array, distributed: Array, elements: Array, h: float
-) -> tuple[Array, Array]:
-    """Return positions [m] in the base frame and internal moments [N m] in the material frame.
+def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Array, float]:
+    """Return positions [m], moments [N m], strains [1/m] and the largest turn of an element [rad].
 
-    Both (N + 1, 3).
+    Arrays (N + 1, 3); positions in the base frame, moments and strains in the material frame.
 
     Positions: each element adds the chord of its helical arc and the displacement by the strain's
     variation inside it, h^3/12 (K^-1 G) x t: the same terms as in the element's energy, whose
     derivative by a force this is. Moments: what an element's energy pushes its node with (the
     momentum of the discrete action principle); in equilibrium an inner node's two elements push
-    alike, so that each node needs one.
+    alike, so that each node needs one. Strains: u* + K^-1 m.
     """
-    n = elements.shape[0]
+    n = system.elements.shape[0]
     positions = np.zeros((n + 1, 3))
     moments = np.zeros((n + 1, 3))
+    strains = np.empty((n + 1, 3))
     at = (0.0, 0.0, 0.0)
     push = (0.0, 0.0, 0.0)
+    largest = 0.0
     q1 = quaternion_at(q, 0)
-    a1 = to_material(q1, vector_at(force, 0))
+    a1 = to_material(q1, vector_at(system.force, 0))
     for i in range(n):
         q0, a0 = q1, a1
         q1 = quaternion_at(q, i + 1)
-        a1 = to_material(q1, vector_at(force, i + 1))
+        a1 = to_material(q1, vector_at(system.force, i + 1))
+        h, row = system.steps[i], system.elements[i]
         x, w, strain = element_frame(q0, q1, h)
-        g = imbalance(strain, elements[i], scale(0.5, add(a0, a1)))
-        relaxed = (g[0] / elements[i, 0], g[1] / elements[i, 1], g[2] / elements[i, 1])
+        # Past half a turn the quaternion's real part changes its sign.
+        largest = max(largest, 1.0 - w)
+        g = imbalance(strain, row, scale(0.5, add(a0, a1)))
+        relaxed = (g[0] / row[0], g[1] / row[1], g[2] / row[1])
         arc = scale(h * arc_shortening(dot(x, x)), cross(x, cross(x, TANGENT)))
         bend = scale(h * h * h / 12.0, cross(relaxed, TANGENT))
         at = add(at, to_base(middle(q0, q1), add(scale(h, TANGENT), add(arc, bend))))
-        g0, g1, _, _, _ = element_derivatives(x, w, strain, a0, a1, elements[i], h)
-        share = scale(h * h / 12.0, to_material(q0, vector_at(distributed, i)))
-        pull = add(scale(0.5 * h, a0), scale(-1.0, share))
-        m = scale(-1.0, add(g0, cross(pull, TANGENT)))
-        push = g1
+        g0, g1, _, _, _ = element_derivatives(x, w, strain, a0, a1, row, h)
+        pull0, pull1 = end_loads(system, i, q0, q1, a0, a1)
+        m = scale(-1.0, add(g0, cross(pull0, TANGENT)))
+        push = add(g1, cross(pull1, TANGENT))
         for k in range(3):
             positions[i + 1, k] = at[k]
             moments[i, k] = m[k]
-    share = scale(h * h / 12.0, to_material(q1, vector_at(distributed, n)))
-    m = add(push, cross(add(scale(0.5 * h, a1), share), TANGENT))
     for k in range(3):
-        moments[n, k] = m[k]
-    return positions, moments
-
-
-@compiled
-def discrete_strain_scale(angle: float) -> float:
-    """Return by what factor an element sees a strain that turns it by ``angle`` [rad]."""
-    if angle == 0.0:
-        return 1.0
-    sine = math.sin(0.5 * angle)
-    factor, _, _ = strain_factor(sine * sine)
-    return 2.0 * factor * sine / angle
+        moments[n, k] = push[k]
+    for i in range(n + 1):
+        for k in range(3):
+            stiffness = system.sections[i, 0 if k == 0 else 1]
+            strains[i, k] = (moments[i, k] + system.sections[i, 2 + k]) / stiffness
+    return positions, moments, strains, 2.0 * math.acos(max(-1.0, 1.0 - largest))

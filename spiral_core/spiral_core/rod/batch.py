@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -10,7 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.types import Array, RodStatus
+from spiral_core.rod._continuation import Settled, load_uniform
+from spiral_core.rod._mesh import path_count
+from spiral_core.rod.solve import STATUSES
+from spiral_core.rod.types import MAX_ELEMENTS, ZERO, Array, RodStatus
 
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -86,15 +90,28 @@ def solve_rods(
         >>> batch.positions.shape, batch.stable.tolist()
         ((2, 41, 3), [True, True])
     """
-    from spiral_core.rod._batch_kernel import solve_chunk
-
     data = _rows(lengths, bending, torsional, rest_strains, distributed, tip_forces)
-    if type(elements) is not int or elements < 2:
-        raise InvalidInputError("elements", elements, "a whole number of at least 2")
-    chunks = [data[i : i + CHUNK] for i in range(0, len(data), CHUNK)]
+    if type(elements) is not int or not 2 <= elements <= MAX_ELEMENTS:
+        raise InvalidInputError("elements", elements, f"a whole number from 2 to {MAX_ELEMENTS}")
+    chunks = [data[i : i + CHUNK].tolist() for i in range(0, len(data), CHUNK)]
     counts = [elements] * len(chunks)
     run = map if executor is None else executor.map
-    return _batch(list(run(solve_chunk, chunks, counts)))
+    return _batch([state for chunk in run(_solve_chunk, chunks, counts) for state in chunk])
+
+
+def _solve_chunk(rows: list[list[float]], elements: int) -> list[tuple[Array, Settled]]:
+    """Return orientations and state of each rod of a chunk."""
+    states = []
+    for length, bending, torsional, *vectors in rows:
+        rest = (vectors[0], vectors[1], vectors[2])
+        weight = (vectors[3], vectors[4], vectors[5])
+        tip = (vectors[6], vectors[7], vectors[8])
+        turn = length * math.hypot(*rest)
+        few = path_count(elements, turn, torsional / bending)
+        states.append(
+            load_uniform(few, elements, length, torsional, bending, rest, weight, tip, ZERO)
+        )
+    return states
 
 
 def _rows(*columns: ArrayLike) -> Array:
@@ -120,19 +137,16 @@ def _rows(*columns: ArrayLike) -> Array:
     return np.hstack([np.broadcast_to(array, (count, array.shape[1])) for array in arrays])
 
 
-def _batch(results: list[tuple[IntArray, Array, Array, Array]]) -> RodBatch:
-    """Join the results of the chunks."""
-    from spiral_core.rod.solve import STATUSES
-
-    counts = np.concatenate([counts for counts, _, _, _ in results])
-    figures = np.concatenate([figures for _, figures, _, _ in results])
+def _batch(states: list[tuple[Array, Settled]]) -> RodBatch:
+    """Join the states of all rods."""
+    solutions = [settled.solution for _, settled in states]
     return RodBatch(
-        statuses=tuple(STATUSES[outcome] for outcome in counts[:, 0]),
-        positions=np.concatenate([positions for _, _, positions, _ in results]),
-        orientations=np.concatenate([orientations for _, _, _, orientations in results]),
-        energies=figures[:, 0],
-        residuals=figures[:, 1],
-        smallest_pivots=figures[:, 2],
-        iterations=counts[:, 1],
-        folds=counts[:, 2],
+        statuses=tuple(STATUSES[solution.outcome] for solution in solutions),
+        positions=np.array([settled.positions for _, settled in states]),
+        orientations=np.array([q for q, _ in states]),
+        energies=np.array([solution.energy for solution in solutions]),
+        residuals=np.array([solution.residual for solution in solutions]),
+        smallest_pivots=np.array([solution.pivot for solution in solutions]),
+        iterations=np.array([solution.iterations for solution in solutions]),
+        folds=np.array([settled.folds for _, settled in states]),
     )

@@ -6,10 +6,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod._arrays import discretize, element_count
-from spiral_core.rod._continuation import descend
-from spiral_core.rod.solve import solve_with_elements, state_from_solution
-from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState, RodStatus
+from spiral_core.rod._arrays import discretize
+from spiral_core.rod._continuation import descend, evaluated
+from spiral_core.rod.solve import (
+    arc_lengths_of,
+    checked_counts,
+    solve_with_counts,
+    state_from_settled,
+)
+from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState
 
 DEFAULT_STARTS = 64
 # Two states are one if no node differs by more than this angle [rad].
@@ -43,7 +48,8 @@ def find_equilibria(
         Different states, by increasing energy; empty if none converged.
 
     Raises:
-        InvalidInputError: ``starts`` is not a positive whole number.
+        InvalidInputError: ``starts`` is not a positive whole number, ``seed`` not one from 0, or
+            what :func:`~spiral_core.rod.solve.solve_rod` refuses.
 
     Example:
         >>> rod = Rod(0.3, 3e-4, 2e-4, (0.0, 0.0, 5.0))
@@ -52,15 +58,17 @@ def find_equilibria(
     """
     if type(starts) is not int or starts < 1:
         raise InvalidInputError("starts", starts, "a whole number of at least 1")
-    count = elements or element_count(rod, load)
-    arrays = discretize(rod, load, count)
-    first = solve_with_elements(rod, load, count, None)
-    states = [first] if first.status is RodStatus.CONVERGED else []
+    if type(seed) is not int or seed < 0:
+        raise InvalidInputError("seed", seed, "a whole number of at least 0")
+    counts = checked_counts(rod, load, elements)
+    system = discretize(rod, load, counts)
+    first = solve_with_counts(rod, load, counts, None)
+    states = [first] if first.stable else []
     generator = np.random.default_rng(seed)
     for _ in range(starts - 1):
         q = _scrambled(first.orientations, generator)
-        solution = descend(q, arrays.system, DEFAULT_TOLERANCE * arrays.moment_scale)
-        state = state_from_solution(arrays, q, 0, solution)
+        found = descend(q, system, DEFAULT_TOLERANCE)
+        state = state_from_settled(arc_lengths_of(system.steps), q, evaluated(q, system, 0, found))
         if state.stable and not any(_same(state, other) for other in states):
             states.append(state)
     return tuple(sorted(states, key=lambda state: state.energy))

@@ -8,11 +8,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
-from spiral_core.rod._arrays import between, discretize, element_count
-from spiral_core.rod._continuation import advance, snap
-from spiral_core.rod._newton import LEFT_BRANCH
-from spiral_core.rod.solve import solve_with_elements, state_at, state_from_solution
+from spiral_core.rod._arrays import discretize
+from spiral_core.rod._continuation import (
+    MAX_FOLDS,
+    SMALLEST_STEP,
+    descend,
+    evaluated,
+    follow_branch,
+)
+from spiral_core.rod._newton import LEFT_BRANCH, minimize
+from spiral_core.rod._system import Solution, System, blended
+from spiral_core.rod.solve import (
+    arc_lengths_of,
+    checked_counts,
+    solve_with_counts,
+    state_from_settled,
+)
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState, RodStatus
+
+# At the very end of a branch the equilibrium is ill-conditioned: there it is found less sharply.
+PATH_TOLERANCE = 1e-4
+SETTLING_ITERATIONS = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,10 +79,10 @@ def follow_path(
 ) -> RodPath:
     """Return the states of a rod that changes slowly from station to station.
 
-    Between two stations length, stiffness, its product with rest strain, and loads are blended, and
-    the branch of stable states is followed in steps that adapt to it. Where no step is small
-    enough the branch has ended in a fold: the rod snaps, the place is recorded, and the path goes
-    on from where the descent of the energy ends.
+    Between two stations length, breaks, stiffness, its product with rest strain, and loads are
+    blended, and the branch of stable states is followed in steps that adapt to it. Where no step is
+    small enough the branch has ended in a fold: the rod snaps, the place is recorded, and the path
+    goes on from where the descent of the energy ends.
 
     Args:
         rods: the rod at each station; e.g. one for each pressure of a sweep.
@@ -79,7 +95,8 @@ def follow_path(
         not reported; its count is in the first state's ``folds``).
 
     Raises:
-        InvalidInputError: no stations, or unequal numbers of rods and loads.
+        InvalidInputError: no stations, unequal numbers of rods and loads, unequal numbers of
+            breaks, or what :func:`~spiral_core.rod.solve.solve_rod` refuses.
         SolverError: no stable state was found after a fold.
 
     Example:
@@ -89,44 +106,67 @@ def follow_path(
         ([True, True, True], ())
     """
     stations = _stations(rods, loads)
-    count = elements or max(element_count(*station) for station in stations)
-    state = solve_with_elements(*stations[0], count, start)
+    every = [checked_counts(rod, load, elements) for rod, load in stations]
+    if len({len(counts) for counts in every}) > 1:
+        raise InvalidInputError(
+            "rods", [rod.breaks for rod, _ in stations], "rods with as many breaks at each station"
+        )
+    counts = tuple(max(column) for column in zip(*every, strict=True))
+    state = solve_with_counts(*stations[0], counts, start)
     if state.status is not RodStatus.CONVERGED:
         raise SolverError(state.status, state.residual, state.iterations)
     states, folds = [state], []
-    arrays = discretize(*stations[0], count)
-    q: Array = state.orientations.copy()
+    system = discretize(*stations[0], counts)
+    q = np.array(state.orientations)
     for index, station in enumerate(stations[1:]):
-        begin, arrays = arrays, discretize(*station, count)
-        tolerance = DEFAULT_TOLERANCE * min(begin.moment_scale, arrays.moment_scale)
-        at, spent = 0.0, 0
-        while True:
-            at, solution = advance(q, begin.system, arrays.system, at, tolerance)
-            spent += solution[1]
-            if solution[0] != LEFT_BRANCH:
-                break
-            here = between(begin, arrays, at)
-            before = state_at(here, q)
-            position = index + at
-            at, solution = snap(q, begin.system, arrays.system, at, tolerance)
-            here = between(begin, arrays, at)
-            after = state_from_solution(here, q.copy(), 1, solution)
-            if after.status is not RodStatus.CONVERGED:
-                raise SolverError(after.status, after.residual, after.iterations)
-            folds.append(Fold(position, before, after))
-            if at == 1.0:
-                break
-        met = sum(1 for fold in folds if fold.position >= index)
-        solution = (solution[0], spent, *solution[2:])
-        states.append(state_from_solution(arrays, q.copy(), met, solution))
+        begin, system = system, discretize(*station, counts)
+        met, found = _follow(q, begin, system, index)
+        folds += met
+        states.append(_state(q, system, len(met), found))
     return RodPath(tuple(states), tuple(folds))
 
 
-def _stations(rods: Sequence[Rod], loads: RodLoad | Sequence[RodLoad]) -> list[tuple[Rod, RodLoad]]:
+def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[Fold], Solution]:
+    """Follow the path from station ``index`` to the next; q in place. Return its folds."""
+    folds: list[Fold] = []
+    at, spent = 0.0, 0
+    while True:
+        at, found = follow_branch(q, begin, end, at, DEFAULT_TOLERANCE)
+        spent += found.iterations
+        if found.outcome != LEFT_BRANCH:
+            return folds, found._replace(iterations=spent)
+        here = blended(begin, end, at)
+        resting = q.copy()
+        last = minimize(resting, here, PATH_TOLERANCE, SETTLING_ITERATIONS, True)
+        before = _state(resting, here, 0, last)
+        position = index + at
+        at = min(1.0, at + SMALLEST_STEP)
+        here = blended(begin, end, at)
+        found = descend(q, here, DEFAULT_TOLERANCE)
+        spent += found.iterations
+        after = _state(q, here, 1, found)
+        if after.status is not RodStatus.CONVERGED:
+            raise SolverError(after.status, after.residual, after.iterations)
+        folds.append(Fold(position, before, after))
+        if len(folds) > MAX_FOLDS:
+            raise SolverError(RodStatus.FOLD_LIMIT, after.residual, spent)
+        if at == 1.0:
+            return folds, found._replace(iterations=spent)
+
+
+def _state(q: Array, system: System, folds: int, found: Solution) -> RodState:
+    """Return the state with a copy of the orientations q."""
+    settled = evaluated(q, system, folds, found)
+    return state_from_settled(arc_lengths_of(system.steps), q.copy(), settled)
+
+
+def _stations(rods: object, loads: object) -> list[tuple[Rod, RodLoad]]:
     """Return rod and load of each station, checked."""
-    if not rods:
-        raise InvalidInputError("rods", rods, "at least one station")
-    each = [loads] * len(rods) if isinstance(loads, RodLoad) else list(loads)
+    if not isinstance(rods, Sequence) or not rods:
+        raise InvalidInputError("rods", rods, "a sequence of rods, at least one")
+    if not isinstance(loads, (RodLoad, Sequence)):
+        raise InvalidInputError("loads", loads, "a RodLoad, or one for each rod")
+    each = list(loads) if isinstance(loads, Sequence) else [loads] * len(rods)
     if len(each) != len(rods):
         raise InvalidInputError("loads", len(each), f"one, or one for each of {len(rods)} rods")
     return list(zip(rods, each, strict=True))

@@ -6,26 +6,25 @@ the factorization of its Hessian at the end is the certificate that the shape is
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
-from spiral_core.rod._arrays import RodArrays, discretize, element_count, floats
-from spiral_core.rod._continuation import path_elements, resample, settle, walk, walk_and_refine
-from spiral_core.rod._newton import Solution, minimize
-from spiral_core.rod._shape import shape_from_orientations
-from spiral_core.rod._uniform import Settled, settle_uniform
-from spiral_core.rod.types import (
-    DEFAULT_TOLERANCE,
-    MAX_ELEMENTS,
-    Array,
-    Rod,
-    RodLoad,
-    RodState,
-    RodStatus,
+from spiral_core.rod._arrays import discretize, uniform_numbers
+from spiral_core.rod._continuation import (
+    Settled,
+    load_uniform,
+    loaded_state,
+    settle_uniform,
+    settled_state,
 )
+from spiral_core.rod._mesh import Counts, element_counts, path_count, path_counts, shared_counts
+from spiral_core.rod._profiles import require_continuous, varies
+from spiral_core.rod._turns import resample
+from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad, RodState, RodStatus
 
 # In the order of the kernels' outcomes.
 STATUSES = (
@@ -35,12 +34,14 @@ STATUSES = (
     RodStatus.NOT_FINITE,
     RodStatus.UNSTABLE,
     RodStatus.LEFT_BRANCH,
+    RodStatus.FOLD_LIMIT,
+    RodStatus.UNRESOLVED,
 )
-# At the very end of a branch the equilibrium is ill-conditioned: there it is found less sharply.
-PATH_TOLERANCE = 1e-4
-SETTLING_ITERATIONS = 10
 # A scheme of fourth order: halving the elements multiplies the error by 16.
 RICHARDSON = 15.0
+# With few elements, or properties with kinks, nothing is known but that the error is of second
+# order at least: it is this many times the distance to a solution on twice the elements.
+SECOND_ORDER = 4.0 / 3.0
 
 
 def solve_rod(
@@ -64,19 +65,21 @@ def solve_rod(
     Args:
         rod: length, stiffness and rest strain.
         load: distributed load and loads at the tip.
-        elements: how many; None takes enough for an error of 3e-6 of the length in the median and
-            3e-5 at worst, as measured.
+        elements: how many, shared out to the pieces between breaks; None takes enough for an error
+            of 3e-6 of the length in the median and 3e-5 at worst, as measured.
         start: a state to start from.
-        estimate_error: whether to solve once more with half the elements and estimate the
-        discretization's error.
+        estimate_error: whether to solve once more on other elements and estimate the
+            discretization's error: on half of them, or, where they are few or the rod varies, on
+            more.
         throw: whether a solve that does not converge raises; otherwise its status says so.
 
     Returns:
         The state, with its certificate of stability.
 
     Raises:
-        InvalidInputError: a profile does not give finite (positive) values of the right shape, or
-            ``elements`` is not in [2, 20000].
+        InvalidInputError: a profile does not give finite (positive) values of the right shape, a
+            property jumps where the rod has no break, ``elements`` is not in [2, 20000], or the
+            start is not a state.
         SolverError: no stable equilibrium was found, and ``throw`` is set; carries status, residual
             and iterations.
 
@@ -91,130 +94,149 @@ def solve_rod(
         >>> state.stable, state.positions.shape[1]
         (True, 3)
     """
-    count = element_count(rod, load) if elements is None else elements
-    if type(count) is not int or not 2 <= count <= MAX_ELEMENTS:
-        raise InvalidInputError("elements", elements, f"a whole number from 2 to {MAX_ELEMENTS}")
-    state = solve_with_elements(rod, load, count, start)
+    counts = checked_counts(rod, load, elements)
+    state = solve_with_counts(rod, load, counts, start)
     if state.status is not RodStatus.CONVERGED:
         if throw:
             raise SolverError(state.status, state.residual, state.iterations)
         return state
     if estimate_error:
-        return with_error_estimate(rod, load, state)
+        return with_error_estimate(rod, load, counts, state)
     return state
 
 
-def solve_with_elements(rod: Rod, load: RodLoad, count: int, start: RodState | None) -> RodState:
+def checked_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
+    """Return the elements of each piece of a rod: so many in all, or, for None, enough.
+
+    Raises:
+        InvalidInputError: not a rod and a load, a property jumps where the rod has no break, or
+            ``elements`` is not a whole number in range.
+    """
+    if not isinstance(rod, Rod):
+        raise InvalidInputError("rod", rod, "a Rod")
+    if not isinstance(load, RodLoad):
+        raise InvalidInputError("load", load, "a RodLoad")
+    require_continuous(rod, load)
+    if elements is None:
+        return element_counts(rod, load)
+    return shared_counts(rod, load, elements)
+
+
+def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: RodState | None) -> RodState:
     """Return the state reached from ``start`` or, without one, along the loading path."""
     if start is not None:
-        q = start.orientations
-        q = q.copy() if len(q) == count + 1 else resample(np.ascontiguousarray(q), count)
-        return _settled(rod, load, q)
-    arrays = discretize(rod, load, count)
-    tolerance = DEFAULT_TOLERANCE * arrays.moment_scale
-    turned = float(np.linalg.norm(arrays.rest_strain, axis=1).max()) * rod.length
-    coarse_count = path_elements(count, turned)
-    if coarse_count == count:
-        q, folds, solution = walk(arrays.system, tolerance)
-    else:
-        coarse = discretize(rod, load, coarse_count)
-        q, folds, solution = walk_and_refine(coarse.system, arrays.system, tolerance)
-    return state_from_solution(arrays, q, folds, solution)
+        return _settled(rod, load, counts, start)
+    if varies(rod, load):
+        few = path_counts(rod, counts)
+        system = discretize(rod, load, counts)
+        q, settled = loaded_state(discretize(rod, load, few), system)
+        return state_from_settled(arc_lengths_of(system.steps), q, settled)
+    numbers = uniform_numbers(rod, load)
+    length, torsional, bending, rest, *_ = numbers
+    few_elements = path_count(counts[0], length * math.hypot(*rest), torsional / bending)
+    q, settled = load_uniform(few_elements, counts[0], *numbers)
+    return state_from_settled(even_arc_lengths(rod.length, counts[0]), q, settled)
 
 
-def _settled(rod: Rod, load: RodLoad, q: Array) -> RodState:
-    """Return the state that q (N + 1, 4) settles into; q is used up."""
-    bending, torsional = rod.bending_stiffness, rod.torsional_stiffness
-    rest, weight = rod.rest_strain, load.distributed
-    count = len(q) - 1
-    if callable(bending) or callable(torsional) or callable(rest) or callable(weight):
-        arrays = discretize(rod, load, count)
-        folds, solution = settle(q, arrays.system, DEFAULT_TOLERANCE * arrays.moment_scale)
-        return state_from_solution(arrays, q, folds, solution)
-    settled = settle_uniform(
-        q,
-        float(rod.length),
-        float(torsional),
-        float(bending),
-        floats(rest),
-        floats(weight),
-        floats(load.tip_force),
-        floats(load.tip_moment),
-    )
-    return state_from_settled(rod.length, q, settled)
+def _settled(rod: Rod, load: RodLoad, counts: Counts, start: RodState) -> RodState:
+    """Return the state that ``start`` settles into."""
+    q = checked_orientations(start)
+    count = sum(counts)
+    if not varies(rod, load):
+        arcs = even_arc_lengths(rod.length, count)
+        if len(q) != count + 1 or start.arc_lengths is not arcs:
+            q = _resampled(q, start.arc_lengths, arcs)
+        settled = settle_uniform(q, *uniform_numbers(rod, load))
+        return state_from_settled(arcs, q, settled)
+    system = discretize(rod, load, counts)
+    arcs = arc_lengths_of(system.steps)
+    q = _resampled(q, start.arc_lengths, arcs)
+    return state_from_settled(arcs, q, settled_state(q, system))
 
 
-def state_from_settled(length: float, q: Array, settled: Settled) -> RodState:
-    """Return the state of a uniform rod with orientations q (N + 1, 4), as its kernel found it."""
-    folds, solution, forces, positions, moments, strains = settled
-    outcome, iterations, energy, residual, pivot = solution
-    count = len(q) - 1
-    return RodState(
-        status=STATUSES[outcome],
-        arc_lengths=_arc_lengths(length / count, count),
-        positions=positions,
-        orientations=q,
-        forces=forces,
-        moments=moments,
-        strains=strains,
-        energy=energy,
-        residual=residual,
-        smallest_pivot=pivot,
-        iterations=iterations,
-        folds=folds,
-    )
+def checked_orientations(start: RodState) -> Array:
+    """Return a copy of a start's orientations.
+
+    Raises:
+        InvalidInputError: the start is not a state of at least three nodes with finite values.
+    """
+    if not isinstance(start, RodState):
+        raise InvalidInputError("start", start, "a RodState")
+    q, arcs = np.array(start.orientations, dtype=np.float64), start.arc_lengths
+    if q.ndim != 2 or q.shape[1] != 4 or len(q) < 3 or arcs.shape != (len(q),):
+        requirement = "a state with arc lengths (n,) and orientations (n, 4) of 3 nodes or more"
+        raise InvalidInputError("start", f"arrays {arcs.shape} and {q.shape}", requirement)
+    if not math.isfinite(q.sum()):
+        raise InvalidInputError(
+            "start", "orientations that are not finite", "a state of finite values"
+        )
+    return q
 
 
-def state_from_solution(arrays: RodArrays, q: Array, folds: int, solution: Solution) -> RodState:
+def _resampled(q: Array, arcs: Array, new_arcs: Array) -> Array:
+    """Return orientations at other arc lengths, each as a fraction of its rod's length."""
+    if len(arcs) == len(new_arcs) and np.allclose(
+        arcs / arcs[-1], new_arcs / new_arcs[-1], rtol=0.0, atol=1e-12
+    ):
+        return q
+    return resample(q, np.diff(arcs), np.diff(new_arcs))
+
+
+def state_from_settled(arcs: Array, q: Array, settled: Settled) -> RodState:
     """Return the state with orientations q (N + 1, 4) and the evidence a kernel gave for it."""
-    outcome, iterations, energy, residual, pivot = solution
-    scale = arrays.moment_scale
-    positions, moments = shape_from_orientations(
-        q, arrays.force, arrays.distributed, arrays.elements, arrays.step
-    )
+    solution, folds, forces, positions, moments, strains = settled
+    outcome, iterations, energy, residual, pivot, step, neutral = solution
     return RodState(
-        status=STATUSES[outcome],
-        arc_lengths=_arc_lengths(arrays.step, arrays.count),
-        positions=positions,
-        orientations=q,
-        forces=arrays.force,
-        moments=moments,
-        strains=moments / arrays.stiffness + arrays.rest_strain,
-        energy=energy + arrays.rest_energy,
-        residual=residual / scale,
-        smallest_pivot=pivot / scale,
-        iterations=iterations,
-        folds=folds,
+        STATUSES[outcome],
+        arcs,
+        positions,
+        q,
+        forces,
+        moments,
+        strains,
+        energy,
+        residual,
+        pivot,
+        iterations,
+        folds,
+        None,
+        step,
+        neutral,
     )
 
 
 @lru_cache(maxsize=64)
-def _arc_lengths(step: float, count: int) -> Array:
-    """Return the nodes' arc lengths; control loops ask for the same ones over and over."""
-    arc_lengths = np.linspace(0.0, step * count, count + 1)
-    arc_lengths.flags.writeable = False
-    return arc_lengths
+def even_arc_lengths(length: float, count: int) -> Array:
+    """Return evenly spaced nodes' arc lengths; control loops ask for the same ones repeatedly."""
+    return np.linspace(0.0, length, count + 1)
 
 
-def state_at(arrays: RodArrays, q: Array) -> RodState:
-    """Return the equilibrium at or next to orientations q; for a state just before a fold."""
-    at = q.copy()
-    tolerance = PATH_TOLERANCE * arrays.moment_scale
-    solution = minimize(at, arrays.system, tolerance, SETTLING_ITERATIONS, True)
-    return state_from_solution(arrays, at, 0, solution)
+def arc_lengths_of(steps: Array) -> Array:
+    """Return the nodes' arc lengths (N + 1,) from the elements' lengths (N,)."""
+    return np.concatenate(([0.0], np.cumsum(steps)))
 
 
-def with_error_estimate(rod: Rod, load: RodLoad, state: RodState) -> RodState:
-    """Return ``state`` with its error estimated from a solve on half as many elements."""
-    count = max(2, (len(state.arc_lengths) - 1) // 2)
-    coarse = solve_with_elements(rod, load, count, state)
-    if coarse.status is not RodStatus.CONVERGED:
-        return replace(state, discretization_error=rod.length)
-    at = coarse.arc_lengths
-    fine = np.column_stack([np.interp(at, state.arc_lengths, x) for x in state.positions.T])
-    if (len(state.arc_lengths) - 1) % 2:  # nodes do not coincide: compare where both have one
-        fine, coarse_positions = state.positions[[-1]], coarse.positions[[-1]]
+def with_error_estimate(rod: Rod, load: RodLoad, counts: Counts, state: RodState) -> RodState:
+    """Return ``state`` with its error estimated from a solve on other elements.
+
+    Half as many where the order of four holds: a uniform rod on enough elements. Otherwise on as
+    many as are enough, and at least twice as many.
+    """
+    enough = element_counts(rod, load)
+    pairs = list(zip(counts, enough, strict=True))
+    finer = max(math.ceil(max(2 * count, most) / count) for count, most in pairs)
+    halved = all(count % 2 == 0 and count >= most for count, most in pairs)
+    callables = callable(rod.rest_strain) or callable(load.distributed)
+    callables |= callable(rod.bending_stiffness) or callable(rod.torsional_stiffness)
+    if (halved and not callables) or finer * sum(counts) > MAX_ELEMENTS:
+        other = tuple(max(1, count // 2) for count in counts)
+        stride, other_stride, factor = 2, 1, 1.0 / RICHARDSON
     else:
-        coarse_positions = coarse.positions
-    distance = np.linalg.norm(fine - coarse_positions, axis=1).max()
-    return replace(state, discretization_error=float(distance) / RICHARDSON)
+        other = tuple(finer * count for count in counts)
+        stride, other_stride, factor = 1, finer, SECOND_ORDER
+    second = solve_with_counts(rod, load, other, state)
+    if second.status is not RodStatus.CONVERGED:
+        return replace(state, discretization_error=rod.length)
+    apart = state.positions[::stride] - second.positions[::other_stride]
+    error = factor * float(np.linalg.norm(apart, axis=1).max()) + state.last_step * rod.length
+    return replace(state, discretization_error=min(error, 2.0 * rod.length))

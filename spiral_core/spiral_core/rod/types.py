@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from dataclasses import dataclass
 from enum import Enum
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_positive, require_vector
 
 Array: TypeAlias = NDArray[np.float64]
@@ -41,6 +43,23 @@ class RodStatus(Enum):
         "the equilibrium is not stable: the rod would leave it; start elsewhere or reduce the load"
     )
     LEFT_BRANCH = "the branch of stable states ends before this load: the rod would snap"
+    FOLD_LIMIT = (
+        "the rod snaps more than 32 times on its loading path, which was given up there; use more "
+        "elements, or approach the load in stations with follow_path"
+    )
+    UNRESOLVED = (
+        "an element turns by more than 2 rad, which its ends cannot tell; use more elements"
+    )
+
+
+class RodCertificate(Enum):
+    """What is proved about a state's stability, in words."""
+
+    NONE = "not certified"
+    STRICT_MINIMUM = "a strict local minimum of the energy: stable"
+    STABLE_UP_TO_ROTATION = (
+        "one of a circle of equal minima: stable up to a rotation about the load's axis"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +91,8 @@ class Rod:
     """An inextensible, unshearable elastic rod with a shape of its own.
 
     Each property may vary along the rod: give a function from arc lengths (n,) [m] to values (n,)
-        or (n, 3).
+    or (n, 3). Where a property jumps (two tubes, a stiff connector), name the place in ``breaks``:
+    elements end there, and each side is solved with its own values.
 
     Args:
         length: L [m], > 0.
@@ -80,18 +100,31 @@ class Rod:
         torsional_stiffness: GJ [N m^2], > 0.
         rest_strain: strain vector of the unloaded rod in the material frame [1/m]; (torsion, 0,
             curvature) bends it towards the material y axis. See ``docs/conventions.md``.
+        breaks: arc lengths [m] at which a property, or the distributed load, may jump; increasing,
+            between 0 and ``length``. A jump elsewhere is refused by the solver.
 
     Raises:
-        InvalidInputError: a constant value is not finite or not positive where it must be.
+        InvalidInputError: a constant value is not finite or not positive where it must be, or the
+            breaks are not increasing between 0 and ``length``.
+
+    Example:
+        A stiff tip, 12 cm of 30:
+
+        >>> rod = Rod(0.30, lambda s: np.where(s < 0.18, 2e-4, 4e-3), 1.5e-4, breaks=(0.18,))
+        >>> rod.breaks
+        (0.18,)
     """
 
     length: float
     bending_stiffness: ScalarProfile
     torsional_stiffness: ScalarProfile
     rest_strain: VectorProfile = ZERO
+    breaks: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive("length", self.length)
+        if self.breaks != ():
+            object.__setattr__(self, "breaks", _checked_breaks(self.breaks, self.length))
         for field in ("bending_stiffness", "torsional_stiffness"):
             value = getattr(self, field)
             if not callable(value):
@@ -142,11 +175,17 @@ class RodState:
         energy: potential energy [J]; zero for the unloaded rod at rest.
         residual: largest moment imbalance at a node, as a fraction of EI/L.
         smallest_pivot: smallest pivot of the energy's Hessian, as a fraction of EI/L: the
-            certificate. Positive proves that the state is a strict minimum of the discrete energy.
+            certificate. Positive proves that the state is a strict minimum of the discrete energy,
+            up to the neutral mode if there is one.
         iterations: Newton iterations spent.
         folds: how often the rod snapped on the way: along the loading path, or from the start.
         discretization_error: estimated largest error of a position [m]; None where it was not asked
-            for.
+            for. With a neutral mode it is the error up to the free rotation.
+        last_step: largest rotation of a node in the Newton step that was left [rad].
+        neutral_modes: 1 if the whole rod may turn about the base's axis at no cost (an isotropic
+            rod, straight at rest, that buckled under a load along that axis), else 0.
+
+    The arrays are read-only.
     """
 
     status: RodStatus
@@ -162,6 +201,25 @@ class RodState:
     iterations: int
     folds: int = 0
     discretization_error: float | None = None
+    last_step: float = 0.0
+    neutral_modes: int = 0
+
+    def __post_init__(self) -> None:
+        self.arc_lengths.setflags(write=False)
+        self.positions.setflags(write=False)
+        self.orientations.setflags(write=False)
+        self.forces.setflags(write=False)
+        self.moments.setflags(write=False)
+        self.strains.setflags(write=False)
+
+    @property
+    def certificate(self) -> RodCertificate:
+        """What is proved about the state's stability."""
+        if not self.stable:
+            return RodCertificate.NONE
+        if self.neutral_modes:
+            return RodCertificate.STABLE_UP_TO_ROTATION
+        return RodCertificate.STRICT_MINIMUM
 
     @property
     def stable(self) -> bool:
@@ -181,3 +239,15 @@ class RodState:
         """Position of the tip in the base frame (3,) [m]."""
         tip: Array = self.positions[-1]
         return tip
+
+
+def _checked_breaks(breaks: object, length: float) -> tuple[float, ...]:
+    """Return the breaks as floats, increasing between 0 and ``length`` [m]."""
+    requirement = f"increasing arc lengths between 0 and the length, {length:.9g} m"
+    if not isinstance(breaks, Sized):
+        raise InvalidInputError("breaks", breaks, requirement)
+    places = require_vector("breaks", breaks, len(breaks))
+    ends = (0.0, *places, length)
+    if not all(a < b for a, b in pairwise(ends)):
+        raise InvalidInputError("breaks", breaks, requirement)
+    return places

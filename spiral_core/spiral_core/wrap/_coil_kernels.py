@@ -5,8 +5,18 @@ import math
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled, inlined
-from spiral_core.rod._algebra import Vec, add, cross, dot, scale, to_base
-from spiral_core.rod._newton import TANGENT, Array, quaternion_at, vector_at
+from spiral_core.rod._algebra import (
+    TANGENT,
+    Array,
+    Vec,
+    add,
+    cross,
+    dot,
+    quaternion_at,
+    scale,
+    to_base,
+    vector_at,
+)
 
 # Jacobi's method squares the rotations that are left with every sweep: three or four sweeps reach
 # rounding, and the off-diagonal counts as zero at this fraction of the trace.

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod._newton import Array
-from spiral_core.rod._uniform import Settled, settle_uniform
-from spiral_core.rod.types import Vector
+from spiral_core.rod._algebra import Array
+from spiral_core.rod._continuation import Settled, settle_uniform
+from spiral_core.rod._system import Vector
 from spiral_core.wrap._coil_kernels import advancing_axis, angle_at_tip
 
 NONE = (0.0, 0.0, 0.0)
@@ -76,6 +76,6 @@ def settle_on_object(
 ) -> tuple[Settled, float, Vector]:
     """Settle a gripper's orientations q, in place; return the state, r_w [m] and the axis."""
     settled = settle_uniform(q, length, torsional, bending, rest, weight, NONE, NONE)
-    _, _, _, positions, _, strains = settled
-    radius, found = fitted_radius(q, strains, positions[-1], length, rest, axis, outer_radius)
+    tip = settled.positions[-1]
+    radius, found = fitted_radius(q, settled.strains, tip, length, rest, axis, outer_radius)
     return settled, radius, found

@@ -84,7 +84,7 @@ def coil_from_state(state: RodState, axis: Vector) -> Coil:
     from spiral_core.wrap._coil_kernels import turns_about  # compile only when a coil is asked for
 
     angle = tip_angle(state, axis)
-    turns = turns_about(state.orientations, axis, LEAST_SINE * math.sin(angle))
+    turns = turns_about(np.array(state.orientations), axis, LEAST_SINE * math.sin(angle))
     return Coil(
         axis=axis,
         tip_angle=angle,
@@ -115,7 +115,12 @@ def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vecto
     step = float(state.arc_lengths[-1]) / (len(state.arc_lengths) - 1)
     given = FITTED if axis is None else _checked(axis)
     return advancing_axis(
-        state.orientations, state.strains, state.positions[-1], step, float(turn_length), given
+        np.array(state.orientations),
+        np.array(state.strains),
+        np.array(state.positions[-1]),
+        step,
+        float(turn_length),
+        given,
     )
 
 
@@ -127,7 +132,7 @@ def tip_angle(state: RodState, axis: Vector) -> float:
     """
     from spiral_core.wrap._coil_kernels import angle_at_tip
 
-    return angle_at_tip(state.orientations, _checked(axis))
+    return angle_at_tip(np.array(state.orientations), _checked(axis))
 
 
 def _checked(axis: Vector) -> Vector:

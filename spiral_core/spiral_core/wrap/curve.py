@@ -7,11 +7,12 @@ from bisect import bisect_left
 
 from spiral_core.actuator.interface import RestShape
 from spiral_core.errors import NotGrippableError, SolverError
-from spiral_core.rod._arrays import element_count, floats
+from spiral_core.rod._continuation import Settled
+from spiral_core.rod._mesh import element_count
 from spiral_core.rod._newton import CONVERGED
-from spiral_core.rod._uniform import Settled
+from spiral_core.rod._profiles import floats
 from spiral_core.rod.path import follow_path
-from spiral_core.rod.solve import STATUSES, solve_rod, state_from_settled
+from spiral_core.rod.solve import STATUSES, even_arc_lengths, solve_rod, state_from_settled
 from spiral_core.rod.types import Array, RodState, RodStatus, Vector
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap._coil_kernels import FITTED
@@ -185,7 +186,8 @@ class WrapCurve:
             settled, fits, axis = self._settle(shape, q)
             previous, miss = miss, self._table.contact_curvature(fits) - target
             if abs(fits - radius) <= RADIUS_TOLERANCE * radius:
-                state = state_from_settled(shape.backbone_length, q, settled)
+                arcs = even_arc_lengths(shape.backbone_length, self._elements)
+                state = state_from_settled(arcs, q, settled)
                 return Wrap(pressure, fits, shape, state, axis, self.gripper.turns_required)
             low, high = (pressure, high) if miss < 0.0 else (low, pressure)
             if math.isfinite(previous) and miss != previous:
@@ -207,9 +209,9 @@ class WrapCurve:
             FITTED if gripper.object_axis is None else floats(gripper.object_axis),
             float(gripper.tube.outer_radius),
         )
-        outcome, iterations, _, residual, _ = settled[1]
-        if outcome != CONVERGED:
-            raise SolverError(STATUSES[outcome], residual, iterations)
+        found = settled.solution
+        if found.outcome != CONVERGED:
+            raise SolverError(STATUSES[found.outcome], found.residual, found.iterations)
         return settled, fits, axis
 
     def _nearest_state(self, pressure: float) -> RodState:

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
+import numpy as np
+
 from spiral_core.actuator.interface import RestShape
 from spiral_core.rod.types import RodState, RodStiffness, Vector
 from spiral_core.wrap.coil import Coil, coil_from_state
@@ -100,14 +102,14 @@ def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple
         state: its shape there.
     """
     # Compile only when a wrap is asked for.
-    from spiral_core.rod._arrays import floats
+    from spiral_core.rod._profiles import floats
     from spiral_core.wrap._coil_kernels import FITTED
     from spiral_core.wrap._wrap_kernel import fitted_radius
 
     return fitted_radius(
-        state.orientations,
-        state.strains,
-        state.positions[-1],
+        np.array(state.orientations),
+        np.array(state.strains),
+        np.array(state.positions[-1]),
         float(shape.backbone_length),
         floats((shape.torsion, 0.0, shape.curvature)),
         FITTED if gripper.object_axis is None else floats(gripper.object_axis),

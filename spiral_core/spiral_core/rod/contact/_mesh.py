@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod._arrays import vector_samples
-from spiral_core.rod._shape import discrete_strain_scale
+from spiral_core.rod._profiles import vector_samples
+from spiral_core.rod._system import discrete_strain_scale
 from spiral_core.rod.contact._quaternions import blended
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import (

@@ -1,0 +1,144 @@
+"""How many elements a rod needs, piece by piece between its breaks."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod._profiles import (
+    SURVEY_SITES,
+    pieces,
+    scalar_samples,
+    sites_in,
+    varies,
+    vector_samples,
+)
+from spiral_core.rod.types import MAX_ELEMENTS, Rod, RodLoad
+
+# Elements in each piece of a rod.
+Counts: TypeAlias = tuple[int, ...]
+# Elements are chosen so that one turns by at most this angle [rad], at rest and where the load
+# bends it; measured, the tip's error is then 3e-6 of the length in the median, 3e-5 at worst.
+ELEMENT_ANGLE = 0.25
+FEWEST_ELEMENTS = 24
+# A section that resists torsion and bending unequally turns strain into strain of another kind at
+# the rate of the strain times the root of the stiffnesses' ratio; these fractions of it count,
+# where torsion is the softer and where it is the stiffer; measured.
+SOFT_COUPLING = 0.4
+STIFF_COUPLING = 0.2
+# The loading path is followed on this many elements at the least, and with at most this angle in
+# one at its end [rad].
+PATH_ELEMENTS = 24
+PATH_ANGLE = 0.6
+PATH_SITES = 65
+
+
+def element_counts(rod: Rod, load: RodLoad, angle: float = ELEMENT_ANGLE) -> Counts:
+    r"""Return how many elements of each piece turn by at most ``angle`` [rad]; even numbers.
+
+    The strain of a loaded rod varies along it at the rate of :math:`|u^*|`, of
+    :math:`\sqrt{F/EI}`, of :math:`|M|/EI` and, where bending and torsional stiffness are far
+    apart, of :math:`m/\sqrt{EI\,GJ}` with the largest internal moment :math:`m`, or, if torsion is
+    the stiffer, of the curvature times :math:`\sqrt{GJ/EI}`.
+
+    Raises:
+        InvalidInputError: a profile is not valid, or it would be more than ``MAX_ELEMENTS``.
+    """
+    angles = piece_angles(rod, load)
+    needed = sum(angles) / angle
+    if not needed <= MAX_ELEMENTS - 2 * len(angles):
+        requirement = f"at most {MAX_ELEMENTS} for a rod and its load; are they in SI units?"
+        raise InvalidInputError("elements", needed, requirement)
+    counts = []
+    for (begin, end), turned in zip(pieces(rod), angles, strict=True):
+        fewest = FEWEST_ELEMENTS * (end - begin) / rod.length
+        count = math.ceil(max(turned / angle, fewest))
+        counts.append(max(2, count + count % 2))
+    return tuple(counts)
+
+
+def element_count(rod: Rod, load: RodLoad, angle: float = ELEMENT_ANGLE) -> int:
+    """Return how many elements :func:`element_counts` gives in all."""
+    return sum(element_counts(rod, load, angle))
+
+
+def piece_angles(rod: Rod, load: RodLoad) -> list[float]:
+    """Return by how much each piece turns [rad], at rest or where the load bends it."""
+    uniform = not varies(rod, load)
+    sampled = []
+    for piece in pieces(rod):
+        sites = np.zeros(1) if uniform else sites_in(rod, piece, SURVEY_SITES)
+        bending = scalar_samples("bending_stiffness", rod.bending_stiffness, sites).min()
+        torsional = scalar_samples("torsional_stiffness", rod.torsional_stiffness, sites).min()
+        strains = vector_samples("rest_strain", rod.rest_strain, sites)
+        weights = vector_samples("distributed", load.distributed, sites)
+        with np.errstate(over="ignore"):
+            curvature = np.linalg.norm(strains, axis=1).max()
+            weight = np.linalg.norm(weights, axis=1).max()
+        sampled.append((float(bending), float(torsional), float(curvature), float(weight)))
+    heaviest = max(weight for *_, weight in sampled)
+    force = heaviest * rod.length + math.hypot(*load.tip_force)
+    moment = math.hypot(*load.tip_moment)
+    angles = []
+    for (begin, end), (bending, torsional, curvature, _) in zip(pieces(rod), sampled, strict=True):
+        bent = math.sqrt(force / bending)
+        strain = curvature + bent
+        if torsional < bending:
+            inner = min(force * rod.length + moment, bending * strain + moment)
+            coupled = SOFT_COUPLING * inner / math.sqrt(bending) / math.sqrt(torsional)
+        else:
+            coupled = STIFF_COUPLING * strain * math.sqrt(torsional / bending)
+        rate = max(curvature, bent + moment / bending, coupled)
+        angles.append((end - begin) * rate)
+    return angles
+
+
+def shared_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
+    """Return ``elements`` shared out to the pieces, at least one each.
+
+    Raises:
+        InvalidInputError: ``elements`` is not a whole number from 2, and from the number of pieces,
+            to ``MAX_ELEMENTS``.
+    """
+    fewest = max(2, len(rod.breaks) + 1)
+    if type(elements) is not int or not fewest <= elements <= MAX_ELEMENTS:
+        raise InvalidInputError(
+            "elements", elements, f"a whole number from {fewest} to {MAX_ELEMENTS}"
+        )
+    if not rod.breaks:
+        return (elements,)
+    wanted = np.array(element_counts(rod, load), dtype=np.float64)
+    spare = elements - len(wanted)
+    shares = spare * wanted / wanted.sum()
+    counts = np.floor(shares).astype(int)
+    for index in np.argsort(counts - shares, kind="stable")[: spare - int(counts.sum())]:
+        counts[index] += 1
+    return tuple(int(count) + 1 for count in counts)
+
+
+def path_count(count: int, turn: float, stiffer: float, share: float = 1.0) -> int:
+    """Return how many of a piece's elements suffice to follow the loading path.
+
+    The piece turns by ``turn`` [rad] at rest, its torsional stiffness is at most ``stiffer`` times
+    the bending one, and it is a ``share`` of the rod's length.
+    """
+    angle = turn * max(1.0, STIFF_COUPLING * math.sqrt(stiffer))
+    return min(count, max(math.ceil(PATH_ELEMENTS * share), math.ceil(angle / PATH_ANGLE)))
+
+
+def path_counts(rod: Rod, counts: Counts) -> Counts:
+    """Return how many of these elements suffice to follow the loading path."""
+    each = []
+    for piece, count in zip(pieces(rod), counts, strict=True):
+        sites = sites_in(rod, piece, PATH_SITES)
+        strains = vector_samples("rest_strain", rod.rest_strain, sites)
+        torsional = scalar_samples("torsional_stiffness", rod.torsional_stiffness, sites)
+        bending = scalar_samples("bending_stiffness", rod.bending_stiffness, sites)
+        length = piece[1] - piece[0]
+        turn = float(np.linalg.norm(strains, axis=1).max()) * length
+        stiffer = float((torsional / bending).max())
+        each.append(path_count(count, turn, stiffer, length / rod.length))
+    return tuple(each)

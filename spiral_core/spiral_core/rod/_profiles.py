@@ -1,0 +1,141 @@
+"""Properties that vary along a rod: their values, checked, and the jumps that nobody declared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.types import Array, Rod, RodLoad, ScalarProfile, Vector, VectorProfile
+
+# Values at the ends of a piece are taken this far inside [of the rod's length]: what a profile says
+# at a break itself, and how the break's place was rounded, do not matter then.
+INSET = 1e-10
+# Sites in a piece at which a profile is looked at first. A feature narrower than their distance
+# may pass unseen.
+SURVEY_SITES = 257
+# The intervals between them where a jump is most likely are divided again and again, each time into
+# as many parts, the part of the largest change kept.
+SUSPECTS = 16
+PARTS = 16
+DIVISIONS = 6
+# What then changes by more than this fraction of the profile's largest value is a jump.
+SMALLEST_JUMP = 1e-6
+
+
+def varies(rod: Rod, load: RodLoad) -> bool:
+    """Return whether a property is a function, or breaks divide the rod."""
+    return (
+        callable(rod.bending_stiffness)
+        or callable(rod.torsional_stiffness)
+        or callable(rod.rest_strain)
+        or callable(load.distributed)
+        or bool(rod.breaks)
+    )
+
+
+def pieces(rod: Rod) -> list[tuple[float, float]]:
+    """Return where each piece between two breaks begins and ends [m]."""
+    ends = (0.0, *rod.breaks, rod.length)
+    return list(pairwise(ends))
+
+
+def sites_in(rod: Rod, piece: tuple[float, float], count: int) -> Array:
+    """Return ``count`` evenly spaced sites from end to end of a piece, the ends just inside."""
+    sites = np.linspace(*piece, count)
+    inset = INSET * rod.length
+    sites[0] += inset if piece[0] > 0.0 else 0.0
+    sites[-1] -= inset if piece[1] < rod.length else 0.0
+    return sites
+
+
+def scalar_samples(field: str, profile: ScalarProfile, sites: Array) -> Array:
+    """Return a positive profile's values at the sites (n,)."""
+    if not callable(profile):
+        return np.full(len(sites), float(profile))
+    values = np.asarray(profile(sites), dtype=np.float64)
+    if values.shape != sites.shape or not np.all(np.isfinite(values)) or not np.all(values > 0.0):
+        raise InvalidInputError(
+            field, values, f"a function giving {len(sites)} positive finite values"
+        )
+    return values
+
+
+def vector_samples(field: str, profile: VectorProfile, sites: Array) -> Array:
+    """Return a vector profile's values at the sites (n, 3)."""
+    if not callable(profile):
+        return np.tile(np.asarray(profile, dtype=np.float64), (len(sites), 1))
+    values = np.asarray(profile(sites), dtype=np.float64)
+    if values.shape != (len(sites), 3) or not np.all(np.isfinite(values)):
+        raise InvalidInputError(
+            field, values, f"a function giving finite values of shape ({len(sites)}, 3)"
+        )
+    return values
+
+
+def require_continuous(rod: Rod, load: RodLoad) -> None:
+    """Raise if a property jumps anywhere but at the rod's breaks.
+
+    Raises:
+        InvalidInputError: it does, or its values are not valid; names the property and the place.
+    """
+    for field, profile in (
+        ("bending_stiffness", rod.bending_stiffness),
+        ("torsional_stiffness", rod.torsional_stiffness),
+        ("rest_strain", rod.rest_strain),
+        ("distributed", load.distributed),
+    ):
+        if not callable(profile):
+            continue
+        sample = vector_samples if field in ("rest_strain", "distributed") else scalar_samples
+
+        def values(
+            sites: Array, field: str = field, profile: object = profile, sample: object = sample
+        ) -> Array:
+            return np.asarray(sample(field, profile, sites)).reshape(len(sites), -1)  # type: ignore[operator]
+
+        for piece in pieces(rod):
+            place = jump(values, sites_in(rod, piece, SURVEY_SITES))
+            if place is not None:
+                raise InvalidInputError(
+                    field,
+                    f"a jump at {place:.9g} m",
+                    "continuous between breaks; name the place of the jump in the rod's breaks",
+                )
+
+
+def jump(profile: Callable[[Array], Array], sites: Array) -> float | None:
+    """Return where a profile, giving (n, k) for sites (n,), jumps; None if nothing was found.
+
+    Example:
+        >>> place = jump(lambda s: np.where(s < 0.3, 1.0, 2.0)[:, None], np.linspace(0.0, 1.0, 65))
+        >>> round(place, 6)
+        0.3
+        >>> jump(lambda s: np.sin(30.0 * s)[:, None], np.linspace(0.0, 1.0, 65)) is None
+        True
+    """
+    values = profile(sites)
+    scale = float(np.abs(values).max())
+    change = np.diff(values, axis=0)
+    beside = np.vstack((change[1:2], change, change[-2:-1]))
+    unusual = np.abs(change - 0.5 * (beside[:-2] + beside[2:])).max(axis=1)
+    suspects = np.argsort(unusual)[-SUSPECTS:]
+    low, high = sites[suspects], sites[suspects + 1]
+    rows = np.arange(len(suspects))
+    sizes = np.zeros(len(suspects))
+    for _ in range(DIVISIONS):
+        parts = np.linspace(low, high, PARTS + 1, axis=1)
+        steps = np.diff(profile(parts.ravel()).reshape(*parts.shape, -1), axis=1)
+        steps = np.abs(steps).max(axis=2)
+        largest = steps.argmax(axis=1)
+        low, high = parts[rows, largest], parts[rows, largest + 1]
+        sizes = steps[rows, largest]
+    worst = int(sizes.argmax())
+    return float(0.5 * (low + high)[worst]) if sizes[worst] > SMALLEST_JUMP * scale else None
+
+
+def floats(vector: Vector) -> Vector:
+    """Return the components as floats: one signature for the compiled kernels."""
+    return (float(vector[0]), float(vector[1]), float(vector[2]))
