@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from benchmarks import accuracy, batches, command, peers, robustness, solves, startup, wraps
+from benchmarks import (
+    accuracy,
+    batches,
+    command,
+    peers,
+    robustness,
+    solves,
+    startup,
+    wraps,
+)
 from benchmarks.goals import goal_table
 from benchmarks.machine import LIBRARIES
 from benchmarks.report import PAGE, RESULTS

@@ -15,6 +15,7 @@ class Effort:
     long: int = 300
     batch: int = 1000
     rods: int = 10_000
+    questions: int = 20_000
     collocation_rods: int = 60
     starts: int = 5
     simulated: float = 4.0
@@ -26,6 +27,7 @@ SMOKE = Effort(
     long=2,
     batch=64,
     rods=6,
+    questions=100,
     collocation_rods=1,
     starts=1,
     simulated=0.01,

@@ -59,7 +59,7 @@ _NAMES = {
     "design.helix_estimate": ("GripFigures",),
     "design.margin": ("Constraint", "Margin"),
     "design.procedure": ("design_gripper",),
-    "design.report": ("Design", "DesignReport", "DesignStep", "Figure", "Relaxation"),
+    "design.report": ("Design", "DesignReport", "DesignStep", "StepQuantity", "Relaxation"),
     "design.requirement": ("Candidate", "DesignRequirement", "Elastomer", "Preference", "TubeSize"),
     "design.sweep": (
         "FeasibilityMap",
@@ -115,6 +115,7 @@ _NAMES = {
     "wrap.curve": ("WrapCurve",),
     "wrap.gripper": ("Gripper", "gripper_from_actuator", "stiffness_from_actuator"),
     "wrap.helix": ("Helix", "helix_from_curvature", "helix_orientations", "helix_positions"),
+    "wrap.placement": ("ObjectPlacement", "place_object"),
     "wrap.profile": ("ObjectProfile", "ProfileWrap", "Station", "wrap_for_profile"),
     "wrap.wrap": ("Wrap", "WrapRegime", "line_force"),
 }

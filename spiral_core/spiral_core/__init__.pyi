@@ -63,8 +63,8 @@ from spiral_core.design.procedure import design_gripper as design_gripper
 from spiral_core.design.report import Design as Design
 from spiral_core.design.report import DesignReport as DesignReport
 from spiral_core.design.report import DesignStep as DesignStep
-from spiral_core.design.report import Figure as Figure
 from spiral_core.design.report import Relaxation as Relaxation
+from spiral_core.design.report import StepQuantity as StepQuantity
 from spiral_core.design.requirement import Candidate as Candidate
 from spiral_core.design.requirement import DesignRequirement as DesignRequirement
 from spiral_core.design.requirement import Elastomer as Elastomer
@@ -127,6 +127,8 @@ from spiral_core.wrap.helix import Helix as Helix
 from spiral_core.wrap.helix import helix_from_curvature as helix_from_curvature
 from spiral_core.wrap.helix import helix_orientations as helix_orientations
 from spiral_core.wrap.helix import helix_positions as helix_positions
+from spiral_core.wrap.placement import ObjectPlacement as ObjectPlacement
+from spiral_core.wrap.placement import place_object as place_object
 from spiral_core.wrap.profile import ObjectProfile as ObjectProfile
 from spiral_core.wrap.profile import ProfileWrap as ProfileWrap
 from spiral_core.wrap.profile import Station as Station

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from enum import Enum
 
+from spiral_core.rounding import rounded_down, rounded_up
+
 
 class ActuationLimit(Enum):
     """What ends the useful range of an actuation model; the value is the advice to the user."""
@@ -115,22 +117,42 @@ class NoCoilError(SpiralError):
     """No pressure within the limits coils the gripper often enough to wrap anything.
 
     Attributes:
-        turns: the most turns it makes.
+        turns: the most turns it makes with room for an object inside the coil.
         turns_required: the turns that count as a wrap.
         pressure: where it makes them [Pa].
+        closes_at: from where on the coil has closed on itself [Pa]; None if it does not.
+        at_actuator_limit: whether the actuator has no more pressure to give.
+
+    Example:
+        >>> print(NoCoilError(0.4, 1.05, 5.0e4, closes_at=None, at_actuator_limit=True))
+        the gripper makes 0.4 turns at most (at 50000 Pa) but 1.05 are required; lengthen it or \
+ask for fewer turns
     """
 
-    def __init__(self, turns: float, turns_required: float, pressure: float) -> None:
-        super().__init__(turns, turns_required, pressure)
+    def __init__(
+        self,
+        turns: float,
+        turns_required: float,
+        pressure: float,
+        closes_at: float | None = None,
+        at_actuator_limit: bool = False,
+    ) -> None:
+        super().__init__(turns, turns_required, pressure, closes_at, at_actuator_limit)
         self.turns = turns
         self.turns_required = turns_required
         self.pressure = pressure
+        self.closes_at = closes_at
+        self.at_actuator_limit = at_actuator_limit
 
     def __str__(self) -> str:
+        closed = self.closes_at is not None
+        past = f"; from {self.closes_at:.6g} Pa on the coil has closed on itself" if closed else ""
+        stronger = "" if closed or self.at_actuator_limit else ", raise the pressure limit"
         return (
-            f"the gripper makes {self.turns:.3g} turns at most (at {self.pressure:.6g} Pa) but "
-            f"{self.turns_required:.3g} are required; "
-            "lengthen it, raise the pressure limit or ask for fewer turns"
+            f"the gripper makes {rounded_down(self.turns, 3):g} turns at most "
+            f"{'with room for an object ' if closed else ''}(at {self.pressure:.6g} Pa) but "
+            f"{self.turns_required:g} are required{past}; "
+            f"lengthen it{stronger} or ask for fewer turns"
         )
 
 
@@ -141,7 +163,8 @@ class NotGrippableError(SpiralError):
         radius: the object's radius [m].
         constraint: the condition that binds, in words.
         margin: how far that condition is missed, in the unit the words give (negative: missed).
-        nearest_radius: the nearest radius that can be gripped [m]; None if there is none.
+        nearest_radius: the nearest radius that can be gripped [m]; None where its radius is not
+            the reason. The text rounds it towards the inside of the range.
 
     Example:
         >>> print(NotGrippableError(0.005, "too thin for the pressure limit", -0.004, 0.009))
@@ -159,15 +182,13 @@ the nearest that can is 0.009 m
         self.nearest_radius = nearest_radius
 
     def __str__(self) -> str:
-        nearest = (
-            "no radius can be gripped"
-            if self.nearest_radius is None
-            else f"the nearest that can is {self.nearest_radius:.6g} m"
-        )
-        return (
-            f"radius {self.radius:.6g} m cannot be gripped: {self.constraint} "
-            f"(margin {self.margin:.6g}); {nearest}"
-        )
+        reason = f"{self.constraint} (margin {self.margin:.6g})"
+        nearest = self.nearest_radius
+        if nearest is None:
+            return f"the object cannot be gripped: {reason}"
+        text = f"radius {self.radius:.6g} m cannot be gripped: {reason}"
+        inward = rounded_up if nearest > self.radius else rounded_down
+        return f"{text}; the nearest that can is {inward(nearest, 6):.6g} m"
 
 
 def _short_repr(value: object) -> str:

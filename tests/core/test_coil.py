@@ -10,8 +10,8 @@ from core.rod_cases import gripper_rod
 from scipy.spatial.transform import Rotation
 
 from spiral_core import InvalidInputError, Rod, RodLoad, RodState, solve_rod
-from spiral_core.wrap._coil_kernels import least_direction
-from spiral_core.wrap.coil import coil_axis, coil_from_state, tip_angle
+from spiral_core.wrap._kernels import least_direction
+from spiral_core.wrap.coil import coil_axis, coil_from_state, helix_angle
 
 CURVATURE, LENGTH = 21.0, 0.5
 
@@ -35,7 +35,7 @@ def test_a_helix_is_its_own_coil(torsion: float) -> None:
     axis = coil_axis(state, None, 2.0 * math.pi / rate)
     np.testing.assert_allclose(axis, helix_axis(torsion), atol=1e-7)
     coil = coil_from_state(state, axis)
-    assert coil.tip_angle == pytest.approx(math.atan2(CURVATURE, abs(torsion)), abs=1e-7)
+    assert coil.helix_angle == pytest.approx(math.atan2(CURVATURE, abs(torsion)), abs=1e-7)
     assert coil.total_turns == pytest.approx(LENGTH * rate / (2.0 * math.pi), rel=1e-7)
     assert coil.length_for_turns(1.05) == pytest.approx(1.05 * 2.0 * math.pi / rate, rel=1e-6)
     pitch = 2.0 * math.pi * abs(torsion) / rate**2
@@ -62,12 +62,12 @@ def test_what_is_no_axis_is_refused(axis: tuple[float, float, float]) -> None:
     with pytest.raises(InvalidInputError, match="axis"):
         coil_axis(state, axis, 0.1)
     with pytest.raises(InvalidInputError, match="axis"):
-        tip_angle(state, axis)
+        helix_angle(state, axis)
 
 
 def test_the_tip_angle_is_between_tangent_and_axis() -> None:
     state = helix_state(-13.5)
-    assert tip_angle(state, (1.0, 0.0, 0.0)) == pytest.approx(
+    assert helix_angle(state, (1.0, 0.0, 0.0)) == pytest.approx(
         math.acos(state.tangents[-1, 0]), abs=1e-9
     )
 

@@ -24,6 +24,7 @@ from spiral_core import (
     TubeSize,
     WrapCurve,
     design_gripper,
+    place_object,
 )
 from spiral_core.design.evaluation import estimate_candidate, evaluate_candidate
 
@@ -125,7 +126,8 @@ def test_margins_are_those_of_the_figures(report: DesignReport) -> None:
     design = report.design
     assert design is not None
     margins = {margin.constraint: margin for margin in design.margins}
-    assert margins.keys() == set(Constraint) - {Constraint.LENGTH}
+    # Without a limit on the length, and with a coil that closes before the actuator ends.
+    assert margins.keys() == set(Constraint) - {Constraint.LENGTH, Constraint.SMALLEST_RADIUS}
     assert margins[Constraint.STRAIN].value == design.smallest.strain
     assert margins[Constraint.PRESSURE].value == design.smallest.pressure
     assert margins[Constraint.OBJECT_LENGTH].value == design.largest.object_length
@@ -193,6 +195,57 @@ def test_lengths_scale_together(factor: float) -> None:
     one, other = designed(weightless), designed(scaled)
     assert other.length == pytest.approx(factor * one.length, rel=1e-6)
     assert other.smallest.pressure == pytest.approx(one.smallest.pressure, rel=1e-6)
+
+
+def test_without_a_limit_the_design_states_its_reserve() -> None:
+    design = designed(replace(PAPER_EXAMPLE, pressure_max=None))
+    assert design.gripper.pressure_max == pytest.approx(1.2 * design.smallest.pressure, rel=1e-12)
+    curve = WrapCurve(design.gripper)
+    assert design.radius_min == curve.radius_min < PAPER_EXAMPLE.radius_min
+
+
+def test_the_design_says_where_the_objects_lie(report: DesignReport) -> None:
+    design = report.design
+    assert design is not None
+    curve = WrapCurve(design.gripper)
+    for grip, placement in zip((design.largest, design.smallest), design.placements, strict=True):
+        assert placement.radius == pytest.approx(grip.radius, rel=1e-9)
+        place = place_object(curve.wrap_for_radius(grip.radius))
+        # The turns that hold the object end at a node; the two curves have other elements.
+        assert placement.center == pytest.approx(place.center, abs=1e-3)
+        assert placement.largest_gap == pytest.approx(place.largest_gap, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "roll"),
+    [
+        ((G, 0.0, 0.0), None),
+        ((-G, 0.0, 0.0), None),
+        ((0.0, 0.0, 0.0), None),
+        ((0.0, G, 0.0), 0.0),
+        ((0.6 * G, 0.0, 0.8 * G), 0.5 * math.pi),
+        ((0.6 * G, 0.0, -0.8 * G), -0.5 * math.pi),
+    ],
+)
+def test_the_roll_of_the_clamp_is_from_the_straight_fiber_to_gravity(
+    report: DesignReport, gravity: tuple[float, float, float], roll: float | None
+) -> None:
+    assert report.design is not None
+    design = report.design
+    mounted = replace(design, gripper=design.gripper.with_mount(gravity, None))
+    assert mounted.roll == (None if roll is None else pytest.approx(roll))
+
+
+def test_a_known_direction_of_the_objects_is_designed_for() -> None:
+    """Gaps of the range do not lie between the objects, and no error ends the procedure."""
+    tilted = (0.8 * G, 0.6 * G, 0.0)
+    wanted = replace(PAPER_EXAMPLE, gravity=tilted, object_axis=(1.0, 0.0, 0.0), object_length=None)
+    found = design_gripper(wanted)
+    assert found.binding is not None
+    if found.design is not None and found.feasible:
+        curve = WrapCurve(found.design.gripper)
+        for radius in np.linspace(wanted.radius_min, wanted.radius_max, 25).tolist():
+            assert curve.wrap_for_radius(radius).turns >= wanted.turns_required - 1e-6
 
 
 def test_stiffer_rubber_needs_more_pressure_in_proportion_without_gravity() -> None:

@@ -14,10 +14,15 @@ from spiral_core import (
     DesignRequirement,
     Elastomer,
     Gent,
+    Gripper,
     Margin,
     PressureLaw,
+    RodStatus,
+    SolverError,
+    WrapCurve,
     design_gripper,
 )
+from spiral_core.design import relaxations, rod_correction
 from spiral_core.design.margin import tightest
 
 FREE = replace(
@@ -145,6 +150,40 @@ def test_margins_know_both_directions() -> None:
     just_so = Margin(Constraint.TURNS, 1.05, 1.05)
     assert tightest((just_so, lower)) is lower
     assert tightest((just_so,)) is just_so
+
+
+def test_absurdly_many_turns_are_refused_without_solving_every_tube(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Counted, not timed: 392 grippers were solved for this once."""
+    solved = []
+
+    def counted(gripper: Gripper) -> WrapCurve:
+        solved.append(gripper)
+        return WrapCurve(gripper)
+
+    monkeypatch.setattr(rod_correction, "WrapCurve", counted)
+    report = design_gripper(replace(FREE, tubes=CATALOG, turns_required=100.0))
+    assert not report.feasible
+    assert report.binding.constraint is Constraint.TURNS
+    assert len(solved) <= 60
+    (first, *_) = report.relaxations
+    assert first.field == "turns_required"
+    fewer = replace(FREE, tubes=CATALOG, turns_required=first.sufficient)
+    named = next(c for c in fewer.candidates() if c.label == first.design)
+    only = replace(fewer, tubes=(named.tube,), fiber_angles_beta=(named.fiber_angle_beta,))
+    assert design_gripper(only).feasible
+
+
+def test_what_cannot_be_certified_ends_no_design(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solver that fails inside a search for relaxations costs that relaxation only."""
+
+    def fails(*_: object) -> None:
+        raise SolverError(RodStatus.UNSTABLE, 1.0, 1)
+
+    monkeypatch.setattr(relaxations, "_smallest_radius", fails)
+    report = design_gripper(INFEASIBLE["too little pressure"][0])
+    assert {r.field for r in report.relaxations} == {"pressure_max"}
 
 
 @pytest.mark.parametrize(

@@ -123,9 +123,26 @@ def test_map_has_the_points_in_its_cells() -> None:
 
 def test_map_refuses_bad_values() -> None:
     with pytest.raises(InvalidInputError, match="wall_thickness"):
-        feasibility_map(PAPER_EXAMPLE, (1.0,), (0.005,), 0.0)
+        feasibility_map(PAPER_EXAMPLE, (1.0, 1.2), (0.004, 0.005), 0.0)
     with pytest.raises(InvalidInputError, match="beta"):
-        feasibility_map(PAPER_EXAMPLE, (3.0,), (0.005,), 1e-3)
+        feasibility_map(PAPER_EXAMPLE, (2.0, 3.0), (0.004, 0.005), 1e-3)
+    for radii in ((0.005,), (0.005, 0.004), (0.005, 0.005), (0.004, math.nan)):
+        with pytest.raises(InvalidInputError, match="inner_radii must be at least two"):
+            feasibility_map(PAPER_EXAMPLE, (1.0, 1.2), radii, 1e-3)
+    with pytest.raises(InvalidInputError, match="fiber_angles_beta must be at least two"):
+        feasibility_map(PAPER_EXAMPLE, (1.2, 1.2), (0.004, 0.005), 1e-3)
+
+
+def test_a_coil_that_closes_before_the_actuator_ends_binds_nothing(
+    points: tuple[SweepPoint, ...],
+) -> None:
+    """A placeholder of 0 m, +100 %, was the tightest constraint of nearly every design."""
+    for point in points:
+        constraints = {margin.constraint for margin in point.margins}
+        assert point.binding.constraint is not Constraint.SMALLEST_RADIUS
+        assert Constraint.SMALLEST_RADIUS not in constraints or all(
+            m.value > 0.0 for m in point.margins if m.constraint is Constraint.SMALLEST_RADIUS
+        )
 
 
 def test_pareto_set_is_what_nothing_beats(points: tuple[SweepPoint, ...]) -> None:

@@ -103,4 +103,21 @@ def test_not_grippable_names_the_nearest_that_is() -> None:
         0.009,
     )
     assert "the nearest that can is 0.009 m" in str(error)
-    assert "no radius can be gripped" in str(NotGrippableError(0.005, "too thin", -0.004, None))
+    assert str(NotGrippableError(0.005, "too short", -0.004, None)) == (
+        "the object cannot be gripped: too short (margin -0.004)"
+    )
+
+
+@pytest.mark.parametrize(("radius", "shown"), [(0.05, "0.0123456"), (0.005, "0.0123457")])
+def test_the_nearest_radius_is_rounded_into_the_range(radius: float, shown: str) -> None:
+    assert f"can is {shown} m" in str(NotGrippableError(radius, "no", -1.0, 0.01234565))
+
+
+def test_a_coil_that_closed_is_no_reason_to_ask_for_more_pressure() -> None:
+    limited = str(NoCoilError(1.04999, 1.05, 5.0e4))
+    assert "makes 1.04 turns at most (at 50000 Pa)" in limited
+    assert "raise the pressure limit" in limited
+    closed = str(NoCoilError(7.0, 10.0, 5.0e4, closes_at=6.0e4))
+    assert "from 60000 Pa on the coil has closed on itself" in closed
+    assert "raise the pressure limit" not in closed
+    assert "raise" not in str(NoCoilError(0.4, 1.05, 5.0e4, at_actuator_limit=True))

@@ -161,16 +161,16 @@ def test_lengths_and_turns_are_consistent(curvature: float, torsion: float, turn
     unrolled = turns * math.hypot(2.0 * math.pi * helix.radius, helix.pitch)
     assert length == pytest.approx(unrolled, rel=1e-13)
     advance = helix.object_length(turns)
-    projected = length * math.cos(helix.cone_angle)
+    projected = length * math.cos(helix.helix_angle)
     assert advance == pytest.approx(projected, rel=1e-12, abs=1e-15 * length)
-    assert helix.radius == pytest.approx(math.sin(helix.cone_angle) ** 2 / curvature, rel=1e-13)
+    assert helix.radius == pytest.approx(math.sin(helix.helix_angle) ** 2 / curvature, rel=1e-13)
     assert helix.object_radius(5.0e-3) == helix.radius - 5.0e-3
     assert math.copysign(1.0, helix.pitch) == math.copysign(1.0, torsion)
 
 
 def test_helix_of_zero_torsion_is_a_circle() -> None:
     helix = Helix(20.0, 0.0)
-    assert (helix.radius, helix.pitch, helix.cone_angle) == (0.05, 0.0, math.pi / 2.0)
+    assert (helix.radius, helix.pitch, helix.helix_angle) == (0.05, 0.0, math.pi / 2.0)
     assert helix.object_length(3.0) == 0.0
 
 

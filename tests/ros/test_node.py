@@ -27,7 +27,7 @@ def test_a_radius_becomes_the_pressure_of_its_wrap(active, curve):
     assert status.regime == GripStatus.REGIME_PERFECT_WRAP
     assert status.valid
     assert status.turns == pytest.approx(wrap.turns, rel=1e-6)
-    assert status.free_length_needed == pytest.approx(wrap.free_length_needed, rel=1e-6)
+    assert status.gripper_length_needed == pytest.approx(wrap.gripper_length_needed, rel=1e-6)
     assert status.object_length_needed == pytest.approx(wrap.object_length_needed, rel=1e-6)
     assert status.radius_min == pytest.approx(curve.radius_min)
     assert status.radius_max == pytest.approx(curve.radius_max)

@@ -20,7 +20,7 @@ def test_plan_wrap_answers_what_the_core_answers(active, curve):
     assert answer.pressure == pytest.approx(wrap.pressure, rel=1e-9)
     assert answer.turns == pytest.approx(wrap.turns, rel=1e-6)
     assert answer.contact_length == pytest.approx(wrap.contact_length)
-    assert answer.free_length_needed == pytest.approx(wrap.free_length_needed, rel=1e-6)
+    assert answer.gripper_length_needed == pytest.approx(wrap.gripper_length_needed, rel=1e-6)
     assert answer.object_length_needed == pytest.approx(wrap.object_length_needed, rel=1e-6)
     assert (answer.radius_min, answer.radius_max) == (
         pytest.approx(curve.radius_min),

@@ -127,7 +127,7 @@ def pressure_range(gripper: Gripper, points: int = 61) -> PressureRange:
     return PressureRange(
         pressure=pressures,
         radius=np.array([wrap.object_radius for wrap in wraps]),
-        free_length=_or_nan([wrap.free_length_needed for wrap in wraps]),
+        free_length=_or_nan([wrap.gripper_length_needed for wrap in wraps]),
         object_length=_or_nan([wrap.object_length_needed for wrap in wraps]),
     )
 

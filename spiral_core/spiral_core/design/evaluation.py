@@ -8,8 +8,17 @@ from spiral_core.actuator.free import FreeActuation
 from spiral_core.design.helix_estimate import GripFigures, helix_grip, helix_radius
 from spiral_core.design.margin import Constraint, Margin, tightest
 from spiral_core.design.requirement import Candidate, DesignRequirement, Preference
-from spiral_core.design.rod_correction import ExactFigures, OutOfReach, corrected_figures
+from spiral_core.design.rod_correction import (
+    ExactFigures,
+    OutOfReach,
+    corrected_figures,
+    longest_length,
+)
 from spiral_core.errors import NotGrippableError
+
+# A gripper so long that it would only hang makes about as many turns as its helix. Where that is
+# less than this fraction of those required, no rod is solved.
+HOPELESS_TURNS = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,13 +90,10 @@ def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> 
     actuation = FreeActuation(candidate.actuator(requirement, length=requirement.radius_max))
     largest = _grip_or_none(actuation, requirement.radius_max, requirement.turns_required)
     smallest = _grip_or_none(actuation, requirement.radius_min, requirement.turns_required)
-    margins = [
-        Margin(
-            Constraint.SMALLEST_RADIUS,
-            max(helix_radius(actuation, actuation.stretch_limit), 0.0),  # 0: the coil closes
-            requirement.radius_min,
-        )
-    ]
+    margins = []
+    closest = helix_radius(actuation, actuation.stretch_limit)
+    if closest > 0.0:  # else the coil closes on itself before the actuator ends
+        margins.append(Margin(Constraint.SMALLEST_RADIUS, closest, requirement.radius_min))
     if smallest is not None:
         margins += smallest_margins(requirement, candidate, smallest)
     if largest is not None:
@@ -106,6 +112,10 @@ def evaluate_candidate(requirement: DesignRequirement, estimate: Estimate) -> Ev
     candidate = estimate.candidate
     if estimate.largest is None:
         return Evaluation(estimate, None, (), estimate.margins)
+    turns = requirement.turns_required * longest_length(requirement, candidate) / estimate.length
+    if turns < HOPELESS_TURNS * requirement.turns_required:
+        few = Margin(Constraint.TURNS, turns, requirement.turns_required)
+        return Evaluation(estimate, None, (), (*estimate.margins, few))
     try:
         result = corrected_figures(requirement, candidate, estimate.length)
     except NotGrippableError as error:  # even the largest object is too thin
@@ -115,7 +125,7 @@ def evaluate_candidate(requirement: DesignRequirement, estimate: Estimate) -> Ev
         reach = Margin(Constraint.LARGEST_RADIUS, result.radius_reached, requirement.radius_max)
         return Evaluation(estimate, None, result.lengths_tried, (*estimate.margins, reach))
     margins = [
-        _smallest_radius_margin(requirement, estimate, result),
+        *_smallest_radius_margins(requirement, estimate, result),
         *largest_margins(requirement, result.largest, result.length),
         Margin(Constraint.TURNS, result.largest.turns, requirement.turns_required),
         Margin(Constraint.LARGEST_RADIUS, result.radius_max, requirement.radius_max),
@@ -129,16 +139,16 @@ def _without_smallest(estimate: Estimate) -> tuple[Margin, ...]:
     return tuple(m for m in estimate.margins if m.constraint is not Constraint.SMALLEST_RADIUS)
 
 
-def _smallest_radius_margin(
+def _smallest_radius_margins(
     requirement: DesignRequirement, estimate: Estimate, exact: ExactFigures
-) -> Margin:
+) -> tuple[Margin, ...]:
     """Return the helix model's, at the actuator's own limit, unless the rod misses the object.
 
     The rod was solved only as far as the smallest object needs.
     """
     if exact.smallest is None:
-        return Margin(Constraint.SMALLEST_RADIUS, exact.radius_min, requirement.radius_min)
-    return next(m for m in estimate.margins if m.constraint is Constraint.SMALLEST_RADIUS)
+        return (Margin(Constraint.SMALLEST_RADIUS, exact.radius_min, requirement.radius_min),)
+    return tuple(m for m in estimate.margins if m.constraint is Constraint.SMALLEST_RADIUS)
 
 
 def rank(margins: tuple[Margin, ...]) -> tuple[int, float]:

@@ -103,11 +103,11 @@ def helix_grip(actuation: FreeActuation, radius: float, turns: float) -> GripFig
         turns=turns,
         length_needed=helix.length_for_turns(turns) * unstretched,
         object_length=object_length,
-        turn_spacing=turn_spacing(object_length, turns, helix.cone_angle),
+        turn_spacing=turn_spacing(object_length, turns, helix.helix_angle),
     )
 
 
-def turn_spacing(object_length: float, turns: float, cone_angle: float) -> float:
+def turn_spacing(object_length: float, turns: float, helix_angle: float) -> float:
     r"""Return the distance between neighboring turns' centerlines, :math:`p \sin\theta` [m].
 
     That is the distance of two parallel slanted lines, the coil unrolled from its cylinder: the
@@ -116,10 +116,10 @@ def turn_spacing(object_length: float, turns: float, cone_angle: float) -> float
     Args:
         object_length: covered by ``turns`` turns [m].
         turns: number of turns.
-        cone_angle: between tangent and axis [rad].
+        helix_angle: between tangent and axis [rad].
 
     Example:
         >>> round(turn_spacing(0.04, 2.0, math.pi / 2), 6)
         0.02
     """
-    return object_length / turns * math.sin(cone_angle)
+    return object_length / turns * math.sin(helix_angle)

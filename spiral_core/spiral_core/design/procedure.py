@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -26,9 +25,14 @@ from spiral_core.design.report import Design, DesignReport, Relaxation
 from spiral_core.design.requirement import DesignRequirement, Preference
 from spiral_core.design.rod_correction import ExactFigures, grip_figures, gripper_of
 from spiral_core.design.steps import steps_of
+from spiral_core.errors import NoCoilError
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.placement import place_object
 
+# Where no pressure limit is required, that of the design is this fraction above what the smallest
+# object needs: past 25 % or so a coil unwinds from what it holds.
+PRESSURE_RESERVE = 0.2
 # Points of the answer's pressure-radius curve.
 CURVE_POINTS = 41
 # Candidates that fail as helices and are solved as rods all the same, if none does: gravity
@@ -168,39 +172,53 @@ def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None
     if exact is None:
         return None
     candidate = chosen.candidate
-    gripper = gripper_of(requirement, candidate, exact.length)
-    limit = _pressure_limit(requirement, gripper, exact)
+    limit = _pressure_limit(requirement, exact)
     top = max(limit, exact.pressure_max)
     curve = WrapCurve(gripper_of(requirement, candidate, exact.length, top))
-    within = max(min(limit, curve.pressure_max), curve.pressure_min)
+    gripper = gripper_of(requirement, candidate, exact.length, limit)
     actuator = candidate.actuator(requirement, exact.length)
     points = _curve(requirement, curve, exact)
+    smallest = points[-1] if exact.smallest is None else exact.smallest
     return Design(
         tube=candidate.tube,
         elastomer=candidate.elastomer,
         actuator=actuator,
-        gripper=replace(gripper, pressure_max=limit),
+        gripper=gripper,
         windings=windings_of(actuator),
         cut_length=exact.length + 2.0 * requirement.end_allowance,
         helix_length=chosen.estimate.length,
         largest=exact.largest,
-        smallest=points[-1] if exact.smallest is None else exact.smallest,
-        radius_min=curve.radius_from_pressure(within),
+        smallest=smallest,
+        radius_min=_smallest_radius(gripper, curve.radius_max),
         radius_max=curve.radius_max,
         curve=points,
+        placements=(
+            place_object(curve.wrap_for_radius(exact.largest.radius)),
+            place_object(curve.wrap_for_radius(smallest.radius)),
+        ),
         margins=chosen.margins,
     )
 
 
-def _pressure_limit(requirement: DesignRequirement, gripper: Gripper, exact: ExactFigures) -> float:
+def _pressure_limit(requirement: DesignRequirement, exact: ExactFigures) -> float:
     """Return the largest pressure to command [Pa].
 
-    It is the one required; where none is, what was certainly enough for the smallest object: the
-    actuator's own limit may be far past what its tube bears.
+    It is the one required; where none is, what the smallest object needs and
+    :data:`PRESSURE_RESERVE`: the actuator's own limit may be far past what its tube bears.
     """
-    if requirement.pressure_max is None:
+    if requirement.pressure_max is not None:
+        return min(requirement.pressure_max, exact.actuator_limit)
+    if exact.smallest is None:
         return exact.pressure_max
-    return min(requirement.pressure_max, gripper.pressure_max)
+    return min((1.0 + PRESSURE_RESERVE) * exact.smallest.pressure, exact.actuator_limit)
+
+
+def _smallest_radius(gripper: Gripper, otherwise: float) -> float:
+    """Return the smallest radius within a gripper's pressure limit [m]."""
+    try:
+        return WrapCurve(gripper).radius_min
+    except NoCoilError:  # a limit too low for any object, in a design that is not feasible
+        return otherwise
 
 
 def _curve(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import replace
 
 from spiral_core.design.evaluation import (
@@ -14,9 +15,11 @@ from spiral_core.design.evaluation import (
 )
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.report import Relaxation
-from spiral_core.design.requirement import DesignRequirement
+from spiral_core.design.requirement import Candidate, DesignRequirement
 from spiral_core.design.rod_correction import grip_figures, gripper_of
+from spiral_core.errors import NotGrippableError, SolverError
 from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import DEFAULT_TURNS
 
 LIMITS = {
     "strain_max": Constraint.STRAIN,
@@ -33,9 +36,18 @@ OF_SMALLEST = frozenset(
         Constraint.TURN_CLEARANCE,
     }
 )
-OF_LARGEST = frozenset({Constraint.LARGEST_RADIUS, Constraint.OBJECT_LENGTH, Constraint.LENGTH})
+OF_LARGEST = frozenset(
+    {
+        Constraint.LARGEST_RADIUS,
+        Constraint.OBJECT_LENGTH,
+        Constraint.LENGTH,
+        Constraint.TURNS,
+    }
+)
 # Radii are given to this fraction: finer than tubing is bought.
 RADIUS_RESOLUTION = 5e-3
+# Turns are given to this fraction: each trial corrects the length of a long gripper anew.
+TURNS_RESOLUTION = 0.05
 # A search for a radius ends where this fraction of a limit, or less, is left unused.
 ROOM_RESOLUTION = 5e-3
 # Room of a radius that a gripper does not reach: none, by as much as makes the search halve.
@@ -60,16 +72,12 @@ def relaxations_of(
         requirement: that nothing meets.
         evaluations: the candidates that were solved.
         binding: the constraint that forbids the nearest of them.
-
-    Raises:
-        SolverError: a shape could not be certified.
     """
     by_room = sorted(evaluations, key=lambda e: rank(e.margins))
-    found = [
-        *(_limit_relaxation(requirement, by_room, field, LIMITS[field]) for field in LIMITS),
-        _radius_min_relaxation(requirement, by_room),
-        _radius_max_relaxation(requirement, by_room),
-    ]
+    found = [_limit_relaxation(requirement, by_room, field, LIMITS[field]) for field in LIMITS]
+    for search in (_radius_min_relaxation, _radius_max_relaxation, _turns_relaxation):
+        with suppress(SolverError):  # what cannot be certified is not offered
+            found.append(search(requirement, by_room))
     eases = _fields_easing(binding)
     return tuple(
         sorted(
@@ -82,7 +90,9 @@ def relaxations_of(
 def _fields_easing(constraint: Constraint) -> set[str]:
     """Return the fields of a requirement that bear on a constraint."""
     fields = {field for field, limited in LIMITS.items() if limited is constraint}
-    return fields | ({"radius_min"} if constraint in OF_SMALLEST else {"radius_max"})
+    if constraint in OF_SMALLEST:
+        return fields | {"radius_min"}
+    return fields | {"radius_max", "turns_required"}
 
 
 def _violated(evaluation: Evaluation) -> frozenset[Constraint]:
@@ -126,15 +136,43 @@ def _smallest_radius(requirement: DesignRequirement, evaluation: Evaluation) -> 
     curve = WrapCurve(gripper_of(requirement, candidate, length, evaluation.exact.pressure_max))
 
     def room(radius: float) -> float:
-        if radius < curve.radius_min:
+        try:
+            wrap = curve.wrap_for_radius(radius)
+        except NotGrippableError:
             return UNREACHABLE
-        figures = grip_figures(curve.wrap_for_radius(radius), requirement.turns_required)
+        figures = grip_figures(wrap, requirement.turns_required)
         return _least_room(smallest_margins(requirement, candidate, figures))
 
     radius = _nearest(room, bad=requirement.radius_min, good=requirement.radius_max)
     if radius is None:
         return None
     return Relaxation("radius_min", requirement.radius_min, radius, candidate.label)
+
+
+def _turns_relaxation(
+    requirement: DesignRequirement, evaluations: list[Evaluation]
+) -> Relaxation | None:
+    """Return the most turns that the nearest candidate makes with all else kept."""
+    suited = [e for e in evaluations if _violated(e) <= OF_LARGEST and e.estimate.largest]
+    if not suited or not requirement.turns_required > DEFAULT_TURNS:
+        return None
+    candidate = suited[0].candidate
+
+    def room(turns: float) -> float:
+        return _room_of_largest(replace(requirement, turns_required=turns), candidate)
+
+    few = [m.value for m in suited[0].margins if m.constraint is Constraint.TURNS and not m.is_met]
+    bad = max(min([requirement.turns_required, *few]), DEFAULT_TURNS)
+    turns = _nearest(room, bad, good=DEFAULT_TURNS, resolution=TURNS_RESOLUTION)
+    if turns is None:
+        return None
+    return Relaxation("turns_required", requirement.turns_required, turns, candidate.label)
+
+
+def _room_of_largest(requirement: DesignRequirement, candidate: Candidate) -> float:
+    """Return the least room on what the largest object decides, the length corrected for it."""
+    result = evaluate_candidate(requirement, estimate_candidate(requirement, candidate))
+    return _least_room(m for m in result.margins if m.constraint in OF_LARGEST)
 
 
 def _radius_max_relaxation(
@@ -150,13 +188,12 @@ def _largest_radius(requirement: DesignRequirement, evaluation: Evaluation) -> R
     candidate = evaluation.candidate
 
     def room(radius: float) -> float:
-        changed = replace(requirement, radius_max=radius)
-        result = evaluate_candidate(changed, estimate_candidate(changed, candidate))
-        return _least_room(m for m in result.margins if m.constraint in OF_LARGEST)
+        return _room_of_largest(replace(requirement, radius_max=radius), candidate)
 
     bad = requirement.radius_max
-    if evaluation.exact is None:  # no length reaches farther than this
-        bad = min(bad, _margin(evaluation, Constraint.LARGEST_RADIUS).value)
+    reached = [m.value for m in evaluation.margins if m.constraint is Constraint.LARGEST_RADIUS]
+    if evaluation.exact is None and reached:  # no length reaches farther than this
+        bad = min(bad, *reached)
     if not bad > requirement.radius_min:
         return None
     radius = _nearest(room, bad=bad, good=requirement.radius_min)
@@ -171,17 +208,22 @@ def _least_room(margins: Iterable[Margin]) -> float:
     return min(counted, default=1.0)
 
 
-def _nearest(room: Callable[[float], float], bad: float, good: float) -> float | None:
-    """Return a radius with room >= 0 that leaves little of it; None if ``good`` has none.
+def _nearest(
+    room: Callable[[float], float],
+    bad: float,
+    good: float,
+    resolution: float = RADIUS_RESOLUTION,
+) -> float | None:
+    """Return a value with room >= 0 that leaves little of it; None if ``good`` has none.
 
-    False position, kept off the ends of the bracket: the room is nearly linear in the radius.
+    False position, kept off the ends of the bracket: the room is nearly linear in a radius.
     """
     room_good, room_bad = room(good), room(bad)
     if room_good < 0.0:
         return None
     if room_bad >= 0.0:
         return bad
-    while room_good > ROOM_RESOLUTION and abs(good - bad) > RADIUS_RESOLUTION * good:
+    while room_good > ROOM_RESOLUTION and abs(good - bad) > resolution * good:
         fraction = min(max(room_good / (room_good - room_bad), 0.1), 0.9)
         middle = good + fraction * (bad - good)
         value = room(middle)

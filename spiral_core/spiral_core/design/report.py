@@ -12,10 +12,14 @@ from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.margin import Margin
 from spiral_core.design.requirement import DesignRequirement, Elastomer, TubeSize
 from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.placement import ObjectPlacement
+
+# Gravity within this angle of the tube, at the clamp, bends it as if it were along it [rad].
+NO_ROLL = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
+class StepQuantity:
     """A named figure of a step.
 
     Args:
@@ -45,7 +49,7 @@ class DesignStep:
     title: str
     satisfied: bool
     remark: str
-    figures: tuple[Figure, ...]
+    figures: tuple[StepQuantity, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +91,7 @@ class Design:
         radius_min: smallest radius that it grips within the pressure limit [m].
         radius_max: largest radius that it grips [m].
         curve: pressure against object radius, from the largest to the smallest object.
+        placements: where the largest and the smallest object lie.
         margins: room on every constraint.
     """
 
@@ -102,12 +107,23 @@ class Design:
     radius_min: float
     radius_max: float
     curve: tuple[GripFigures, ...]
+    placements: tuple[ObjectPlacement, ObjectPlacement]
     margins: tuple[Margin, ...]
 
     @property
     def length(self) -> float:
         """Unstretched length of the actuator, corrected for gravity [m]."""
         return self.actuator.tube.length
+
+    @property
+    def roll(self) -> float | None:
+        """Angle about the tube, at the clamp, from the straight fiber (+y) to gravity [rad].
+
+        None where gravity has no part across the tube: the roll of the clamp is then of no matter.
+        """
+        along, y, z = self.gripper.gravity
+        across = math.hypot(y, z)
+        return math.atan2(z, y) if across > NO_ROLL * math.hypot(along, across) else None
 
     @property
     def sentence(self) -> str:

@@ -58,6 +58,7 @@ class ExactFigures:
         largest: wrapped about the largest object.
         smallest: wrapped about the smallest object; None if it cannot.
         pressure_max: up to which it was solved: certainly enough for the smallest object [Pa].
+        actuator_limit: the actuator's own largest pressure [Pa].
         radius_min: smallest radius that it wraps there [m].
         radius_max: largest radius that it wraps [m].
         lengths_tried: every length solved on the way, in order [m].
@@ -67,6 +68,7 @@ class ExactFigures:
     largest: GripFigures
     smallest: GripFigures | None
     pressure_max: float
+    actuator_limit: float
     radius_min: float
     radius_max: float
     lengths_tried: tuple[float, ...]
@@ -119,14 +121,14 @@ def grip_figures(wrap: Wrap, turns: float) -> GripFigures:
         pressure=wrap.pressure,
         stretch=wrap.rest_shape.stretch or 1.0,
         turns=wrap.turns,
-        length_needed=wrap.free_length_needed or 0.0,
+        length_needed=wrap.gripper_length_needed or 0.0,
         object_length=object_length,
-        turn_spacing=turn_spacing(object_length, turns, wrap.tip_angle),
+        turn_spacing=turn_spacing(object_length, turns, wrap.helix_angle),
     )
 
 
 class _Trial(NamedTuple):
-    """One length, solved: its whole curve, and the largest radius that it wraps [m]."""
+    """One length, solved: its whole curve, and the radius up to which it wraps the objects [m]."""
 
     length: float
     curve: WrapCurve | None
@@ -144,10 +146,12 @@ class _Search:
         self.requirement = requirement
         self.candidate = candidate
         self.pressure_max = _sufficient_pressure(requirement, candidate)
-        self.longest = min(LONGEST * start, self._length_at_sag(SAG_AT_MOST))
+        self.longest = min(LONGEST * start, longest_length(requirement, candidate))
         self.too_short = 0.0
         self.best: _Trial | None = None
-        self.trials = [self._solved(min(start, self._length_at_sag(SAG_AT_START)))]
+        self.trials = [
+            self._solved(min(start, length_at_sag(requirement, candidate, SAG_AT_START)))
+        ]
 
     def run(self) -> _Trial | None:
         """Return the solved length, or None if no longer one that was tried would do either."""
@@ -196,15 +200,6 @@ class _Search:
         within_a_step = self._excess(self.trials[-1]) > -LEAST_SLOPE * math.log(GROWTH)
         return not within_a_step or self._slope(-3) <= LEAST_SLOPE
 
-    def _length_at_sag(self, sag: float) -> float:
-        """Return the length whose w L^3 / EI is ``sag`` [m]; infinite without gravity."""
-        gripper = gripper_of(self.requirement, self.candidate, length=1.0)
-        weight = gripper.weight_per_length * math.hypot(*gripper.gravity) / STANDARD_GRAVITY
-        if weight == 0.0:
-            return math.inf
-        length: float = (sag * gripper.stiffness.bending / weight) ** (1.0 / 3.0)
-        return length
-
     def _excess(self, trial: _Trial) -> float:
         """Return log of the largest centerline radius over the one wanted."""
         outer = self.candidate.tube.outer_radius
@@ -242,7 +237,27 @@ class _Search:
             )
         except (NoCoilError, SolverError):  # what cannot be certified is not offered
             return _Trial(length, None, 0.0)
-        return _Trial(length, curve, curve.radius_max)
+        # An object in a gap of the range would not be held: the range counts up to the gap.
+        wanted = self.requirement
+        gaps = [
+            low for low, high in curve.gaps if low < wanted.radius_max and high > wanted.radius_min
+        ]
+        return _Trial(length, curve, min([curve.radius_max, *gaps]))
+
+
+def longest_length(requirement: DesignRequirement, candidate: Candidate) -> float:
+    """Return the longest length that is tried [m]: what is longer only sags more."""
+    return length_at_sag(requirement, candidate, SAG_AT_MOST)
+
+
+def length_at_sag(requirement: DesignRequirement, candidate: Candidate, sag: float) -> float:
+    """Return the length whose w L^3 / EI is ``sag`` [m]; infinite without gravity."""
+    gripper = gripper_of(requirement, candidate, length=1.0)
+    weight = gripper.weight_per_length * math.hypot(*gripper.gravity) / STANDARD_GRAVITY
+    if weight == 0.0:
+        return math.inf
+    length: float = (sag * gripper.stiffness.bending / weight) ** (1.0 / 3.0)
+    return length
 
 
 def _sufficient_pressure(requirement: DesignRequirement, candidate: Candidate) -> float:
@@ -289,7 +304,8 @@ def corrected_figures(
         largest=largest,
         smallest=smallest,
         pressure_max=search.pressure_max,
+        actuator_limit=trial.curve.gripper.actuation.pressure_limit,
         radius_min=trial.curve.radius_min,
-        radius_max=trial.curve.radius_max,
+        radius_max=trial.radius_max,
         lengths_tried=tried,
     )

@@ -9,7 +9,7 @@ from spiral_core.actuator.free import FreeActuation
 from spiral_core.design.evaluation import Estimate, Evaluation
 from spiral_core.design.helix_estimate import GripFigures, helix_radius
 from spiral_core.design.margin import Constraint, Margin
-from spiral_core.design.report import Design, DesignStep, Figure
+from spiral_core.design.report import Design, DesignStep, StepQuantity
 from spiral_core.design.requirement import DesignRequirement
 
 
@@ -49,10 +49,10 @@ def _tube(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
         satisfied=True,
         remark=f"{tube.name}, {chosen.candidate.elastomer.name} ({offer})",
         figures=(
-            Figure("inner radius", tube.inner_radius, "m"),
-            Figure("wall thickness", tube.wall_thickness, "m"),
-            Figure("outer radius", tube.outer_radius, "m"),
-            Figure("tubes on offer", float(len(requirement.tubes)), "1"),
+            StepQuantity("inner radius", tube.inner_radius, "m"),
+            StepQuantity("wall thickness", tube.wall_thickness, "m"),
+            StepQuantity("outer radius", tube.outer_radius, "m"),
+            StepQuantity("tubes on offer", float(len(requirement.tubes)), "1"),
         ),
     )
 
@@ -66,8 +66,8 @@ def _ratios(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
         satisfied=True,
         remark=f"objects of {low:.3g} to {high:.3g} tube radii",
         figures=(
-            Figure("smallest object radius / tube radius", low, "1"),
-            Figure("largest object radius / tube radius", high, "1"),
+            StepQuantity("smallest object radius / tube radius", low, "1"),
+            StepQuantity("largest object radius / tube radius", high, "1"),
         ),
     )
 
@@ -85,14 +85,14 @@ def _angle(
         Constraint.STRAIN,
         Constraint.TURN_CLEARANCE,
     )
-    figures = [Figure("fiber angle beta", estimate.candidate.fiber_angle_beta, "rad")]
+    figures = [StepQuantity("fiber angle beta", estimate.candidate.fiber_angle_beta, "rad")]
     figures += _interval(estimate.largest, estimate.smallest)
     verdicts = []
     for other in _same_tube(estimates, estimate):
         degrees = math.degrees(other.candidate.fiber_angle_beta)
         if other.smallest is not None:
             name = f"strain at the smallest object, beta {degrees:.4g} deg"
-            figures.append(Figure(name, other.smallest.strain, "1"))
+            figures.append(StepQuantity(name, other.smallest.strain, "1"))
         verdicts.append(f"{degrees:.4g} deg {_verdict(other, tried, chosen)}")
     return DesignStep(
         3,
@@ -103,9 +103,9 @@ def _angle(
     )
 
 
-def _interval(largest: GripFigures | None, smallest: GripFigures | None) -> list[Figure]:
+def _interval(largest: GripFigures | None, smallest: GripFigures | None) -> list[StepQuantity]:
     return [
-        Figure(f"strain at the {name} object", grip.strain, "1")
+        StepQuantity(f"strain at the {name} object", grip.strain, "1")
         for name, grip in (("largest", largest), ("smallest", smallest))
         if grip is not None
     ]
@@ -140,11 +140,11 @@ def _worst(margins: Iterable[Margin]) -> str:
 def _length(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
     radius = estimate.candidate.tube.inner_radius
     largest = estimate.largest
-    figures = [Figure("turns required", requirement.turns_required, "1")]
+    figures = [StepQuantity("turns required", requirement.turns_required, "1")]
     if largest is not None:
         figures += [
-            Figure("helix length", largest.length_needed, "m"),
-            Figure("helix length / tube radius", largest.length_needed / radius, "1"),
+            StepQuantity("helix length", largest.length_needed, "m"),
+            StepQuantity("helix length / tube radius", largest.length_needed / radius, "1"),
         ]
     return DesignStep(
         4,
@@ -161,39 +161,42 @@ def _object_length(requirement: DesignRequirement, estimate: Estimate) -> Design
     for name, grip in (("largest", estimate.largest), ("smallest", estimate.smallest)):
         if grip is not None:
             covered = grip.object_length
-            figures.append(Figure(f"object length at the {name} object", covered, "m"))
-            figures.append(Figure(f"object length / tube radius, {name}", covered / radius, "1"))
+            figures.append(StepQuantity(f"object length at the {name} object", covered, "m"))
+            figures.append(
+                StepQuantity(f"object length / tube radius, {name}", covered / radius, "1")
+            )
     margins = _only(estimate.margins, Constraint.OBJECT_LENGTH)
     remark = margins[0].sentence if margins else "the object's length is not limited"
     if requirement.object_length is not None:
-        figures.append(Figure("object length available", requirement.object_length, "m"))
+        figures.append(StepQuantity("object length available", requirement.object_length, "m"))
     return DesignStep(5, "object length", _met(margins), remark, tuple(figures))
 
 
 def _correction(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
     title = "correction for gravity"
     exact, estimate = chosen.exact, chosen.estimate
-    tried = Figure("lengths solved", float(len(chosen.lengths_tried)), "1")
+    tried = StepQuantity("lengths solved", float(len(chosen.lengths_tried)), "1")
     if exact is None:
         return DesignStep(
             6, title, satisfied=False, remark=_worst(chosen.margins), figures=(tried,)
         )
     actuation = FreeActuation(chosen.candidate.actuator(requirement, exact.length))
+    spacing = _least_spacing(exact.largest, exact.smallest)
     figures = [
-        Figure("length", exact.length, "m"),
-        Figure("length / helix length", exact.length / estimate.length, "1"),
-        Figure("turns at the largest object", exact.largest.turns, "1"),
+        StepQuantity("length", exact.length, "m"),
+        StepQuantity("length / helix length", exact.length / estimate.length, "1"),
+        StepQuantity("turns at the largest object", exact.largest.turns, "1"),
         *_interval(exact.largest, exact.smallest),
-        Figure("object length at the largest object", exact.largest.object_length, "m"),
-        Figure("least distance between turns", _least_spacing(exact.largest, exact.smallest), "m"),
-        Figure(
+        StepQuantity("object length at the largest object", exact.largest.object_length, "m"),
+        StepQuantity("least distance between turns", spacing, "m"),
+        StepQuantity(
             "radius range widened to, largest", helix_radius(actuation, exact.largest.stretch), "m"
         ),
         tried,
     ]
     if exact.smallest is not None:
         widened = helix_radius(actuation, exact.smallest.stretch)
-        figures.insert(-1, Figure("radius range widened to, smallest", widened, "m"))
+        figures.insert(-1, StepQuantity("radius range widened to, smallest", widened, "m"))
     margins = [m for m in chosen.margins if m.constraint is not Constraint.PRESSURE]
     remark = (
         f"as a rod under gravity {1e3 * exact.length:.4g} mm instead of "
@@ -212,11 +215,11 @@ def _design_space(chosen: Evaluation, design: Design | None) -> DesignStep:
     if design is None:
         return DesignStep(7, title, satisfied=False, remark="nothing to show", figures=())
     figures = (
-        Figure("pressure at the largest object", design.largest.pressure, "Pa"),
-        Figure("pressure at the smallest object", design.smallest.pressure, "Pa"),
-        Figure("smallest radius within the pressure limit", design.radius_min, "m"),
-        Figure("largest radius", design.radius_max, "m"),
-        Figure("largest pressure", design.gripper.pressure_max, "Pa"),
+        StepQuantity("pressure at the largest object", design.largest.pressure, "Pa"),
+        StepQuantity("pressure at the smallest object", design.smallest.pressure, "Pa"),
+        StepQuantity("smallest radius within the pressure limit", design.radius_min, "m"),
+        StepQuantity("largest radius", design.radius_max, "m"),
+        StepQuantity("largest pressure", design.gripper.pressure_max, "Pa"),
     )
     remark = (
         f"{design.largest.pressure / 1e3:.4g} kPa at {1e3 * design.largest.radius:.4g} mm to "

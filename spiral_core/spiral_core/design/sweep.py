@@ -10,12 +10,14 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from spiral_core.design.evaluation import Evaluation, estimate_candidate, evaluate_candidate
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.requirement import Candidate, DesignRequirement, TubeSize
+from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_positive
 
@@ -117,8 +119,8 @@ def feasibility_map(
 
     Args:
         requirement: objects and limits; its first elastomer is used.
-        fiber_angles_beta: angles to look at [rad].
-        inner_radii: tube radii to look at [m].
+        fiber_angles_beta: angles to look at [rad], rising.
+        inner_radii: tube radii to look at [m], rising.
         wall_thickness: of all tubes [m].
         executor: see :func:`solve_points`.
         progress: see :func:`solve_points`.
@@ -128,6 +130,9 @@ def feasibility_map(
         SolverError: a shape could not be certified.
     """
     require_positive("wall_thickness", wall_thickness)
+    for field, grid in (("fiber_angles_beta", fiber_angles_beta), ("inner_radii", inner_radii)):
+        if len(grid) < 2 or not all(low < high for low, high in pairwise(grid)):
+            raise InvalidInputError(field, list(grid), "at least two values, rising")
     elastomer = requirement.elastomers[0]
     candidates = [
         Candidate(TubeSize(f"r = {1e3 * r:.4g} mm", r, wall_thickness), elastomer, beta)

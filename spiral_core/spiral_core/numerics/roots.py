@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 ITERATIONS_MAX = 100
 # Relative change of the point at which Newton's method ends: what is left is its square.
 CONVERGED_CHANGE = 1e-9
+# A minimum is only defined to the square root of the float's precision: 1e-8 of the width.
+MINIMUM_STEPS = 40
 
 
 def last_positive(function: Callable[[float], float], low: float, high: float) -> float:
@@ -67,13 +69,14 @@ def first_sign_change(function: Callable[[float], float], nodes: Sequence[float]
     return None
 
 
-def minimum(function: Callable[[float], float], low: float, high: float) -> float:
+def minimum(
+    function: Callable[[float], float], low: float, high: float, steps: int = MINIMUM_STEPS
+) -> float:
     """Return the minimum of a function with one minimum in between, by golden-section search."""
     ratio = 0.6180339887498949
     left, right = high - ratio * (high - low), low + ratio * (high - low)
     value_left, value_right = function(left), function(right)
-    # A minimum is only defined to the square root of the float's precision: 1e-8 of the width.
-    for _ in range(40):
+    for _ in range(steps):
         if value_left < value_right:
             high, right, value_right = right, left, value_left
             left = high - ratio * (high - low)

@@ -1,159 +1,220 @@
-"""The coiled branch of a gripper: over which pressures it wraps, and where that begins and ends.
+"""The sub-branches of a gripper's coiled range, and why each begins and ends where it does.
 
-Only pressures count, up to the limit, over which the gripper makes the required turns and the
-wrapped radius falls with pressure, without a snap between.
+The coiled range are all pressures at which the gripper makes the required turns with room for an
+object inside. Along it the wrapped radius may rise and fall: a sub-branch is a part of the range on
+which it changes one way only, without a snap.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property, partial
+from itertools import pairwise
 
-import numpy as np
-
-from spiral_core.errors import InvalidInputError, NoCoilError
 from spiral_core.numerics.roots import minimum
-from spiral_core.rod.types import Array
-from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.scan import PressureScan
+from spiral_core.wrap.table import WrapTable
 from spiral_core.wrap.wrap import Wrap
 
-# Pressures at which the whole range is solved once: so close that the tip turns by at most this
-# angle from one to the next [rad], and every solve between two of them is a short warm start.
-FEWEST_SAMPLES = 48
-SAMPLE_TURN = 1.2
-# A gripper that turns by more than this [rad] has a length in millimeters, taken for meters.
-MOST_TURN = 5.0e3
-# Pressures at which the unloaded shape is looked up to place them.
-TABLE = 256
-# A helix whose centerline is nearer to its axis than this many outer radii holds nothing, with or
-# without gravity.
-CLOSED_RATIO = 0.8
-# Ends of the branch are located to this fraction of the pressure limit.
+# Ends are located to this many turns or outer radii, or to this fraction of the pressure limit.
 END_TOLERANCE = 1e-10
-# Where a coil closes on itself, the branch ends at this fraction of the tube's outer radius.
+# Of this many steps towards an end one halves the bracket, whatever the secant suggests.
+HALVING = 3
+# Between samples that miss the range (or leave it) by less than this, in turns or outer radii, and
+# come nearest there, a short part of the range is looked for in so many steps.
+NEAR_MISS = 0.3
+NEAR_MISS_STEPS = 12
+# Steps of the search for an extreme radius: it is then right to 1e-9 of its change between samples.
+EXTREME_STEPS = 20
+# Where a coil closes on itself, the range ends at this fraction of the tube's outer radius.
 LEAST_RADIUS = 1e-3
 
 
-def sample_pressures(gripper: Gripper) -> Array:
-    """Return the pressures [Pa] to solve once: even steps of strain, until no object fits inside.
+class BranchEnd(Enum):
+    """What ends a sub-branch."""
 
-    The helix decides where that is, with room to spare for what gravity adds.
-
-    Raises:
-        InvalidInputError: there would be too many of them.
-    """
-    fine = np.linspace(0.0, gripper.pressure_max, TABLE + 1)[1:]
-    shapes = [gripper.rest_shape(float(p)) for p in fine]
-    strains = np.array([math.hypot(s.curvature, s.torsion) for s in shapes])
-    radii = np.array([s.curvature for s in shapes]) / strains**2
-    closed = np.nonzero(radii < CLOSED_RATIO * gripper.tube.outer_radius)[0]
-    end = int(closed[0]) + 1 if closed.size else TABLE
-    turn = float(strains[end - 1]) * shapes[end - 1].backbone_length
-    if not turn <= MOST_TURN:
-        requirement = f"so short that it turns by at most {MOST_TURN:g} rad"
-        raise InvalidInputError("length", gripper.tube.length, requirement)
-    samples = max(FEWEST_SAMPLES, math.ceil(turn / SAMPLE_TURN))
-    levels = np.linspace(0.0, strains[end - 1], samples + 1)[1:]
-    table = np.maximum.accumulate(np.concatenate(([0.0], strains[:end])))
-    pressures: Array = np.interp(levels, table, np.concatenate(([0.0], fine[:end])))
-    return pressures
+    PRESSURE_LIMIT = "pressure limit"
+    TURNS = "turns"
+    CLOSED = "coil closed on itself"
+    EXTREME = "extreme radius"
+    SNAP = "snap"
 
 
-class BranchFinder:
-    """Finds the coiled branch among samples of the whole range.
+@dataclass(frozen=True)
+class SubBranch:
+    """Wraps whose radius rises or falls steadily with pressure.
 
     Args:
-        gripper: the gripper.
-        samples: what it wraps at increasing pressures.
-        wrap_at: what it wraps at any pressure [Pa] between them.
+        wraps: at rising pressures, at least two; the first and the last are its ends.
+        low_end: why there is nothing at lower pressure.
+        high_end: why there is nothing at higher pressure.
     """
 
-    def __init__(
-        self, gripper: Gripper, samples: Sequence[Wrap], wrap_at: Callable[[float], Wrap]
-    ) -> None:
-        self._gripper = gripper
-        self._samples = samples
-        self._wrap_at = wrap_at
+    wraps: tuple[Wrap, ...]
+    low_end: BranchEnd
+    high_end: BranchEnd
 
-    def branch(self) -> list[Wrap]:
-        """Return the wraps of the branch: its start, the samples between, its end.
+    @cached_property
+    def ends(self) -> tuple[tuple[Wrap, BranchEnd], tuple[Wrap, BranchEnd]]:
+        """The wraps of the smallest and of the largest radius, and what ends the branch there."""
+        low, high = (self.wraps[0], self.low_end), (self.wraps[-1], self.high_end)
+        return (high, low) if low[0].object_radius > high[0].object_radius else (low, high)
 
-        Raises:
-            NoCoilError: the gripper nowhere makes the required turns.
-            SolverError: a shape could not be certified.
-        """
-        last = self._last()
-        first = self._first(last)
-        low, high = self._start(first), self._end(last)
-        inner = self._samples[first : last + 1]
-        return [low, *(s for s in inner if low.pressure < s.pressure < high.pressure), high]
+    @cached_property
+    def radius_range(self) -> tuple[float, float]:
+        """Smallest and largest radius [m]."""
+        (smallest, _), (largest, _) = self.ends
+        return smallest.object_radius, largest.object_radius
 
-    def _last(self) -> int:
-        """Return the highest sampled pressure, as an index, that wraps any object at all."""
-        samples, required = self._samples, self._gripper.turns_required
-        for i in reversed(range(len(samples))):
-            if samples[i].turns >= required and samples[i].object_radius > 0.0:
-                return i
-        most = max(samples, key=lambda s: s.turns)
-        raise NoCoilError(most.turns, required, most.pressure)
+    @cached_property
+    def table(self) -> WrapTable:
+        """Where a search on it starts."""
+        return WrapTable(self.wraps if self.ends[0][0] is self.wraps[-1] else self.wraps[::-1])
 
-    def _first(self, last: int) -> int:
-        """Return the index of the lowest sampled pressure of the branch that ends at ``last``."""
-        samples, first = self._samples, last
-        while (
-            first > 0
-            and samples[first].state.folds == 0
-            and self._continues(samples[first - 1], samples[first])
-        ):
-            first -= 1
-        return first
 
-    def _continues(self, below: Wrap, above: Wrap) -> bool:
-        """Return whether a branch goes on at a lower pressure: enough turns, a larger object."""
-        return (
-            below.turns >= self._gripper.turns_required
-            and below.object_radius > above.object_radius
+class CoiledRange:
+    """The coiled range of a scanned gripper.
+
+    Args:
+        scan: of the gripper.
+
+    Attributes:
+        branches: its sub-branches, by rising pressure.
+        samples: what was looked at to find them.
+    """
+
+    def __init__(self, scan: PressureScan) -> None:
+        self._scan = scan
+        self._required = scan.gripper.turns_required
+        self._least = LEAST_RADIUS * scan.gripper.tube.outer_radius
+        tracks = [self._refined(scan.samples(track)) for track in scan.tracks]
+        self.samples: list[Wrap] = [wrap for track in tracks for wrap in track]
+        self.branches: list[SubBranch] = []
+        for track in tracks:
+            for first, last in self._held(track):
+                self.branches += self._stretch(track, first, last)
+
+    def room(self, wrap: Wrap) -> tuple[float, BranchEnd]:
+        """Return how far a wrap is from leaving the range, and what would end it; < 0: outside."""
+        turns = wrap.turns - self._required
+        radius = (wrap.object_radius - self._least) / wrap.outer_radius
+        if not math.isfinite(radius):  # a straight tube
+            return -1.0, BranchEnd.TURNS
+        return (turns, BranchEnd.TURNS) if turns < radius else (radius, BranchEnd.CLOSED)
+
+    def _refined(self, track: list[Wrap]) -> list[Wrap]:
+        """Return the samples of a track with those between that show a short part in or out."""
+        rooms = [self.room(wrap)[0] for wrap in track]
+        found = list(track)
+        for i in range(1, len(track) - 1):
+            side = math.copysign(1.0, rooms[i])
+            nearest = side * rooms[i] <= min(side * rooms[i - 1], side * rooms[i + 1])
+            if not nearest or abs(rooms[i]) > NEAR_MISS:
+                continue
+            place = minimum(
+                partial(self._room_at, side),
+                track[i - 1].pressure,
+                track[i + 1].pressure,
+                NEAR_MISS_STEPS,
+            )
+            wrap = self._scan.wrap_at(place)
+            if side * self.room(wrap)[0] < 0.0:
+                found.append(wrap)
+        return sorted(found, key=lambda wrap: wrap.pressure)
+
+    def _room_at(self, side: float, pressure: float) -> float:
+        return side * self.room(self._scan.wrap_at(pressure))[0]
+
+    def most_turns(self) -> Wrap:
+        """Return the wrap with the most turns of those with room for an object inside."""
+
+        def shortage(wrap: Wrap) -> float:
+            return -wrap.turns if wrap.object_radius > 0.0 else math.inf
+
+        samples = self.samples
+        most = min(range(len(samples)), key=lambda i: shortage(samples[i]))
+        ends = samples[max(most - 1, 0)].pressure, samples[min(most + 1, len(samples) - 1)].pressure
+        place = minimum(
+            lambda pressure: shortage(self._scan.wrap_at(pressure)), *ends, EXTREME_STEPS
         )
+        return min(samples[most], self._scan.wrap_at(place), key=shortage)
 
-    def _start(self, first: int) -> Wrap:
-        """Return the wrap where the coiled branch begins, below its first sample.
+    def _held(self, track: Sequence[Wrap]) -> list[tuple[int, int]]:
+        """Return first and last index of each part of a track that is in the range."""
+        held = [self.room(wrap)[0] >= 0.0 for wrap in track]
+        firsts = [i for i, here in enumerate(held) if here and (i == 0 or not held[i - 1])]
+        lasts = [
+            i for i, here in enumerate(held) if here and (i + 1 == len(held) or not held[i + 1])
+        ]
+        return list(zip(firsts, lasts, strict=True))
 
-        It is where the largest object is wrapped or, if that comes later, where the turns suffice.
-        """
-        samples = self._samples
-        on = samples[first]
-        if on.state.folds:
-            return on
-        below = samples[first - 1].pressure if first > 0 else END_TOLERANCE * on.pressure
-        if first == 0 or samples[first - 1].object_radius < on.object_radius:
-            above = samples[min(first + 1, len(samples) - 1)].pressure
-            largest = minimum(lambda pressure: -self._wrap_at(pressure).object_radius, below, above)
-            below = min(largest, on.pressure)
-            peak = self._wrap_at(largest)
-            if self._holds(peak):
-                return peak
-        return self._bisect(on, below, self._holds)
+    def _stretch(self, track: Sequence[Wrap], first: int, last: int) -> list[SubBranch]:
+        """Return the sub-branches of a part of a track, with its ends located."""
+        wraps = list(track[first : last + 1])
+        if first > 0 or track[0] is self.samples[0]:
+            below = track[first - 1].pressure if first > 0 else END_TOLERANCE * wraps[0].pressure
+            low, low_end = self._edge(wraps[0], below)
+        else:
+            low, low_end = wraps[0], BranchEnd.SNAP
+        if last + 1 < len(track):
+            high, high_end = self._edge(wraps[-1], track[last + 1].pressure)
+        elif track[-1] is self.samples[-1]:
+            high, high_end = wraps[-1], BranchEnd.PRESSURE_LIMIT
+        else:
+            high, high_end = wraps[-1], BranchEnd.SNAP
+        inner = [wrap for wrap in wraps if low.pressure < wrap.pressure < high.pressure]
+        if not low.pressure < high.pressure:
+            return []
+        return self._monotone([low, *inner, high], low_end, high_end)
 
-    def _holds(self, wrap: Wrap) -> bool:
-        """Return whether a wrap makes the turns required, without a snap on the way to it."""
-        return wrap.state.folds == 0 and wrap.turns >= self._gripper.turns_required
-
-    def _end(self, last: int) -> Wrap:
-        """Return the wrap at the branch's end: the limit, or where the coil closes on itself."""
-        on = self._samples[last]
-        if last == len(self._samples) - 1:
-            return on
-        least = LEAST_RADIUS * self._gripper.tube.outer_radius
-        beyond = self._samples[last + 1].pressure
-        return self._bisect(on, beyond, lambda wrap: wrap.object_radius > least)
-
-    def _bisect(self, on: Wrap, off: float, holds: Callable[[Wrap], bool]) -> Wrap:
-        """Return the last wrap between ``on`` and pressure ``off`` for which a condition holds."""
-        while abs(on.pressure - off) > END_TOLERANCE * self._gripper.pressure_max:
-            middle = 0.5 * (on.pressure + off)
-            wrap = self._wrap_at(middle)
-            if holds(wrap):
-                on = wrap
+    def _edge(self, on: Wrap, outside: float) -> tuple[Wrap, BranchEnd]:
+        """Return the last wrap of the range between ``on`` and a pressure outside of it."""
+        off = self._scan.wrap_at(outside)
+        room, (missing, end) = self.room(on)[0], self.room(off)
+        if missing >= 0.0:
+            return off, end
+        tolerance = END_TOLERANCE * self._scan.gripper.pressure_max
+        step = 0
+        while room > END_TOLERANCE and abs(on.pressure - off.pressure) > tolerance:
+            step += 1
+            share = 0.5 if step % HALVING == 0 else min(max(room / (room - missing), 0.01), 0.99)
+            wrap = self._scan.wrap_at(on.pressure + share * (off.pressure - on.pressure))
+            here, why = self.room(wrap)
+            if here >= 0.0:
+                on, room = wrap, here
             else:
-                off = middle
-        return on
+                off, missing, end = wrap, here, why
+        return on, end
+
+    def _monotone(
+        self, wraps: list[Wrap], low_end: BranchEnd, high_end: BranchEnd
+    ) -> list[SubBranch]:
+        """Return a stretch of the range cut where the radius is extreme."""
+        branches, begin = [], [wraps[0]]
+        for at, above in pairwise(wraps[1:]):
+            rise = at.object_radius - begin[-1].object_radius
+            if rise * (above.object_radius - at.object_radius) >= 0.0:
+                if at is not begin[-1]:
+                    begin.append(at)
+                continue
+            extreme = self._extreme(begin[-1], at, above, math.copysign(1.0, rise))
+            before = [at] if at.pressure < extreme.pressure else []
+            after = [at] if at.pressure > extreme.pressure else []
+            branches.append(SubBranch((*begin, *before, extreme), low_end, BranchEnd.EXTREME))
+            begin, low_end = [extreme, *after], BranchEnd.EXTREME
+        branches.append(SubBranch((*begin, wraps[-1]), low_end, high_end))
+        return branches
+
+    def _extreme(self, below: Wrap, at: Wrap, above: Wrap, sign: float) -> Wrap:
+        """Return the wrap of the largest (sign 1) or smallest (-1) radius next to a sample."""
+        place = minimum(
+            lambda pressure: -sign * self._scan.wrap_at(pressure).object_radius,
+            below.pressure,
+            above.pressure,
+            EXTREME_STEPS,
+        )
+        found = self._scan.wrap_at(place)
+        return found if sign * (found.object_radius - at.object_radius) > 0.0 else at

@@ -21,7 +21,7 @@ class Coil:
 
     Args:
         axis: unit vector in the base frame, pointing the way the coil advances from base to tip.
-        tip_angle: angle between the tip's tangent and the axis [rad].
+        helix_angle: angle between the tip's tangent and the axis [rad].
         turns: turns of the tangent about the axis, up to each node (n,); grows whichever way the
         coil winds.
         advances: length covered along the axis, up to each node (n,) [m].
@@ -29,7 +29,7 @@ class Coil:
     """
 
     axis: Vector
-    tip_angle: float
+    helix_angle: float
     turns: Array
     advances: Array
     arc_lengths: Array
@@ -81,13 +81,15 @@ def coil_from_state(state: RodState, axis: Vector) -> Coil:
         axis: unit vector in the base frame, pointing the way the coil advances
             (:func:`coil_axis`).
     """
-    from spiral_core.wrap._coil_kernels import turns_about  # compile only when a coil is asked for
+    from spiral_core.wrap._kernels import turns_about  # compile only when a coil is asked for
 
-    angle = tip_angle(state, axis)
-    turns = turns_about(np.array(state.orientations), axis, LEAST_SINE * math.sin(angle))
+    angle = helix_angle(state, axis)
+    step = float(state.arc_lengths[1])
+    least = LEAST_SINE * math.sin(angle)
+    turns = turns_about(np.array(state.orientations), np.array(state.strains), step, axis, least)
     return Coil(
         axis=axis,
-        tip_angle=angle,
+        helix_angle=angle,
         turns=turns if turns[-1] >= 0.0 else -turns,
         advances=state.positions @ np.asarray(axis),
         arc_lengths=state.arc_lengths,
@@ -110,9 +112,9 @@ def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vecto
         InvalidInputError: the given axis is no unit vector.
     """
     # Compile only when a coil is asked for.
-    from spiral_core.wrap._coil_kernels import FITTED, advancing_axis
+    from spiral_core.wrap._kernels import FITTED, advancing_axis
 
-    step = float(state.arc_lengths[-1]) / (len(state.arc_lengths) - 1)
+    step = float(state.arc_lengths[1])
     given = FITTED if axis is None else _checked(axis)
     return advancing_axis(
         np.array(state.orientations),
@@ -124,13 +126,13 @@ def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vecto
     )
 
 
-def tip_angle(state: RodState, axis: Vector) -> float:
+def helix_angle(state: RodState, axis: Vector) -> float:
     """Return the angle between the tip's tangent and a unit axis [rad].
 
     Raises:
         InvalidInputError: the axis is no unit vector.
     """
-    from spiral_core.wrap._coil_kernels import angle_at_tip
+    from spiral_core.wrap._kernels import angle_at_tip
 
     return angle_at_tip(np.array(state.orientations), _checked(axis))
 

@@ -66,7 +66,7 @@ class Helix:
         return 2.0 * math.pi * self.torsion / self.angular_rate / self.angular_rate
 
     @property
-    def cone_angle(self) -> float:
+    def helix_angle(self) -> float:
         r"""Angle theta between tangent and axis, tan(theta) = kappa / \|tau\| [rad], to pi/2."""
         return math.atan2(self.curvature, abs(self.torsion))
 

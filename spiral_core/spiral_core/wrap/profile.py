@@ -9,12 +9,14 @@ it is a perfect wrap, and thicker places are past theirs, in the regime the pape
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from spiral_core.errors import InvalidInputError, NotGrippableError
 from spiral_core.rod.types import Array
+from spiral_core.rounding import rounded_down, rounded_up
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.wrap import WrapRegime
 
@@ -136,8 +138,9 @@ def wrap_for_profile(curve: WrapCurve, profile: ObjectProfile) -> ProfileWrap:
             object is too short; names the place that comes nearest.
         SolverError: a shape could not be certified.
     """
-    starts = np.linspace(profile.start, profile.end, STARTS)
-    windows = [_window(curve, profile, float(start)) for start in starts]
+    evenly = np.linspace(profile.start, profile.end, STARTS).tolist()
+    starts = [*evenly, *(start for start, _ in _grippable_parts(curve, profile))]
+    windows = [_window(curve, profile, start) for start in starts]
     fitting = [window for window in windows if window is not None]
     if not fitting:
         raise _refusal(curve, profile)
@@ -205,16 +208,35 @@ def _refusal(curve: WrapCurve, profile: ObjectProfile) -> NotGrippableError:
         return NotGrippableError(
             thin, "too thick everywhere", curve.radius_max - thin, curve.radius_max
         )
-    radius = min(max(thin, curve.radius_min), curve.radius_max)
-    needed = curve.wrap_for_radius(radius).object_length_needed or 0.0
-    offered = profile.end - profile.start
+    start, end = max(_grippable_parts(curve, profile), key=lambda part: part[1] - part[0])
+    _, thickest = profile.extremes(start, end)
+    needed = curve.wrap_for_radius(min(thickest, curve.radius_max)).object_length_needed or 0.0
+    low, high = rounded_up(curve.radius_min, 4), rounded_down(curve.radius_max, 4)
     return NotGrippableError(
-        radius,
-        f"no {1e3 * needed:.3g} mm of the object's {1e3 * offered:.3g} mm stay between "
-        f"{curve.radius_min:.6g} and {curve.radius_max:.6g} m",
-        offered - needed,
-        radius,
+        thickest,
+        f"its longest part of {low:g} to {high:g} m in radius is {1e3 * (end - start):.4g} mm "
+        f"long, and the coil covers {1e3 * needed:.4g} mm",
+        end - start - needed,
+        None,
     )
+
+
+def _grippable_parts(curve: WrapCurve, profile: ObjectProfile) -> list[tuple[float, float]]:
+    """Return where the radii of an object are within the grippable range: start and end [m]."""
+    low, high = curve.radius_min, curve.radius_max
+    positions, radii = np.asarray(profile.positions), np.asarray(profile.radii)
+    places = set(positions.tolist())
+    for bound in (low, high):  # where the straight lines between the samples cross it
+        for i in np.nonzero((radii[:-1] - bound) * (radii[1:] - bound) < 0.0)[0]:
+            share = (bound - radii[i]) / (radii[i + 1] - radii[i])
+            places.add(float(positions[i] + share * (positions[i + 1] - positions[i])))
+    parts: list[tuple[float, float]] = []
+    for start, end in pairwise(sorted(places)):
+        if low <= profile.radius_at(0.5 * (start + end)) <= high:
+            joined = bool(parts) and parts[-1][1] == start
+            begin = parts.pop()[0] if joined else start
+            parts.append((begin, end))
+    return parts or [(profile.start, profile.start)]
 
 
 def _samples(field: str, values: ArrayLike) -> Array:

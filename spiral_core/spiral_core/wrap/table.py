@@ -7,14 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from spiral_core.rod.types import Array
-from spiral_core.wrap._wrap_kernel import interpolated_orientations
 from spiral_core.wrap.wrap import Wrap
 
 # Solved wraps that one interpolation goes through.
 NODES = 8
-# A wrap nearer to an end of the branch than this fraction of the usual distance is left out: the
-# rounding of their difference would spoil the interpolation.
+# A wrap nearer to an end of the sub-branch than this fraction of the usual distance is left out:
+# the rounding of their difference would spoil the interpolation.
 LEAST_GAP = 0.05
 
 
@@ -24,16 +22,13 @@ class WrapTable:
     Between two wraps the pressure is the polynomial through the nearest ones, in Newton's form.
 
     Args:
-        branch: wraps of the coiled branch at increasing pressures, its two ends included.
-        outer_radius: of the gripper's tube [m].
+        branch: wraps of a sub-branch by falling radius, its two ends included.
     """
 
-    def __init__(self, branch: Sequence[Wrap], outer_radius: float) -> None:
-        self._outer_radius = outer_radius
+    def __init__(self, branch: Sequence[Wrap]) -> None:
+        self._outer_radius = branch[0].outer_radius
         kept = self._well_spaced(branch)
         curvatures = np.array([self.contact_curvature(wrap.object_radius) for wrap in kept])
-        self._nodes = curvatures
-        self._orientations: Array = np.array([wrap.state.orientations for wrap in kept])
         differences = np.array([wrap.pressure for wrap in kept])
         self._curvatures: list[float] = curvatures.tolist()
         self._pressures: list[float] = differences.tolist()
@@ -50,8 +45,9 @@ class WrapTable:
         """Return what a search for a contact curvature [1/m] on the branch starts from.
 
         Returns:
-            The pressures of the two wraps around it [Pa], the pressure between them that is
-            guessed [Pa], and the slope of the contact curvature there [1/(m Pa)], > 0.
+            The pressures of the wraps next below and next above it in contact curvature [Pa], the
+            pressure between them that is guessed [Pa], and the slope of the contact curvature
+            there [1/(m Pa)].
         """
         curvatures, pressures = self._curvatures, self._pressures
         above = min(max(bisect_left(curvatures, target), 1), len(curvatures) - 1)
@@ -63,20 +59,18 @@ class WrapTable:
             away = target - curvatures[first + k]
             change = change * away + guess
             guess = guess * away + self._divided[k][first]
-        if low <= guess <= high and change > 0.0:
+        if (low <= guess <= high or high <= guess <= low) and change * (high - low) > 0.0:
             return low, high, guess, 1.0 / change
         change = (high - low) / (curvatures[above] - curvatures[above - 1])
         return low, high, low + change * (target - curvatures[above - 1]), 1.0 / change
 
-    def orientations(self, target: float) -> Array:
-        """Return guessed orientations (N + 1, 4) of the wrap with a contact curvature [1/m]."""
-        return interpolated_orientations(self._nodes, self._orientations, target)
-
     def _well_spaced(self, branch: Sequence[Wrap]) -> list[Wrap]:
         """Return the branch without those next to an end that are too near to it."""
         first, *inner, last = branch
-        least = LEAST_GAP * (last.pressure - first.pressure) / (len(branch) - 1)
+        least = LEAST_GAP * abs(last.pressure - first.pressure) / (len(branch) - 1)
         apart = [
-            wrap for wrap in inner if first.pressure + least < wrap.pressure < last.pressure - least
+            wrap
+            for wrap in inner
+            if min(abs(wrap.pressure - first.pressure), abs(wrap.pressure - last.pressure)) > least
         ]
         return [first, *apart, last]

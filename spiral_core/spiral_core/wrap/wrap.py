@@ -50,6 +50,7 @@ class Wrap:
         state: the shape, with its certificate.
         axis: of that cylinder, a unit vector that points the way the coil advances.
         turns_required: turns about the object that count as a wrap.
+        outer_radius: of the gripper's tube [m].
     """
 
     pressure: float
@@ -58,6 +59,7 @@ class Wrap:
     state: RodState
     axis: Vector
     turns_required: float
+    outer_radius: float
 
     @cached_property
     def coil(self) -> Coil:
@@ -70,12 +72,12 @@ class Wrap:
         return self.coil.total_turns
 
     @property
-    def tip_angle(self) -> float:
+    def helix_angle(self) -> float:
         """Angle between the tip's tangent and that axis [rad]."""
-        return self.coil.tip_angle
+        return self.coil.helix_angle
 
     @cached_property
-    def free_length_needed(self) -> float | None:
+    def gripper_length_needed(self) -> float | None:
         """Length of gripper that makes the required turns, counted from the tip [m].
 
         None if it makes fewer.
@@ -103,8 +105,7 @@ def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple
     """
     # Compile only when a wrap is asked for.
     from spiral_core.rod._profiles import floats
-    from spiral_core.wrap._coil_kernels import FITTED
-    from spiral_core.wrap._wrap_kernel import fitted_radius
+    from spiral_core.wrap._kernels import FITTED, fitted_radius
 
     return fitted_radius(
         np.array(state.orientations),
@@ -118,7 +119,11 @@ def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple
 
 
 def line_force(
-    stiffness: RodStiffness, shape: RestShape, radius: float, tip_angle: float, outer_radius: float
+    stiffness: RodStiffness,
+    shape: RestShape,
+    radius: float,
+    helix_angle: float,
+    outer_radius: float,
 ) -> float:
     r"""Return the force per length [N/m] of a uniform coil on a cylinder; negative lifts off.
 
@@ -133,11 +138,11 @@ def line_force(
         stiffness: of the rod.
         shape: the unloaded shape at the pressure in question.
         radius: of the object [m].
-        tip_angle: between tangent and axis on the object [rad].
+        helix_angle: between tangent and axis on the object [rad].
         outer_radius: of the gripper's tube [m].
     """
     rho = radius + outer_radius
-    sine, cosine = math.sin(tip_angle), abs(math.cos(tip_angle))
+    sine, cosine = math.sin(helix_angle), abs(math.cos(helix_angle))
     torsion = abs(shape.torsion)
     bending = stiffness.bending * (shape.curvature - sine * sine / rho) * sine * sine
     twisting = stiffness.torsional * (torsion - sine * cosine / rho) * sine * cosine

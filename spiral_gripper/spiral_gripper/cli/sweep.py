@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import cast
 
 import click
 
@@ -63,14 +64,24 @@ def feasibility(
 
     The angles are those between the first and the last --beta, by default 40 to 85 deg.
     """
-    betas = options["betas"] or (math.radians(40.0), math.radians(85.0))
+    given = cast("tuple[float, ...]", options["betas"])
+    betas = given or (math.radians(40.0), math.radians(85.0))
+    if not min(betas) < max(betas):
+        raise click.UsageError("give --beta twice, the first and the last angle, or not at all")
+    if options["tubes"]:
+        raise click.UsageError(
+            "--tube does not go with map, which varies the tube: give --tube-radius-min, "
+            "--tube-radius-max and --wall"
+        )
+    if not tube_radius_min < tube_radius_max:
+        raise click.UsageError("--tube-radius-min must be below --tube-radius-max")
     requirement = requirement_from(options)
 
     import numpy as np
 
     from spiral_core.design.sweep import feasibility_map
 
-    beta_grid = np.linspace(min(betas), max(betas), angles)  # type: ignore[call-overload]
+    beta_grid = np.linspace(min(betas), max(betas), angles)
     radius_grid = np.linspace(tube_radius_min, tube_radius_max, tube_radii)
     with _workers(jobs, scheduler) as executor, _progress(as_json) as progress:
         result = feasibility_map(

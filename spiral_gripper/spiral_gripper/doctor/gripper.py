@@ -22,7 +22,7 @@ NO_COMPILATION = "NUMBA_DISABLE_JIT"
 START_LOADS = (
     "spiral_core.rod.solve",
     "spiral_core.rod._arrays",
-    "spiral_core.wrap._wrap_kernel",
+    "spiral_core.wrap._kernels",
 )
 _KERNELS = ("grippers.kernel_cache", "grippers.kernels")
 
@@ -129,7 +129,7 @@ def check_gripper(name: str, facts: Facts) -> Finding:
     from spiral_core.wrap.curve import WrapCurve
     from spiral_gripper.files.description import load_gripper
     from spiral_gripper.files.errors import DescriptionError
-    from spiral_gripper.reports.tables import shown
+    from spiral_gripper.reports.tables import shown, shown_range
 
     del facts
     try:
@@ -142,9 +142,9 @@ def check_gripper(name: str, facts: Facts) -> Finding:
         return Finding(Mark.PROBLEM, f"{first}{more}", advice)
     except SpiralError as error:
         return Finding(Mark.PROBLEM, f"it cannot be used: {error}")
-    low, high = shown(curve.radius_min, "m"), shown(curve.radius_max, "m")
+    radii = shown_range(curve.radius_min, curve.radius_max)
     limit = shown(gripper.pressure_max, "Pa")
-    return Finding(Mark.OK, f"coils; grips radii from {low} to {high}, up to {limit}")
+    return Finding(Mark.OK, f"coils; grips radii from {radii}, up to {limit}")
 
 
 def _kernels() -> Iterator[Any]:

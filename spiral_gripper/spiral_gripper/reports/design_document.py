@@ -71,6 +71,8 @@ def design_as_dict(design: Design) -> dict[str, Any]:
         "radius_max": design.radius_max,
         "largest": _grip(design.largest),
         "smallest": _grip(design.smallest),
+        "placements": plain(design.placements),
+        "roll": design.roll,
         "curve": [_grip(point) for point in design.curve],
         "margins": [_margin(margin) for margin in design.margins],
     }

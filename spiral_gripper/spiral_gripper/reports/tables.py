@@ -12,6 +12,8 @@ from spiral_core.actuator.winding import Winding
 from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.report import Design, DesignReport, DesignStep, Relaxation
 from spiral_core.design.sweep import SweepPoint
+from spiral_core.rounding import rounded_down, rounded_up
+from spiral_core.wrap.placement import ObjectPlacement
 
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-3, "kPa"), "rad": (180.0 / math.pi, "deg"), "1": (1.0, "")}
 
@@ -27,6 +29,16 @@ def shown(value: float, unit: str) -> str:
     if unit == "m" and abs(value) >= 1.0:
         factor, name = 1.0, "m"
     return f"{factor * value:.4g} {name}".rstrip()
+
+
+def shown_range(low: float, high: float) -> str:
+    """Return a range of lengths [m] as people read it, its ends rounded into the range.
+
+    Example:
+        >>> shown_range(0.00457668, 0.0378219)
+        '4.577 mm to 37.82 mm'
+    """
+    return f"{shown(rounded_up(low, 4), 'm')} to {shown(rounded_down(high, 4), 'm')}"
 
 
 def print_report(report: DesignReport, console: Console) -> None:
@@ -48,7 +60,9 @@ def print_report(report: DesignReport, console: Console) -> None:
 
 def relaxation_text(relaxation: Relaxation) -> str:
     """Return a sufficient change of the requirement in words."""
-    unit = {"strain_max": "1", "pressure_max": "Pa"}.get(relaxation.field, "m")
+    unit = {"strain_max": "1", "pressure_max": "Pa", "turns_required": "1"}.get(
+        relaxation.field, "m"
+    )
     return (
         f"{relaxation.field} = {shown(relaxation.sufficient, unit)} instead of "
         f"{shown(relaxation.requested, unit)} ({relaxation.design})"
@@ -98,8 +112,18 @@ def answer_rows(design: Design) -> list[tuple[str, str]]:
         (f"object of {_mm(grip.radius)}", _grip_text(grip))
         for grip in (design.largest, design.smallest)
     ]
+    rows += [
+        (f"object of {_mm(place.radius)} lies at", _placement_text(place))
+        for place in design.placements
+    ]
+    roll = (
+        "of no matter: gravity is along the tube"
+        if design.roll is None
+        else (f"gravity {shown(design.roll, 'rad')} about the tube from the straight fiber")
+    )
+    rows.append(("roll of the clamp", roll))
     limit = shown(design.gripper.pressure_max, "Pa")
-    rows.append(("grips", f"{_mm(design.radius_min)} to {_mm(design.radius_max)} up to {limit}"))
+    rows.append(("grips", f"{shown_range(design.radius_min, design.radius_max)} up to {limit}"))
     return rows
 
 
@@ -108,6 +132,12 @@ def _winding_text(winding: Winding) -> str:
         f"{winding.hand}-handed, pitch {_mm(winding.pitch)}, {winding.turns:.1f} turns, "
         f"fiber {_mm(winding.fiber_length)}"
     )
+
+
+def _placement_text(place: ObjectPlacement) -> str:
+    center = ", ".join(f"{1e3 * x:.1f}" for x in place.center)
+    along = ", ".join(f"{x:.3f}" for x in place.axis)
+    return f"({center}) mm along ({along}); free coil up to {_mm(place.largest_gap)} off"
 
 
 def _grip_text(grip: GripFigures) -> str:

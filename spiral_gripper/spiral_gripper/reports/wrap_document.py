@@ -12,12 +12,13 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import RodState
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_core.wrap.profile import ObjectProfile, ProfileWrap, wrap_for_profile
 from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 from spiral_gripper.files.storage import read_text
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 from spiral_gripper.reports.design_document import plain
-from spiral_gripper.reports.tables import shown
+from spiral_gripper.reports.tables import shown, shown_range
 
 _HEADER = re.compile(r"\s*(?P<name>\w+)\s*\[(?P<unit>[^\]]+)\]\s*")
 HEADER_REQUIREMENT = 'of columns with units, such as "position [mm], radius [mm]"'
@@ -30,6 +31,8 @@ class SolvedWrap:
     Args:
         gripper: as it is mounted.
         wrap: the perfect wrap.
+        placement: where the object lies, and how well the free coil fits it.
+        snaps: pressures at which the tube snaps on the way to the wrap [Pa].
         radius_range: smallest and largest radius that it grips [m].
         pressure: at which the regime is asked for [Pa], or None.
         regime: at that pressure, or None.
@@ -38,6 +41,8 @@ class SolvedWrap:
 
     gripper: Gripper
     wrap: Wrap
+    placement: ObjectPlacement
+    snaps: tuple[float, ...]
     radius_range: tuple[float, float]
     pressure: float | None
     regime: WrapRegime | None
@@ -77,10 +82,19 @@ def solve_wrap(gripper: Gripper, radius: float, pressure: float | None) -> Solve
             gripper.stiffness,
             gripper.rest_shape(pressure),
             radius,
-            wrap.tip_angle,
+            wrap.helix_angle,
             gripper.tube.outer_radius,
         )
-    return SolvedWrap(gripper, wrap, (curve.radius_min, curve.radius_max), pressure, regime, force)
+    return SolvedWrap(
+        gripper,
+        wrap,
+        place_object(wrap),
+        tuple(snap for snap in curve.snap_pressures if snap < wrap.pressure),
+        (curve.radius_min, curve.radius_max),
+        pressure,
+        regime,
+        force,
+    )
 
 
 def solve_profile(gripper: Gripper, path: Path) -> SolvedProfile:
@@ -98,18 +112,22 @@ def solve_profile(gripper: Gripper, path: Path) -> SolvedProfile:
 
 def wrap_rows(solved: SolvedWrap) -> list[tuple[str, str]]:
     """Return the figures of a wrap as names and texts."""
-    wrap = solved.wrap
-    low, high = solved.radius_range
+    wrap, placement = solved.wrap, solved.placement
     rows = [
         ("object radius", shown(wrap.object_radius, "m")),
         ("pressure of the perfect wrap", shown(wrap.pressure, "Pa")),
         ("turns", f"{wrap.turns:.3g}, required {solved.gripper.turns_required:.3g}"),
-        ("gripper length they need", _length(wrap.free_length_needed)),
+        ("gripper length they need", _length(wrap.gripper_length_needed)),
         ("object length they cover", _length(wrap.object_length_needed)),
         ("stretch", "" if wrap.rest_shape.stretch is None else f"{wrap.rest_shape.stretch:.5g}"),
-        ("grips radii", f"{shown(low, 'm')} to {shown(high, 'm')}"),
+        ("object's middle at (x, y, z)", ", ".join(shown(x, "m") for x in placement.center)),
+        ("along", "({:.3f}, {:.3f}, {:.3f})".format(*placement.axis)),
+        ("free coil off the object by up to", shown(placement.largest_gap, "m")),
+        ("grips radii", shown_range(*solved.radius_range)),
         ("stable", "yes, certified" if wrap.state.stable else "no"),
     ]
+    if solved.snaps:
+        rows.append(("tube snaps on the way at", ", ".join(shown(p, "Pa") for p in solved.snaps)))
     if solved.pressure is not None and solved.regime is not None:
         rows.append((f"at {shown(solved.pressure, 'Pa')}", solved.regime.value))
         if solved.regime is not WrapRegime.OVERHANG and solved.line_force is not None:
@@ -126,10 +144,13 @@ def wrap_as_dict(solved: SolvedWrap) -> dict[str, Any]:
         "pressure": wrap.pressure,
         "turns": wrap.turns,
         "turns_required": solved.gripper.turns_required,
-        "free_length_needed": wrap.free_length_needed,
+        "gripper_length_needed": wrap.gripper_length_needed,
         "object_length_needed": wrap.object_length_needed,
         "stretch": wrap.rest_shape.stretch,
-        "object_axis": list(wrap.coil.axis),
+        "object_axis": list(solved.placement.axis),
+        "object_center": list(solved.placement.center),
+        "largest_gap": solved.placement.largest_gap,
+        "snap_pressures": list(solved.snaps),
         "radius_range": list(solved.radius_range),
         "stable": wrap.state.stable,
         "at_pressure": solved.pressure,

@@ -151,7 +151,7 @@ def _fill_plan(message: GripStatus, plan: WrapPlan, radius: float) -> None:
     message.valid = wrap.state.stable
     message.turns = wrap.turns
     message.contact_length = wrap.contact_length
-    message.free_length_needed = wrap.free_length_needed or 0.0
+    message.gripper_length_needed = wrap.gripper_length_needed or 0.0
     message.object_length_needed = wrap.object_length_needed or 0.0
     message.turns_margin = plan.turns_margin
     message.solve_time = plan.solve_time

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 from rclpy.timer import Timer
 
+from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.guards import harmless
 from spiral_gripper_ros.node.markers import Scene, no_markers, scene_to_msg
 from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
-from spiral_gripper_ros.planning.object_placement import ObjectPlacement, place_object
 from spiral_gripper_ros.planning.planner import WrapPlan
 
 if TYPE_CHECKING:
@@ -70,24 +70,19 @@ class Display:
         return Scene(
             commanded=None if commanded is None else commanded.state,
             measured=None if measured is None else measured.state,
-            placement=self._placement(loaded, snapshot),
+            placement=self._placement(snapshot),
             regime=loaded.regime,
             text=_text(snapshot),
             outer_radius=loaded.gripper.tube.outer_radius,
         )
 
-    def _placement(
-        self, loaded: LoadedGripper, snapshot: Snapshot[WrapPlan]
-    ) -> ObjectPlacement | None:
+    def _placement(self, snapshot: Snapshot[WrapPlan]) -> ObjectPlacement | None:
         """Return where the object in use is; it stays there while the gripper moves."""
-        plan, gripper = snapshot.plan, loaded.gripper
+        plan = snapshot.plan
         if plan is None or snapshot.radius is None:
             return None
         if self._placed is None or self._placed[0] is not plan:
-            placement = place_object(
-                plan.wrap, snapshot.radius, gripper.tube.outer_radius, gripper.turns_required
-            )
-            self._placed = (plan, placement)
+            self._placed = (plan, place_object(plan.wrap))
         return self._placed[1]
 
     def _rate(self) -> float:

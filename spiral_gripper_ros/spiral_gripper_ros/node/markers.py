@@ -13,8 +13,8 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper_ros.planning.object_placement import ObjectPlacement
 from spiral_gripper_ros.planning.sampling import picked_nodes
 
 # One marker in each namespace, with id 0.

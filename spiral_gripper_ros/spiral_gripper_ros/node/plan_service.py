@@ -7,6 +7,8 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+from geometry_msgs.msg import Point
+
 from spiral_core.errors import SpiralError
 from spiral_core.rod.types import Vector
 from spiral_core.validation import (
@@ -16,6 +18,7 @@ from spiral_core.validation import (
     require_vector,
 )
 from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.placement import place_object
 from spiral_core.wrap.wrap import Wrap
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
@@ -113,7 +116,8 @@ def _fill(request: Any, response: Any, context: PlanContext) -> None:  # noqa: A
     response.success = True
     response.nearest_radius = radius
     response.message = (
-        f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa"
+        f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa; "
+        f"the free coil is up to {response.largest_gap:.3g} m off the object"
     )
 
 
@@ -137,9 +141,13 @@ def _capped(pressure: float, context: PlanContext) -> float:
 def _fill_wrap(response: Any, wrap: Wrap, context: PlanContext) -> None:  # noqa: ANN401
     response.turns = wrap.turns
     response.contact_length = wrap.contact_length
-    response.free_length_needed = wrap.free_length_needed or 0.0
+    response.gripper_length_needed = wrap.gripper_length_needed or 0.0
     response.object_length_needed = wrap.object_length_needed or 0.0
     response.object_axis = vector_to_msg(wrap.coil.axis)
+    placement = place_object(wrap)
+    x, y, z = placement.center
+    response.object_center = Point(x=x, y=y, z=z)
+    response.largest_gap = placement.largest_gap
     response.backbone = backbone_to_msg(wrap.state, context.points, context.header)
     response.stable = wrap.state.stable
 

@@ -174,5 +174,5 @@ def planner_for(gripper: Gripper, gravity: Vector) -> AnyPlanner:
 def _line_force(gripper: Gripper, wrap: Wrap, shape: RestShape) -> float:
     """Return the force [N/m] with which a gripper of some rest shape presses on its object."""
     return line_force(
-        gripper.stiffness, shape, wrap.object_radius, wrap.tip_angle, gripper.tube.outer_radius
+        gripper.stiffness, shape, wrap.object_radius, wrap.helix_angle, gripper.tube.outer_radius
     )

@@ -1,4 +1,4 @@
-"""Where the object is: the cylinder that fits a wrap's coil best. Pure geometry, knows no ROS."""
+"""Where the object must lie: the cylinder that fits a wrap's coil best, and how well it fits."""
 
 from __future__ import annotations
 
@@ -24,17 +24,19 @@ class ObjectPlacement:
         axis: unit vector along it, the way the coil advances.
         radius: of the object [m].
         length: of the part that the coil covers [m].
+        largest_gap: largest distance between the tube of the required turns and the object's
+            surface, outside or inside of it [m]. The coil is the free one: contact, which would
+            close such gaps, is not modeled.
     """
 
     center: Vector
     axis: Vector
     radius: float
     length: float
+    largest_gap: float
 
 
-def place_object(
-    wrap: Wrap, radius: float, outer_radius: float, turns_required: float
-) -> ObjectPlacement:
+def place_object(wrap: Wrap) -> ObjectPlacement:
     r"""Return where an object must be to be wrapped.
 
     The direction of its axis is the coil's. Its place is where the last turns touch it best: the
@@ -47,24 +49,25 @@ def place_object(
     residual.
 
     Args:
-        wrap: the perfect wrap.
-        radius: of the object, r_w [m].
-        outer_radius: of the gripper's tube, r_o [m].
-        turns_required: turns that count as a wrap, from the tip; the fit uses at most one, which
-            is the window that gave the direction.
+        wrap: the perfect wrap. The fit uses at most one of its required turns, which is the window
+            that gave a fitted axis its direction.
     """
-    axis, across, up = _frame_along(wrap.coil.axis)
-    positions = touching_nodes(wrap, min(turns_required, 1.0))
+    radius, outer_radius = wrap.object_radius, wrap.outer_radius
+    axis, across, up = _frame_along(wrap.axis)
+    positions = touching_nodes(wrap, min(wrap.turns_required, 1.0))
     center = _fitted_center(
         positions @ np.stack((across, up), axis=1),
         _center_at_tip(wrap.state, axis, radius + outer_radius) @ np.stack((across, up), axis=1),
         radius + outer_radius,
     )
-    covered = touching_nodes(wrap, turns_required) @ axis
+    touching = touching_nodes(wrap, wrap.turns_required)
+    covered = touching @ axis
     low, high = float(covered.min()) - outer_radius, float(covered.max()) + outer_radius
-    place = center[0] * across + center[1] * up + 0.5 * (low + high) * axis
-    x, y, z = place.tolist()
-    return ObjectPlacement((x, y, z), wrap.coil.axis, radius, high - low)
+    place = center[0] * across + center[1] * up
+    x, y, z = (place + 0.5 * (low + high) * axis).tolist()
+    distances = distances_from_axis(touching, place, axis)
+    gap = float(np.abs(distances - radius - outer_radius).max())
+    return ObjectPlacement((x, y, z), wrap.axis, radius, high - low, gap)
 
 
 def touching_nodes(wrap: Wrap, turns: float) -> Array:
@@ -77,10 +80,11 @@ def touching_nodes(wrap: Wrap, turns: float) -> Array:
     return positions
 
 
-def distances_from_axis(positions: Array, placement: ObjectPlacement) -> Array:
-    """Return the distances (n,) of positions (n, 3) from an object's axis [m]."""
-    offsets = positions - np.asarray(placement.center)
-    distances: Array = np.linalg.norm(np.cross(offsets, np.asarray(placement.axis)), axis=1)
+def distances_from_axis(positions: Array, center: Array | Vector, axis: Array | Vector) -> Array:
+    """Return the distances (n,) of positions (n, 3) from a line through ``center`` [m]."""
+    distances: Array = np.linalg.norm(
+        np.cross(positions - np.asarray(center), np.asarray(axis)), axis=1
+    )
     return distances
 
 

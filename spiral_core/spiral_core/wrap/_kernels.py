@@ -1,0 +1,261 @@
+"""A shape as a coil, the cylinder it fits, and the step of a search for a wrap (compiled)."""
+
+import math
+
+import numpy as np
+
+from spiral_core.numerics.kernel import compiled, inlined
+from spiral_core.rod._algebra import (
+    TANGENT,
+    Array,
+    Vec,
+    add,
+    cross,
+    dot,
+    quaternion_at,
+    scale,
+    to_base,
+    vector_at,
+)
+from spiral_core.rod._continuation import Settled, settle_uniform
+from spiral_core.rod._system import Vector
+
+# Jacobi's method squares the rotations that are left with every sweep: three or four sweeps reach
+# rounding, and the off-diagonal counts as zero at this fraction of the trace.
+SWEEPS = 12
+DIAGONAL = 1e-17
+# Tangents taken from the last turn to fit its axis; more change the axis by less than the rod's own
+# error.
+AXIS_SAMPLES = 33
+# An element whose ends are both this far from where turns stop to count (in the sine to the axis)
+# does not come near it; one that may is looked at in parts.
+CLEAR_SINE = 0.25
+PARTS = 8
+# In place of a given axis: fit it.
+FITTED = (0.0, 0.0, 0.0)
+NO_TIP_LOAD = (0.0, 0.0, 0.0)
+# States that one guess of a shape goes through. A cubic is so near that one Newton step settles it.
+STATES = 4
+
+
+@inlined
+def tangent_at(orientations: Array, i: int) -> Vec:
+    """Return the unit tangent of node i in the base frame."""
+    return to_base(quaternion_at(orientations, i), TANGENT)
+
+
+@inlined
+def tangent_between(orientations: Array, strains: Array, h: float, i: int, f: float) -> Vec:
+    """Return the tangent at the fraction f of element i, by cubic Hermite interpolation.
+
+    With the slope t' = R (u x e_x) it is right to the order of the rod itself, and smooth in the
+    shape.
+    """
+    q0, q1 = quaternion_at(orientations, i), quaternion_at(orientations, i + 1)
+    slope0 = to_base(q0, cross(vector_at(strains, i), TANGENT))
+    slope1 = to_base(q1, cross(vector_at(strains, i + 1), TANGENT))
+    g = 1.0 - f
+    ends = add(
+        scale((1.0 + 2.0 * f) * g * g, to_base(q0, TANGENT)),
+        scale((3.0 - 2.0 * f) * f * f, to_base(q1, TANGENT)),
+    )
+    return add(ends, scale(h * f * g, add(scale(g, slope0), scale(-f, slope1))))
+
+
+@compiled
+def tangent_covariance(orientations: Array, strains: Array, h: float, window: float) -> Array:
+    """Return the covariance (3, 3) of tangents, evenly sampled over the last ``window`` [m]."""
+    n = orientations.shape[0] - 1
+    mean = (0.0, 0.0, 0.0)
+    tangents = np.empty((AXIS_SAMPLES, 3))
+    for j in range(AXIS_SAMPLES):
+        place = (n * h - window + window * j / (AXIS_SAMPLES - 1)) / h
+        i = max(0, min(n - 1, int(place)))
+        t = tangent_between(orientations, strains, h, i, place - i)
+        mean = add(mean, scale(1.0 / AXIS_SAMPLES, t))
+        for k in range(3):
+            tangents[j, k] = t[k]
+    covariance = np.zeros((3, 3))
+    for j in range(AXIS_SAMPLES):
+        for k in range(3):
+            for m in range(3):
+                covariance[k, m] += (tangents[j, k] - mean[k]) * (tangents[j, m] - mean[m])
+    return covariance
+
+
+@compiled
+def rotate_to_zero(a: Array, v: Array, p: int, q: int) -> None:
+    """Turn the coordinates p < q so that the symmetric a (3, 3) has a[p, q] = 0, and v along."""
+    if a[p, q] == 0.0:
+        return
+    half = 0.5 * (a[q, q] - a[p, p]) / a[p, q]
+    tangent = math.copysign(1.0, half) / (abs(half) + math.sqrt(half * half + 1.0))
+    cosine = 1.0 / math.sqrt(tangent * tangent + 1.0)
+    sine = tangent * cosine
+    for k in range(3):
+        x, y = a[k, p], a[k, q]
+        a[k, p], a[k, q] = cosine * x - sine * y, sine * x + cosine * y
+    for k in range(3):
+        x, y = a[p, k], a[q, k]
+        a[p, k], a[q, k] = cosine * x - sine * y, sine * x + cosine * y
+        x, y = v[k, p], v[k, q]
+        v[k, p], v[k, q] = cosine * x - sine * y, sine * x + cosine * y
+    a[p, q] = a[q, p] = 0.0
+
+
+@compiled
+def least_direction(symmetric: Array) -> Vec:
+    """Return the unit eigenvector of the smallest eigenvalue of a symmetric (3, 3) matrix.
+
+    By Jacobi's rotations: as accurate as LAPACK, without its cost for so small a matrix.
+    """
+    a = symmetric.copy()
+    v = np.eye(3)
+    negligible = DIAGONAL * (abs(a[0, 0]) + abs(a[1, 1]) + abs(a[2, 2]))
+    for _ in range(SWEEPS):
+        if max(abs(a[0, 1]), abs(a[0, 2]), abs(a[1, 2])) <= negligible:
+            break
+        for p in range(2):
+            for q in range(p + 1, 3):
+                rotate_to_zero(a, v, p, q)
+    least = 0
+    for k in range(1, 3):
+        if a[k, k] < a[least, least]:
+            least = k
+    return (v[0, least], v[1, least], v[2, least])
+
+
+@compiled
+def advancing_axis(
+    orientations: Array, strains: Array, tip: Array, h: float, turn_length: float, axis: Vec
+) -> Vec:
+    """Return a coil's axis (:func:`spiral_core.wrap.coil.coil_axis`); nodes are ``h`` [m] apart."""
+    if axis == FITTED:
+        window = min(turn_length, h * (orientations.shape[0] - 1))
+        axis = least_direction(tangent_covariance(orientations, strains, h, window))
+    if axis[0] * tip[0] + axis[1] * tip[1] + axis[2] * tip[2] < 0.0:
+        return (-axis[0], -axis[1], -axis[2])
+    return axis
+
+
+@compiled
+def angle_at_tip(orientations: Array, axis: Vec) -> float:
+    """Return the angle between the tip's tangent and a unit axis [rad]."""
+    along = dot(axis, tangent_at(orientations, orientations.shape[0] - 1))
+    return math.acos(min(1.0, max(-1.0, along)))
+
+
+@inlined
+def counted_share(before: float, after: float) -> float:
+    """Return which share of an element is positive when its ends are ``before`` and ``after``."""
+    if before >= 0.0 and after >= 0.0:
+        return 1.0
+    if before < 0.0 and after < 0.0:
+        return 0.0
+    return max(before, after) / abs(after - before)
+
+
+@inlined
+def across(axis: Vec, v: Vec) -> Vec:
+    """Return the part of a vector across a unit axis."""
+    return add(v, scale(-dot(v, axis), axis))
+
+
+@compiled
+def turns_about(
+    orientations: Array, strains: Array, h: float, axis: Vec, least_sine: float
+) -> Array:
+    """Return the turns of the tangent about an axis up to each node (n,), right-handed positive.
+
+    Where the tangent is within asin(``least_sine``) of the axis its azimuth is not counted. Next to
+    that limit an element is counted in :data:`PARTS`.
+    """
+    n = orientations.shape[0]
+    turns = np.zeros(n)
+    before = across(axis, tangent_at(orientations, 0))
+    excess_before = math.sqrt(dot(before, before)) - least_sine
+    for i in range(1, n):
+        end = across(axis, tangent_at(orientations, i))
+        excess_end = math.sqrt(dot(end, end)) - least_sine
+        parts = 1 if min(excess_before, excess_end) > CLEAR_SINE else PARTS
+        turns[i] = turns[i - 1]
+        for part in range(1, parts + 1):
+            after, excess = end, excess_end
+            if part < parts:
+                inside = tangent_between(orientations, strains, h, i - 1, part / parts)
+                after = across(axis, inside)
+                excess = math.sqrt(dot(after, after)) - least_sine
+            angle = math.atan2(dot(axis, cross(before, after)), dot(before, after))
+            turns[i] += counted_share(excess_before, excess) * angle / (2.0 * math.pi)
+            before, excess_before = after, excess
+    return turns
+
+
+@compiled
+def interpolated_orientations(places: Array, orientations: Array, place: float) -> Array:
+    """Return orientations (N + 1, 4) from those at rising places, (m,) and (m, N + 1, 4).
+
+    By Lagrange's polynomial through the quaternions next to the place: the states must follow each
+    other without a snap.
+    """
+    m, n, _ = orientations.shape
+    count = min(STATES, m)
+    first = min(max(np.searchsorted(places, place) - count // 2, 0), m - count)
+    q = np.zeros((n, 4))
+    for i in range(first, first + count):
+        weight = 1.0
+        for j in range(first, first + count):
+            if j != i:
+                weight *= (place - places[j]) / (places[i] - places[j])
+        for k in range(n):
+            for c in range(4):
+                q[k, c] += weight * orientations[i, k, c]
+    for k in range(n):
+        size = math.sqrt(q[k, 0] ** 2 + q[k, 1] ** 2 + q[k, 2] ** 2 + q[k, 3] ** 2)
+        for c in range(4):
+            q[k, c] /= size
+    return q
+
+
+@compiled
+def fitted_radius(
+    orientations: Array,
+    strains: Array,
+    tip: Array,
+    length: float,
+    rest: Vector,
+    axis: Vector,
+    outer_radius: float,
+) -> tuple[float, Vector]:
+    """Return r_w [m] of a shape with some rest strain, and the object's axis (unit vector).
+
+    See :mod:`spiral_core.wrap.wrap`; ``FITTED`` for ``axis`` fits it to the coil's last turn. A rod
+    that does not bend fits no cylinder: infinite.
+    """
+    torsion, _, curvature = rest
+    h = length / (orientations.shape[0] - 1)
+    rate = math.hypot(curvature, torsion)
+    turn_length = 2.0 * math.pi / rate if rate > 0.0 else math.inf
+    axis = advancing_axis(orientations, strains, tip, h, turn_length, axis)
+    sine = math.sin(angle_at_tip(orientations, axis))
+    if not curvature > 0.0:
+        return math.inf, axis
+    return sine * sine / curvature - outer_radius, axis
+
+
+@compiled
+def settle_on_object(
+    q: Array,
+    length: float,
+    torsional: float,
+    bending: float,
+    rest: Vector,
+    weight: Vector,
+    axis: Vector,
+    outer_radius: float,
+) -> tuple[Settled, float, Vector]:
+    """Settle a gripper's orientations q, in place; return the state, r_w [m] and the axis."""
+    settled = settle_uniform(q, length, torsional, bending, rest, weight, NO_TIP_LOAD, NO_TIP_LOAD)
+    tip = settled.positions[-1]
+    radius, found = fitted_radius(q, settled.strains, tip, length, rest, axis, outer_radius)
+    return settled, radius, found

@@ -1,0 +1,233 @@
+"""The pressure range of a gripper, solved once: its shape and what it wraps at every pressure.
+
+The states are those that a pressure rising from zero leads to. Where the tube snaps on the way the
+range is cut into tracks; along a track the shape changes continuously.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from spiral_core.actuator.interface import RestShape
+from spiral_core.errors import InvalidInputError, NoCoilError
+from spiral_core.rod._mesh import element_count
+from spiral_core.rod._newton import CONVERGED
+from spiral_core.rod._profiles import floats
+from spiral_core.rod.path import RodPath, follow_path
+from spiral_core.rod.solve import even_arc_lengths, state_from_settled
+from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.wrap._kernels import FITTED, interpolated_orientations, settle_on_object
+from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.wrap import Wrap, wrapped_radius
+
+# Pressures at which the whole range is solved once: so close that the tip turns by at most this
+# angle from one to the next [rad], and every solve between two of them is a short warm start.
+FEWEST_SAMPLES = 48
+SAMPLE_TURN = 1.2
+# About a given axis the wrapped radius rises and falls once per turn of the tip: this many samples
+# in place of one show each rise.
+GIVEN_AXIS_SAMPLES = 4
+# A track goes on to this fraction of the distance of two samples from a snap, which is located to
+# 1/4096 of it.
+SNAP_MARGIN = 0.01
+# A gripper that turns by more than this [rad] has a length in millimeters, taken for meters.
+MOST_TURN = 5.0e3
+# Pressures at which the unloaded shape is looked up to place them.
+TABLE = 256
+# Largest angle that an element turns by, at the tightest coil [rad]: the contact radius is then
+# right to about 1e-6 of itself about a fitted axis, to 5e-5 about a given one.
+ELEMENT_ANGLE = 0.4
+
+
+class Track(NamedTuple):
+    """Solved states that follow each other without a snap.
+
+    Args:
+        pressures: rising (m,) [Pa].
+        orientations: (m, N + 1, 4).
+        states: the same with all that belongs to them.
+    """
+
+    pressures: Array
+    orientations: Array
+    states: tuple[RodState, ...]
+
+
+class PressureScan:
+    """The states of a gripper from zero pressure to its limit, or to where no object fits inside.
+
+    Args:
+        gripper: the gripper.
+
+    Raises:
+        InvalidInputError: it would turn by an absurd angle.
+        NoCoilError: no pressure bends it.
+        SolverError: a shape could not be certified.
+
+    Attributes:
+        gripper: the gripper.
+        snaps: pressures at which the tube snaps, rising [Pa]; the last of several between samples.
+        tracks: the states between the snaps.
+    """
+
+    def __init__(self, gripper: Gripper) -> None:
+        self.gripper = gripper
+        self._axis: Vector = FITTED if gripper.object_axis is None else floats(gripper.object_axis)
+        pressures = sample_pressures(gripper)
+        shapes = [gripper.rest_shape(pressure) for pressure in pressures]
+        tightest = max(shapes, key=strain_of)
+        self._elements = element_count(gripper.rod(tightest), gripper.load(tightest), ELEMENT_ANGLE)
+        path = self._path(pressures)
+        self.snaps: list[float] = []
+        self.tracks: list[Track] = []
+        solved, first = list(zip(pressures, path.states, strict=True)), 0
+        joined: list[tuple[float, RodState]] = []
+        for station in sorted({math.floor(fold.position) for fold in path.folds}):
+            low, high = pressures[station : station + 2]
+            last = max(f.position for f in path.folds if math.floor(f.position) == station)
+            snap = low + (last - station) * (high - low)
+            margin = SNAP_MARGIN * (high - low)
+            before = self._reached(*solved[station], max(snap - margin, low))
+            after = self._reached(*solved[station + 1], min(snap + margin, high))
+            self.tracks.append(_track([*joined, *solved[first : station + 1], *before]))
+            self.snaps.append(snap)
+            joined, first = after, station + 1
+        self.tracks.append(_track([*joined, *solved[first:]]))
+
+    def start_at(self, pressure: float) -> Array:
+        """Return orientations (N + 1, 4) between the solved states next to a pressure [Pa]."""
+        track = self._track(pressure)
+        inside = min(max(pressure, track.pressures[0]), track.pressures[-1])
+        return interpolated_orientations(track.pressures, track.orientations, inside)
+
+    def wrap_at(self, pressure: float, start: Array | None = None) -> Wrap:
+        """Return what the gripper wraps at a pressure [Pa].
+
+        Args:
+            pressure: in [0, the gripper's ``pressure_max``].
+            start: orientations (N + 1, 4) of a state nearby, overwritten; None interpolates.
+
+        Raises:
+            InvalidInputError: the pressure is out of its range.
+            SolverError: the shape could not be certified.
+        """
+        gripper = self.gripper
+        shape = gripper.rest_shape(pressure)
+        q = self.start_at(pressure) if start is None else start
+        settled, radius, axis = settle_on_object(
+            q,
+            float(shape.backbone_length),
+            float(gripper.stiffness.torsional),
+            float(gripper.stiffness.bending),
+            floats((shape.torsion, 0.0, shape.curvature)),
+            gripper.weight(shape),
+            self._axis,
+            float(gripper.tube.outer_radius),
+        )
+        if settled.folds or settled.solution.outcome != CONVERGED:
+            return self._wrap(pressure, self._followed(pressure))
+        arcs = even_arc_lengths(shape.backbone_length, self._elements)
+        state = state_from_settled(arcs, q, settled)
+        outer = gripper.tube.outer_radius
+        return Wrap(pressure, radius, shape, state, axis, gripper.turns_required, outer)
+
+    def samples(self, track: Track) -> list[Wrap]:
+        """Return what the gripper wraps along a track, often enough to show how it changes."""
+        solved = [
+            self._wrap(float(p), s) for p, s in zip(track.pressures, track.states, strict=True)
+        ]
+        if self.gripper.object_axis is None:
+            return solved
+        wraps = solved[:1]
+        for below, above in pairwise(solved):
+            between = np.linspace(below.pressure, above.pressure, GIVEN_AXIS_SAMPLES + 1)[1:-1]
+            wraps += [*(self.wrap_at(pressure) for pressure in between.tolist()), above]
+        return wraps
+
+    def _track(self, pressure: float) -> Track:
+        return self.tracks[bisect_left(self.snaps, pressure)]
+
+    def _reached(
+        self, pressure: float, state: RodState, target: float
+    ) -> list[tuple[float, RodState]]:
+        """Return a pressure [Pa] and its state, as reached from another; none past a snap."""
+        if pressure == target:
+            return []
+        path = self._path((pressure, target), state)
+        return [] if path.folds else [(target, path.states[-1])]
+
+    def _followed(self, pressure: float) -> RodState:
+        """Return the state at a pressure [Pa], followed step by step from the nearest one solved.
+
+        Raises:
+            SolverError: it could not be certified.
+        """
+        track = self._track(pressure)
+        nearest = int(np.argmin(np.abs(track.pressures - pressure)))
+        stations = (float(track.pressures[nearest]), pressure)
+        return self._path(stations, track.states[nearest]).states[-1]
+
+    def _path(self, pressures: Sequence[float], start: RodState | None = None) -> RodPath:
+        """Return the states at some pressures [Pa], followed from one to the next."""
+        shapes = [self.gripper.rest_shape(pressure) for pressure in pressures]
+        return follow_path(
+            [self.gripper.rod(shape) for shape in shapes],
+            [self.gripper.load(shape) for shape in shapes],
+            elements=self._elements,
+            start=start,
+        )
+
+    def _wrap(self, pressure: float, state: RodState) -> Wrap:
+        gripper = self.gripper
+        shape = gripper.rest_shape(pressure)
+        radius, axis = wrapped_radius(gripper, shape, state)
+        outer = gripper.tube.outer_radius
+        return Wrap(float(pressure), radius, shape, state, axis, gripper.turns_required, outer)
+
+
+def _track(solved: Sequence[tuple[float, RodState]]) -> Track:
+    pressures, states = zip(*solved, strict=True)
+    orientations = np.array([state.orientations for state in states])
+    return Track(np.array(pressures), orientations, states)
+
+
+def strain_of(shape: RestShape) -> float:
+    """Return the angle that an unloaded shape turns by per length [rad/m]."""
+    return math.hypot(shape.curvature, shape.torsion)
+
+
+def sample_pressures(gripper: Gripper) -> list[float]:
+    """Return the pressures [Pa] to solve once, rising, until no object fits inside the coil.
+
+    In even steps of the distance that curvature and torsion cover; a pressure range that changes
+    neither is stepped over. However the tip is held, r_w is at most the radius of its free
+    curvature less r_o: past that no pressure is of use.
+
+    Raises:
+        InvalidInputError: there would be too many of them.
+        NoCoilError: no pressure bends the gripper.
+    """
+    fine = np.linspace(0.0, gripper.pressure_max, TABLE + 1)
+    shapes = [gripper.rest_shape(float(p)) for p in fine]
+    curvatures = np.array([s.curvature for s in shapes])
+    if not curvatures.max() > 0.0:
+        raise NoCoilError(0.0, gripper.turns_required, gripper.pressure_max)
+    closed = np.nonzero(curvatures * gripper.tube.outer_radius >= 1.0)[0]
+    end = int(closed[0]) if closed.size else TABLE
+    strains = np.column_stack((curvatures, [s.torsion for s in shapes]))[: end + 1]
+    covered = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(strains, axis=0), axis=1))))
+    turn = max(float(covered[-1]), strain_of(shapes[end])) * shapes[end].backbone_length
+    if not turn <= MOST_TURN:
+        requirement = f"so short that it turns by at most {MOST_TURN:g} rad"
+        raise InvalidInputError("length", gripper.tube.length, requirement)
+    samples = max(FEWEST_SAMPLES, math.ceil(turn / SAMPLE_TURN))
+    levels = np.linspace(0.0, covered[-1], samples + 1)[1:]
+    pressures = np.interp(levels, covered, fine[: end + 1])
+    pressures[-1] = fine[end]
+    return sorted(set(pressures[pressures > 0.0].tolist()))
