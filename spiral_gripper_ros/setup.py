@@ -20,6 +20,7 @@ setup(
         (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
         (f"share/{NAME}/launch", sorted(glob("launch/*.py"))),
         (f"share/{NAME}/rviz", sorted(glob("rviz/*.rviz"))),
+        (f"share/{NAME}/urdf", sorted(glob("urdf/*"))),
         (f"share/{NAME}/security", sorted(glob("security/*.xml"))),
     ],
     install_requires=["setuptools"],

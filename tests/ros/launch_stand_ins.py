@@ -92,6 +92,20 @@ class LifecycleNode(Node):
         super().__init__(name=name, namespace=namespace, **others)
 
 
+class Description:
+    """What xacro would return: the file, and what was given to it."""
+
+    def __init__(self, file, mappings):
+        self.file, self.mappings = file, mappings
+
+    def toxml(self):
+        return f"{self.file} {self.mappings}"
+
+
+def process_file(file, *, mappings):
+    return Description(file, mappings)
+
+
 class GroupAction:
     def __init__(self, actions):
         self.actions = list(actions)
@@ -121,6 +135,7 @@ MODULES = {
     "launch.launch_description_sources": (PythonLaunchDescriptionSource,),
     "launch.substitutions": (LaunchConfiguration, ThisLaunchFileDir),
     "launch_ros": (),
+    "xacro": (process_file,),
     "launch_ros.actions": (LifecycleNode, Node),
 }
 

@@ -21,8 +21,9 @@ from spiral_gripper_ros.node.parameters import PARAMETERS, refusal_of_values
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 
 PACKAGE = ROOT / "spiral_gripper_ros"
-GRIPPER, GRIPPERS, SIMULATION = FILES = tuple(
-    PACKAGE / f"launch/{name}.launch.py" for name in ("gripper", "grippers", "simulation")
+DESCRIPTION, GRIPPER, GRIPPERS, SIMULATION = FILES = tuple(
+    PACKAGE / f"launch/{name}.launch.py"
+    for name in ("description", "gripper", "grippers", "simulation")
 )
 SAMPLE = PACKAGE / "config/gripper.yaml"
 RVIZ = PACKAGE / "rviz/spiral_gripper.rviz"
@@ -89,8 +90,9 @@ def test_every_executable_is_one_that_is_installed(file):
     launched = nodes(file)
     assert launched
     for node in launched:
-        assert node.package == "spiral_gripper_ros"
-        assert node.executable in scripts
+        if node.package != "robot_state_publisher":
+            assert node.package == "spiral_gripper_ros"
+            assert node.executable in scripts
 
 
 def test_every_parameter_is_one_that_the_node_has_and_of_its_type():
@@ -235,6 +237,21 @@ def test_two_grippers_have_namespaces_and_frames_of_their_own(simulation):
 def test_names_that_are_none_are_refused(names):
     with pytest.raises(RuntimeError, match="argument names"):
         nodes(GRIPPERS, names=names)
+
+
+def test_the_description_is_that_of_the_xacro_with_what_is_given(tmp_path):
+    model = tmp_path / "mine.yaml"
+    model.touch()
+    given = {"prefix": "left_", "model": str(model), "collision": "swept"}
+    (publisher,) = nodes(DESCRIPTION, namespace="/left", **given)
+    assert (publisher.package, publisher.namespace) == ("robot_state_publisher", "/left")
+    (text,) = own_parameters(publisher).values()
+    assert text == f"{PACKAGE / 'urdf/spiral_gripper.urdf.xacro'} {given}"
+    (publisher,) = nodes(DESCRIPTION)
+    (text,) = own_parameters(publisher).values()
+    assert str(PACKAGE / "urdf/paper_design_70.yaml") in text
+    with pytest.raises(RuntimeError, match="argument model must be a file, got '/nothing'"):
+        nodes(DESCRIPTION, model="/nothing")
 
 
 def test_rviz_is_started_if_wanted_with_the_configuration_that_is_there():

@@ -35,6 +35,7 @@ COMMANDS: Final = MappingProxyType(
         "wrap": _Entry("gripper", "The pressure that wraps an object, and how it holds it."),
         "calibrate": _Entry("calibrate", "From bench measurements to calibrated constants."),
         "grippers": _Entry("grippers", "Gripper files: list, show and check them."),
+        "model": _Entry("model", "Collision spheres and swept volume, for a robot's URDF."),
         "sweep": _Entry("sweep", "Feasibility map and Pareto set of many designs."),
         "chart": _Entry("chart", "Charts: design space, effect of gravity, regimes."),
         "plan": _Entry("ros.running", "Can a running node wrap this object?"),

@@ -1,0 +1,125 @@
+"""A gripper as a part of a robot: what planners must keep clear of, for a URDF."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from spiral_core.rod.types import Array, RodState
+from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import Gripper
+from spiral_gripper.reports.shape_document import solve_shape
+
+# Shapes from 0 Pa to the wrap's pressure whose hull is the swept volume.
+SWEPT_SHAPES = 17
+# Spheres stand as close as this part of the tube's outer radius: they stick out by an eighth or so.
+SPHERE_SPACING = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class RobotModel:
+    """What a robot's description needs of a gripper, in its base frame [m].
+
+    Args:
+        name: of the gripper.
+        tube_radius: outer radius of the tube.
+        length: of the tube, unpressurized.
+        object_radius: of the object that is wrapped.
+        pressure: gauge pressure that wraps it [Pa].
+        tip: of the wrapped shape.
+        swept_low, swept_high: corners of the box that holds every shape on the way to the wrap.
+        spheres: center and radius (n, 4) of spheres that cover the wrapped tube.
+    """
+
+    name: str
+    tube_radius: float
+    length: float
+    object_radius: float
+    pressure: float
+    tip: Array
+    swept_low: Array
+    swept_high: Array
+    spheres: Array
+
+
+def solve_model(gripper: Gripper, radius: float) -> RobotModel:
+    """Return the model of a gripper that wraps an object of a radius [m].
+
+    Raises:
+        NotGrippableError: the object cannot be wrapped.
+        SolverError: a shape could not be certified.
+    """
+    wrap = WrapCurve(gripper).wrap_for_radius(radius)
+    outer = gripper.tube.outer_radius
+    shapes = [
+        solve_shape(gripper, pressure).state.positions
+        for pressure in np.linspace(0.0, wrap.pressure, SWEPT_SHAPES).tolist()
+    ]
+    swept = np.concatenate([*shapes, wrap.state.positions])
+    return RobotModel(
+        name=gripper.name,
+        tube_radius=outer,
+        length=gripper.tube.length,
+        object_radius=radius,
+        pressure=wrap.pressure,
+        tip=wrap.state.tip_position,
+        swept_low=swept.min(axis=0) - outer,
+        swept_high=swept.max(axis=0) + outer,
+        spheres=covering_spheres(wrap.state, outer),
+    )
+
+
+def covering_spheres(state: RodState, outer_radius: float) -> Array:
+    r"""Return spheres (n, 4), center and radius [m], that cover a tube.
+
+    They stand at equal distances :math:`d` along the backbone. Between two of them the surface of
+    a tube of outer radius :math:`r_o` and curvature :math:`\kappa` is, on the outside of the bend,
+
+    .. math:: \sqrt{r_o^2 + (1 + \kappa r_o)(d/2)^2} + \kappa h^2 / 8
+
+    from the nearer center at most; the last term is for the straight line between nodes at the
+    distance :math:`h`.
+
+    Args:
+        state: the tube's shape.
+        outer_radius: r_o [m], > 0.
+    """
+    steps = np.diff(state.positions, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    along = np.concatenate(([0.0], np.cumsum(lengths)))
+    count = 1 + math.ceil(along[-1] / (SPHERE_SPACING * outer_radius))
+    places = np.linspace(0.0, along[-1], count)
+    centers = np.stack([np.interp(places, along, x) for x in state.positions.T], axis=1)
+    directions = steps / lengths[:, None]
+    turning = np.linalg.norm(np.diff(directions, axis=0), axis=1)
+    curvature = float(np.max(turning / np.minimum(lengths[1:], lengths[:-1]), initial=0.0))
+    spacing = along[-1] / (count - 1)
+    outside = math.sqrt(1.0 + curvature * outer_radius) * 0.5 * spacing
+    chord = curvature * float(lengths.max()) ** 2 / 8.0
+    radius = math.hypot(outer_radius, outside) + chord
+    return np.column_stack((centers, np.full(count, radius)))
+
+
+def model_as_yaml(model: RobotModel) -> str:
+    """Return the file that ``urdf/spiral_gripper.urdf.xacro`` reads: meters, pascals."""
+
+    def row(values: Array) -> str:
+        return f"[{', '.join(f'{value:.5f}' for value in values.tolist())}]"
+
+    lines = [
+        "# A gripper for urdf/spiral_gripper.urdf.xacro, in its base frame; meters, pascals.",
+        f"# Written by `spiral-gripper model`, for an object of {1e3 * model.object_radius:g} mm.",
+        f"name: {model.name}",
+        f"tube_radius: {model.tube_radius:.5f}",
+        f"length: {model.length:.5f}",
+        f"object_radius: {model.object_radius:.5f}",
+        f"pressure: {model.pressure:.1f}",
+        f"tip: {row(model.tip)}",
+        f"swept_center: {row(0.5 * (model.swept_low + model.swept_high))}",
+        f"swept_size: {row(model.swept_high - model.swept_low)}",
+        "spheres:  # x, y, z, radius",
+        *(f"  - {row(sphere)}" for sphere in model.spheres),
+    ]
+    return "\n".join(lines) + "\n"
