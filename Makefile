@@ -124,9 +124,9 @@ docs: $(INSTALLED_DEV)
 validation: $(INSTALLED_DEV)
 	$(BIN)/python docs/validation.py
 
-# The peer is optional: where it cannot be installed its section says so.
+# Peers are optional: where they cannot be installed their tables say so.
 bench: $(INSTALLED_DEV)
-	-@$(STEP) $(LOGS)/install-bench.log "Installing PyElastica, to compare with" \
+	-@$(STEP) $(LOGS)/install-bench.log "Installing peers to compare with" \
 	  $(BIN)/python -m pip install 'spiral-gripper[bench]'
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks $(ONLY)
 

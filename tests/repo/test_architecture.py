@@ -29,6 +29,7 @@ EDGE_FOLDERS = {
     "files": set(),
     "reports": {"files"},
     "bench": {"files", "reports"},
+    "interop": set(),
     "doctor": {"files", "reports"},
     "cli": {"files", "reports", "bench", "doctor"},
     "cli.ros": {"files", "doctor", "cli"},
@@ -59,7 +60,7 @@ ROS_FREE = frozenset(
 )  # fmt: skip
 
 CORE_LIBRARIES = {"numba", "numpy", "scipy"}
-EDGE_LIBRARIES = {"click", "matplotlib", "numpy", "pint", "rich", "ruamel"}
+EDGE_LIBRARIES = {"click", "cosseratbench", "matplotlib", "numpy", "pint", "rich", "ruamel"}
 # Of the modules that know no ROS; a device's library is imported when the device is used.
 PLAIN_LIBRARIES = {"numpy", "pymodbus", "rich", "serial", "spiral_core", "spiral_gripper"}
 NOT_IN_THE_CORE = {

@@ -1,0 +1,1 @@
+"""Our solvers behind the interfaces of other projects."""
