@@ -70,12 +70,15 @@ def attempt(
     return guess, anchors, solution, move / limit
 
 
-def advance(start: Point, end: Arrays, largest: float, first: Arrays) -> Iterator[Point | None]:
+def advance(
+    start: Point, end: Arrays, largest: float, first: Arrays, before: Point | None = None
+) -> Iterator[Point | None]:
     """Follow the branch from ``start``, on the way from ``first`` to ``end``; yield its points.
 
-    Yields None, and ends, where the branch ends.
+    Yields None, and ends, where the branch ends. ``before`` is a point passed earlier, to
+    extrapolate from.
     """
-    here, before = start, None
+    here = start
     step = largest
     while here.at < 1.0:
         at = min(1.0, here.at + step) if here.at + step < 1.0 - 1e-12 else 1.0
@@ -108,6 +111,7 @@ def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
     grown = here.x.normal + ratio * (here.x.normal - before.x.normal)
     kept = np.maximum(grown, 0.1 * here.x.normal)
     x.normal[:] = np.where(here.x.normal > 0.0, kept, here.x.normal)
+    x.friction += ratio * (here.x.friction - before.x.friction)
     return x
 
 

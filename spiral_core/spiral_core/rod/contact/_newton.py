@@ -21,8 +21,9 @@ from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
 CONVERGED, ITERATION_LIMIT, NOT_FINITE, UNSTABLE = range(4)
 
 MAX_PASSES = 60
-# Passes of the quick attempt.
+# Passes of the quick attempt, doubled if the residual is this small by then.
 QUICK_PASSES = 6
+QUICK_RESIDUAL = 1e-3
 # Largest rotation of a node in one step [rad].
 MAX_ROTATION = 0.7
 # Compliances left to what is rigid, as fractions of an element's own; they change the way to the
@@ -30,7 +31,7 @@ MAX_ROTATION = 0.7
 CHORD_COMPLIANCE = 1e-5
 CONTACT_COMPLIANCE = 1e-4
 # A node that has stiffness 12 EI / h^3 of its own is taken to touch with this fraction of it.
-CONTACT_STIFFNESS = 0.1
+CONTACT_STIFFNESS = 1e-3
 # Slack times normal force at the end, as a fraction of EI/L and per element.
 LAST_BARRIER = 1e-10
 # Elastic slip at the end, as a fraction of the rod's radius, or of a thousandth of its length.
@@ -39,7 +40,7 @@ LAST_SLIP = 1e-6
 NEUTRAL = 1e-9
 # Below this residual friction follows the normal force within a step, which converges
 # quadratically.
-COUPLING_RESIDUAL = 0.1
+COUPLING_RESIDUAL = 5.0
 # Steps shorter than this fraction are blocked by the barrier: it is widened.
 BLOCKED = 0.2
 # Positions weigh ten times as much as their fraction of the length in the residual.
@@ -146,8 +147,11 @@ class Newton:
             if ended is not None:
                 self.x.sharp = self.law.sharp
                 return replace(solution, outcome=ended, passes=passes)
-            failing = passes > QUICK_PASSES or not solution.pivot > 0.0
-            if quick and failing and self.arrays.obstacles:
+            late = passes > QUICK_PASSES and not solution.residual < QUICK_RESIDUAL
+            failing = late or passes > 2 * QUICK_PASSES or not solution.pivot > 0.0
+            if quick and passes == 1 and not self.law.sharp:
+                self.law = replace(self.law, sharp=True, coupled=self.rubs)
+            elif quick and failing and self.arrays.obstacles:
                 quick = False
                 self._restart(start, *first)
             elif solution.pivot > 0.0:
@@ -167,7 +171,8 @@ class Newton:
         law = self.law
         last = law.sharp or law.barrier == self.last_barrier
         converged = solution.residual < DEFAULT_TOLERANCE and law.slip == self.last_slip and last
-        near = solution.residual < COUPLING_RESIDUAL and last and self.shift == 0.0
+        near = law.slip == self.last_slip and solution.residual < COUPLING_RESIDUAL
+        near = near and self.shift == 0.0
         coupled = self.rubs and near and not converged
         if converged and not law.coupled and self.shift == 0.0 and solution.pivot > 0.0:
             return CONVERGED

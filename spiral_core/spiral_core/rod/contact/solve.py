@@ -128,13 +128,14 @@ def follow_contact(
         start = solve_contact(stations.pop(0), elements=_count(problems, elements))
         states.append(start)
     here = _point_of(start, elements)
+    before: Point | None = None
     for index, problem in enumerate(stations):
         end = discretize(problem, here.arrays.count)
         if len(end.arc_lengths) != len(here.arrays.arc_lengths):
             raise InvalidInputError(
                 "problems", problem, "the same breaks and point loads throughout"
             )
-        reached, spent = _travel(here, end, largest_increment, index, events)
+        reached, before, spent = _travel(here, before, end, largest_increment, index, events)
         if reached is None:
             return ContactPath(tuple(states), tuple(events))
         states.append(state_from_point(reached, spent))
@@ -143,34 +144,44 @@ def follow_contact(
 
 
 def _travel(
-    here: Point, end: Arrays, largest: float, index: int, events: list[ContactEvent]
-) -> tuple[Point | None, int]:
-    """Go from a point to the next station, over the events on the way; None if the rod is lost."""
+    here: Point,
+    before: Point | None,
+    end: Arrays,
+    largest: float,
+    index: int,
+    events: list[ContactEvent],
+) -> tuple[Point | None, Point | None, int]:
+    """Go from a point to the next station, over the events on the way; None if the rod is lost.
+
+    ``before`` is the point passed before, its place counted from here; the same is returned.
+    """
     first = here.arrays
     spent = 0
     here = replace(here, at=0.0)
     while here.at < 1.0:
         ended = False
-        for point in advance(here, end, largest, first):
+        for point in advance(here, end, largest, first, before):
             if point is None:
                 ended = True
             else:
-                here = point
+                before, here = here, point
                 spent += point.solution.passes
         if not ended:
             break
         at, arrays = beyond(here, end, first)
-        before = state_from_point(here, spent)
+        last = state_from_point(here, spent)
         rest, used = slide(here, arrays)
         spent += used
         position = index + here.at
         if rest is None or len(events) >= MAX_EVENTS:
             after = state_from_point(_tried(here), used, ContactStatus.NOT_HELD)
-            events.append(ContactEvent(position, before, after))
-            return None, spent
+            events.append(ContactEvent(position, last, after))
+            return None, None, spent
         here = replace(rest, at=at)
-        events.append(ContactEvent(position, before, state_from_point(here, used)))
-    return here, spent
+        events.append(ContactEvent(position, last, state_from_point(here, used)))
+        before = None
+    earlier = None if before is None else replace(before, at=before.at - 1.0)
+    return here, earlier, spent
 
 
 def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
@@ -186,7 +197,7 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
     events: list[ContactEvent] = []
     spent = 0
     for end in (loaded, arrays):
-        reached, used = _travel(here, end, DEFAULT_INCREMENT, 0, events)
+        reached, _, used = _travel(here, None, end, DEFAULT_INCREMENT, 0, events)
         spent += used
         if reached is None:
             return replace(events[-1].after, iterations=spent)
