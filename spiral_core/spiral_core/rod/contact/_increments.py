@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spiral_core.rod.contact._contact import Anchors, Iterate, carried
+from spiral_core.rod.contact._contact import Anchors, Iterate, carried, distances
 from spiral_core.rod.contact._mesh import Arrays, between
 from spiral_core.rod.contact._newton import CONVERGED, Drag, Newton, Solution, last_slip
 from spiral_core.rod.contact._quaternions import turn_between, turned
 from spiral_core.rod.types import Array
 
-# In one increment a node moves by at most this fraction of an obstacle's arc, so that it cannot
-# change sides, and of the rod's length, so that a jump is seen as one.
+# In one increment a node moves by at most this fraction of an obstacle's arc, or its distance from
+# it, so that it cannot change sides; and of the rod's length, so that a jump is seen as one.
 LARGEST_ARC = 0.5
 LARGEST_MOVE = 0.1
 # Increments grow up to this many times where they are easy.
@@ -48,26 +48,35 @@ class Point:
     solution: Solution
 
 
-def largest_move(arrays: Arrays) -> float:
-    """Return how far a node may move in an increment [m]."""
-    radii = (obstacle.shape.feature_radius for obstacle in arrays.obstacles)
-    arc = min(radii, default=math.inf) + arrays.radius
-    return min(LARGEST_ARC * arc, LARGEST_MOVE * arrays.length)
+def largest_moves(here: Point) -> Array:
+    """Return how far each node may move in an increment (N + 1,) [m].
+
+    A node that is farther from an obstacle than that cannot change sides of it.
+    """
+    arrays = here.arrays
+    moves = np.full(arrays.count + 1, LARGEST_MOVE * arrays.length)
+    for obstacle in arrays.obstacles:
+        arc = LARGEST_ARC * (obstacle.shape.feature_radius + arrays.radius)
+        gap, _, _ = distances(obstacle, here.x.p, arrays.radius)
+        moves = np.minimum(moves, np.maximum(arc, gap))
+    return moves
 
 
 def attempt(
     here: Point, arrays: Arrays, guess: Iterate, drag: float = 0.0
 ) -> tuple[Iterate, Anchors, Solution, float]:
-    """Solve ``arrays`` from a guess, friction measured from ``here``; return also the move [m]."""
+    """Solve ``arrays`` from a guess, friction measured from ``here``.
+
+    Returns also the largest move of a node, as a fraction of what it may.
+    """
     slip = last_slip(arrays)
     anchors = carried(
         here.x, here.anchors, here.arrays.obstacles, arrays.obstacles, arrays.lever, slip
     )
-    limit = largest_move(arrays)
     newton = Newton(arrays, guess, anchors, Drag(drag, here.x.copy()) if drag else None)
-    solution = newton.run(limit)
-    move = float(np.sqrt(np.max(np.sum((guess.p - here.x.p) ** 2, axis=1))))
-    return guess, anchors, solution, move / limit
+    solution = newton.run(LARGEST_MOVE * arrays.length)
+    moves = np.sqrt(np.sum((guess.p - here.x.p) ** 2, axis=1))
+    return guess, anchors, solution, float(np.max(moves / largest_moves(here)))
 
 
 def advance(
