@@ -115,6 +115,7 @@ lower-bounds:
 
 figures: $(INSTALLED_DEV)
 	$(BIN)/python docs/figures.py
+	$(BIN)/python docs/section_figures.py
 
 docs: $(INSTALLED_DEV)
 	@$(STEP) $(LOGS)/install-docs.log "Installing Sphinx" $(BIN)/python -m pip install 'spiral-gripper[docs]'

@@ -35,7 +35,7 @@ for step in report.steps:
 design = report.design
 if design is None:
     raise SystemExit(report.message)
-beta = math.degrees(design.actuator.fibers.beta)
+beta = math.degrees(design.actuator.fiber_pair.beta)
 print(f"beta {beta:.0f} deg (the paper: 70), helix length {1e3 * design.helix_length:.1f} mm (361)")
 print(f"length under gravity {1e3 * design.length:.1f} mm, cut {1e3 * design.cut_length:.1f} mm")
 for winding in design.windings:

@@ -4,6 +4,7 @@ from spiral_core.actuator.actuator import PressureLaw as PressureLaw
 from spiral_core.actuator.curvature import rest_shape_from_stretch as rest_shape_from_stretch
 from spiral_core.actuator.fibers import FiberAngles as FiberAngles
 from spiral_core.actuator.fibers import FiberState as FiberState
+from spiral_core.actuator.fibers import OneFamily as OneFamily
 from spiral_core.actuator.fibers import fiber_state as fiber_state
 from spiral_core.actuator.fibers import locking_stretch as locking_stretch
 from spiral_core.actuator.free import FreeActuation as FreeActuation

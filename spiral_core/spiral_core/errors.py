@@ -34,6 +34,9 @@ class ActuationLimit(Enum):
         "the elastomer's chains are fully extended; "
         "use a material with a larger extension limit or ask for less stretch"
     )
+    MODEL_END = (
+        "the tube is stretched farther than the model follows it; ask for less pressure or stretch"
+    )
     DATA_END = "the measured actuation data end here; measure farther or ask for less pressure"
 
 

@@ -22,6 +22,7 @@ from spiral_core import (
     InvalidInputError,
     MooneyRivlin,
     NeoHookean,
+    OneFamily,
     PressureLaw,
     SingleFiber,
     Tube,
@@ -32,6 +33,7 @@ from spiral_core import (
 )
 from spiral_core.actuator.section_curve import SectionCurve
 from spiral_core.section.path import motion_at, section_path
+from spiral_core.wrap.gripper import stiffness_from_actuator
 
 LAWS = (
     NeoHookean(c1=145.0e3),
@@ -378,3 +380,104 @@ def test_a_contracting_tube_shortens_unless_a_single_fiber_would_have_to_push() 
 def test_contradictions_are_refused(choices: dict[str, object], match: str) -> None:
     with pytest.raises(InvalidInputError, match=match):
         dataclasses.replace(section(88.0, 60.0), **choices)  # type: ignore[arg-type]
+
+
+def one_family(angle: float, law: HyperelasticLaw = LATEX, gamma: float = 0.0) -> Actuator:
+    """Return a tube with one wound family and a single fiber; angles in degrees."""
+    return Actuator(
+        PAPER_TUBE,
+        OneFamily(math.radians(angle)),
+        law,
+        curvature_form=CurvatureForm.EXACT,
+        single_fibers=(SingleFiber(math.radians(gamma)),),
+    )
+
+
+def test_one_hoop_family_bends_without_twist() -> None:
+    """Without a second family nothing turns it; at small strain the hoop keeps plane sections."""
+    hoop = FreeActuation(one_family(90.0, NeoHookean(c1=145.0e3)))
+    shape = hoop.rest_shape(20.0e3)
+    assert shape.curvature > 1.0
+    assert abs(shape.torsion) < 1e-9
+    # Plane strain, bending about the straight fiber: P = 3/2 (A / pi r^2) 4/3 E (lambda - 1).
+    wall = PAPER_TUBE.wall_area / (math.pi * PAPER_TUBE.inner_radius**2)
+    stretch = hoop.stretch_from_pressure(10.0)
+    linear = 1.5 * wall * (4.0 / 3.0) * 6.0 * 145.0e3 * (stretch - 1.0)
+    assert linear == pytest.approx(10.0, rel=1e-3)  # of the order of the strain
+
+
+def test_one_family_and_its_mirror_image() -> None:
+    right, left = FreeActuation(one_family(70.0)), FreeActuation(one_family(-70.0))
+    one, other = right.rest_shape(40.0e3), left.rest_shape(40.0e3)
+    assert one.torsion < -1.0
+    assert other.torsion == pytest.approx(-one.torsion, rel=1e-8)
+    assert other.curvature == pytest.approx(one.curvature, rel=1e-8)
+    pressure = right.pressure_from_stretch(one.stretch or math.nan)
+    assert pressure == pytest.approx(40.0e3, rel=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("angle", "gamma"), [(70.0, 0.0), (90.0, 0.0), (75.0, 20.0)])
+def test_brute_force_finds_the_same_hoop(angle: float, gamma: float) -> None:
+    bent = one_family(angle, gamma=gamma)
+    actuation = FreeActuation(bent)
+    pressure = actuation.curve.energy.pressure_with_slope(0.3)[0]
+    shape = actuation.rest_shape(pressure)
+    radius, stretch = PAPER_TUBE.inner_radius, shape.stretch or math.nan
+    brute = BruteSection((math.radians(angle),), math.radians(gamma))
+    wall = PAPER_TUBE.wall_area / (math.pi * radius**2)
+    guess = Found(1.0, 0.01, math.tan(math.radians(gamma)), 0.0, 0.0)
+    found = brute.solve(energy(LATEX), pressure, wall, guess)
+    # Twelve angles there, 21 points here; SLSQP ends at half the digits of what it minimizes.
+    assert found.stretch == pytest.approx(stretch, abs=1e-7)
+    assert found.curvature == pytest.approx(shape.curvature * stretch * radius, abs=1e-7)
+    assert found.torsion == pytest.approx(shape.torsion * stretch * radius, abs=1e-7)
+
+
+def test_what_needs_two_families_says_so() -> None:
+    with pytest.raises(InvalidInputError, match="two families"):
+        rest_shape_from_stretch(one_family(70.0), 1.1)
+    for choices in ({"thick_wall": True}, {"pressure_law": PressureLaw.UNIFORM},
+                    {"curvature_form": CurvatureForm.FIRST_ORDER}):  # fmt: skip
+        with pytest.raises(InvalidInputError, match="famil"):
+            dataclasses.replace(one_family(70.0), **choices)
+    with pytest.raises(InvalidInputError, match="extends the tube"):
+        FreeActuation(one_family(30.0))
+
+
+def test_bending_a_thin_tube_about_its_straight_fiber_takes_four_times_ei() -> None:
+    """Plane strain (4/3 E) about the edge (3/2 x 2 of the diameter's I): 4 E I at rest."""
+    tube = Tube(1.0, 1e-4, 10.0)
+    stiffness = FreeActuation(section(90.0, 89.9, tube=tube)).curve.stiffness(0.0)
+    annulus = stiffness_from_actuator(section(90.0, 89.9, tube=tube))
+    assert stiffness.bending == pytest.approx(4.0 * annulus.bending, rel=1e-3)  # t/r, 0.1 degrees
+    assert FreeActuation(section(65.0, -65.0)).curve.stiffness(0.0).torsional == math.inf
+
+
+@pytest.mark.parametrize("gamma", [0.0, 20.0])
+def test_stiffness_is_the_second_derivative_of_energy_less_work(gamma: float) -> None:
+    bent = section(88.0, 60.0, gamma=gamma)
+    curve = SectionCurve(bent)
+    pressure = 60.0e3
+    size = curve.strain_from_pressure(pressure)
+    h = 2e-3 * size
+    sizes = [size + k * h for k in (-2, -1, 0, 1, 2)]
+    rings = motion_at(curve.path.fibers, np.array(sizes)).ring
+    energy = PAPER_TUBE.wall_area * wall_energy(curve, bent, sizes)
+    volume = math.pi * bent.wound_radius**2 * (1.0 + rings.stretch_change) * rings.hoop**2
+    curvatures = rings.bend / rings.hoop / bent.wound_radius
+    rise = np.dot([-1, 16, -30, 16, -1], energy - pressure * volume) / (12 * h * h)
+    bend = np.dot([1, -8, 0, 8, -1], curvatures) / (12 * h)
+    stiffness = curve.stiffness(pressure)
+    assert stiffness.bending == pytest.approx(rise / bend**2, rel=1e-6)  # second differences
+    twists = rings.twist / rings.hoop / bent.wound_radius
+    twist = np.dot([1, -8, 0, 8, -1], twists) / (12 * h)
+    assert stiffness.twist_per_curvature == pytest.approx(twist / bend, rel=1e-8)
+    assert stiffness.torsional == pytest.approx(rise / twist**2, rel=1e-6)
+
+
+def test_stiffness_needs_two_families_and_a_single_fiber() -> None:
+    with pytest.raises(InvalidInputError, match="makes the section bend"):
+        SectionCurve(section(88.0, 60.0).without_single_fibers()).stiffness(0.0)
+    with pytest.raises(InvalidInputError, match="two families"):
+        SectionCurve(one_family(70.0)).stiffness(0.0)

@@ -644,6 +644,6 @@ def test_choices_that_contradict_are_refused_in_their_place(load):
             load(f"{SMALLEST}model:\n{lines}")
         assert caught.value.field == field
     helical = changed("beta: 60 deg", "beta: 60 deg\n  single_angles: [20 deg]")
-    with pytest.raises(DescriptionError, match="exact for other fibers"):
+    with pytest.raises(DescriptionError, match="exact for fibers other than"):
         load(f"{helical}model:\n  curvature_form: first_order\n")
     assert load(helical).actuator.curvature_form is CurvatureForm.EXACT

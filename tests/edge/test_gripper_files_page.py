@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from spiral_core import SingleFiber
+from spiral_core import OneFamily, SingleFiber
 from spiral_gripper import DescriptionError, available_grippers, load_description
 from spiral_gripper.files.description import parse_description
 from spiral_gripper.files.fields import FIELDS, LAWS, Kind, constants_of
@@ -93,7 +93,7 @@ def test_allowed_numbers(name):
 
 @pytest.mark.parametrize("name", ["fibers.alpha", "fibers.beta"])
 def test_allowed_angles(name):
-    assert ROWS[name][2] == "-90 to 90 deg, not 0"
+    assert ROWS[name][2].removesuffix(", or `none`") == "-90 to 90 deg, not 0"
     for angle in ("90 deg", "-90 deg"):
         read(with_field(name, angle))
     for angle in ("90.1 deg", "-90.1 deg", "0 deg"):
@@ -142,7 +142,11 @@ def single_fiber_rows():
 @pytest.mark.parametrize("fields", single_fiber_rows().values(), ids=single_fiber_rows())
 def test_single_fibers_as_the_table_writes_them(fields):
     lines = "".join(f"  {field}\n" for field in fields)
-    actuator = read(SMALLEST.replace("fibers:\n", f"fibers:\n{lines}")).actuator
+    text = SMALLEST.replace("  beta: 60 deg\n", "") if "beta: none" in fields else SMALLEST
+    actuator = read(text.replace("fibers:\n", f"fibers:\n{lines}")).actuator
+    if fields == ["beta: none"]:
+        assert actuator.fibers == OneFamily(actuator.fibers.angle)
+        return
     stated = re.findall(r"[\d.]+(?= deg)", fields[0]) if fields else ["0"]
     angles = [math.degrees(fiber.angle) for fiber in actuator.single_fibers]
     assert angles == pytest.approx([float(angle) for angle in stated])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from spiral_core.actuator.fibers import FiberAngles
+from spiral_core.actuator.fibers import FiberAngles, OneFamily
 from spiral_core.actuator.materials import HyperelasticLaw
 from spiral_core.actuator.single_fiber import SingleFiber, check_single_fibers, fiber_set_of
 from spiral_core.actuator.tube import Tube
@@ -34,7 +34,7 @@ class Actuator:
 
     Args:
         tube: the elastomer tube at rest.
-        fibers: angles of the two wound families.
+        fibers: angles of the two wound families, or of one alone.
         material: the elastomer's law.
         straight_fiber_radius: distance from the tube's axis to the straight fiber [m], > 0;
             None puts it at the tube's inner radius.
@@ -65,7 +65,7 @@ class Actuator:
     """
 
     tube: Tube
-    fibers: FiberAngles
+    fibers: FiberAngles | OneFamily
     material: HyperelasticLaw
     straight_fiber_radius: float | None = None
     curvature_form: CurvatureForm = CurvatureForm.FIRST_ORDER
@@ -76,7 +76,8 @@ class Actuator:
 
     def __post_init__(self) -> None:
         _require_type("tube", self.tube, Tube)
-        _require_type("fibers", self.fibers, FiberAngles)
+        if not isinstance(self.fibers, FiberAngles | OneFamily):
+            raise InvalidInputError("fibers", self.fibers, "FiberAngles or OneFamily")
         _require_type("material", self.material, HyperelasticLaw)
         _require_type("curvature_form", self.curvature_form, CurvatureForm)
         _require_type("twist_shear", self.twist_shear, bool)
@@ -95,6 +96,17 @@ class Actuator:
         if self.straight_fiber_radius is None:
             return self.wound_radius
         return self.straight_fiber_radius
+
+    @property
+    def fiber_pair(self) -> FiberAngles:
+        """The angles of two wound families.
+
+        Raises:
+            InvalidInputError: it has one family alone.
+        """
+        if isinstance(self.fibers, OneFamily):
+            raise InvalidInputError("fibers", "one wound family", "two families for this")
+        return self.fibers
 
     @property
     def wound_radius(self) -> float:
@@ -128,15 +140,18 @@ class Actuator:
             )
         if self.pressure_law is PressureLaw.UNIFORM and self.thick_wall:
             raise InvalidInputError("thick_wall", True, "false with the uniform law")
-        if self.has_one_straight_fiber or not self.single_fibers:
+        two = isinstance(self.fibers, FiberAngles)
+        if two and (self.has_one_straight_fiber or not self.single_fibers):
             return
+        others = "for fibers other than two families and one straight one"
         if self.pressure_law is PressureLaw.UNIFORM:
-            raise InvalidInputError(
-                "pressure_law", "uniform", "section for other fibers than one straight one"
-            )
+            raise InvalidInputError("pressure_law", "uniform", f"section {others}")
         if self.curvature_form is CurvatureForm.FIRST_ORDER:
+            raise InvalidInputError("curvature_form", "first_order", f"exact {others}")
+        if not two and (self.thick_wall or len(self.single_fibers) > 1):
+            field = "thick_wall" if self.thick_wall else "single_fibers"
             raise InvalidInputError(
-                "curvature_form", "first_order", "exact for other fibers than one straight one"
+                field, getattr(self, field), "a thin wall and at most one fiber with one family"
             )
 
 

@@ -24,7 +24,7 @@ from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.fibers import fiber_state
 from spiral_core.actuator.interface import RestShape
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
-from spiral_core.section.path import SectionPath, section_path
+from spiral_core.section.path import ShapePath, section_path
 from spiral_core.validation import require_finite
 
 
@@ -65,7 +65,7 @@ def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> RestShape:
     exact = actuator.curvature_form is CurvatureForm.EXACT
     if exact and actuator.pressure_law is PressureLaw.SECTION:
         return _rest_shape_on_path(actuator, stretch)
-    state = fiber_state(actuator.fibers, stretch)
+    state = fiber_state(actuator.fiber_pair, stretch)
     length = actuator.tube.length
     torsion = state.twist / actuator.tube.inner_radius
     if not actuator.single_fibers and not exact:
@@ -79,7 +79,7 @@ def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> RestShape:
     return RestShape(curvature / stretch, torsion / stretch, stretch * length, stretch)
 
 
-def rest_shape_from_section(actuator: Actuator, path: SectionPath, far_strain: float) -> RestShape:
+def rest_shape_from_section(actuator: Actuator, path: ShapePath, far_strain: float) -> RestShape:
     """Return the unloaded shape of a section whose far side has a strain, of its absolute value.
 
     Args:
@@ -100,6 +100,7 @@ def rest_shape_from_section(actuator: Actuator, path: SectionPath, far_strain: f
 
 def _rest_shape_on_path(actuator: Actuator, stretch: float) -> RestShape:
     """Return the shape that the section's fibers allow at a stretch."""
+    _ = actuator.fiber_pair  # with one family the shape depends on the elastomer too
     path = section_path(actuator.fiber_set)
     limit = path.stretch_at(path.strain_limit)
     if not stretch <= limit:

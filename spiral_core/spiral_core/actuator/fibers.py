@@ -75,6 +75,35 @@ class FiberAngles:
 
 
 @dataclass(frozen=True, slots=True)
+class OneFamily:
+    """One wound family alone: it leaves the wall a motion that the elastomer decides.
+
+    Args:
+        angle: from the tube's axis [rad], -pi/2 to pi/2; positive is right-handed.
+
+    Raises:
+        InvalidInputError: the angle is out of range or along the axis.
+
+    Example:
+        >>> OneFamily(angle=math.radians(70.0)).mirrored().angle < 0.0
+        True
+    """
+
+    angle: float
+
+    def __post_init__(self) -> None:
+        require_in_range("angle", self.angle, -math.pi / 2, math.pi / 2)
+        if not abs(self.angle) >= SMALLEST_ANGLE:
+            raise InvalidInputError(
+                "angle", self.angle, f"at least {SMALLEST_ANGLE} rad from the axis"
+            )
+
+    def mirrored(self) -> OneFamily:
+        """Return the mirror image."""
+        return OneFamily(-self.angle)
+
+
+@dataclass(frozen=True, slots=True)
 class FiberState:
     """Deformation of the wall at one axial stretch.
 

@@ -84,7 +84,7 @@ def find_useful_branch(actuator: Actuator) -> UsefulBranch:
         >>> round(branch.stretch_limit, 4), branch.limit.name
         (1.9999, 'FIBER_LOCKING')
     """
-    require_extending(actuator.fibers)
+    require_extending(actuator.fiber_pair)
     branch = _geometric_branch(actuator)
     if math.isfinite(actuator.material.first_invariant_limit):
         branch = _shortened_by(
@@ -111,9 +111,9 @@ def find_useful_branch(actuator: Actuator) -> UsefulBranch:
 
 def _geometric_branch(actuator: Actuator) -> UsefulBranch:
     """Return the branch up to fiber locking or the largest volume, whichever comes first."""
-    largest_volume = largest_volume_stretch(actuator.fibers)
+    largest_volume = largest_volume_stretch(actuator.fiber_pair)
     if largest_volume is None:
-        locking = locking_stretch(actuator.fibers)
+        locking = locking_stretch(actuator.fiber_pair)
         return UsefulBranch(_just_below(locking), ActuationLimit.FIBER_LOCKING)
     return UsefulBranch(_just_below(largest_volume), ActuationLimit.VOLUME_MAXIMUM)
 
@@ -124,14 +124,14 @@ def _just_below(singular_stretch: float) -> float:
 
 def _invariant_left(actuator: Actuator, stretch: float) -> float:
     """Return how far I1 is from the elastomer's limit, positive below it."""
-    jet = fiber_jet(actuator.fibers, stretch)
+    jet = fiber_jet(actuator.fiber_pair, stretch)
     first = invariants_from_jet(stretch, jet, actuator.twist_shear).first
     return actuator.material.first_invariant_limit - first
 
 
 def _straight_fiber_left(actuator: Actuator, stretch: float) -> float:
     """Return 1 - |omega| r_f / r, positive while the straight fiber is long enough."""
-    jet = fiber_jet(actuator.fibers, stretch)
+    jet = fiber_jet(actuator.fiber_pair, stretch)
     return 1.0 - abs(jet.shear / jet.hoop) * actuator.fiber_radius / actuator.tube.inner_radius
 
 

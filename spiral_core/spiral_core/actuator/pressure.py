@@ -16,11 +16,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from spiral_core.actuator.actuator import Actuator, PressureLaw
-from spiral_core.actuator.fibers import FiberJet, fiber_jet
+from spiral_core.actuator.fibers import FiberJet, OneFamily, fiber_jet
+from spiral_core.actuator.one_family import OneFamilyPath, one_family_path
 from spiral_core.actuator.section_curve import SectionEnergy
 from spiral_core.actuator.volume import largest_volume_stretch, require_extending, volume_from_jet
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
-from spiral_core.section.path import section_path
+from spiral_core.section.path import ShapePath, section_path
 from spiral_core.validation import require_finite
 
 
@@ -121,7 +122,7 @@ def energy_from_stretch(actuator: Actuator, stretch: float) -> float:
         >>> round(energy_from_stretch(actuator, 1.1), 6)
         0.077412
     """
-    jet = fiber_jet(actuator.fibers, stretch)
+    jet = fiber_jet(actuator.fiber_pair, stretch)
     values = invariants_from_jet(stretch, jet, actuator.twist_shear)
     density = actuator.material.energy_density(values.first, values.second)
     return density * actuator.tube.wall_area * actuator.tube.length
@@ -142,7 +143,7 @@ def pressure_point(actuator: Actuator, stretch: float) -> PressurePoint:
     Raises:
         ActuationLimitError: fiber locking, or the elastomer's limit, is reached.
     """
-    jet = fiber_jet(actuator.fibers, stretch)
+    jet = fiber_jet(actuator.fiber_pair, stretch)
     i1, i1_1, i1_2, i2, i2_1, i2_2 = invariants_from_jet(stretch, jet, actuator.twist_shear)
     u_1, u_2, u_11, u_12, u_22 = actuator.material.invariant_derivatives(i1, i2)
     energy_1 = u_1 * i1_1 + u_2 * i2_1
@@ -199,11 +200,20 @@ def pressures_from_stretches(actuator: Actuator, stretches: Sequence[float]) -> 
     for stretch in stretches:
         if not require_finite("stretch", stretch) >= 1.0:
             raise InvalidInputError("stretch", stretch, "at least 1 (pressure extends the tube)")
-    require_extending(actuator.fibers)
+    if isinstance(actuator.fibers, OneFamily):
+        states = one_family_path(actuator)
+        return _section_pressures(states, states, stretches)
+    require_extending(actuator.fiber_pair)
     if actuator.pressure_law is PressureLaw.UNIFORM:
         return [_uniform_pressure(actuator, stretch) for stretch in stretches]
     path = section_path(actuator.fiber_set)
-    energy = SectionEnergy(actuator, path)
+    return _section_pressures(path, SectionEnergy(actuator, path), stretches)
+
+
+def _section_pressures(
+    path: ShapePath, energy: SectionEnergy | OneFamilyPath, stretches: Sequence[float]
+) -> list[float]:
+    """Return the pressure at each stretch of a section's path."""
     limit = path.stretch_at(energy.strain_limit)
     for stretch in stretches:
         if not stretch <= limit:
@@ -213,12 +223,12 @@ def pressures_from_stretches(actuator: Actuator, stretches: Sequence[float]) -> 
 
 
 def _uniform_pressure(actuator: Actuator, stretch: float) -> float:
-    jet = fiber_jet(actuator.fibers, stretch)
+    jet = fiber_jet(actuator.fiber_pair, stretch)
     if not volume_from_jet(stretch, jet).prime > 0.0:
         raise ActuationLimitError(
             ActuationLimit.VOLUME_MAXIMUM,
             "stretch",
             stretch,
-            largest_volume_stretch(actuator.fibers) or stretch,
+            largest_volume_stretch(actuator.fiber_pair) or stretch,
         )
     return pressure_point(actuator, stretch).pressure

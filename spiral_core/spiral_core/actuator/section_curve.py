@@ -13,24 +13,52 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from dataclasses import dataclass
 
 import numpy as np
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm
 from spiral_core.actuator.curvature import rest_shape_from_section, rest_shape_from_stretch
-from spiral_core.actuator.fibers import locking_stretch
+from spiral_core.actuator.fibers import OneFamily, locking_stretch
 from spiral_core.actuator.interface import RestShape
 from spiral_core.actuator.materials import HyperelasticLaw
+from spiral_core.actuator.one_family import OneFamilyPath, one_family_path
 from spiral_core.actuator.volume import require_extending
 from spiral_core.errors import ActuationLimit, InvalidInputError
 from spiral_core.numerics.panels import Array, Panels, panel_nodes
 from spiral_core.numerics.roots import first_sign_change, rising_root
-from spiral_core.section.path import END_MARGIN, Motion, SectionPath, motion_at, section_path
+from spiral_core.section.path import (
+    END_MARGIN,
+    Motion,
+    SectionPath,
+    ShapePath,
+    motion_at,
+    section_path,
+)
 
 # States at which the pressure is tabulated: brackets for the inverse, and where it stops rising.
 TABLE_NODES = 129
 # Towards the elastomer's limit the energy has a pole: panels halve this many times.
 POLE_PANELS = 14
+# Less change of the torsion with the far side's strain than this is rounding.
+NO_TWIST = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class SectionStiffness:
+    """Stiffness of a section at fixed pressure, per unstretched length, by the section law.
+
+    Fibers that do not stretch leave bending in its own plane and twist one motion together.
+
+    Attributes:
+        bending: moment over curvature, the twist left free [N m^2].
+        torsional: torque over twist, the curvature left free [N m^2]; infinite without twist.
+        twist_per_curvature: how far it twists as it bends.
+    """
+
+    bending: float
+    torsional: float
+    twist_per_curvature: float
 
 
 class SectionEnergy:
@@ -69,15 +97,14 @@ class SectionCurve:
     """
 
     __slots__ = (
-        "_actuator", "_pressures", "_strains", "energy", "limit", "path", "pressure_limit",
-        "strain_limit", "stretch_limit",
+        "_actuator", "_pressures", "_radius", "_strains", "energy", "limit", "path",
+        "pressure_limit", "strain_limit", "stretch_limit",
     )  # fmt: skip
 
     def __init__(self, actuator: Actuator) -> None:
-        self._actuator = actuator
-        self.path = section_path(actuator.fiber_set)
+        self._actuator, self._radius = actuator, actuator.wound_radius
+        self.path, self.energy = _path_and_energy(actuator)
         _require_pull(actuator, self.path)
-        self.energy = SectionEnergy(actuator, self.path)
         end, self.limit = self.energy.strain_limit, self.energy.limit
         if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
             end, self.limit = _first_order_end(actuator, self.path, end, self.limit)
@@ -111,6 +138,28 @@ class SectionCurve:
         low, high = self._strains[cell - 1], self._strains[cell]
         return rising_root(self.energy.pressure_with_slope, pressure, low, high)
 
+    def stiffness(self, pressure: float) -> SectionStiffness:
+        r"""Return the stiffness at a pressure [Pa] from 0 to ``pressure_limit``.
+
+        At fixed pressure the energy less the pressure's work rises by half
+        :math:`\pi a^2 L \, P'(y) v'(y)` times the square of a change of y, so that the bending
+        stiffness is :math:`\pi a^4 P' v' / \kappa_n'^2` with :math:`\kappa_n = a \hat\kappa`.
+
+        Raises:
+            InvalidInputError: it has one wound family, or no single fiber.
+        """
+        self._actuator.fiber_pair  # noqa: B018 - refuses one family
+        if not (self._actuator.single_fibers and isinstance(self.path, SectionPath)):
+            raise InvalidInputError("single_fibers", (), "one that makes the section bend")
+        size = self.strain_from_pressure(pressure)
+        volume = self.path.volume_slope(size)
+        curvature, curvature_slope = self.path.curvature.with_slope(size)
+        torsion, torsion_slope = self.path.torsion.with_slope(size)
+        bend, twist = curvature + size * curvature_slope, torsion + size * torsion_slope
+        rise = math.pi * self._radius**4 * self.energy.pressure_with_slope(size)[1] * volume
+        torsional = rise / twist**2 if abs(twist) > NO_TWIST else math.inf
+        return SectionStiffness(rise / bend**2, torsional, twist / bend)
+
     def rest_shape(self, pressure: float) -> RestShape:
         """Return the unloaded shape at a pressure [Pa] from 0 to ``pressure_limit``."""
         return section_shape(self._actuator, self.path, self.strain_from_pressure(pressure))
@@ -120,18 +169,27 @@ class SectionCurve:
         return section_shape(self._actuator, self.path, self.path.strain_from_stretch(stretch))
 
 
-def section_shape(actuator: Actuator, path: SectionPath, size: float) -> RestShape:
+def section_shape(actuator: Actuator, path: ShapePath, size: float) -> RestShape:
     """Return the unloaded shape at a far-side strain's size, in the actuator's curvature form."""
     if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
         return rest_shape_from_stretch(actuator, path.stretch_at(size))
     return rest_shape_from_section(actuator, path, size)
 
 
-def _require_pull(actuator: Actuator, path: SectionPath) -> None:
+def _path_and_energy(actuator: Actuator) -> tuple[ShapePath, SectionEnergy | OneFamilyPath]:
+    """Return an actuator's shapes, and the pressure that holds them."""
+    if isinstance(actuator.fibers, OneFamily):
+        states = one_family_path(actuator)
+        return states, states
+    path = section_path(actuator.fiber_set)
+    return path, SectionEnergy(actuator, path)
+
+
+def _require_pull(actuator: Actuator, path: ShapePath) -> None:
     """Refuse fibers under which pressure shortens a tube that single fibers would have to push."""
     if path.direction > 0.0 or not actuator.single_fibers:
         return
-    require_extending(actuator.fibers)
+    require_extending(actuator.fiber_pair)
     raise InvalidInputError(
         "single_fibers",
         math.degrees(actuator.single_fibers[0].angle),
@@ -140,10 +198,10 @@ def _require_pull(actuator: Actuator, path: SectionPath) -> None:
 
 
 def _first_order_end(
-    actuator: Actuator, path: SectionPath, end: float, limit: ActuationLimit
+    actuator: Actuator, path: ShapePath, end: float, limit: ActuationLimit
 ) -> tuple[float, ActuationLimit]:
     """Return the end of the range, no farther than the twist of an even tube is known."""
-    locking = 1.0 + (1.0 - END_MARGIN) * (locking_stretch(actuator.fibers) - 1.0)
+    locking = 1.0 + (1.0 - END_MARGIN) * (locking_stretch(actuator.fiber_pair) - 1.0)
     if path.direction < 0.0 or path.stretch_at(end) < locking:
         return end, limit
     return path.strain_from_stretch(locking), ActuationLimit.FIBER_LOCKING

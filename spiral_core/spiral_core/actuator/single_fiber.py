@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from spiral_core.actuator.fibers import FiberAngles
+from spiral_core.actuator.fibers import FiberAngles, OneFamily
 from spiral_core.errors import InvalidInputError
 from spiral_core.section.fiber_set import FiberSet, family_slope
 from spiral_core.validation import require_in_range
@@ -43,7 +43,7 @@ class SingleFiber:
         require_in_range("position", self.position, -2.0 * math.pi, 2.0 * math.pi)
 
 
-def check_single_fibers(families: FiberAngles, fibers: tuple[SingleFiber, ...]) -> None:
+def check_single_fibers(families: FiberAngles | OneFamily, fibers: tuple[SingleFiber, ...]) -> None:
     """Raise InvalidInputError unless single fibers leave the tube a motion, and a uniform one."""
     if not fibers:
         return
@@ -53,7 +53,7 @@ def check_single_fibers(families: FiberAngles, fibers: tuple[SingleFiber, ...]) 
         raise InvalidInputError(
             "single_fibers", degrees, "at one angle: fibers that cross leave no uniform shape"
         )
-    for family in (families.alpha, families.beta):
+    for family in family_angles(families):
         if abs(math.sin(family - angles[0])) < SMALLEST_CROSSING:
             raise InvalidInputError(
                 "single_fibers", degrees, "at another angle than the wound families, or left out"
@@ -72,8 +72,15 @@ def check_single_fibers(families: FiberAngles, fibers: tuple[SingleFiber, ...]) 
         )
 
 
+def family_angles(families: FiberAngles | OneFamily) -> tuple[float, ...]:
+    """Return the angles of the wound families [rad]."""
+    if isinstance(families, OneFamily):
+        return (families.angle,)
+    return families.alpha, families.beta
+
+
 def fiber_set_of(
-    families: FiberAngles,
+    families: FiberAngles | OneFamily,
     fibers: tuple[SingleFiber, ...],
     single_radius: float,
     wall_ratio: float | None,
@@ -87,7 +94,7 @@ def fiber_set_of(
         wall_ratio: inner radius over that of the wound ones; None for a thin wall.
     """
     tangent = math.tan(fibers[0].angle) if fibers else 0.0
-    slopes = (family_slope(families.alpha, tangent), family_slope(families.beta, tangent))
+    slopes = tuple(family_slope(angle, tangent) for angle in family_angles(families))
     if not fibers:
         return FiberSet(slopes, half_spread=None, wall_ratio=wall_ratio)
     return FiberSet(slopes, tangent, 0.5 * _spread(fibers), single_radius, wall_ratio)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.single_fiber import family_angles
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +31,8 @@ class Winding:
         return "right" if self.angle > 0.0 else "left"
 
 
-def windings_of(actuator: Actuator) -> tuple[Winding, Winding]:
-    r"""Return the windings of the two families of an actuator.
+def windings_of(actuator: Actuator) -> tuple[Winding, ...]:
+    r"""Return the windings of an actuator's families, one or two.
 
     .. math:: p = \frac{2 \pi r_o}{|\tan\varphi|}, \qquad N = L / p, \qquad
         \ell = L / |\cos\varphi|
@@ -51,8 +52,7 @@ def windings_of(actuator: Actuator) -> tuple[Winding, Winding]:
         >>> round(second.pitch * 1e3, 2), round(second.turns, 1), second.hand
         (12.71, 28.4, 'right')
     """
-    fibers = actuator.fibers
-    return _winding(actuator, fibers.alpha), _winding(actuator, fibers.beta)
+    return tuple(_winding(actuator, angle) for angle in family_angles(actuator.fibers))
 
 
 def _winding(actuator: Actuator, angle: float) -> Winding:

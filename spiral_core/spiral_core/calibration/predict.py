@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from spiral_core.actuator.fibers import fiber_state
 from spiral_core.actuator.interface import RestShape
 from spiral_core.calibration.model import Trial
 from spiral_core.calibration.readings import (
@@ -156,9 +155,8 @@ def _predict_one(trial: Trial, shapes: _Shapes | None, reading: Reading) -> tupl
         stretch = trial.straight.stretch_from_pressure(reading.pressure)
         return ((stretch - 1.0) * reading.section_length,)
     if isinstance(reading, TwistReading):
-        actuator = trial.straight.actuator
-        stretch = trial.straight.stretch_from_pressure(reading.pressure)
-        rate = fiber_state(actuator.fibers, stretch).twist / actuator.tube.inner_radius
+        shape = trial.straight.rest_shape(reading.pressure)
+        rate = shape.torsion * shape.backbone_length / trial.straight.actuator.tube.length
         return (rate * reading.section_length,)
     if isinstance(reading, BendReading):
         shape = trial.actuation.rest_shape(reading.pressure)

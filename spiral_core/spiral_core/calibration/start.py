@@ -8,13 +8,14 @@ measured responses starts from them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from spiral_core.actuator.fibers import locking_stretch
+from spiral_core.actuator.fibers import OneFamily, locking_stretch
 from spiral_core.actuator.pressure import pressures_from_stretches
 from spiral_core.calibration.model import CalibrationModel, Trial, actuation_of
 from spiral_core.calibration.problem import difference_jacobian
@@ -71,7 +72,8 @@ def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> tup
 def _points(model: CalibrationModel, readings: Sequence[Reading]) -> list[_Point]:
     """Return the stretches that extensions and bend angles tell directly, if they are possible."""
     radius = model.actuator.fiber_radius
-    locking = locking_stretch(model.actuator.fibers)
+    fibers = model.actuator.fibers
+    locking = math.inf if isinstance(fibers, OneFamily) else locking_stretch(fibers)
     points = []
     for reading in readings:
         if isinstance(reading, ExtensionReading):

@@ -189,11 +189,11 @@ def _clipped(curve: WrapCurve, radius: float) -> float:
 
 
 def _with_beta(actuator: Actuator, beta: float) -> Actuator:
-    return replace(actuator, fibers=FiberAngles(actuator.fibers.alpha, beta))
+    return replace(actuator, fibers=FiberAngles(actuator.fiber_pair.alpha, beta))
 
 
 def _design_space(actuator: Actuator, turns: float, stretch_max: float, points: int) -> DesignSpace:
-    locking = locking_stretch(actuator.fibers)
+    locking = locking_stretch(actuator.fiber_pair)
     end = min(stretch_max, locking - SHORT_OF_LOCKING * (locking - 1.0))
     stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
     radius, length = actuator.tube.inner_radius, actuator.tube.length
@@ -203,7 +203,7 @@ def _design_space(actuator: Actuator, turns: float, stretch_max: float, points: 
     lengths = np.array([helix.length_for_turns(turns) for helix in helices])
     outer = actuator.tube.outer_radius
     return DesignSpace(
-        fiber_angle_beta=actuator.fibers.beta,
+        fiber_angle_beta=actuator.fiber_pair.beta,
         stretch=stretches,
         radius_ratio=np.array([helix.object_radius(outer) for helix in helices]) / radius,
         object_length_ratio=np.array([helix.object_length(turns) for helix in helices]) / radius,

@@ -99,7 +99,7 @@ class Design:
     elastomer: Elastomer
     actuator: Actuator
     gripper: Gripper
-    windings: tuple[Winding, Winding]
+    windings: tuple[Winding, ...]
     cut_length: float
     helix_length: float
     largest: GripFigures
@@ -128,7 +128,7 @@ class Design:
     @property
     def sentence(self) -> str:
         """The design in one line."""
-        beta = math.degrees(self.actuator.fibers.beta)
+        beta = math.degrees(self.actuator.fiber_pair.beta)
         return (
             f"{self.tube.name}, {self.elastomer.name}, beta {beta:.4g} deg, length "
             f"{1e3 * self.length:.4g} mm, {self.largest.pressure / 1e3:.4g} to "

@@ -1,4 +1,4 @@
-"""The one way a section of two wound families can go: its states from rest to its end."""
+"""The way a section of two wound families goes: its states from rest to its end."""
 
 from __future__ import annotations
 
@@ -59,31 +59,25 @@ class Motion(NamedTuple):
     closed: NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True)
-class SectionPath:
-    """The states of a section from rest to the end of its range, over the far side's strain y.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShapePath:
+    """Shapes of a section from rest to the end of its range, over the far side's strain y.
 
     Attributes:
         fibers: which fibers.
         direction: 1 if pressure lengthens the far side, -1 if it shortens it.
-        edges: |y| at the ends of the panels, rising from 0.
         strain_limit: |y| at which the path ends, just short of what ends it.
         limit: what ends the path.
-        motion: the states at the panels' nodes, in their order.
         stretch: (mean axial stretch - 1) / |y|.
-        volume_slope: d(volume ratio)/d|y|.
         curvature: curvature per unstretched length, times the wound radius, over |y|.
         torsion: change of the torsion likewise.
     """
 
     fibers: FiberSet
     direction: float
-    edges: tuple[float, ...]
     strain_limit: float
     limit: ActuationLimit
-    motion: Motion
     stretch: Panels
-    volume_slope: Panels
     curvature: Panels
     torsion: Panels
 
@@ -99,6 +93,21 @@ class SectionPath:
             return self.direction * size * value, self.direction * (value + size * slope)
 
         return rising_root(change, self.direction * (stretch - 1.0), 0.0, self.strain_limit)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SectionPath(ShapePath):
+    """The one path of a section of two families, which the elastomer has no part in.
+
+    Attributes:
+        edges: |y| at the ends of the panels, rising from 0.
+        motion: the states at the panels' nodes, in their order.
+        volume_slope: d(volume ratio)/d|y|.
+    """
+
+    edges: tuple[float, ...]
+    motion: Motion
+    volume_slope: Panels
 
 
 def motion_at(fibers: FiberSet, far_strains: Array) -> Motion:

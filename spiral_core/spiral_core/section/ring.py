@@ -23,11 +23,15 @@ from spiral_core.section.fiber_set import Array, FiberSet, Numbers
 # Means over half a period of an even analytic function: the error falls by a factor per node. With
 # 12 nodes it is at rounding for the paper's prototypes; a far side near collapse takes more.
 ANGLES = 24
+# One wound family leaves a field free, to be solved for at each node: it is as smooth.
+FREE_ANGLES = 12
 # Gauss nodes across a thick wall: pressures to 1e-11 with walls of a sixth of the radius.
 DEPTHS = 6
 
 _THETA: Array = (np.arange(ANGLES, dtype=np.float64) + 0.5) * (np.pi / ANGLES)
-COSINES: Array = np.cos(_THETA)
+_COSINES = {
+    count: np.cos((np.arange(count) + 0.5) * (np.pi / count)) for count in (ANGLES, FREE_ANGLES)
+}
 _ORDERS: Array = np.arange(1, ANGLES, dtype=np.float64)
 
 
@@ -75,8 +79,9 @@ def ring_at(
         far_strain: (n,) m opposite the single fibers.
         twist_change: (n,) g - T.
         near_angle: (n,) deformed angle of the single fibers [rad]; 0 for one.
-        free: (n, ANGLES) z, for one wound family.
+        free: (n, FREE_ANGLES) z, for one wound family.
     """
+    cosines = _COSINES[ANGLES if free is None else free.shape[1]]
     tangent = fibers.single_slope
     turn = twist_change * (2.0 * tangent + twist_change)  # g^2 - T^2
     far = np.sqrt(1.0 + far_strain - turn)  # axial stretch of the far side
@@ -87,10 +92,10 @@ def ring_at(
         reach = fibers.single_radius * np.cos(near_angle)
         bend = (far_strain - (1.0 - square) * turn) / ((far + near) * (1.0 + reach))
     stretch_change = (far_strain - turn) / (1.0 + far) - bend
-    axial = 1.0 + stretch_change[:, None] - bend[:, None] * COSINES
+    axial = 1.0 + stretch_change[:, None] - bend[:, None] * cosines
     twist = tangent + twist_change
     # m = (lambda - far)(lambda + far) + far_strain, without the cancellation near rest
-    strain = far_strain[:, None] - bend[:, None] * (1.0 + COSINES) * (axial + far[:, None])
+    strain = far_strain[:, None] - bend[:, None] * (1.0 + cosines) * (axial + far[:, None])
     shear, hoop_change = fibers.wall_change(strain, free)
     area_change = (
         strain
@@ -131,7 +136,8 @@ def invariant_excess(fibers: FiberSet, ring: Ring) -> tuple[Numbers, Numbers, Ar
         mixed = ring.shear * ring.shear - ring.strain * ring.hoop_change
         square = ring.area_change * ring.area_change
         area = 1.0 + ring.area_change
-        return mixed + square / area, (square + mixed) / area, np.full(ANGLES, 1.0 / ANGLES)
+        count = ring.weight.shape[1]
+        return mixed + square / area, (square + mixed) / area, np.full(count, 1.0 / count)
     depths, shares = _depths(fibers.wall_ratio)
     layers = [_layer(fibers, ring, float(depth)) for depth in depths]
     first = np.concatenate([one for one, _ in layers], axis=1)
@@ -149,7 +155,7 @@ def _depths(wall_ratio: float) -> tuple[Array, Array]:
 def _layer(fibers: FiberSet, ring: Ring, depth: float) -> tuple[Numbers, Numbers]:
     """Return I1 - 3 and I2 - 3 at one radius of an incompressible thick wall."""
     mean, hoop = 1.0 + ring.stretch_change[:, None], ring.hoop[:, None]
-    slant = ring.bend[:, None] / hoop * COSINES
+    slant = ring.bend[:, None] / hoop * _COSINES[ANGLES]
     room = 0.5 * (depth * depth - 1.0) * ring.weight
     radius = depth * hoop + 0.0 * ring.weight  # deformed, over the wound fibers' radius at rest
     for _ in range(12):  # volume between this radius and the fibers' stays: Newton's method

@@ -167,7 +167,7 @@ def measured_curve(
     """
     readings = [reading for one in measurements for reading in one.readings]
     actuator = description.actuator
-    return measured_actuation_from_readings(readings, actuator.tube.length, actuator.fibers)
+    return measured_actuation_from_readings(readings, actuator.tube.length, actuator.fiber_pair)
 
 
 def _cross_validation(calibration: Calibration) -> CrossValidation | None:

@@ -17,6 +17,7 @@ from spiral_core import (
     HyperelasticLaw,
     InvalidInputError,
     MeasuredActuation,
+    OneFamily,
     PressureLaw,
     SingleFiber,
     Tube,
@@ -219,9 +220,10 @@ def _actuator(values: Values) -> Actuator:
     if "model.pressure_law" in values:
         choices["pressure_law"] = PressureLaw(values["model.pressure_law"])
     singles = _single_fibers(values)
-    # The first-order form is that of one straight fiber; other sets have only the exact one.
+    # The first-order form is that of two families and a straight fiber; others have the exact one.
     is_straight = tuple(fiber.angle for fiber in singles) in ((0.0,), ())
-    form = CurvatureForm.FIRST_ORDER if is_straight else CurvatureForm.EXACT
+    as_the_paper = is_straight and values["fibers.beta"] is not None
+    form = CurvatureForm.FIRST_ORDER if as_the_paper else CurvatureForm.EXACT
     return Actuator(
         tube=_tube(values),
         fibers=_fibers(values),
@@ -253,8 +255,14 @@ def _tube(values: Values) -> Tube:
     return tube
 
 
-def _fibers(values: Values) -> FiberAngles:
-    return FiberAngles(**_arguments(values, "fibers.alpha", "fibers.beta"))
+def _fibers(values: Values) -> FiberAngles | OneFamily:
+    if values["fibers.beta"] is not None:
+        return FiberAngles(**_arguments(values, "fibers.alpha", "fibers.beta"))
+    alpha = cast("float", values["fibers.alpha"])
+    try:
+        return OneFamily(alpha)
+    except InvalidInputError as error:
+        raise InvalidInputError("alpha", alpha, error.requirement) from None
 
 
 def _material(values: Values) -> HyperelasticLaw:

@@ -35,6 +35,7 @@ from spiral_gripper.files.units import (
 )
 
 FITTED: Final = "fitted"
+NO_FAMILY: Final = "none"
 
 LAWS: Final = MappingProxyType(
     {"neo_hookean": NeoHookean, "mooney_rivlin": MooneyRivlin, "yeoh": Yeoh, "gent": Gent}
@@ -55,6 +56,7 @@ class Kind(Enum):
     """What a value may look like; the value is the requirement, where the field adds nothing."""
 
     QUANTITY = "a number with a unit"
+    FAMILY = "an angle, or none"
     NUMBER = PLAIN_NUMBER
     NAME = "one line of text, in quotes if it looks like a number"
     TEXT = "text, in quotes if it looks like a number"
@@ -89,6 +91,8 @@ class Field:
     @property
     def requirement(self) -> str:
         """What a value must be, to complete "must be ..."."""
+        if self.dimension is not None and self.kind is Kind.FAMILY:
+            return f"{self.dimension.requirement}, or {NO_FAMILY} for one family alone"
         if self.dimension is not None:
             return self.dimension.requirement
         if self.choices:
@@ -108,7 +112,7 @@ FIELDS: Final = MappingProxyType(
         "tube.wall_thickness": _quantity(Dimension.LENGTH, required=True),
         "tube.length": _quantity(Dimension.LENGTH, required=True),
         "fibers.alpha": _quantity(Dimension.ANGLE, required=True),
-        "fibers.beta": _quantity(Dimension.ANGLE, required=True),
+        "fibers.beta": Field(Kind.FAMILY, required=True, dimension=Dimension.ANGLE),
         "fibers.straight_fiber_radius": _quantity(Dimension.LENGTH),
         "fibers.single_angles": Field(Kind.ANGLES),
         "fibers.single_positions": Field(Kind.ANGLES),
@@ -208,6 +212,10 @@ def _read_quantity(field: Field, entry: Entry) -> float:
     return parse_quantity(entry.text or entry.raw, dimension)
 
 
+def _read_family(field: Field, entry: Entry) -> float | None:
+    return None if entry.text == NO_FAMILY else _read_quantity(field, entry)
+
+
 def _read_number(_field: Field, entry: Entry) -> float:
     return parse_number(entry.text if entry.tag in ("int", "float") else entry.raw)
 
@@ -284,6 +292,7 @@ def _refusal(field: Field, entry: Entry) -> InvalidInputError:
 _READERS: Final[Mapping[Kind, Callable[[Field, Entry], Value]]] = MappingProxyType(
     {
         Kind.QUANTITY: _read_quantity,
+        Kind.FAMILY: _read_family,
         Kind.NUMBER: _read_number,
         Kind.NAME: _read_name,
         Kind.TEXT: _read_text,

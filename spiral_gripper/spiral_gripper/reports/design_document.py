@@ -50,7 +50,7 @@ def plain(value: object) -> Any:  # noqa: ANN401
 
 def design_as_dict(design: Design) -> dict[str, Any]:
     """Return every figure of a design, in SI."""
-    fibers = design.actuator.fibers
+    fibers = design.actuator.fiber_pair
     return {
         "tube": plain(design.tube),
         "material": {
@@ -142,8 +142,8 @@ def description_text(design: Design, name: str) -> str:
         f"  inner_radius: {_in('mm', actuator.tube.inner_radius, Dimension.LENGTH)}\n"
         f"  wall_thickness: {_in('mm', actuator.tube.wall_thickness, Dimension.LENGTH)}\n"
         f"  length: {_in('mm', actuator.tube.length, Dimension.LENGTH)}\n"
-        f"fibers:\n  alpha: {_in('deg', actuator.fibers.alpha, Dimension.ANGLE)}\n"
-        f"  beta: {_in('deg', actuator.fibers.beta, Dimension.ANGLE)}\n"
+        f"fibers:\n  alpha: {_in('deg', actuator.fiber_pair.alpha, Dimension.ANGLE)}\n"
+        f"  beta: {_in('deg', actuator.fiber_pair.beta, Dimension.ANGLE)}\n"
         f"material:\n  law: {_law_name(design)}\n{constants}"
         f"  density: {_in('kg/m^3', design.elastomer.density, Dimension.DENSITY)}\n"
         f"model:\n  pressure_law: {actuator.pressure_law.value}\n"

@@ -96,7 +96,7 @@ def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> 
 
 def answer_rows(design: Design) -> list[tuple[str, str]]:
     """Return what to buy, cut and wind, and what to command, as names and figures."""
-    fibers, tube = design.actuator.fibers, design.tube
+    fibers, tube = design.actuator.fiber_pair, design.tube
     rows = [
         ("tube", f"{tube.name}, {design.elastomer.name}"),
         (

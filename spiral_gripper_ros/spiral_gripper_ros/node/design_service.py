@@ -89,7 +89,7 @@ def fill_response(response: Any, report: DesignReport) -> Any:  # noqa: ANN401
 
 
 def _fill_design(response: Any, design: Design) -> None:  # noqa: ANN401
-    fibers, largest, smallest = design.actuator.fibers, design.largest, design.smallest
+    fibers, largest, smallest = design.actuator.fiber_pair, design.largest, design.smallest
     response.design_known = True
     response.tube, response.material = design.tube.name, design.elastomer.name
     response.tube_inner_radius = design.tube.inner_radius

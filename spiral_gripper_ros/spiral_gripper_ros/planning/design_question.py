@@ -81,7 +81,7 @@ def requirement_from_question(
         tubes=tubes,
         elastomers=(elastomer,),
         fiber_angles_beta=question.fiber_angles_beta or DEFAULT_BETAS,
-        fiber_angle_alpha=_given(question.fiber_angle_alpha, actuator.fibers.alpha),
+        fiber_angle_alpha=_given(question.fiber_angle_alpha, actuator.fiber_pair.alpha),
         turns_required=_given(question.turns_required, gripper.turns_required),
         object_length=_limit(question.object_length),
         length_max=_limit(question.length_max),

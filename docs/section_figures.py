@@ -1,0 +1,97 @@
+"""Draw the figures of docs/derivations/section.md. Run by ``make figures``."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+
+from spiral_core import (
+    Actuator,
+    CurvatureForm,
+    FiberAngles,
+    InvalidInputError,
+    MooneyRivlin,
+    SingleFiber,
+    Tube,
+    rest_shape_from_stretch,
+)
+from spiral_core.section.path import motion_at, section_path
+
+FIGURES = Path(__file__).parent / "figures"
+TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)
+LATEX = MooneyRivlin(c1=130.0e3, c2=15.0e3)
+COLORS = {50: "#0072B2", 60: "#009E73", 70: "#D55E00", -88: "#555555"}
+STRETCH = 1.1
+ALPHA = 88.0
+
+
+def actuator(beta: float, gamma: float = 0.0) -> Actuator:
+    """Return an actuator with alpha = 88 degrees; angles in degrees."""
+    return Actuator(
+        TUBE,
+        FiberAngles(math.radians(ALPHA), math.radians(beta)),
+        LATEX,
+        curvature_form=CurvatureForm.EXACT,
+        single_fibers=(SingleFiber(math.radians(gamma)),),
+    )
+
+
+def draw_strains(stretches: Axes, energies: Axes) -> None:
+    """Draw the axial stretch and the energy around the section of three actuators."""
+    angles = (np.arange(24) + 0.5) * 180.0 / 24
+    for beta in (50, 60, 70):
+        path = section_path(actuator(beta).fiber_set)
+        motion = motion_at(path.fibers, np.array([path.strain_from_stretch(STRETCH)]))
+        ring = motion.ring
+        axial = 1.0 + ring.stretch_change - ring.bend * np.cos(np.radians(angles))
+        label = f"β = {beta}°"
+        stretches.plot(angles, axial, color=COLORS[beta], label=label)
+        density = LATEX.c1 * motion.first[0] + LATEX.c2 * motion.second[0]
+        energies.plot(angles, density * 1e-3, color=COLORS[beta], label=label)
+    for axes, name in ((stretches, "axial stretch"), (energies, "energy density [kJ/m³]")):
+        axes.set(xlabel="angle from the straight fiber [deg]", ylabel=name)
+        axes.grid(alpha=0.3)
+    stretches.legend(frameon=False)
+
+
+def draw_single_fiber(curvatures: Axes, torsions: Axes) -> None:
+    """Draw curvature and torsion over the single fiber's angle, at one stretch."""
+    for beta in (50, 60, 70, -88):
+        angles, shapes = [], []
+        for gamma in np.arange(-45.0, 45.1, 2.5).tolist():
+            try:
+                shape = rest_shape_from_stretch(actuator(beta, gamma), STRETCH)
+            except InvalidInputError:  # parallel to the family
+                continue
+            angles.append(gamma)
+            shapes.append(shape)
+        scale = TUBE.inner_radius
+        label = f"β = {beta}°"
+        curvatures.plot(
+            angles, [s.curvature * scale for s in shapes], color=COLORS[beta], label=label
+        )
+        torsions.plot(angles, [s.torsion * scale for s in shapes], color=COLORS[beta], label=label)
+    curvatures.set(xlabel="angle γ of the single fiber [deg]", ylabel="curvature × radius")
+    torsions.set(xlabel="angle γ of the single fiber [deg]", ylabel="torsion × radius")
+    for axes in (curvatures, torsions):
+        axes.grid(alpha=0.3)
+    curvatures.legend(frameon=False)
+
+
+def main() -> None:
+    """Write section_strains.png and single_fiber.png."""
+    mpl.use("Agg")
+    FIGURES.mkdir(exist_ok=True)
+    for name, draw in (("section_strains", draw_strains), ("single_fiber", draw_single_fiber)):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.4), layout="constrained")
+        draw(left, right)
+        figure.savefig(FIGURES / f"{name}.png", dpi=110)
+
+
+if __name__ == "__main__":
+    main()
