@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -444,3 +445,28 @@ def test_options_have_the_cores_defaults() -> None:
     from spiral_core.wrap.gripper import DEFAULT_TURNS
 
     assert types.DEFAULT_TURNS == DEFAULT_TURNS
+
+
+@pytest.mark.parametrize(
+    ("arguments", "title"),
+    [
+        (["shape", "prototype_p1", "--pressure", "8 psi"], "prototype_p1 at 8 psi"),
+        (
+            ["wrap", "prototype_p1", "--radius", "9 mm"],
+            r"prototype_p1 around 9 mm, at \d\d\.\d+ kPa",
+        ),
+        (["chart", "pressure", "prototype_p1"], "prototype_p1"),
+        (["chart", "gravity", "prototype_p1"], "prototype_p1"),
+        (["chart", "design-space", "prototype_p1"], "tube of prototype_p1, helix model"),
+    ],
+)
+def test_pictures_have_a_title_and_letters(
+    arguments: list[str], title: str, tmp_path: Path
+) -> None:
+    drawn = tmp_path / "plot.svg"
+    assert run([*arguments, "--plot", str(drawn)]) == 0
+    assert re.search(rf"<text[^>]*>{title}</text>", drawn.read_text(encoding="utf-8"))
+    printed = tmp_path / "plot.pdf"
+    assert run([*arguments, "--plot", str(printed)]) == 0
+    assert b"/Type3" not in printed.read_bytes()
+    assert b"/TrueType" in printed.read_bytes() or b"/CIDFontType2" in printed.read_bytes()

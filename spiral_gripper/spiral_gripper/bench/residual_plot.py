@@ -1,13 +1,14 @@
 """A picture of a calibration: what was measured and fitted, and what is left over.
 
-Needs matplotlib (the ``plot`` extra), which is loaded only here.
+Needs matplotlib (the ``plot`` extra).
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from spiral_core import (
     BendReading,
@@ -18,11 +19,7 @@ from spiral_core import (
     ShapeReading,
     TwistReading,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
+from spiral_gripper.reports.plots import paper_style
 
 # Name of the axis, and the factor from SI to its unit.
 _AXES: dict[type[Reading], tuple[str, float]] = {
@@ -37,6 +34,7 @@ _MEASURED, _FITTED = "#0072B2", "#D55E00"
 _COORDINATES = ("#0072B2", "#009E73", "#CC79A7")
 
 
+@paper_style()
 def residual_figure(calibration: Calibration, name: str) -> Figure:
     """Return a figure with a row for each kind of reading: the fit on the left, residuals right.
 
@@ -47,16 +45,14 @@ def residual_figure(calibration: Calibration, name: str) -> Figure:
         calibration: the fit to show.
         name: of the gripper.
     """
-    from matplotlib.figure import Figure
-
     kinds = [kind for kind in _AXES if any(isinstance(r, kind) for r in calibration.readings)]
-    figure = Figure(figsize=(10.0, 0.6 + 3.0 * len(kinds)), layout="constrained")
+    figure = Figure(figsize=(7.0, 0.4 + 2.4 * len(kinds)), layout="constrained")
     rows = figure.subplots(len(kinds), 2, squeeze=False)
     for kind, (fit, left_over) in zip(kinds, rows, strict=True):
         _draw_kind(calibration, kind, fit, left_over)
     law = calibration.model.fitted_law.__name__
-    scale = f"{calibration.error_scale:.3g} times the stated errors"
-    figure.suptitle(f"{name}: {law}, {len(calibration.readings)} readings, residuals {scale}")
+    scale = f"residuals {calibration.error_scale:.3g} times the stated errors"
+    figure.suptitle(f"{name}: {law}, {len(calibration.readings)} readings, {scale}")
     return figure
 
 
@@ -77,8 +73,9 @@ def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_ov
     left_over.plot(kilopascals, residuals, "o", color=_MEASURED, markersize=5)
     fit.set(xlabel="pressure [kPa]", ylabel=label)
     left_over.set(xlabel="pressure [kPa]", ylabel="(fitted - measured) / stated error")
-    left_over.legend(loc="best", fontsize="small")
-    fit.legend(loc="best", fontsize="small")
+    left_over.margins(y=0.15)
+    for axes in (fit, left_over):
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
 
 
 def _draw_fit(

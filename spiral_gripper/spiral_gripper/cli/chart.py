@@ -55,14 +55,15 @@ def design_space(
         raise click.UsageError(f"--stretch-max {stretch_max:g} is not above 1, the tube at rest")
     from spiral_core.design.charts import design_space as curves_of
 
-    actuator = described(gripper).actuator
+    description = described(gripper)
+    name, actuator = description.gripper.name, description.actuator
     curves = curves_of(actuator, betas or CHART_BETAS, turns, stretch_max)
     _print_data(curves, as_json)
     if plot is not None:
         from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import design_space_figure
 
-        write_picture(design_space_figure(curves), plot)
+        write_picture(design_space_figure(curves, name), plot)
 
 
 @chart.command()
@@ -83,7 +84,7 @@ def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -
         from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import gravity_figure
 
-        write_picture(gravity_figure(heavy, weightless), plot)
+        write_picture(gravity_figure(heavy, weightless, mount.name), plot)
 
 
 @chart.command()
@@ -118,7 +119,7 @@ def pressure(
         from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import regime_figure
 
-        write_picture(regime_figure(data), plot)
+        write_picture(regime_figure(data, curve.gripper.name), plot)
 
 
 def _require_output(as_json: bool, plot: Path | None) -> None:

@@ -56,7 +56,7 @@ def shape(
         from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import shape_figure
 
-        write_picture(shape_figure(solved.state, solved.gripper.tube.outer_radius), plot)
+        write_picture(shape_figure(solved.state, solved.gripper.tube.outer_radius, title), plot)
 
 
 @click.command()
@@ -90,6 +90,7 @@ def wrap(
     """
     if (radius is None) == (profile is None):
         raise click.UsageError("give either --radius or --profile")
+    from spiral_gripper.reports.tables import shown
     from spiral_gripper.reports.wrap_document import (
         profile_as_dict,
         profile_rows,
@@ -107,12 +108,14 @@ def wrap(
         wrapped = solve_wrap(mount, radius, pressure)
         document, rows = wrap_as_dict(wrapped), wrap_rows(wrapped)
         state = wrapped.wrap.state
+        title = f"{mount.name} around {typed('radius')}, at {shown(wrapped.wrap.pressure, 'Pa')}"
     else:
         if pressure is not None:
             raise click.UsageError("--pressure goes with --radius")
         solved = solve_profile(mount, Path(str(profile)))
         document, rows = profile_as_dict(solved), profile_rows(solved)
         state = solved.state
+        title = f"{mount.name} at {shown(solved.wrap.pressure, 'Pa')}"
     if as_json:
         from spiral_gripper.cli.output import print_json
 
@@ -123,7 +126,7 @@ def wrap(
         from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import shape_figure
 
-        write_picture(shape_figure(state, mount.tube.outer_radius), plot)
+        write_picture(shape_figure(state, mount.tube.outer_radius, title), plot)
 
 
 def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:

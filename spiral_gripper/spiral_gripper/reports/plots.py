@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon
 
 from spiral_core.design.charts import DesignSpace, PressureRange, RegimeChart
 from spiral_core.design.report import DesignReport
@@ -23,7 +25,10 @@ from spiral_gripper.files.storage import write_file
 # Dark to light, told apart in gray too.
 COLORS = ("#1b3a4b", "#2f7f93", "#c8553d", "#e3a857", "#7d6b91", "#5b8c5a")
 OVERHANG_COLOR, PERFECT_COLOR, CURLING_COLOR = "#7ba7b4", "#2f7f93", "#e3a857"
-DPI = 150
+OBJECT_COLOR = "#f0d9a8"
+DPI = 300
+# Points on the rim of a drawn cylinder.
+RIM_POINTS = 73
 # Points drawn from one node of a rod to the next.
 SUBDIVISIONS = 10
 # Ratios above this are of no use to a designer and would flatten everything else.
@@ -39,12 +44,46 @@ def save_figure(figure: Figure, path: Path) -> None:
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     kind = path.suffix.lower().removeprefix(".")
     content = io.BytesIO()
-    # Text stays text, to be searched and edited: TrueType in PDF, no outlines in SVG.
-    with rc_context({"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "spiral_gripper"}):
+    with paper_style():
         figure.savefig(content, format=kind, dpi=DPI, metadata=metadata.get(kind))
     write_file(path, content.getvalue())
 
 
+@contextmanager
+def paper_style() -> Iterator[None]:
+    """Draw for a paper's columns while the block runs; text stays text in PDF and SVG."""
+    with rc_context(
+        {
+            "font.size": 8.0,
+            "axes.titlesize": 8.0,
+            "figure.titlesize": 9.0,
+            "legend.frameon": False,
+            "lines.linewidth": 1.2,
+            "pdf.fonttype": 42,  # TrueType, to be searched and edited
+            "svg.fonttype": "none",  # letters, not outlines
+            "svg.hashsalt": "spiral_gripper",
+        }
+    ):
+        yield
+
+
+class Cylinder(NamedTuple):
+    """An object to be drawn with the gripper around it.
+
+    Attributes:
+        center: middle of its axis in the base frame [m].
+        axis: unit vector along it.
+        radius: of its surface [m].
+        length: drawn [m].
+    """
+
+    center: tuple[float, ...]
+    axis: tuple[float, ...]
+    radius: float
+    length: float
+
+
+@paper_style()
 def design_figure(report: DesignReport) -> Figure:
     """Return the pressure-radius curve of a report's design, with what was required."""
     figure, (axes,) = _figure(1)
@@ -66,18 +105,20 @@ def design_figure(report: DesignReport) -> Figure:
         axes.axhline(limit, color=COLORS[2], ls="--", label="pressure limit")
     axes.set(xlabel="object radius [mm]", ylabel="pressure [kPa]")
     axes.set_ylim(bottom=0.0)
-    axes.legend()
+    figure.suptitle(report.design.sentence)
+    figure.legend(loc="outside right upper")
     return figure
 
 
-def regime_figure(chart: RegimeChart) -> Figure:
+@paper_style()
+def regime_figure(chart: RegimeChart, name: str) -> Figure:
     """Return pressure against object radius with the three regimes as areas."""
     figure, (axes,) = _figure(1)
     radius, top = 1e3 * chart.radius, 1.15e-3 * float(chart.upper.max())
     lower, upper = 1e-3 * chart.lower, 1e-3 * chart.upper
     areas = (
         (np.zeros_like(lower), lower, OVERHANG_COLOR, "overhang"),
-        (lower, upper, PERFECT_COLOR, "perfect wrap (within 2 % of the radius)"),
+        (lower, upper, PERFECT_COLOR, "perfect wrap\n(within 2 % of\nthe radius)"),
         (upper, np.full_like(upper, top), CURLING_COLOR, "curling"),
     )
     for bottom, edge, color, label in areas:
@@ -85,11 +126,13 @@ def regime_figure(chart: RegimeChart) -> Figure:
     axes.plot(radius, 1e-3 * chart.perfect, color=COLORS[0], lw=0.8)
     axes.set(xlabel="object radius [mm]", ylabel="pressure [kPa]")
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
-    axes.legend(loc="upper right")
+    axes.set_title(name)
+    figure.legend(loc="outside right upper")
     return figure
 
 
-def design_space_figure(curves: Sequence[DesignSpace]) -> Figure:
+@paper_style()
+def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
     """Return the paper's three charts side by side, one curve per angle."""
     figure, panels = _figure(3)
     for number, curve in enumerate(curves):
@@ -103,26 +146,33 @@ def design_space_figure(curves: Sequence[DesignSpace]) -> Figure:
         axes.set(xlabel="stretch λ₁", ylabel=title)
         axes.set_ylim(0.0, _useful_top(axes))
     panels[0].set_ylim(0.0, LARGEST_RATIO)
-    panels[0].legend(title="β")
+    figure.suptitle(f"tube of {name}, helix model")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right upper", title="β")
     return figure
 
 
-def gravity_figure(heavy: PressureRange, weightless: PressureRange) -> Figure:
+@paper_style()
+def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -> Figure:
     """Return radius, gripper length, object length against pressure, with and without gravity."""
     figure, panels = _figure(3)
-    names = ("radius", "free_length", "object_length")
+    fields = ("radius", "free_length", "object_length")
     titles = ("object radius [mm]", "gripper length needed [mm]", "object length needed [mm]")
-    for axes, name, title in zip(panels, names, titles, strict=True):
-        for number, (data, label) in enumerate(((heavy, "with gravity"), (weightless, "without"))):
+    curves = ((heavy, "with gravity"), (weightless, "gravity zero"))
+    for axes, field, title in zip(panels, fields, titles, strict=True):
+        for number, (data, label) in enumerate(curves):
             style = "-" if number == 0 else "--"
-            values = 1e3 * getattr(data, name)
+            values = 1e3 * getattr(data, field)
             axes.plot(1e-3 * data.pressure, values, style, color=_color(2 * number), label=label)
         axes.set(xlabel="pressure [kPa]", ylabel=title)
         axes.set_ylim(bottom=0.0)
-    panels[0].legend()
+    figure.suptitle(name)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right upper")
     return figure
 
 
+@paper_style()
 def feasibility_figure(result: FeasibilityMap) -> Figure:
     """Return the room on the nearest limit over angle and tube radius."""
     figure, (axes,) = _figure(1)
@@ -145,6 +195,7 @@ def feasibility_figure(result: FeasibilityMap) -> Figure:
     return figure
 
 
+@paper_style()
 def pareto_figure(points: Sequence[SweepPoint], best: Sequence[SweepPoint]) -> Figure:
     """Return pressure against strain of the feasible designs; the larger a dot, the longer."""
     figure, (axes,) = _figure(1)
@@ -157,28 +208,59 @@ def pareto_figure(points: Sequence[SweepPoint], best: Sequence[SweepPoint]) -> F
         sizes = [150.0 * (point.length or 0.0) for point in chosen]
         axes.scatter(strains, pressures, s=sizes, color=color, label=label, edgecolor="white")
     axes.set(xlabel="strain at the smallest object [%]", ylabel="pressure there [kPa]")
-    axes.legend(title="size: length")
+    figure.legend(loc="outside right upper", title="area: length")
     return figure
 
 
-def shape_figure(state: RodState, outer_radius: float) -> Figure:
-    """Return a shape from three sides, to scale: the base's x points down, as a gripper hangs."""
-    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+@paper_style()
+def shape_figure(
+    state: RodState, outer_radius: float, title: str, cylinder: Cylinder | None = None
+) -> Figure:
+    """Return a shape from three sides, to scale: the base's x points down, as a gripper hangs.
+
+    Args:
+        state: the shape.
+        outer_radius: of the tube [m].
+        title: the gripper's name and the pressure.
+        cylinder: the object that the coil holds, drawn behind it.
+    """
+    figure = Figure(figsize=(7.0, 3.4), layout="constrained")
+    figure.suptitle(title)
     positions = 1e3 * _smooth_centerline(state)
-    views = (
-        ("y [mm]", "x [mm]", positions[:, 1], positions[:, 0]),
-        ("z [mm]", "x [mm]", positions[:, 2], positions[:, 0]),
-        ("y [mm]", "z [mm]", positions[:, 1], positions[:, 2]),
-    )
-    for number, (across, along, first, second) in enumerate(views, start=1):
+    rims = None if cylinder is None else 1e3 * _rims(cylinder)
+    for number, (across, along) in enumerate(((1, 0), (2, 0), (1, 2)), start=1):
         axes = figure.add_subplot(1, 3, number)
-        _draw_tube(axes, first, second, 1e3 * outer_radius)
-        axes.set(xlabel=across, ylabel=along)
+        if rims is not None:
+            _draw_cylinder(axes, rims[..., [across, along]])
+        _draw_tube(axes, positions[:, across], positions[:, along], 1e3 * outer_radius)
+        axes.set(xlabel=f"{'xyz'[across]} [mm]", ylabel=f"{'xyz'[along]} [mm]")
         axes.set_aspect("equal", adjustable="datalim")
         if number < 3:
             axes.invert_yaxis()
         _style(axes)
     return figure
+
+
+def _rims(cylinder: Cylinder) -> Array:
+    """Return points on both end circles of a cylinder (2, m, 3) [m]."""
+    axis = np.asarray(cylinder.axis)
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    across /= np.linalg.norm(across)
+    angle = np.linspace(0.0, 2.0 * np.pi, RIM_POINTS)[:, None]
+    circle = cylinder.radius * (np.cos(angle) * across + np.sin(angle) * np.cross(axis, across))
+    half = 0.5 * cylinder.length * axis
+    rims: Array = np.asarray(cylinder.center) + np.stack((circle - half, circle + half))
+    return rims
+
+
+def _draw_cylinder(axes: Axes, rims: Array) -> None:
+    """Draw the outline of a cylinder whose end circles are seen as (2, m, 2), filled."""
+    along = rims[1, 0] - rims[0, 0]
+    sides = rims @ np.array((-along[1], along[0]))
+    first, last = np.argmin(sides[0]), np.argmax(sides[0])
+    body = np.stack((rims[0, first], rims[1, first], rims[1, last], rims[0, last]))
+    for outline in (body, rims[0], rims[1]):
+        axes.add_patch(Polygon(outline, closed=True, facecolor=OBJECT_COLOR, edgecolor="none"))
 
 
 def _smooth_centerline(state: RodState) -> Array:
@@ -207,7 +289,7 @@ def _draw_tube(axes: Axes, first: Array, second: Array, radius: float) -> None:
 
 def _figure(count: int) -> tuple[Figure, list[Axes]]:
     """Return a figure with panels side by side."""
-    figure = Figure(figsize=(3.7 * count if count > 1 else 5.6, 3.6), layout="constrained")
+    figure = Figure(figsize=(7.0 if count > 1 else 4.6, 2.6), layout="constrained")
     panels = [figure.add_subplot(1, count, number) for number in range(1, count + 1)]
     for axes in panels:
         _style(axes)
