@@ -8,7 +8,7 @@ LOGS := .make
 
 # What is compiled or copied at installation; Python sources are used in place (pip install -e).
 INSTALL_SOURCES := pyproject.toml LICENSE $(wildcard packaging/*.cmake packaging/ros_metadata.py packaging/ros2_run_stub.sh) \
-  $(wildcard */package.xml */resource/* spiral_gripper_ros/config/* spiral_gripper_ros/launch/* spiral_gripper_ros/rviz/* spiral_gripper_ros/security/* spiral_gripper_ros/urdf/*) \
+  $(wildcard */package.xml */resource/* spiral_gripper_ros/config/* spiral_gripper_ros/launch/* spiral_gripper_ros/rviz/* spiral_gripper_ros/security/* spiral_gripper_ros/systemd/* spiral_gripper_ros/urdf/*) \
   $(wildcard spiral_gripper_msgs/CMakeLists.txt spiral_gripper_msgs/msg/* spiral_gripper_msgs/srv/* spiral_gripper_msgs/action/*)
 INSTALLED := $(VENV)/.installed
 INSTALLED_DEV := $(VENV)/.installed-dev
@@ -26,7 +26,7 @@ TESTS = $(if $(filter yes,$(WITH_ROS)),,spiral_core/spiral_core spiral_gripper/s
 VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 
-.PHONY: fuzz kilted docs help demo test test-fast test-slow lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
+.PHONY: fuzz cycles kilted docs help demo test test-fast test-slow lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -45,6 +45,7 @@ help:
 	@echo 'make validation    compute docs/validation.md: what the paper states, what we compute'
 	@echo 'make bench         measure the figures that the documentation states (ONLY="solves wraps": some)'
 	@echo 'make bench-ros     measure the node: latency, load, endurance, start (some eight minutes)'
+	@echo 'make cycles        1,000 times wrap, lift, release with faults at random: no unsafe command (some minutes)'
 	@echo 'make fuzz          random sequences against the control logic and a live node (some 20 minutes)'
 	@echo 'make install       set up .venv only (an editable installation)'
 	@echo 'make clean         remove logs, caches and scratch workspaces; make distclean: .venv too'
@@ -135,6 +136,9 @@ bench-ros: $(INSTALLED_DEV)
 	$(BIN)/python -m benchmarks.ros $(ONLY)
 
 # More than 100,000 steps of the control logic, more than 10,000 of a live node.
+cycles: $(INSTALLED_DEV)
+	$(BIN)/python -m benchmarks.ros.cycles $(ONLY)
+
 fuzz: $(INSTALLED_DEV)
 	$(BIN)/pytest tests/ros/test_control_machine.py tests/ros/test_live_machine.py --hypothesis-profile=fuzz
 

@@ -24,7 +24,7 @@ EXECUTABLES = (
     "spiral_gripper_regulator",
     "spiral_gripper_simulator",
 )
-SHARED = ("config", "launch", "rviz", "security", "urdf")
+SHARED = ("config", "launch", "rviz", "security", "systemd", "urdf")
 
 
 def require(condition: bool, complaint: str) -> None:

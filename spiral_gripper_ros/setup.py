@@ -22,6 +22,7 @@ setup(
         (f"share/{NAME}/rviz", sorted(glob("rviz/*.rviz"))),
         (f"share/{NAME}/urdf", sorted(glob("urdf/*"))),
         (f"share/{NAME}/security", sorted(glob("security/*.xml"))),
+        (f"share/{NAME}/systemd", sorted(glob("systemd/*.service"))),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},

@@ -23,6 +23,7 @@ PROMPT = {
     "radius_timeout": 600.0,
     "pressure_rate_up": 1.0e7,
     "pressure_rate_down": 1.0e7,
+    "grip_ratio": 1.0,  # the answer that is waited for is that of the bare wrap
 }
 
 

@@ -106,7 +106,7 @@ class CheckedControl(RuleBasedStateMachine):
         if report.outcome is GraspOutcome.SUCCEEDED:
             assert (seen.state, seen.refusal.reason) == (State.GRASPING, Reason.NONE)
             assert seen.pressure_command == seen.pressure_target
-            assert self.is_held() or (self.regime is None and seen.measured is None)
+            assert self.is_held()
 
     def check_fault(self, before, seen):
         """Check that a fault of the measured pressure vents if the policy says so."""

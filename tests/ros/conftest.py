@@ -21,9 +21,10 @@ with warnings.catch_warnings():  # its parser imports a module that Python depre
 import hypothesis
 import pytest
 import rclpy
+from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from ros.control_bench import SUCCEEDED, Bench
-from ros.harness import Client, RunningNode
+from ros.harness import BARE, Client, RunningNode
 
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
@@ -93,7 +94,8 @@ def active(shared):
 @pytest.fixture
 def node(namespace):
     """A node in this process, whose commands are noted instead of published."""
-    node = GripperNode(namespace=namespace)
+    bare = [Parameter(name, value=value) for name, value in BARE.items()]
+    node = GripperNode(namespace=namespace, parameter_overrides=bare)
     node.published = []
     node.outputs.publish_pressure = node.published.append
     assert node.start()

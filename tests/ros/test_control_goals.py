@@ -5,7 +5,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from ros.control_bench import LIMITS, RUNNING, SUCCEEDED, TICK, Bench
+from ros.control_bench import FAILED, LIMITS, RUNNING, SUCCEEDED, TICK, Bench
 from ros.fakes import regime_at
 
 from spiral_core import SolverError, WrapRegime
@@ -42,9 +42,11 @@ def test_without_a_measured_pressure_it_is_reached_when_the_command_has_stood_fo
     assert bench.seen.wrapped
 
 
-def test_nothing_need_be_observed_if_nothing_is_measured(bench):
+def test_what_is_not_seen_to_be_wrapped_is_no_success(bench):
     bench.is_measured, bench.sees = False, lambda pressure, perfect: None
-    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+    ticket = bench.grasp(timeout=2.0)
+    assert bench.end(ticket) == (FAILED, Reason.WRAP_FAILED)
+    assert "unknown" in bench.report(ticket).refusal.text
     assert not bench.seen.wrapped
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Vector3
 from ros.harness import PATIENT, RunningNode, all_finite
+from std_srvs.srv import Trigger
 
 from spiral_core import (
     Constraint,
@@ -274,8 +275,13 @@ def children_of(process_id):
     return [int(child) for child in children]
 
 
-def is_a_design_process(process_id):
-    return b"spawn_main" in Path(f"/proc/{process_id}/cmdline").read_bytes()
+def design_processes(process_id):
+    """Return the process ids of the designs that a node computes."""
+    return [
+        child
+        for child in children_of(process_id)
+        if b"design_worker" in Path(f"/proc/{child}/cmdline").read_bytes()
+    ]
 
 
 @pytest.fixture
@@ -285,38 +291,98 @@ def own_node(namespace, client):
         yield node
 
 
-def test_a_killed_design_process_is_replaced(client, own_node):
-    assert asked(client).success
-    (worker,) = filter(is_a_design_process, children_of(own_node.process_id))
-    os.kill(worker, signal.SIGKILL)
-    client.wait_until(lambda: worker not in children_of(own_node.process_id), "its end")
-    client.spin(0.2)
-    assert asked(client).success
-    assert own_node.stop() == 0, own_node.log()
-
-
-def test_the_node_stops_in_the_middle_of_a_design(client, own_node):
-    assert asked(client).success  # the process for designs runs from here on
-    workers = list(filter(is_a_design_process, children_of(own_node.process_id)))
-    angles = np.linspace(0.9, 1.4, 300).tolist()  # half a minute's work
+@pytest.fixture
+def long_design(client, own_node):
+    """A design of half a minute that has been asked for, and the process that computes it."""
     request = DesignGripper.Request(
         object_radius_min=0.011,
         object_radius_max=0.030,
-        fiber_angles_beta=angles,
+        fiber_angles_beta=np.linspace(0.9, 1.4, 250).tolist(),
         preference="largest_margin",
     )
     service = client.create_client(DesignGripper, "design_gripper")
     assert service.wait_for_service(10.0)
     answer = service.call_async(request)
-    client.spin(0.5)
+    client.wait_until(lambda: design_processes(own_node.process_id), "its process")
+    (worker,) = design_processes(own_node.process_id)
+    return answer, worker
+
+
+def wait_for_the_end(client, process_id):
+    client.wait_until(lambda: not Path(f"/proc/{process_id}").exists(), "its process's end")
+
+
+def test_a_killed_design_is_answered_and_the_next_is_computed(client, own_node, long_design):
+    answer, worker = long_design
+    os.kill(worker, signal.SIGKILL)
+    client.wait_until(answer.done, "an answer")
+    assert not answer.result().success
+    assert "its process was killed" in answer.result().message
+    assert asked(client).success
+    assert own_node.stop() == 0, own_node.log()
+
+
+def test_a_design_can_be_canceled(client, long_design):
+    answer, worker = long_design
+    assert client.call(Trigger, "cancel_design").success
+    client.wait_until(answer.done, "an answer")
+    assert answer.result().message == "no design: canceled"
+    wait_for_the_end(client, worker)
+    assert not client.call(Trigger, "cancel_design").success
+
+
+def test_a_plan_does_not_wait_for_a_design(client, long_design):
+    answer, _ = long_design
+    assert client.plan_wrap(0.02).success
+    assert not answer.done()
+    assert client.call(Trigger, "cancel_design").success
+
+
+def test_a_design_ends_with_a_node_that_is_killed(client, own_node, long_design):
+    _, worker = long_design
+    os.kill(own_node.process_id, signal.SIGKILL)
+    wait_for_the_end(client, worker)
+
+
+def test_the_node_stops_in_the_middle_of_a_design(client, own_node, long_design):
+    answer, worker = long_design
     assert not answer.done()
     start = time.monotonic()
     assert own_node.stop() == 0, own_node.log()
     assert time.monotonic() - start < STOP_TIMEOUT
     assert "Traceback" not in own_node.log()
-    client.wait_until(
-        lambda: not any(Path(f"/proc/{worker}").exists() for worker in workers), "its workers' end"
+    wait_for_the_end(client, worker)
+
+
+def test_what_is_no_shipped_list_of_tubing_is_never_opened(active, tmp_path):
+    pipe = tmp_path / "pipe.yaml"
+    os.mkfifo(pipe)
+    active.wrap(0.02)
+    for path in ("/dev/zero", str(pipe)):
+        answer = asked(active, tubing=path)
+        assert not answer.success
+        assert "tubing must be a shipped list: natural_latex" in answer.message
+    assert active.status.state == State.TRACKING
+
+
+def test_more_combinations_than_can_be_computed_are_refused(active):
+    tubes = np.linspace(0.004, 0.005, 200).tolist()
+    angles = np.linspace(0.9, 1.4, 200).tolist()
+    answer = asked(
+        active,
+        tube_inner_radii=tubes,
+        tube_wall_thicknesses=[1.0e-3] * 200,
+        fiber_angles_beta=angles,
     )
+    assert not answer.success
+    assert "at most 2000, got '200 x 200'" in answer.message
+
+
+def test_the_interface_bounds_every_list_of_a_request():
+    fields = DesignGripper.Request.get_fields_and_field_types()
+    lists = [kind for kind in fields.values() if "sequence" in kind or "string" in kind]
+    assert lists
+    assert all("," in kind or "string<" in kind for kind in lists), fields
 
 
 @pytest.mark.parametrize("x", [math.nan, math.inf, 51.0, 1e308])

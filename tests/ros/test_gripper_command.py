@@ -5,7 +5,8 @@ import math
 import pytest
 
 from spiral_core import NotGrippableError
-from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
+from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.grasping.gripper_command import (
     OpeningCommand,
@@ -18,7 +19,14 @@ from spiral_gripper_ros.grasping.gripper_command import (
 from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
 
 OPEN = 0.1
+LIMITS = Limits(pressure_cap=1.0e5)
+TIGHT = Limits(pressure_cap=1.0e5, grip_ratio=1.1)
 DIAMETER = 0.04
+
+
+def held(radius):
+    """Return the goal of a command: whatever ends it, the pressure stays."""
+    return GraspGoal(radius, abort_policy=AbortPolicy.HOLD)
 
 
 @pytest.fixture(scope="module")
@@ -32,17 +40,17 @@ def nothing():
 
 
 def test_the_position_is_the_diameter_of_the_object(planner):
-    assert goal_from_command(OpeningCommand(DIAMETER), OPEN, planner) == GraspGoal(0.02)
+    assert goal_from_command(OpeningCommand(DIAMETER), OPEN, planner, LIMITS) == held(0.02)
 
 
 @pytest.mark.parametrize("position", [OPEN, 0.15, 1.0e3])
 def test_from_the_opening_on_a_position_means_release(planner, position):
-    assert goal_from_command(OpeningCommand(position), OPEN, planner) is Release.RELEASE
+    assert goal_from_command(OpeningCommand(position), OPEN, planner, LIMITS) is Release.RELEASE
 
 
 def test_an_opening_within_the_grippable_range_still_means_release(planner):
-    assert goal_from_command(OpeningCommand(0.05), 0.05, planner) is Release.RELEASE
-    assert goal_from_command(OpeningCommand(0.0499), 0.05, planner) == GraspGoal(0.02495)
+    assert goal_from_command(OpeningCommand(0.05), 0.05, planner, LIMITS) is Release.RELEASE
+    assert goal_from_command(OpeningCommand(0.0499), 0.05, planner, LIMITS) == held(0.02495)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +67,7 @@ def test_an_opening_within_the_grippable_range_still_means_release(planner):
     ],
 )
 def test_an_impossible_command_is_refused(planner, position, effort, reason):
-    refusal = goal_from_command(OpeningCommand(position, effort), OPEN, planner)
+    refusal = goal_from_command(OpeningCommand(position, effort), OPEN, planner, LIMITS)
     assert isinstance(refusal, Refusal)
     assert refusal.reason is reason
     assert refusal.text
@@ -69,16 +77,31 @@ def test_a_limit_below_the_force_of_the_wrap_is_refused_one_above_is_kept(planne
     plan = planner.plan(0.02)
     force = contact_force(plan, planner, plan.pressure)
     assert force == pytest.approx(plan.line_force * plan.wrap.contact_length)
-    kept = goal_from_command(OpeningCommand(DIAMETER, 1.001 * force), OPEN, planner)
-    assert kept == GraspGoal(0.02)
-    refusal = goal_from_command(OpeningCommand(DIAMETER, 0.999 * force), OPEN, planner)
+    kept = goal_from_command(OpeningCommand(DIAMETER, 1.001 * force), OPEN, planner, LIMITS)
+    assert kept == held(0.02)
+    refusal = goal_from_command(OpeningCommand(DIAMETER, 0.999 * force), OPEN, planner, LIMITS)
     assert refusal.reason is Reason.INVALID_REQUEST
     assert "max_effort" in refusal.text
 
 
+@pytest.mark.parametrize("part", [0.0, 0.1, 0.9])
+def test_a_limit_below_the_force_of_the_default_grip_lowers_its_overpressure(planner, part):
+    plan = planner.plan(0.02)
+    bare, grip = (contact_force(plan, planner, f * plan.pressure) for f in (1.0, 1.1))
+    limit = bare + part * (grip - bare)
+    goal = goal_from_command(OpeningCommand(DIAMETER, limit), OPEN, planner, TIGHT)
+    force = contact_force(plan, planner, plan.pressure + goal.overpressure)
+    assert 0.0 < goal.overpressure < 0.1 * plan.pressure
+    assert force == pytest.approx(limit, rel=1e-3)  # the overpressure is found to 1 Pa
+    loose = goal_from_command(OpeningCommand(DIAMETER, 1.001 * grip), OPEN, planner, TIGHT)
+    assert loose == held(0.02)
+
+
 def test_what_cannot_be_gripped_is_left_to_the_grasp_to_refuse(planner, nothing):
-    assert goal_from_command(OpeningCommand(0.09, 1.0), OPEN, planner) == GraspGoal(0.045)
-    assert goal_from_command(OpeningCommand(DIAMETER, 1.0), OPEN, nothing) == GraspGoal(0.02)
+    assert goal_from_command(OpeningCommand(0.09, 1.0), OPEN, planner, LIMITS) == GraspGoal(0.045)
+    assert goal_from_command(OpeningCommand(DIAMETER, 1.0), OPEN, nothing, LIMITS) == GraspGoal(
+        0.02
+    )
 
 
 def test_the_force_grows_with_the_pressure_and_is_never_negative(planner, nothing):

@@ -9,6 +9,7 @@ import types
 
 import pytest
 from action_msgs.msg import GoalStatus
+from rclpy.parameter import Parameter
 from ros.compiled_control_msgs import PACKAGE, compile_control_msgs
 from ros.grasp_goals import Goals
 from ros.harness import Client, RunningNode, all_finite
@@ -146,13 +147,39 @@ def test_what_cannot_be_gripped_is_refused_and_moves_nothing(active, position, m
     assert set(active.pressures) == {0.0}
 
 
-def test_a_command_is_canceled_and_replaced_like_a_grasp(active):
+def test_a_command_that_is_canceled_holds_what_it_has(active):
+    assert active.wrap(0.03).pressure_command > 0.0
     assert active.set_parameter("pressure_rate_up", 500.0).successful
-    goal = command(active, DIAMETER)
+    goal = command(active, 0.03)
     active.wait_for_state(State.GRASPING)
     assert goal.cancel()
     assert goal.end()[0] == GoalStatus.STATUS_CANCELED
-    assert active.wait_for_state(State.RELEASED, Reason.GRASP_CANCELED).pressure_command == 0.0
+    held = active.wait_for_state(State.GRASPING, Reason.GRASP_CANCELED).pressure_command
+    assert held > 1.0e4
+    active.hear_more(10)
+    assert active.status.pressure_command == held
+
+
+def test_a_refused_command_does_not_deny_what_is_held(active):
+    status, reached = command(active, DIAMETER).end()
+    assert status == SUCCEEDED
+    result = refused(active, command(active, 0.09), "above the grippable range")
+    assert (result.position, result.effort) == (reached.position, reached.effort)
+    assert result.effort > 0.0
+
+
+def test_opening_succeeds_in_a_fault_which_has_vented_already(active):
+    assert active.set_parameter("pressure_fault_policy", "vent").successful
+    active.regulator = lambda pressure: 0.0
+    active.wait_until(lambda: active.status is not None and active.status.measured, "measurement")
+    active.send_radius(0.02)
+    active.wait_for_state(State.FAULT)
+    status, result = command(active, OPEN).end()
+    assert (status, result.reached_goal) == (SUCCEEDED, True)
+
+
+def test_a_command_is_replaced_like_a_grasp(active):
+    assert active.set_parameter("pressure_rate_up", 500.0).successful
     goal = command(active, DIAMETER)
     active.wait_for_state(State.GRASPING)
     newer = active.grasps.grasp(0.025)
@@ -248,6 +275,16 @@ def test_a_joint_command_that_is_none_is_refused(active):
 def test_a_velocity_is_not_used_and_the_log_says_so(active):
     assert joint_command(active, position=[DIAMETER], velocity=[0.1]).end()[0] == SUCCEEDED
     assert "velocity is not used" in active.node.log()
+
+
+def test_one_name_has_the_type_that_the_parameter_says(control_msgs, namespace, capfd):
+    del control_msgs
+    chosen = [Parameter("gripper_cmd_type", value="ParallelGripperCommand")]
+    node = GripperNode(namespace=namespace, parameter_overrides=chosen)
+    node.destroy_node()
+    log = capfd.readouterr().err
+    assert ": gripper_cmd is offered as control_msgs/action/ParallelGripperCommand" in log
+    assert "parallel_gripper_cmd" not in log
 
 
 # --- without control_msgs ----------------------------------------------------------------------

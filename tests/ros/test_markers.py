@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ros.harness import all_finite
+from ros.harness import all_finite, deliver
 from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -241,10 +241,10 @@ def test_nothing_is_drawn_while_nobody_looks(node):
 
 
 def test_an_exception_while_drawing_is_logged_and_does_not_vent(node, capfd):
-    node._on_radius(Float64(data=0.02))
+    deliver(node, "object_radius", Float64(data=0.02))
     good, node.outputs = node.outputs, SimpleNamespace(markers_are_wanted=True)
     node._display.draw()
     node.outputs = good
     assert node.control.snapshot().state is State.TRACKING
-    assert node.internal_errors == 1
+    assert node.errors.count == 1
     assert "AttributeError" in capfd.readouterr().err

@@ -5,9 +5,13 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from builtin_interfaces.msg import Time
 from lifecycle_msgs.msg import State as LifecycleState
+from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from ros.harness import deliver
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -41,10 +45,10 @@ def state_of(node):
 
 
 def test_an_exception_in_a_callback_vents_is_logged_and_becomes_a_state(node, capfd):
-    node._on_radius(Float64(data=0.02))
+    deliver(node, "object_radius", Float64(data=0.02))
     good = node.loaded.mount.planner
     node.loaded.mount.planner = BrokenPlanner(ZeroDivisionError("broken on purpose"))
-    node._on_radius(Float64(data=0.0205))
+    deliver(node, "object_radius", Float64(data=0.0205))
     assert node.published[-1] == 0.0
     assert state_of(node) == (State.FAULT, Reason.INTERNAL_ERROR)
     assert "broken on purpose" in node.control.snapshot().refusal.text
@@ -52,21 +56,21 @@ def test_an_exception_in_a_callback_vents_is_logged_and_becomes_a_state(node, ca
     assert "Traceback" in log
     assert "ZeroDivisionError: broken on purpose" in log
     node.loaded.mount.planner = good
-    node._on_radius(Float64(data=0.02))
-    node._on_tick()
+    deliver(node, "object_radius", Float64(data=0.02))
+    node._timer.callback()
     assert node.published[-1] == 0.0
     node.control.rearm()
-    node._on_radius(Float64(data=0.02))
+    deliver(node, "object_radius", Float64(data=0.02))
     assert state_of(node) == (State.TRACKING, Reason.NONE)
 
 
 def test_without_a_certificate_the_command_stands_and_the_status_says_so(node):
-    node._on_radius(Float64(data=0.02))
+    deliver(node, "object_radius", Float64(data=0.02))
     target = node.control.snapshot().pressure_target
     error = SolverError(RodStatus.UNSTABLE, 0.1, 3)
     node.loaded.mount.planner = BrokenPlanner(error)
-    node._on_radius(Float64(data=0.0205))
-    node._on_tick()
+    deliver(node, "object_radius", Float64(data=0.0205))
+    node._timer.callback()
     assert state_of(node) == (State.HOLDING, Reason.NOT_CERTIFIED)
     assert node.control.snapshot().pressure_target == target
     assert node.loaded.shape is None
@@ -87,25 +91,85 @@ def test_an_exception_in_a_transition_is_logged_and_leads_to_unconfigured(node, 
     assert node.loaded is None
 
 
-def test_a_diagnostics_exception_vents_too(node):
+def test_an_exception_in_diagnostics_is_logged_and_the_grip_is_kept(node, capfd):
+    deliver(node, "object_radius", Float64(data=0.02))
     node.get_fully_qualified_name = lambda: 1 // 0
     node._diagnosis.tell()
-    assert state_of(node) == (State.FAULT, Reason.INTERNAL_ERROR)
+    assert state_of(node) == (State.TRACKING, Reason.NONE)
+    assert "ZeroDivisionError" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("part", ["publish_status", "publish_backbone"])
+def test_an_exception_while_telling_is_logged_now_and_then_and_the_grip_is_kept(node, part, capfd):
+    setattr(node.outputs, part, lambda *arguments: 1 // 0)
+    deliver(node, "object_radius", Float64(data=0.02))
+    for _ in range(100):
+        node._timer.callback()
+    assert state_of(node) == (State.TRACKING, Reason.NONE)
+    assert node.published[-1] > 0.0
+    assert capfd.readouterr().err.count("Traceback") == 1
+
+
+def test_a_shape_that_raises_leaves_the_grip_and_calls_nothing_wrapped(node):
+    deliver(node, "object_radius", Float64(data=0.02))
+    deadline = time.monotonic() + 30.0
+    while not node.control.snapshot().wrapped:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+        node._timer.callback()
+    node.loaded.update_shape = lambda *arguments: 1 // 0
+    node._timer.callback()
+    assert state_of(node) == (State.TRACKING, Reason.NONE)
+    assert node.published[-1] > 0.0
+    assert not node.control.snapshot().wrapped
+
+
+@pytest.mark.parametrize("rate", [5e-324, 1e-10, 0.0, 50.0])
+def test_no_rate_of_the_markers_lets_go(node, rate):
+    deliver(node, "object_radius", Float64(data=0.02))
+    (result,) = node.set_parameters([Parameter("marker_rate", value=rate)])
+    assert result.successful
+    assert node.errors.count == 0
+    assert state_of(node) == (State.TRACKING, Reason.NONE)
+
+
+def test_a_bad_sample_of_the_clock_does_not_let_go(node, capfd):
+    assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
+    (result,) = node.set_parameters([Parameter("use_sim_time", value=True)])
+    assert result.successful
+    deliver(node, "clock", Clock(clock=Time(sec=5)))
+    assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    deliver(node, "object_radius", Float64(data=0.02))
+    deliver(node, "clock", Clock(clock=Time(sec=-7)))
+    assert "Seconds value must not be negative" in capfd.readouterr().err
+    assert state_of(node) == (State.TRACKING, Reason.NONE)
+    deliver(node, "clock", Clock(clock=Time(sec=6)))
+    assert node.now() == 6.0
+
+
+def test_an_executor_with_many_threads_is_refused(node, capfd):
+    executor = MultiThreadedExecutor()
+    executor.add_node(node)
+    assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
+    assert node.trigger_activate() == TransitionCallbackReturn.FAILURE
+    assert "executor must be one of a single thread" in capfd.readouterr().err
+    executor.remove_node(node)
+    executor.shutdown()
 
 
 def test_the_pressure_goes_out_before_anything_else(node):
     order = []
     for name in ("publish_pressure", "publish_status", "publish_backbone"):
         setattr(node.outputs, name, lambda *arguments, name=name: order.append(name))
-    node._on_radius(Float64(data=0.02))
-    node._on_tick()
+    deliver(node, "object_radius", Float64(data=0.02))
+    node._timer.callback()
     assert order[0] == "publish_pressure"
     assert set(order) == {"publish_pressure", "publish_status", "publish_backbone"}
 
 
 @pytest.mark.parametrize("service", ["release", "rearm"])
 def test_an_exception_in_a_service_vents_and_is_answered(node, service, capfd):
-    node._on_radius(Float64(data=0.02))
+    deliver(node, "object_radius", Float64(data=0.02))
     setattr(node.control, service, lambda: 1 // 0)
     response = getattr(node._served, f"_{service}")(None, Trigger.Response())
     assert not response.success
@@ -116,7 +180,7 @@ def test_an_exception_in_a_service_vents_and_is_answered(node, service, capfd):
 
 
 def test_an_exception_when_a_parameter_takes_effect_vents_and_is_logged(node, capfd):
-    node._on_radius(Float64(data=0.02))
+    deliver(node, "object_radius", Float64(data=0.02))
     node.control.reconfigure = lambda limits: 1 // 0
     (result,) = node.set_parameters([Parameter("radius_timeout", value=2.0)])
     assert result.successful
@@ -131,25 +195,25 @@ def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypat
     deadline = time.monotonic() + 30.0
     while state_of(node)[0] is not State.FAULT:
         assert time.monotonic() < deadline
-        node._on_tick()
+        node._timer.callback()
     assert "ZeroDivisionError" in node.control.snapshot().refusal.text
     assert "Traceback" in capfd.readouterr().err
     node.control.rearm()
-    node._on_radius(Float64(data=0.02))
+    deliver(node, "object_radius", Float64(data=0.02))
     assert state_of(node) == (State.WAITING, Reason.NOT_CERTIFIED)
     monkeypatch.undo()
     node.set_parameters([Parameter("gripper", value="prototype_p1")])
     node.control.rearm()
     while state_of(node)[0] is not State.TRACKING:
         assert time.monotonic() < deadline
-        node._on_tick()
-        node._on_radius(Float64(data=0.02))
+        node._timer.callback()
+        deliver(node, "object_radius", Float64(data=0.02))
     assert node.loaded.gripper.name == "prototype_p1"
 
 
 def test_measured_pressure_is_heard_only_while_active(node):
     assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
-    node._on_measured(FluidPressure(fluid_pressure=math.nan))
+    deliver(node, "measured_pressure", FluidPressure(fluid_pressure=math.nan))
     assert node.control.snapshot().pressure_fault.reason is Reason.NONE
     assert not node.control.snapshot().refused
 

@@ -5,14 +5,8 @@ import pytest
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
-from spiral_gripper_ros.node.parameters import (
-    GRAVITY_LIMIT,
-    PARAMETERS,
-    ParameterSpec,
-    gravity_problem,
-    limits_from_values,
-    refusal_of_values,
-)
+from spiral_gripper_ros.node.parameter_spec import GRAVITY_LIMIT, ParameterSpec, gravity_problem
+from spiral_gripper_ros.node.parameters import PARAMETERS, limits_from_values, refusal_of_values
 
 DEFAULTS = {spec.name: spec.default for spec in PARAMETERS}
 NUMBERS = [spec for spec in PARAMETERS if spec.low is not None]
@@ -108,6 +102,10 @@ def test_every_limit_comes_from_its_parameter():
         "pressure_settle_time": 10.9,
         "pressure_tolerance": 110.0,
         "pressure_fault_policy": "vent",
+        "grip_ratio": 1.15,
+        "keep_alive_timeout": 116.0,
+        "gravity_timeout": 117.0,
+        "gravity_timeout_policy": "vent",
     }
     assert limits_from_values(values, pressure_max=1.0e5) == Limits(
         pressure_cap=1.0e5,
@@ -124,11 +122,17 @@ def test_every_limit_comes_from_its_parameter():
         pressure_settle_time=10.9,
         pressure_tolerance=110.0,
         pressure_fault_policy=FaultPolicy.VENT,
+        grip_ratio=1.15,
+        keep_alive_timeout=116.0,
+        gravity_timeout=117.0,
+        gravity_timeout_policy=FaultPolicy.VENT,
     )
 
 
 def test_the_defaults_of_the_table_are_those_of_the_limits():
-    assert limits_from_values(DEFAULTS, pressure_max=1.0e5) == Limits(pressure_cap=1.0e5)
+    assert limits_from_values(DEFAULTS, pressure_max=1.0e5) == Limits(
+        pressure_cap=1.0e5, grip_ratio=1.1
+    )
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,6 @@ from ros.harness import NODE, START_DEADLINE, RunningNode
 from ros.simulation_harness import RunningSimulator
 
 from spiral_gripper_ros.client import SpiralGripper
-from spiral_gripper_ros.grasping import gripper_command_server
 from spiral_gripper_ros.node_process import NodeProcess
 from spiral_gripper_ros.simulation.radius_node import RADIUS_NODE
 from spiral_gripper_ros.simulation.regulator_node import REGULATOR_NODE
@@ -59,7 +58,7 @@ def compare(client, names, expected, unseen=frozenset()):
 def test_the_gripper_may_do_what_its_node_does_and_nothing_else(namespace, client):
     granted = rights_by_enclave(namespace)["gripper"]
     # Of those of control_msgs, only what is installed is offered.
-    names = [f"{namespace}/{name}" for name in gripper_command_server._DIALECTS]
+    names = [f"{namespace}/{name}" for name in ("gripper_cmd", "parallel_gripper_cmd")]
     unseen = set().union(*(action_rights("execute", name) for name in names))
     assert profiles("gripper") == [NODE]
     with RunningNode(namespace, SIM_TIME):

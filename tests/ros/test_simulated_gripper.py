@@ -26,7 +26,8 @@ def test_as_described_it_wraps_at_the_planned_pressure(simulated, curve):
     pressure = curve.pressure_from_radius(RADIUS)
     assert simulated.grip(pressure, RADIUS) is Grip.PERFECT_WRAP
     assert simulated.grip(0.8 * pressure, RADIUS) is Grip.OVERHANG
-    assert simulated.grip(1.2 * pressure, RADIUS) is Grip.CURLING
+    assert simulated.grip(1.19 * pressure, RADIUS) is Grip.PERFECT_WRAP
+    assert simulated.grip(1.21 * pressure, RADIUS) is Grip.CURLING
     expected = curve.state_at_pressure(pressure).tip_position
     assert np.allclose(simulated.shape(pressure).tip_position, expected, rtol=1e-12, atol=0.0)
 

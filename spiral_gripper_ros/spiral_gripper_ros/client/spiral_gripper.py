@@ -13,6 +13,7 @@ from typing import Any
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.task import Future
+from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from spiral_core.errors import InvalidInputError
@@ -86,6 +87,7 @@ class SpiralGripper:
         self._plan = node.create_client(PlanWrap, "plan_wrap")
         self._release = node.create_client(Trigger, "release")
         self._rearm = node.create_client(Trigger, "rearm")
+        self._alive = node.create_publisher(Empty, "keep_alive", 1)
         self._heard = time.monotonic()
         node.create_subscription(GripStatus, "status", self._on_status, LATEST)
 
@@ -186,6 +188,14 @@ class SpiralGripper:
         answer = self._link.call(self._rearm, Trigger.Request())
         if not answer.success:
             raise RequestRefusedError("rearm", answer.message)
+
+    def keep_alive(self) -> None:
+        """Tell the node that this client is alive.
+
+        With the node's parameter ``keep_alive_timeout`` a grip is vented unless this is called more
+        often than that.
+        """
+        self._alive.publish(Empty())
 
     # --- one wrap ------------------------------------------------------------------------------
 

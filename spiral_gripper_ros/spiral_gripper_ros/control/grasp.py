@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic
 
-from spiral_gripper_ros.control.plan_protocol import PlanT
+from spiral_gripper_ros.control.snapshot import PlanT
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 
 

@@ -18,7 +18,6 @@ class GraspAttempt:
     """
 
     def __init__(self, goal: GraspGoal, now: float, command: float, limits: Limits) -> None:
-        self.overpressure = goal.overpressure
         self.timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
         self.abort_policy: AbortPolicy = goal.abort_policy or limits.grasp_abort_policy
         self.started = now

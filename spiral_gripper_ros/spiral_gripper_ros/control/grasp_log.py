@@ -9,8 +9,7 @@ from typing import Generic
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
-from spiral_gripper_ros.control.plan_protocol import PlanT
-from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
 from spiral_gripper_ros.control.states import Refusal
 
 # The reports of so many grasps that have ended are kept.
@@ -53,7 +52,7 @@ class GraspLog(Generic[PlanT]):
             progress=attempt.progress(snapshot.pressure_command, snapshot.pressure_target),
             radius=snapshot.radius,
             plan=snapshot.plan,
-            overpressure=attempt.overpressure,
+            overpressure=snapshot.overpressure,
         )
 
     def end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:

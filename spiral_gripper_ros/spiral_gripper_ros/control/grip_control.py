@@ -16,12 +16,21 @@ from spiral_gripper_ros.control.grasp import (
 from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
 from spiral_gripper_ros.control.grasp_log import GraspLog
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits
-from spiral_gripper_ros.control.plan_protocol import Planner, PlanT
 from spiral_gripper_ros.control.pressure_monitor import PressureMonitor
-from spiral_gripper_ros.control.refusals import GRASP_CANCELED, GRASP_REPLACED, RECONFIGURED, cause
-from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.refusals import (
+    GRASP_CANCELED,
+    GRASP_REPLACED,
+    RECONFIGURED,
+    TAKING_OVER,
+    late_grasp,
+)
+from spiral_gripper_ros.control.silence import SilenceWatch, TakeOver
+from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.control.supervisor import Supervisor
+
+# States in which no object can be held.
+_IDLE = (State.INACTIVE, State.WAITING, State.VENTED, State.RELEASED, State.FAULT)
 
 
 class GripControl(Generic[PlanT]):
@@ -47,27 +56,46 @@ class GripControl(Generic[PlanT]):
         self._time = 0.0
         self._regime: WrapRegime | None = None
         self._grasps: GraspLog[PlanT] = GraspLog()
+        self._silence = SilenceWatch()
+        self._take_over = TakeOver()
 
     # --- life cycle --------------------------------------------------------------------------
 
-    def activate(self) -> None:
-        """Start waiting for radii and goals; nothing of an earlier activation is remembered."""
+    def activate(self, *, take_over: bool = False) -> None:
+        """Start waiting for radii and goals; nothing of an earlier activation is remembered.
+
+        Args:
+            take_over: whether the first measured pressure is taken over as the command. Until then
+                nothing is to be commanded; without one the command is 0 Pa after
+                ``measured_pressure_timeout``.
+        """
         self.deactivate()
         self._supervisor.activate()
         self._monitor.forget()
+        self._silence.forget_gravity()
+        if take_over:
+            self._take_over.start()
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether nothing is to be commanded: a pressure to be taken over may be held."""
+        return self._take_over.waits
 
     def deactivate(self) -> None:
         """Vent, and stay vented until activated."""
+        self._take_over.end()
         self._supervisor.deactivate()
         self._follow()
 
     def release(self) -> None:
         """Vent, and stay vented until re-armed, a grasp or the next activation."""
+        self._take_over.end()
         self._supervisor.release()
         self._follow()
 
     def reload(self) -> None:
         """Vent because another gripper is being loaded, and stay vented as after a release."""
+        self._take_over.end()
         self._supervisor.let_go(RECONFIGURED)
         self._follow()
 
@@ -80,6 +108,7 @@ class GripControl(Generic[PlanT]):
 
     def fail(self, text: str, reason: Reason = Reason.INTERNAL_ERROR) -> None:
         """Vent because of a fault, and stay vented until re-armed or activated anew."""
+        self._take_over.end()
         self._supervisor.fault(Refusal(reason, text))
         self._follow()
 
@@ -92,7 +121,20 @@ class GripControl(Generic[PlanT]):
             Whether that changed the state, the reason or the target.
         """
         self._time = self._supervisor.advance(now)
-        return self._supervisor.offer_radius(now, radius, planner)
+        return not self._take_over.waits and self._supervisor.offer_radius(now, radius, planner)
+
+    def keep_alive(self, now: float) -> None:
+        """Note a sign of life of the client."""
+        self._time = self._supervisor.advance(now)
+        self._silence.hear_client(self._time)
+
+    def note_gravity(self, now: float, *, is_heard: bool) -> None:
+        """Note that a usable gravity was heard, or that it is that of the parameter."""
+        self._time = self._supervisor.advance(now)
+        if is_heard:
+            self._silence.hear_gravity(self._time)
+        else:
+            self._silence.forget_gravity()
 
     def offer_measured(self, now: float, pressure: float) -> Refusal | None:
         """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is."""
@@ -101,21 +143,22 @@ class GripControl(Generic[PlanT]):
         if refusal is not None:
             self._supervisor.count(refusal.reason)
             return refusal
+        if self._take_over.waits and pressure > self._limits.pressure_tolerance:
+            self._supervisor.take_over(pressure)
+        self._take_over.end()  # at less nothing is held
         measured, attempt = self._monitor.measured(self._time), self._grasps.running
         if attempt is not None and measured is not None:
             target = self._supervisor.snapshot().pressure_target
             attempt.measured(self._time, measured.pressure, target, self._limits)
         return None
 
-    def observe(self, now: float, regime: WrapRegime | None) -> None:
-        """Note how the gripper holds the object in use, as it is; None: not known.
+    def observe(self, now: float, regime: WrapRegime | None, force: float | None = None) -> None:
+        """Note how the object in use is held: as measured, else as commanded; None: not known.
 
-        Args:
-            now: time [s].
-            regime: at the measured pressure if it is known, else at the commanded one.
+        A regime without a force on the object [N/m] holds nothing.
         """
         self._time = self._supervisor.advance(now)
-        self._regime = regime
+        self._regime = None if force is not None and not force > 0.0 else regime
 
     def replan(self, planner: Planner[PlanT]) -> None:
         """Aim anew for the radius in use, because gravity has changed."""
@@ -142,6 +185,8 @@ class GripControl(Generic[PlanT]):
         """
         self._time = self._supervisor.advance(now)
         refusal = impossible_goal(goal) or self._fault_in_the_way()
+        if self._take_over.waits:
+            refusal = TAKING_OVER
         if refusal is None:
             refusal = self._supervisor.grasp(now, goal.radius, goal.overpressure, planner)
         if refusal is not None:
@@ -174,6 +219,7 @@ class GripControl(Generic[PlanT]):
         self._monitor.check(self._time, self._limits)
         self._act_on_fault()
         self._act_on_lateness()
+        self._act_on_silence()
         pressure = self._supervisor.command(now)
         self._monitor.commanded(self._time, pressure, self._limits)
         self._follow()
@@ -193,6 +239,8 @@ class GripControl(Generic[PlanT]):
             measured=self._monitor.measured(self._time),
             pressure_fault=fault,
             wrapped=snapshot.radius is not None and is_heard and self._is_held(),
+            gravity_age=self._silence.gravity_age(self._time),
+            gravity_fault=self._silence.gravity_fault(self._time, self._limits),
         )
 
     # --- inside ------------------------------------------------------------------------------
@@ -228,36 +276,33 @@ class GripControl(Generic[PlanT]):
             self._supervisor.fault(fault)
             self._follow()
 
+    def _act_on_silence(self) -> None:
+        """Act where nothing is heard: of the client, of gravity, of a pressure to be taken over."""
+        limits = self._limits
+        self._take_over.check(self._time, limits)
+        if self._is(*_IDLE):
+            self._silence.hear_client(self._time)
+            return
+        lost = self._silence.client_fault(self._time, limits)
+        gravity = self._silence.gravity_fault(self._time, limits)
+        vents = limits.gravity_timeout_policy is FaultPolicy.VENT
+        if lost.reason is not Reason.NONE:
+            self._supervisor.let_go(lost)
+            self._follow()
+        elif gravity.reason is not Reason.NONE and vents:
+            self._supervisor.fault(gravity)
+            self._follow()
+
     def _act_on_lateness(self) -> None:
         attempt = self._grasps.running
         if attempt is not None and attempt.is_late(self._time):
-            self._abort(GraspOutcome.FAILED, self._lateness(attempt))
-
-    def _lateness(self, attempt: GraspAttempt) -> Refusal:
-        """Return why a grasp was not reached in its time."""
-        snapshot = self.snapshot()
-        pressure = f"command {snapshot.pressure_command:.6g} of {snapshot.pressure_target:.6g} Pa"
-        if snapshot.measured is not None:
-            pressure += f", measured {snapshot.measured.pressure:.6g} Pa"
-        pressure += cause(snapshot.refusal)
-        if snapshot.refusal.reason is Reason.NONE and self._is_settled(attempt):
-            seen = "unknown" if self._regime is None else self._regime.value
-            return Refusal(
-                Reason.WRAP_FAILED,
-                f"the pressure has settled, but it is no perfect wrap: {seen} ({pressure})",
-            )
-        return Refusal(
-            Reason.GRASP_TIMEOUT,
-            f"the wrap was not reached within {attempt.timeout:.3g} s: {pressure}",
-        )
+            settled = self._is_settled(attempt)
+            refusal = late_grasp(self.snapshot(), attempt.timeout, self._regime, settled)
+            self._abort(GraspOutcome.FAILED, refusal)
 
     def _act_on_success(self, attempt: GraspAttempt) -> None:
-        if not self._is_settled(attempt):
-            return
-        if self._supervisor.snapshot().refusal.reason is not Reason.NONE:
-            return
-        not_seen = self._regime is None and self._monitor.measured(self._time) is None
-        if not_seen or self._is_held():
+        seen = self.snapshot()
+        if self._is_settled(attempt) and seen.refusal.reason is Reason.NONE and seen.wrapped:
             self._grasps.end(self._time, GraspOutcome.SUCCEEDED, NOT_REFUSED)
 
     def _abort(self, outcome: GraspOutcome, refusal: Refusal) -> None:

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from enum import Enum
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.validation import require_non_negative, require_positive
+from spiral_core.validation import require_in_range, require_non_negative, require_positive
 from spiral_gripper_ros.control.grasp import AbortPolicy
+
+# A coil that is pressed harder than this multiple of its wrap pressure may unwind from its tip.
+HIGHEST_GRIP_RATIO = 1.2
 
 
 class TimeoutPolicy(Enum):
@@ -48,6 +51,12 @@ class Limits:
         pressure_tolerance: largest difference between measured and commanded pressure that is no
             fault [Pa], > 0.
         pressure_fault_policy: what happens at a fault of the measured pressure.
+        grip_ratio: pressure of a grip, as a multiple of the pressure of the bare wrap, unless a
+            goal names an overpressure, >= 1.
+        keep_alive_timeout: without a sign of life of the client for this time [s] a grip is vented;
+            0: none is expected.
+        gravity_timeout: age of a heard gravity at which it is stale [s]; 0: it never is.
+        gravity_timeout_policy: what happens then.
 
     Raises:
         InvalidInputError: a limit is not finite, has the wrong sign, or is of the wrong type.
@@ -73,12 +82,17 @@ class Limits:
     pressure_settle_time: float = 0.5
     pressure_tolerance: float = 1000.0
     pressure_fault_policy: FaultPolicy = FaultPolicy.REPORT
+    grip_ratio: float = 1.0
+    keep_alive_timeout: float = 0.0
+    gravity_timeout: float = 0.0
+    gravity_timeout_policy: FaultPolicy = FaultPolicy.REPORT
 
     def __post_init__(self) -> None:
         for field in _POSITIVE:
             require_positive(field, getattr(self, field))
         for field in _NON_NEGATIVE:
             require_non_negative(field, getattr(self, field))
+        require_in_range("grip_ratio", self.grip_ratio, 1.0, HIGHEST_GRIP_RATIO)
         for field, policies in _POLICIES.items():
             policy = getattr(self, field)
             if not isinstance(policy, policies):
@@ -97,9 +111,15 @@ _POSITIVE = (
     "measured_pressure_timeout",
     "pressure_tolerance",
 )
-_NON_NEGATIVE = ("radius_hysteresis", "pressure_settle_time")
+_NON_NEGATIVE = (
+    "radius_hysteresis",
+    "pressure_settle_time",
+    "keep_alive_timeout",
+    "gravity_timeout",
+)
 _POLICIES: dict[str, type[Enum]] = {
     "timeout_policy": TimeoutPolicy,
     "grasp_abort_policy": AbortPolicy,
     "pressure_fault_policy": FaultPolicy,
+    "gravity_timeout_policy": FaultPolicy,
 }

@@ -26,6 +26,8 @@ RETURN_BAND = 0.8
 # The measured pressure is the mean of this time [s] and of at most so many messages.
 SMOOTHING_TIME = 0.1
 MOST_SAMPLES = 64
+# Part of measured_pressure_timeout that one stall of the process counts as silence at most.
+LONGEST_STEP = 0.25
 
 
 class PressureMonitor:
@@ -37,8 +39,8 @@ class PressureMonitor:
     persisted for ``PERSISTENCE``, and a pressure that was off the command must come back to within
     ``RETURN_BAND`` of the tolerance, so that neither noise nor a value at the boundary makes the
     fault chatter. Messages are judged when they arrive, against what was commanded then. Silence is
-    counted in steps of at most half of ``measured_pressure_timeout``: a process that was stalled
-    thus hears the messages that wait before it calls them lost.
+    counted in steps of at most a quarter of ``measured_pressure_timeout``: a process that was
+    stalled, even several times in a row, hears the messages that wait before it calls them lost.
     """
 
     def __init__(self) -> None:
@@ -113,7 +115,7 @@ class PressureMonitor:
         """Count the silence since the last call."""
         if self._checked_until is not None:
             step = max(now - self._checked_until, 0.0)
-            self._silence += min(step, 0.5 * limits.measured_pressure_timeout)
+            self._silence += min(step, LONGEST_STEP * limits.measured_pressure_timeout)
         self._checked_until = now
 
     def _drop_old_samples(self, now: float) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal
 
 NO_RADIUS = Refusal(Reason.NO_RADIUS, "no object_radius has been received yet")
@@ -13,6 +15,10 @@ RECONFIGURED = Refusal(
     Reason.RECONFIGURED, "another gripper was loaded: call rearm to follow radii with it"
 )
 GRASP_HOLDS = Refusal(Reason.INVALID_REQUEST, "a grasp is the target: release it first")
+TAKEN_OVER = Refusal(
+    Reason.TAKEN_OVER, "the measured pressure was taken over: it stands until a radius or a goal"
+)
+TAKING_OVER = Refusal(Reason.TAKEN_OVER, "waiting for a measured_pressure to take over")
 GRASP_CANCELED = Refusal(Reason.GRASP_CANCELED, "the grasp was canceled")
 GRASP_REPLACED = Refusal(Reason.GRASP_REPLACED, "a newer grasp goal has taken over")
 
@@ -29,6 +35,49 @@ def stale_radius(age: float, limits: Limits, last: Refusal) -> Refusal:
         Reason.RADIUS_STALE,
         f"no usable object_radius for {age:.2f} s (radius_timeout {limits.radius_timeout:.3g} s, "
         f"policy {limits.timeout_policy.value}){cause(last)}",
+    )
+
+
+def lost_client(limits: Limits) -> Refusal:
+    """Return that the client has given no sign of life for too long."""
+    return Refusal(
+        Reason.CLIENT_LOST,
+        f"no keep_alive for {limits.keep_alive_timeout:.3g} s (keep_alive_timeout): vented; call "
+        "rearm, or send a goal",
+    )
+
+
+def stale_gravity(age: float, limits: Limits) -> Refusal:
+    """Return that no usable gravity has come for ``age`` [s]."""
+    return Refusal(
+        Reason.GRAVITY_STALE,
+        f"no usable gravity for {age:.2f} s (gravity_timeout {limits.gravity_timeout:.3g} s)",
+    )
+
+
+def late_grasp(
+    snapshot: Snapshot[PlanT], timeout: float, regime: WrapRegime | None, is_settled: bool
+) -> Refusal:
+    """Return why a grasp was not reached in its time.
+
+    Args:
+        snapshot: what is commanded and measured.
+        timeout: that time [s].
+        regime: how the object is held, or None if that is not known.
+        is_settled: whether the pressure is at its target to stay.
+    """
+    pressure = f"command {snapshot.pressure_command:.6g} of {snapshot.pressure_target:.6g} Pa"
+    if snapshot.measured is not None:
+        pressure += f", measured {snapshot.measured.pressure:.6g} Pa"
+    pressure += cause(snapshot.refusal)
+    if snapshot.refusal.reason is Reason.NONE and is_settled:
+        seen = "unknown" if regime is None else regime.value
+        return Refusal(
+            Reason.WRAP_FAILED,
+            f"the pressure has settled, but it is no perfect wrap: {seen} ({pressure})",
+        )
+    return Refusal(
+        Reason.GRASP_TIMEOUT, f"the wrap was not reached within {timeout:.3g} s: {pressure}"
     )
 
 

@@ -1,13 +1,39 @@
-"""What is commanded and why, at one moment."""
+"""What is commanded and why, at one moment; and what is needed of plans and planners."""
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Generic
+from typing import Generic, Protocol, TypeVar
 
-from spiral_gripper_ros.control.plan_protocol import PlanT
+from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
+
+
+class Plan(Protocol):
+    """A planned wrap."""
+
+    @property
+    def pressure(self) -> float:
+        """Gauge pressure of the perfect wrap [Pa]."""
+        ...
+
+
+PlanT = TypeVar("PlanT", bound=Plan)
+PlanT_co = TypeVar("PlanT_co", bound=Plan, covariant=True)
+
+
+class Planner(Protocol[PlanT_co]):
+    """Turns a radius into a plan, for one gripper and one gravity."""
+
+    @property
+    def radius_range(self) -> tuple[float, float]:
+        """Smallest and largest radius that can be gripped [m]."""
+        ...
+
+    def plan(self, radius: float) -> PlanT_co:
+        """Return the perfect wrap for a radius [m]; raise a ``SpiralError`` if there is none."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +67,9 @@ class Snapshot(Generic[PlanT]):
         pressure_fault: what is wrong with it (``Reason.NONE`` if nothing is).
         wrapped: the object in use is held: at the measured pressure, else as commanded; not while
             ``PRESSURE_LOST``.
+        overpressure: of the target, above the pressure of the bare wrap [Pa].
+        gravity_age: time since the newest heard gravity [s], or None if none was heard.
+        gravity_fault: that it is stale (``Reason.NONE`` if it is not).
     """
 
     state: State
@@ -55,3 +84,11 @@ class Snapshot(Generic[PlanT]):
     measured: MeasuredPressure | None = None
     pressure_fault: Refusal = NOT_REFUSED
     wrapped: bool = False
+    overpressure: float = 0.0
+    gravity_age: float | None = None
+    gravity_fault: Refusal = NOT_REFUSED
+
+    def shown(self, regime: WrapRegime | None) -> WrapRegime | None:
+        """Return a regime as it is shown: pressed by overpressure the wrap is still perfect."""
+        pressed = self.wrapped and regime is WrapRegime.CURLING
+        return WrapRegime.PERFECT_WRAP if pressed else regime

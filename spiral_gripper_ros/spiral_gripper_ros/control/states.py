@@ -28,6 +28,7 @@ class State(IntEnum):
     RELEASED = 6
     FAULT = 7
     GRASPING = 8
+    TAKEN_OVER = 9
 
 
 class Reason(IntEnum):
@@ -58,6 +59,9 @@ class Reason(IntEnum):
     PRESSURE_HIGH = 22
     PRESSURE_LOST = 23
     PRESSURE_INVALID = 24
+    GRAVITY_STALE = 25
+    CLIENT_LOST = 26
+    TAKEN_OVER = 27
 
 
 @dataclass(frozen=True, slots=True)

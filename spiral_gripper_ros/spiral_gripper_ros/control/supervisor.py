@@ -12,8 +12,7 @@ from typing import Generic
 
 from spiral_gripper_ros.control.inner_clock import InnerClock
 from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
-from spiral_gripper_ros.control.plan_protocol import Planner, PlanT
-from spiral_gripper_ros.control.pressure_ramp import ramped_pressure
+from spiral_gripper_ros.control.pressure_ramp import capped_pressure, ramped_pressure
 from spiral_gripper_ros.control.radius_gate import RadiusGate, impossible_radius
 from spiral_gripper_ros.control.refusals import (
     GRASP_HOLDS,
@@ -21,16 +20,17 @@ from spiral_gripper_ros.control.refusals import (
     NOT_ACTIVE,
     NOT_FOLLOWING,
     RELEASED,
+    TAKEN_OVER,
     stale_radius,
 )
-from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.control.target import Target
 
 # States that end only with rearm, a grasp goal or the next activation.
 _LATCHED = (State.INACTIVE, State.RELEASED, State.FAULT)
 # States in which the command heads for the target.
-_GRIPPING = (State.TRACKING, State.HOLDING, State.GRASPING)
+_GRIPPING = (State.TRACKING, State.HOLDING, State.GRASPING, State.TAKEN_OVER)
 
 
 class Supervisor(Generic[PlanT]):
@@ -75,6 +75,12 @@ class Supervisor(Generic[PlanT]):
         self._accepted = 0
         self._refused = Counter()
         self._vent(State.WAITING, NO_RADIUS)
+
+    def take_over(self, pressure: float) -> None:
+        """Let a pressure [Pa] stand that was there before, until a radius or a goal."""
+        self._vent(State.TAKEN_OVER, TAKEN_OVER)
+        self._pressure = capped_pressure(pressure, self._limits.pressure_cap)
+        self._target.freeze(self._pressure)
 
     def deactivate(self) -> None:
         """Vent, and stay vented until activated."""
@@ -185,7 +191,7 @@ class Supervisor(Generic[PlanT]):
             self._planner = planner
             self._replan_grasp()
         elif self._target.radius is not None and self._state not in _LATCHED:
-            refusal = self._target.aim(self._target.radius, planner, self._limits)
+            refusal = self._target.aim_anew(planner, self._limits)
             if refusal is not None:
                 self._refuse(refusal)
 
@@ -246,6 +252,7 @@ class Supervisor(Generic[PlanT]):
             pressure_command=self._pressure,
             accepted=self._accepted,
             refused=self._refused.copy(),
+            overpressure=self._target.overpressure,
         )
 
     # --- inside ------------------------------------------------------------------------------
@@ -265,8 +272,10 @@ class Supervisor(Generic[PlanT]):
         self._refused[refusal.reason] += 1
         if self._state in _LATCHED:
             return
-        self._refusal = refusal
         self._last_refused = refusal
+        # A stream of bad radii is as good as none: the reason must not change with each of them.
+        if self._refusal.reason is not Reason.RADIUS_STALE and self._state is not State.TAKEN_OVER:
+            self._refusal = refusal
         if self._state is State.TRACKING:
             self._state = State.HOLDING
 
@@ -275,7 +284,7 @@ class Supervisor(Generic[PlanT]):
         target = self._target
         if target.is_frozen or target.radius is None or self._planner is None:
             return
-        refusal = target.aim(target.radius, self._planner, self._limits, target.overpressure)
+        refusal = target.aim_anew(self._planner, self._limits)
         if refusal is not None:
             self._refuse(refusal)
         else:

@@ -7,8 +7,8 @@ from typing import Generic
 from spiral_core.errors import SpiralError
 from spiral_core.validation import require_positive
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.plan_protocol import Planner, PlanT
 from spiral_gripper_ros.control.pressure_ramp import capped_pressure
+from spiral_gripper_ros.control.snapshot import Planner, PlanT
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 
 
@@ -26,6 +26,7 @@ class Target(Generic[PlanT]):
         self.radius: float | None = None
         self.plan: PlanT | None = None
         self.overpressure = 0.0
+        self._demanded = 0.0  # overpressure; 0: that of grip_ratio
         self._frozen: float | None = None
         self._outdated = True
 
@@ -47,7 +48,10 @@ class Target(Generic[PlanT]):
     def aim(
         self, radius: float, planner: Planner[PlanT], limits: Limits, overpressure: float = 0.0
     ) -> Refusal | None:
-        """Plan for ``radius`` [m] and make it the target, or return why not and change nothing."""
+        """Plan for ``radius`` [m] and make it the target, or return why not and change nothing.
+
+        An overpressure of 0 stands for that of ``grip_ratio``, as far as the cap leaves room.
+        """
         try:
             plan = planner.plan(radius)
             pressure = require_positive("pressure", plan.pressure)
@@ -55,7 +59,10 @@ class Target(Generic[PlanT]):
             return refusal_from_error(error)
         if not pressure + overpressure <= limits.pressure_cap:
             return _above_cap(pressure, overpressure, limits)
-        self.radius, self.plan, self.overpressure = radius, plan, overpressure
+        self.radius, self.plan, self._demanded = radius, plan, overpressure
+        self.overpressure = overpressure or default_overpressure(
+            pressure, limits.grip_ratio, limits.pressure_cap
+        )
         self._frozen, self._outdated = None, False
         return None
 
@@ -65,9 +72,15 @@ class Target(Generic[PlanT]):
 
     def beyond_cap(self, limits: Limits) -> Refusal | None:
         """Return why the limits do not allow the plan in use, or None if they do."""
-        if self.plan is None or self.plan.pressure + self.overpressure <= limits.pressure_cap:
+        if self.plan is None or self.plan.pressure + self._demanded <= limits.pressure_cap:
             return None
-        return _above_cap(self.plan.pressure, self.overpressure, limits)
+        return _above_cap(self.plan.pressure, self._demanded, limits)
+
+    def aim_anew(self, planner: Planner[PlanT], limits: Limits) -> Refusal | None:
+        """Aim for the radius in use again, with other limits or another gravity."""
+        if self.radius is None:
+            return None
+        return self.aim(self.radius, planner, limits, self._demanded)
 
     def pressure(self, cap: float) -> float:
         """Return the target's pressure, not above the cap; 0 without a plan [Pa]."""
@@ -76,6 +89,21 @@ class Target(Generic[PlanT]):
         if self.plan is None:
             return 0.0
         return capped_pressure(self.plan.pressure + self.overpressure, cap)
+
+
+def default_overpressure(wrap_pressure: float, grip_ratio: float, cap: float) -> float:
+    """Return the overpressure of a grip that names none [Pa]: what ``grip_ratio`` says.
+
+    Args:
+        wrap_pressure: of the bare wrap, which presses on the object with next to nothing [Pa].
+        grip_ratio: pressure of the grip, as a multiple of that.
+        cap: bounds the pressure of the grip [Pa].
+
+    Example:
+        >>> default_overpressure(5.0e4, grip_ratio=1.2, cap=5.4e4)
+        4000.0
+    """
+    return max(min((grip_ratio - 1.0) * wrap_pressure, cap - wrap_pressure), 0.0)
 
 
 def _above_cap(pressure: float, overpressure: float, limits: Limits) -> Refusal:

@@ -104,9 +104,9 @@ class ReleaseJob:
         if self._canceled:
             return GraspOutcome.CANCELED, _RELEASE_CANCELED
         snapshot, limits = self._control.snapshot(), self._limits
-        if snapshot.state in (State.INACTIVE, State.FAULT):
+        if snapshot.state is State.INACTIVE:
             return GraspOutcome.FAILED, snapshot.refusal
-        if snapshot.state is not State.RELEASED:
+        if snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
             return GraspOutcome.FAILED, _RELEASE_REPLACED
         if snapshot.measured is None:
             gone = elapsed >= limits.pressure_settle_time

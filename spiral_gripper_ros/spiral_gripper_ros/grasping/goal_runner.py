@@ -15,8 +15,8 @@ from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.grasping.goal_jobs import GoalReport, Job
+from spiral_gripper_ros.node.guards import log_on_error
 from spiral_gripper_ros.node.guards import report as report_exception
-from spiral_gripper_ros.node.services import NOT_CONFIGURED
 from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
 
 if TYPE_CHECKING:
@@ -94,12 +94,12 @@ class GoalRunner:
         """
         loaded = self._node.loaded
         if loaded is None:
-            return self.refused(Refusal(Reason.NOT_ACTIVE, NOT_CONFIGURED))
+            return self.refused(Refusal(Reason.NOT_ACTIVE, self._node.not_configured))
         planner = loaded.planner
         refusal = job.start(self._node.now(), planner)
         if refusal is not None:
             return self.refused(refusal)
-        run = self._runs[key] = _Run(job, planner, notify, Future())
+        run = self._runs[key] = _Run(job, planner, log_on_error(self._node, notify), Future())
         try:
             self._node.publish()
             self.tick()
@@ -183,5 +183,6 @@ class GoalRunner:
 
     def _moment(self, report: GoalReport, planner: AnyPlanner | None) -> Moment:
         loaded = self._node.loaded
-        regime = None if loaded is None else loaded.regime
-        return Moment(report, self._node.control.snapshot(), regime, planner)
+        snapshot = self._node.control.snapshot()
+        regime = None if loaded is None else snapshot.shown(loaded.regime)
+        return Moment(report, snapshot, regime, planner)

@@ -12,9 +12,16 @@ from dataclasses import dataclass
 from enum import Enum
 
 from spiral_core.errors import SpiralError
-from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
+from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.control.target import default_overpressure
 from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
+
+# The overpressure that keeps a max_effort is found to this [Pa].
+OVERPRESSURE_STEP = 1.0
+# As good as none [Pa]: 0 stands for that of the default grip.
+LEAST_OVERPRESSURE = 1.0e-6
 
 
 class Release(Enum):
@@ -73,18 +80,20 @@ def command_from_joint(
 
 
 def goal_from_command(
-    command: OpeningCommand, opening: float, planner: AnyPlanner
+    command: OpeningCommand, opening: float, planner: AnyPlanner, limits: Limits
 ) -> GraspGoal | Release | Refusal:
     """Return what a command has this gripper do, or why it cannot.
 
-    The pressure of a wrap follows from the diameter, and the force from the pressure: a
-    ``max_effort`` below that force can only be refused.
+    The pressure of a wrap follows from the diameter, and the force from the pressure. A
+    ``max_effort`` below the force of the default grip lowers its overpressure; one below the force
+    of the bare wrap can only be refused.
 
     Args:
         command: what a parallel gripper would be told.
         opening: position from which on it means release [m].
         planner: answers for the gripper; it may refuse the diameter, which is told when the goal
             is started.
+        limits: those of the default grip.
     """
     position, limit = command.position, command.max_effort
     if not math.isfinite(position):
@@ -98,6 +107,7 @@ def goal_from_command(
         return Refusal(Reason.INVALID_REQUEST, text)
     if position >= opening:
         return Release.RELEASE
+    overpressure = 0.0
     if limit > 0.0:
         try:
             plan = planner.plan(0.5 * position)
@@ -110,7 +120,24 @@ def goal_from_command(
                 f"more than max_effort = {limit:.6g} N"
             )
             return Refusal(Reason.INVALID_REQUEST, text)
-    return GraspGoal(0.5 * position)
+        overpressure = _overpressure_within(limit, plan, planner, limits)
+    # As the controllers of ros2_control: a goal that is canceled or fails holds what it has.
+    return GraspGoal(0.5 * position, overpressure, abort_policy=AbortPolicy.HOLD)
+
+
+def _overpressure_within(
+    limit: float, plan: WrapPlan, planner: AnyPlanner, limits: Limits
+) -> float:
+    """Return the overpressure [Pa] whose force keeps a limit [N]; 0 if the default grip does."""
+    low = 0.0
+    high = default_overpressure(plan.pressure, limits.grip_ratio, limits.pressure_cap)
+    if contact_force(plan, planner, plan.pressure + high) <= limit:
+        return 0.0
+    while high - low > OVERPRESSURE_STEP:
+        middle = 0.5 * (low + high)
+        keeps = contact_force(plan, planner, plan.pressure + middle) <= limit
+        low, high = (middle, high) if keeps else (low, middle)
+    return max(low, LEAST_OVERPRESSURE)
 
 
 def contact_force(plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -> float:

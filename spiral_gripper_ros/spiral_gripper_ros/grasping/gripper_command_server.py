@@ -26,7 +26,6 @@ from spiral_gripper_ros.grasping.gripper_command import (
     wrapped_diameter,
 )
 from spiral_gripper_ros.node.parameters import number
-from spiral_gripper_ros.node.services import NOT_CONFIGURED
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
@@ -41,9 +40,14 @@ def gripper_command_servers(node: GripperNode, runner: GoalRunner) -> list[GoalS
     try:
         actions = importlib.import_module(f"{PACKAGE}.action")
     except ImportError:
-        logger.info(f"{PACKAGE} is not installed: {' and '.join(_DIALECTS)} are not offered")
+        logger.info(f"{PACKAGE} is not installed: gripper_cmd is not offered")
         return servers
-    for name, (type_name, dialect) in _DIALECTS.items():
+    chosen = str(node.values["gripper_cmd_type"])
+    names = {"gripper_cmd": chosen, "parallel_gripper_cmd": "ParallelGripperCommand"}
+    if chosen == "ParallelGripperCommand":  # one name for one action
+        del names["parallel_gripper_cmd"]
+    for name, type_name in names.items():
+        dialect = _DIALECTS[type_name]
         action = getattr(actions, type_name, None)
         if action is None:
             logger.info(f"{PACKAGE} has no {type_name}: {name} is not offered")
@@ -73,8 +77,8 @@ class _CommandDialect:
         """Return what a command has the gripper do, or why it cannot."""
         node = self._node
         if node.loaded is None:
-            return Refusal(Reason.NOT_ACTIVE, NOT_CONFIGURED)
-        goal = goal_from_command(command, self._opening(), node.loaded.planner)
+            return Refusal(Reason.NOT_ACTIVE, node.not_configured)
+        goal = goal_from_command(command, self._opening(), node.loaded.planner, node.limits)
         if isinstance(goal, Refusal):
             return goal
         if isinstance(goal, GraspGoal):
@@ -89,11 +93,12 @@ class _CommandDialect:
         planner = moment.planner
         if planner is None and self._node.loaded is not None:
             planner = self._node.loaded.planner
-        plan, pressure = moment.report.plan, moment.pressure
-        force = 0.0
-        if plan is not None and moment.snapshot.wrapped:
-            force = contact_force(plan, planner, pressure)
-        return GripperReading(wrapped_diameter(pressure, self._opening(), planner), force)
+        # Of a goal that was refused the gripper's own: it may hold what another goal made it hold.
+        plan, pressure = moment.report.plan or moment.snapshot.plan, moment.pressure
+        radius = moment.snapshot.radius
+        if plan is not None and radius is not None and moment.snapshot.wrapped:
+            return GripperReading(2.0 * radius, contact_force(plan, planner, pressure))
+        return GripperReading(wrapped_diameter(pressure, self._opening(), planner), 0.0)
 
     def _opening(self) -> float:
         return number(self._node.values, "gripper_command_open")
@@ -154,7 +159,7 @@ class ParallelGripperCommandDialect(_CommandDialect):
         return state
 
 
-_DIALECTS: dict[str, tuple[str, Callable[[GripperNode, Any], Dialect]]] = {
-    "gripper_cmd": ("GripperCommand", GripperCommandDialect),
-    "parallel_gripper_cmd": ("ParallelGripperCommand", ParallelGripperCommandDialect),
+_DIALECTS: dict[str, Callable[[GripperNode, Any], Dialect]] = {
+    "GripperCommand": GripperCommandDialect,
+    "ParallelGripperCommand": ParallelGripperCommandDialect,
 }

@@ -1,31 +1,28 @@
-"""Work that takes longer than a callback may: one thread for gravity, one for questions.
-
-Designs take seconds of pure Python, which would keep even another thread from the control loop:
-they are computed in a process of their own, started with the first design that is asked for.
-"""
+"""Work that takes longer than a callback may: a thread each for gravity, plans and designs."""
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import rclpy.executors
 import rclpy.task
 
-from spiral_core.design.requirement import DesignRequirement
-from spiral_gripper_ros.planning.design_question import answer_in_worker, ignore_interrupts
+from spiral_core.design.report import DesignReport
+from spiral_gripper import GripperDescription
+from spiral_gripper_ros.planning.design_question import DesignQuestion
+from spiral_gripper_ros.planning.design_worker import DesignProcess
 
 
 class Background:
-    """Two threads and a process: no question delays the commands or a change of gravity."""
+    """No question delays the commands, a change of gravity or another kind of question."""
 
     def __init__(self) -> None:
         self.gravity = ThreadPoolExecutor(1, thread_name_prefix="gravity")
-        self._questions = ThreadPoolExecutor(1, thread_name_prefix="questions")
-        self._designs: ProcessPoolExecutor | None = None
+        self._plans = ThreadPoolExecutor(1, thread_name_prefix="plans")
+        self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
+        self._design: DesignProcess | None = None
 
     def ask(
         self, executor: rclpy.executors.Executor, question: Callable[[], Any]
@@ -36,42 +33,44 @@ class Background:
             executor: the executor that awaits it; it is woken when the answer is there.
             question: called in the background.
         """
-        return _awaitable(executor, self._questions.submit(question))
+        return _awaitable(executor, self._plans.submit(question))
 
-    def ask_design(
-        self, executor: rclpy.executors.Executor, requirement: DesignRequirement
-    ) -> rclpy.task.Future:
-        """Return a future of rclpy, to be awaited, for the report of a design.
+    async def design(
+        self,
+        executor: rclpy.executors.Executor,
+        question: DesignQuestion,
+        description: GripperDescription,
+    ) -> DesignReport:
+        """Return the report of a design, computed in a process of its own.
 
         Args:
             executor: the executor that awaits it.
-            requirement: the question.
-        """
-        try:
-            job = self._design_process().submit(answer_in_worker, requirement)
-        except BrokenProcessPool:  # somebody has killed it
-            self._designs = None
-            job = self._design_process().submit(answer_in_worker, requirement)
-        return _awaitable(executor, job)
+            question: what is asked.
+            description: of the node's gripper, for what the question leaves open.
 
-    def _design_process(self) -> ProcessPoolExecutor:
-        """Return the process for designs; a fork would copy locks of the middleware's threads."""
-        if self._designs is None:
-            self._designs = ProcessPoolExecutor(
-                1,
-                mp_context=multiprocessing.get_context("spawn"),
-                initializer=ignore_interrupts,
-            )
-        return self._designs
+        Raises:
+            SpiralError: the question cannot be answered, or the design was ended.
+        """
+        process = self._design = DesignProcess()
+        job = self._designs.submit(process.answer, question, description)
+        try:
+            report: DesignReport = await _awaitable(executor, job)
+        finally:
+            self._design = None
+        return report
+
+    def cancel_design(self, why: str) -> bool:
+        """End the design that is being computed; return whether there was one."""
+        process = self._design
+        if process is not None:
+            process.end(why)
+        return process is not None
 
     def end(self) -> None:
         """Drop what has not been started; a design that is being computed is cut off."""
-        pools: tuple[Executor | None, ...] = (self.gravity, self._questions, self._designs)
-        for pool in pools:
-            if pool is not None:
-                pool.shutdown(wait=False, cancel_futures=True)
-        for process in multiprocessing.active_children():
-            process.terminate()
+        for pool in (self.gravity, self._plans, self._designs):
+            pool.shutdown(wait=False, cancel_futures=True)
+        self.cancel_design("the node has ended")
 
 
 def _awaitable(executor: rclpy.executors.Executor, job: Future[Any]) -> rclpy.task.Future:

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING, Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.lifecycle import LifecycleNode
+
+from spiral_gripper_ros.node.guards import log_on_error
+
+if TYPE_CHECKING:
+    from spiral_gripper_ros.node.gripper_node import GripperNode
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
@@ -21,14 +26,23 @@ class ControlClock:
         node: the node whose clock it is.
     """
 
-    def __init__(self, node: LifecycleNode) -> None:
+    def __init__(self, node: GripperNode) -> None:
         self._node = node
         self.clock = STEADY
+        self._guarded: list[Any] = []
         self._last = 0.0
         self._moved_at = 0.0
 
+    def guard(self) -> None:
+        """Let bad samples of /clock (negative ones, say) be logged instead of raised by rclpy."""
+        for subscription in self._node.subscriptions:
+            if subscription.topic_name == "/clock" and subscription not in self._guarded:
+                subscription.callback = log_on_error(self._node, subscription.callback)
+                self._guarded.append(subscription)
+
     def choose(self) -> None:
         """Use the simulated clock if the node is told to, else the steady one."""
+        self.guard()
         simulated = self._node.get_parameter("use_sim_time").value
         self.clock = self._node.get_clock() if simulated else STEADY
         self._last, self._moved_at = self.now(), _real_time()

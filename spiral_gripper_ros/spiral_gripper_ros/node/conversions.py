@@ -107,6 +107,8 @@ def status_to_msg(
         reason_text=snapshot.refusal.text,
         radius_age=snapshot.radius_age or 0.0,
         pressure_target=snapshot.pressure_target,
+        overpressure=snapshot.overpressure,
+        gravity_age=snapshot.gravity_age or 0.0,
         pressure_command=snapshot.pressure_command,
         wrapped=snapshot.wrapped,
         radii_accepted=snapshot.accepted,
@@ -118,7 +120,7 @@ def status_to_msg(
     if math.isfinite(highest):
         message.radius_min, message.radius_max = lowest, highest
     if loaded.shape is not None:
-        message.regime = REGIMES[loaded.shape.regime]
+        message.regime = REGIMES[snapshot.shown(loaded.shape.regime)]
         message.tip = _tip(loaded.shape.state)
     _fill_measured(message, snapshot, loaded)
     if snapshot.plan is not None and snapshot.radius is not None:
@@ -140,7 +142,7 @@ def _fill_measured(
     message.measured_pressure = snapshot.measured.pressure
     message.measured_age = snapshot.measured.age
     if loaded.measured_shape is not None:
-        message.measured_regime = REGIMES[loaded.measured_shape.regime]
+        message.measured_regime = REGIMES[snapshot.shown(loaded.measured_shape.regime)]
         message.measured_tip = _tip(loaded.measured_shape.state)
 
 

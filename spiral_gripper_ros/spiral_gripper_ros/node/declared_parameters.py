@@ -14,12 +14,8 @@ from rcl_interfaces.msg import (
 )
 from rclpy.node import Node
 
-from spiral_gripper_ros.node.parameters import (
-    PARAMETERS,
-    ParameterSpec,
-    ParameterValue,
-    refusal_of_values,
-)
+from spiral_gripper_ros.node.parameter_spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.node.parameters import PARAMETERS, refusal_of_values
 
 # What stands for a vector that is not set: files and `ros2 param` can say it, and dump it.
 UNSET_VECTOR = (math.nan, math.nan, math.nan)

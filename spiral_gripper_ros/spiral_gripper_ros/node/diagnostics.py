@@ -21,6 +21,7 @@ _LEVELS = {
     State.RELEASED: DiagnosticStatus.OK,
     State.FAULT: DiagnosticStatus.ERROR,
     State.GRASPING: DiagnosticStatus.OK,
+    State.TAKEN_OVER: DiagnosticStatus.WARN,
 }
 CLOCK_STANDS_STILL = "the simulated clock stands still: the command is frozen"
 
@@ -34,12 +35,14 @@ class Health:
         hardware_id: name of the gripper; "" before one is loaded.
         internal_errors: exceptions caught since the node started.
         clock_stands_still: the node is active but its simulated clock has stopped.
+        commanders: nodes that publish pressure_command, this one included.
     """
 
     name: str
     hardware_id: str
     internal_errors: int
     clock_stands_still: bool = False
+    commanders: int = 1
 
 
 def diagnostics_to_msg(
@@ -71,7 +74,7 @@ def _level(health: Health, snapshot: Snapshot[WrapPlan]) -> bytes:
     levels: list[bytes] = [_LEVELS[snapshot.state]]
     if snapshot.pressure_fault.reason is not Reason.NONE:
         levels.append(DiagnosticStatus.ERROR)
-    if health.clock_stands_still:
+    if _warnings(health, snapshot):
         levels.append(DiagnosticStatus.WARN)
     return max(levels)
 
@@ -80,9 +83,18 @@ def _summary(health: Health, snapshot: Snapshot[WrapPlan]) -> str:
     texts = [
         snapshot.refusal.text or snapshot.state.name.lower().replace("_", " "),
         snapshot.pressure_fault.text,
-        CLOCK_STANDS_STILL if health.clock_stands_still else "",
+        *_warnings(health, snapshot),
     ]
     return "; ".join(text for text in texts if text)
+
+
+def _warnings(health: Health, snapshot: Snapshot[WrapPlan]) -> list[str]:
+    texts = [snapshot.gravity_fault.text]
+    if health.clock_stands_still:
+        texts.append(CLOCK_STANDS_STILL)
+    if health.commanders > 1:
+        texts.append(f"{health.commanders} nodes publish pressure_command")
+    return [text for text in texts if text]
 
 
 def _values(health: Health, snapshot: Snapshot[WrapPlan]) -> list[tuple[str, str]]:
@@ -97,6 +109,8 @@ def _values(health: Health, snapshot: Snapshot[WrapPlan]) -> list[tuple[str, str
         ("pressure_command [Pa]", _figure(snapshot.pressure_command)),
         ("measured_pressure [Pa]", _figure(None if measured is None else measured.pressure)),
         ("measured_pressure age [s]", _figure(None if measured is None else measured.age)),
+        ("gravity age [s]", _figure(snapshot.gravity_age)),
+        ("pressure_command publishers", str(health.commanders)),
         ("pressure fault", snapshot.pressure_fault.reason.name),
         ("radii accepted", str(snapshot.accepted)),
         ("internal errors", str(health.internal_errors)),

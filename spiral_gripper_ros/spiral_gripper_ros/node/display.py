@@ -9,7 +9,7 @@ from rclpy.timer import Timer
 from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason
-from spiral_gripper_ros.node.guards import harmless
+from spiral_gripper_ros.node.guards import log_on_error
 from spiral_gripper_ros.node.markers import Scene, no_markers, scene_to_msg
 from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 # A display forgets the markers of a node that is gone after so many periods without new ones.
 LIFETIME_PERIODS = 5.0
+# Slower than once in this time [s] nothing is drawn; a timer cannot wait for any time.
+LONGEST_PERIOD = 3600.0
 
 
 class Display:
@@ -31,21 +33,23 @@ class Display:
 
     def __init__(self, node: GripperNode) -> None:
         self._node = node
-        self.draw = harmless(node, self._draw)
+        self.draw = log_on_error(node, self._draw)
+        self.start = log_on_error(node, self._start)
+        self.stop = log_on_error(node, self._stop)
         self._timer: Timer | None = None
         self._is_drawn = False
         self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
 
-    def start(self) -> None:
+    def _start(self) -> None:
         """Draw from now on, at the present ``marker_rate``; at 0 Hz delete what is drawn."""
         self._stop_timer()
         if self._rate() > 0.0:
-            period, clock = 1.0 / self._rate(), self._node.time.clock
-            self._timer = self._node.create_timer(period, self.draw, clock=clock)
+            clock = self._node.time.clock
+            self._timer = self._node.create_timer(self._period(), self.draw, clock=clock)
         else:
             self.stop()
 
-    def stop(self) -> None:
+    def _stop(self) -> None:
         """Draw no more, and delete what is drawn."""
         self._stop_timer()
         if self._is_drawn:
@@ -59,7 +63,7 @@ class Display:
         message = scene_to_msg(
             self._scene(node.loaded, node.control.snapshot()),
             points=int(number(node.values, "backbone_points")),
-            lifetime=LIFETIME_PERIODS / self._rate(),
+            lifetime=LIFETIME_PERIODS * self._period(),
             header=node.outputs.header(),
         )
         node.outputs.publish_markers(message)
@@ -71,7 +75,7 @@ class Display:
             commanded=None if commanded is None else commanded.state,
             measured=None if measured is None else measured.state,
             placement=self._placement(snapshot),
-            regime=loaded.regime,
+            regime=snapshot.shown(loaded.regime),
             text=_text(snapshot),
             outer_radius=loaded.gripper.tube.outer_radius,
         )
@@ -87,6 +91,9 @@ class Display:
 
     def _rate(self) -> float:
         return number(self._node.values, "marker_rate")
+
+    def _period(self) -> float:
+        return min(1.0 / self._rate(), LONGEST_PERIOD)
 
     def _stop_timer(self) -> None:
         if self._timer is not None:

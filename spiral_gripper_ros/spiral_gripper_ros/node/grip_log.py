@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Any, Protocol
 
+from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, State
 
@@ -22,6 +23,7 @@ _WORDS = {
     State.RELEASED: "released, vented",
     State.FAULT: "fault, vented",
     State.GRASPING: "grasping",
+    State.TAKEN_OVER: "holding the measured pressure",
 }
 # States that only somebody's act ends: they cannot chatter, and the next line may come late.
 _LASTING = {State.INACTIVE, State.RELEASED, State.FAULT}
@@ -34,6 +36,7 @@ _EXPECTED = {
     Reason.RECONFIGURED,
     Reason.GRASP_CANCELED,
     Reason.GRASP_REPLACED,
+    Reason.TAKEN_OVER,
 }
 
 
@@ -66,6 +69,8 @@ class GripLog:
         self._fault = _Channel(Reason.NONE)
         self._wrapped = _Channel(False)
         self._clock_stands_still = False
+        self._commanders = 1
+        self._gravity = _Channel(Reason.NONE)
 
     def tell(self, now: float, snapshot: Snapshot[Any]) -> None:
         """Tell what has changed since the last call, at a time [s] that never decreases."""
@@ -79,6 +84,9 @@ class GripLog:
                 self._logger.info("measured_pressure is as commanded again")
             else:
                 self._logger.error(fault.text)
+        if self._gravity.is_due(now, snapshot.gravity_fault.reason):
+            text = snapshot.gravity_fault.text
+            self._logger.warning(text or "gravity is heard again")
         if self._wrapped.is_due(now, snapshot.wrapped):
             if snapshot.wrapped:
                 self._logger.info(f"the object is wrapped at {_kilopascal(snapshot)}")
@@ -104,11 +112,23 @@ class GripLog:
         )
 
     def tell_others(self, publishers: int) -> None:
-        """Warn if more than one node commands the regulator."""
-        if publishers > 1:
+        """Warn if more than one node commands the regulator, once for each number of them."""
+        if publishers > max(self._commanders, 1):
             self._logger.warning(
                 f"{publishers} nodes publish pressure_command here: the regulator obeys them all"
             )
+        self._commanders = publishers
+
+    def tell_limits(self, limits: Limits) -> None:
+        """Tell what bounds the commands from now on, and what happens when inputs stop."""
+        up, down = 1e-3 * limits.pressure_rate_up, 1e-3 * limits.pressure_rate_down
+        self._logger.info(
+            f"active: at most {1e-3 * limits.pressure_cap:.4g} kPa, {up:.4g} kPa/s up, "
+            f"{down:.4g} kPa/s down, grip_ratio {limits.grip_ratio:.4g}; when radii stop: "
+            f"{limits.timeout_policy.value}, at a pressure fault: "
+            f"{limits.pressure_fault_policy.value}, when a grasp fails: "
+            f"{limits.grasp_abort_policy.value}"
+        )
 
     def _say_grip(self, snapshot: Snapshot[Any]) -> None:
         """Log the line of a state; each level from a place of its own, as rclpy demands."""

@@ -8,43 +8,39 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from geometry_msgs.msg import Vector3Stamped
+from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.subscription import Subscription
 from rclpy.timer import Timer
-from sensor_msgs.msg import FluidPressure
-from std_msgs.msg import Float64
 
+from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.grasping.grasp_server import GraspServer
 from spiral_gripper_ros.node.background import Background
 from spiral_gripper_ros.node.control_clock import ControlClock
-from spiral_gripper_ros.node.conversions import frame_problem, status_to_msg, vector_from_msg
+from spiral_gripper_ros.node.conversions import status_to_msg
 from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
 from spiral_gripper_ros.node.diagnosis import Diagnosis
 from spiral_gripper_ros.node.display import Display
 from spiral_gripper_ros.node.grip_log import GripLog
 from spiral_gripper_ros.node.guards import (
+    ErrorLog,
     answer_impossible_transitions,
-    guarded_callback,
     guarded_transition,
+    log_on_error,
+    vent_on_error,
 )
+from spiral_gripper_ros.node.inputs import Inputs
 from spiral_gripper_ros.node.outputs import Outputs
-from spiral_gripper_ros.node.parameters import (
-    gravity_problem,
-    limits_from_values,
-    measured_scale,
-    number,
-)
+from spiral_gripper_ros.node.parameters import limits_from_values, number
 from spiral_gripper_ros.node.proposed_gripper import ProposedGripper
-from spiral_gripper_ros.node.qos import NEWEST
 from spiral_gripper_ros.node.services import Services
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.planner import NoPlanner, WrapPlan
 
 NODE_NAME = "spiral_gripper"
+NOT_CONFIGURED = "the node has no gripper yet: configure it first"
+SHUT_DOWN = "the node has been shut down by its lifecycle: start it anew"
 # What may be commanded while no gripper is loaded [Pa]; nothing is: the node is inactive.
 NO_GRIPPER_PRESSURE = 1.0
 
@@ -60,21 +56,25 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         super().__init__(NODE_NAME, **options)
         answer_impossible_transitions(self)
         self.loaded: LoadedGripper | None = None
-        self.internal_errors = 0
+        self.gravity: tuple[float, ...] = ()  # heard, or of the parameter; () as described
+        self.errors = ErrorLog(self.get_logger())
+        self.not_configured = NOT_CONFIGURED
         self._proposed = ProposedGripper()
-        self._declared = DeclaredParameters(self, self._apply, judge=self._proposed.refusal)
+        self._declared = DeclaredParameters(
+            self, vent_on_error(self, self._apply), judge=self._proposed.refusal
+        )
         self.values = self._declared.values()
         self.limits = self._limits()
         self.control: GripControl[WrapPlan] = GripControl(self.limits)
         self.time = ControlClock(self)
         self.outputs = Outputs(self, str(self.values["frame_id"]))
         self.background = Background()
-        self._gravity: tuple[float, ...] = ()
         self.log = GripLog(self.get_logger())
         self._display = Display(self)
         self._served = Services(self)
         self.grasps = GraspServer(self)
-        self._inputs: list[Subscription] = []
+        self.inputs: Inputs | None = None
+        self.tell = log_on_error(self, self._tell)
         self._timer: Timer | None = None
         self._diagnosis = Diagnosis(self)
 
@@ -88,29 +88,31 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
     @guarded_transition
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the gripper, solve its whole range once, and connect."""
-        self._gravity = self._given_gravity()
+        self.gravity = self._given_gravity()
         self.loaded = LoadedGripper.ready(
-            str(self.values["gripper"]), self._gravity, self.background.gravity
+            str(self.values["gripper"]), self.gravity, self.background.gravity
         )
         self._use_limits()
         self.outputs.configure()
-        self._inputs = [
-            self.create_subscription(Float64, "object_radius", self._on_radius, NEWEST),
-            self.create_subscription(Vector3Stamped, "gravity", self._on_gravity, NEWEST),
-            self.create_subscription(FluidPressure, "measured_pressure", self._on_measured, NEWEST),
-        ]
+        self.inputs = Inputs(self)
         self._tell_range(self.loaded)
         return super().on_configure(state)
 
     @guarded_transition
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start to follow radii, from 0 Pa."""
+        """Start to follow radii, from 0 Pa, or from the measured pressure."""
+        if isinstance(self.executor, MultiThreadedExecutor):
+            raise InvalidInputError(
+                "executor",
+                "MultiThreadedExecutor",
+                "one of a single thread: callbacks share state",
+            )
         result = super().on_activate(state)
         self.time.choose()
-        self.control.activate()
+        self.control.activate(take_over=self.values["activation"] == "take_over")
         self._start_timers()
         self.publish()
-        self.log.tell_others(self.count_publishers("pressure_command"))
+        self.log.tell_limits(self.limits)
         return result
 
     @guarded_transition
@@ -129,6 +131,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Vent and forget the gripper, for good."""
         self._unload()
+        self.not_configured = SHUT_DOWN
         return super().on_shutdown(state)
 
     @guarded_transition
@@ -138,11 +141,9 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         return super().on_error(state)
 
     def vent(self) -> None:
-        """Command 0 Pa, in any state, wait until it is out, and let goals end."""
+        """Command 0 Pa, in any state, and wait until it is out."""
         self._stop()
         self.outputs.flush()
-        if self.executor is not None:
-            self.grasps.end(self.executor)
 
     def fail(self, text: str) -> None:
         """Vent because of an internal error (see :mod:`spiral_gripper_ros.node.guards`)."""
@@ -156,41 +157,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         self.grasps.destroy()
         super().destroy_node()
 
-    # --- inputs --------------------------------------------------------------------------------
+    # --- the control loop ----------------------------------------------------------------------
 
-    @guarded_callback
-    def _on_radius(self, message: Float64) -> None:
-        if self.loaded is None or not self.is_active:
-            return
-        now = self.now()
-        if self.control.offer_radius(now, message.data, self.loaded.planner):
-            self.outputs.publish_pressure(self.control.command(now))
-            # The next radius must not wait for the rest: that follows with the next tick, which a
-            # simulated clock may never let come.
-            if self.time.is_simulated:
-                self._tell(now)
-
-    @guarded_callback
-    def _on_measured(self, message: FluidPressure) -> None:
-        if self.is_active:
-            pressure = measured_scale(self.values).to_gauge(message.fluid_pressure)
-            self.control.offer_measured(self.now(), pressure)
-
-    @guarded_callback
-    def _on_gravity(self, message: Vector3Stamped) -> None:
-        if self.loaded is None:
-            return
-        gravity = vector_from_msg(message.vector)
-        problem = frame_problem(
-            message.header.frame_id, str(self.values["frame_id"])
-        ) or gravity_problem(gravity)
-        if problem is not None:
-            self.control.refuse(Refusal(Reason.GRAVITY_INVALID, problem))
-            return
-        self._gravity = gravity
-        self.loaded.mount.want(gravity, number(self.values, "gravity_hysteresis"))
-
-    @guarded_callback
     def _on_tick(self) -> None:
         self.take_planner()
         self.publish()
@@ -214,19 +182,22 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     # --- parameters ----------------------------------------------------------------------------
 
-    @guarded_callback
     def _apply(self, names: set[str]) -> None:
         """Let changed parameters take effect at once."""
         self.values = self._declared.values()
         if "gravity" in names:
-            self._gravity = self._given_gravity()
+            self.gravity = self._given_gravity()
         if "gripper" in names:
             self._load_another()
         elif "gravity" in names and self.loaded is not None:
-            self.loaded.mount.want(gravity_or_own(self._gravity, self.loaded.gripper), 0.0)
+            self.loaded.mount.want(gravity_or_own(self.gravity, self.loaded.gripper), 0.0)
+            self.control.note_gravity(self.now(), is_heard=False)
         self._use_limits()
-        if not names.isdisjoint({"publish_rate", "marker_rate"}) and self.is_active:
+        if "publish_rate" in names and self.is_active:
             self._start_timers()
+        elif "marker_rate" in names and self.is_active:
+            self._display.start()
+        self.time.guard()
 
     def _load_another(self) -> None:
         """Vent, and have the proposed gripper planned for in the background."""
@@ -236,21 +207,32 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         self.control.reload()
         if self.is_active:
             self.publish()
-        self.loaded = LoadedGripper.loading(description, self._gravity, self.background.gravity)
+        self.loaded = LoadedGripper.loading(description, self.gravity, self.background.gravity)
 
     # --- outputs -------------------------------------------------------------------------------
 
     def publish(self) -> None:
         """Publish the pressure that is commanded now; then, why, and the shapes."""
         now = self.now()
-        self.outputs.publish_pressure(self.control.command(now))
-        self._tell(now)
+        self.command(now)
+        self.tell(now)
+
+    def command(self, now: float) -> None:
+        """Publish the pressure that is commanded at a time [s], unless one is to be taken over."""
+        pressure = self.control.command(now)
+        if not self.control.is_silent:
+            self.outputs.publish_pressure(pressure)
 
     def _tell(self, now: float) -> None:
         """Publish what belongs to the pressure that has just been commanded."""
-        if self.loaded is not None:
-            self._show(self.loaded, now)
-        self.grasps.tick()
+        try:
+            if self.loaded is not None:
+                self._show(self.loaded, now)
+        except Exception:
+            self.control.observe(now, None)  # how the object is held is not known
+            raise
+        finally:
+            self.grasps.tick()
 
     def _show(self, loaded: LoadedGripper, now: float) -> None:
         """Bring the shapes up to date, see how the object is held, and publish what is news."""
@@ -260,7 +242,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         measured_moved = loaded.update_measured_shape(
             measured, seen.radius, self.limits.pressure_tolerance
         )
-        self.control.observe(now, loaded.regime)
+        pressure = seen.pressure_command if measured is None else measured
+        self.control.observe(now, loaded.regime, loaded.line_force(seen.plan, pressure))
         snapshot, header = self.control.snapshot(), self.outputs.header()
         self.outputs.publish_status(
             status_to_msg(snapshot, loaded, self.limits.pressure_cap, header)
@@ -290,7 +273,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
     def _start_timers(self) -> None:
         self._stop_timers()
         period = 1.0 / number(self.values, "publish_rate")
-        self._timer = self.create_timer(period, self._on_tick, clock=self.time.clock)
+        tick = vent_on_error(self, self._on_tick)
+        self._timer = self.create_timer(period, tick, clock=self.time.clock)
         self._display.start()
 
     def _stop_timers(self) -> None:
@@ -307,9 +291,9 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     def _unload(self) -> None:
         self._stop()
-        for subscription in self._inputs:
-            self.destroy_subscription(subscription)
-        self._inputs = []
+        if self.inputs is not None:
+            self.inputs.destroy()
+        self.inputs = None
         self.outputs.cleanup()
         self.loaded = None
 

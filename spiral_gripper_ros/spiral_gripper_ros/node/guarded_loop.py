@@ -1,10 +1,10 @@
-"""The loop of the node's process: what escapes from the executor becomes a FAULT, not the end."""
+"""The loop of the node's process: what escapes from the executor is logged, the grip stays."""
 
 from __future__ import annotations
 
 from rclpy.executors import Executor, ExternalShutdownException
 
-from spiral_gripper_ros.node.guards import Guarded, report
+from spiral_gripper_ros.node.guards import Guarded
 
 # How long the executor may sleep before its process looks whether it was asked to stop [s].
 LONGEST_SLEEP = 0.05
@@ -16,7 +16,7 @@ class GuardedLoop:
     """Spins a node whose own callbacks raise nothing; the middleware's may.
 
     Args:
-        node: the node; it vents when something escapes.
+        node: the node.
         executor: which calls its callbacks.
     """
 
@@ -35,7 +35,7 @@ class GuardedLoop:
         except ExternalShutdownException:
             raise
         except Exception as error:
-            report(self._node, "the executor", error)
+            self._node.errors.note("the executor", error)
             self._failures += 1
             if self._failures >= LONGEST_FAILURE:
                 raise

@@ -1,4 +1,4 @@
-"""Decorators that turn an exception in a callback into a log entry with traceback and a state.
+"""What becomes of an exception in a callback: logged; a vent only where control fails.
 
 rclpy swallows exceptions of lifecycle callbacks without a word, and an exception in any other
 callback ends the executor: neither may happen to a node that holds an object.
@@ -7,6 +7,7 @@ callback ends the executor: neither may happen to a node that holds an object.
 from __future__ import annotations
 
 import functools
+import time
 import traceback
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar, cast
@@ -17,15 +18,37 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
 from spiral_core.errors import SpiralError
 
+# An exception that comes again is logged no more often than this [s].
+LOG_PERIOD = 10.0
+
+
+class ErrorLog:
+    """Counts and logs exceptions, with their tracebacks; those that repeat only now and then.
+
+    Args:
+        logger: of the node.
+    """
+
+    def __init__(self, logger: Any) -> None:  # noqa: ANN401
+        self.count = 0
+        self._logger = logger
+        self._logged: dict[tuple[str, str], tuple[float, int]] = {}  # when, and count then
+
+    def note(self, where: str, error: Exception) -> None:
+        """Count an exception, and log it unless the same was logged a moment ago."""
+        self.count += 1
+        key, now = (where, type(error).__name__), time.monotonic()
+        at, _ = self._logged.get(key, (-LOG_PERIOD, 0))
+        if now - at >= LOG_PERIOD:
+            self._logged[key] = (now, self.count)
+            text = "".join(traceback.format_exception(error))
+            self._logger.error(f"exception in {where} ({self.count} in all):\n{text}")
+
 
 class Guarded(Protocol):
-    """What the decorators need of a node."""
+    """What the guards need of a node."""
 
-    internal_errors: int
-
-    def get_logger(self) -> Any:  # noqa: ANN401
-        """Return the node's logger."""
-        ...
+    errors: ErrorLog
 
     def fail(self, text: str) -> None:
         """Vent, and remember why."""
@@ -36,15 +59,28 @@ CallbackT = TypeVar("CallbackT", bound=Callable[..., None])
 TransitionT = TypeVar("TransitionT", bound=Callable[..., TransitionCallbackReturn])
 
 
-def guarded_callback(callback: CallbackT) -> CallbackT:
-    """Return a subscription's or timer's callback that vents and logs instead of raising."""
+def vent_on_error(node: Guarded, callback: CallbackT) -> CallbackT:
+    """Return a callback of the control loop that logs and vents instead of raising."""
 
     @functools.wraps(callback)
-    def guarded(node: Guarded, *args: object) -> None:
+    def guarded(*args: object) -> None:
         try:
-            callback(node, *args)
+            callback(*args)
         except Exception as error:
             report(node, callback.__name__, error)
+
+    return cast("CallbackT", guarded)
+
+
+def log_on_error(node: Guarded, callback: CallbackT) -> CallbackT:
+    """Return a callback that only shows something: it logs instead of raising; the grip stays."""
+
+    @functools.wraps(callback)
+    def guarded(*args: object) -> None:
+        try:
+            callback(*args)
+        except Exception as error:
+            node.errors.note(callback.__name__, error)
 
     return cast("CallbackT", guarded)
 
@@ -58,7 +94,7 @@ def guarded_transition(callback: TransitionT) -> TransitionT:
     """
 
     @functools.wraps(callback)
-    def guarded(node: Guarded, *args: object) -> TransitionCallbackReturn:
+    def guarded(node: Any, *args: object) -> TransitionCallbackReturn:  # noqa: ANN401
         try:
             return callback(node, *args)
         except SpiralError as error:
@@ -69,31 +105,6 @@ def guarded_transition(callback: TransitionT) -> TransitionT:
             return TransitionCallbackReturn.ERROR
 
     return cast("TransitionT", guarded)
-
-
-def guarded(node: Guarded, callback: Callable[[], None]) -> Callable[[], None]:
-    """Return a callback of no arguments that vents and logs instead of raising."""
-
-    def safe() -> None:
-        try:
-            callback()
-        except Exception as error:
-            report(node, callback.__name__, error)
-
-    return safe
-
-
-def harmless(node: Guarded, callback: Callable[[], None]) -> Callable[[], None]:
-    """Return a callback that only shows something: its exceptions are logged and do not vent."""
-
-    def safe() -> None:
-        try:
-            callback()
-        except Exception as error:
-            node.internal_errors += 1
-            _log(node, callback.__name__, error)
-
-    return safe
 
 
 def answer_impossible_transitions(node: LifecycleNode) -> None:
@@ -118,10 +129,5 @@ def _change_state(node: LifecycleNode, change: Callable[..., Any], *call: Any) -
 
 def report(node: Guarded, where: str, error: Exception) -> None:
     """Log an exception with its traceback, and let the node vent."""
-    node.internal_errors += 1
-    _log(node, where, error)
+    node.errors.note(where, error)
     node.fail(f"internal error in {where}: {type(error).__name__}: {error}")
-
-
-def _log(node: Guarded, where: str, error: Exception) -> None:
-    node.get_logger().error(f"exception in {where}:\n{''.join(traceback.format_exception(error))}")

@@ -14,11 +14,14 @@ from spiral_gripper_ros.node.process_frame import (
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
+    from spiral_gripper_ros.node.guarded_loop import GuardedLoop
     from spiral_gripper_ros.node.stop_signals import StopSignals
 
 # The interpreter lets another thread run after this time [s] instead of 5 ms: a question that is
 # answered in the background then delays a radius by less.
 SWITCH_INTERVAL = 0.0005
+# So often a process that only waits looks whether it was asked to stop [s].
+LONGEST_WAIT = 0.05
 
 
 def main(args: list[str] | None = None) -> int:
@@ -72,25 +75,55 @@ def _spin(node: GripperNode, signals: StopSignals) -> int:
 
     from spiral_gripper_ros.node.guarded_loop import GuardedLoop
     from spiral_gripper_ros.node.quiet_memory import QuietMemory
+    from spiral_gripper_ros.node.stop_signals import Parent
 
+    signals.defer()
     executor, memory = SingleThreadedExecutor(), QuietMemory()
     executor.add_node(node)
-    loop = GuardedLoop(node, executor)
+    loop, parent = GuardedLoop(node, executor), Parent()
     try:
-        if node.values["autostart"] and not node.start():
+        _compile_kernels(node, loop, signals)
+        if node.values["autostart"] and not signals.requested and not node.start():
             return 1
-        signals.defer()
         while not signals.requested:
             memory.settle(node.loaded)
             loop.turn()
+            if node.values["exit_with_parent"] and parent.has_gone:
+                node.get_logger().warning("the process that started this one has gone: vented")
+                break
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        signals.defer()
         node.vent()
+        node.grasps.end(executor)
         executor.shutdown()
         node.destroy_node()
     return 0
+
+
+def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals) -> None:
+    """Compile what is not cached, in another process; meanwhile services are answered.
+
+    Without autostart they are not: the next request configures.
+    """
+    from spiral_gripper_ros.planning.compilation import Compilation, missing_kernels
+
+    count = missing_kernels()
+    if count == 0:
+        return
+    node.get_logger().info(
+        f"compiling {count} numerical kernels, once for this installation: half a minute or more"
+    )
+    compilation = Compilation()
+    try:
+        while not compilation.wait(0.0 if node.values["autostart"] else LONGEST_WAIT):
+            if signals.requested:
+                return
+            if node.values["autostart"]:
+                loop.turn()
+    finally:
+        compilation.end()
+    node.get_logger().info("the kernels are compiled")
 
 
 if __name__ == "__main__":

@@ -2,56 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
-from typing import TypeAlias
+from collections.abc import Mapping, Sequence
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.grasp import AbortPolicy
-from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.node.parameter_spec import (
+    GRAVITY_LIMIT,
+    ParameterSpec,
+    ParameterValue,
+    choice_spec,
+    number_spec,
+    unmet_requirement,
+)
 from spiral_gripper_ros.regulators.pressure_scale import PressureScale, Reference
-
-ParameterValue: TypeAlias = bool | int | float | str | tuple[float, ...]
-
-# Fastest acceleration that is still believed to be gravity plus the arm's own motion [m/s^2]:
-# twice what arms of this payload reach.
-GRAVITY_LIMIT = 50.0
-GRAVITY_REQUIREMENT = f"3 finite numbers of norm at most {GRAVITY_LIMIT:g} m/s^2"
-
-
-@dataclass(frozen=True, slots=True)
-class ParameterSpec:
-    """One parameter: what it is, and what it may be.
-
-    Args:
-        name: as ``ros2 param`` knows it.
-        default: its type is the parameter's type; () is an array of floats that is not set.
-        description: what it does, with its unit.
-        low, high: bounds of a number, both allowed.
-        choices: what a string may be; empty: anything but "".
-        read_only: fixed when the node starts.
-    """
-
-    name: str
-    default: ParameterValue
-    description: str
-    low: float | None = None
-    high: float | None = None
-    choices: tuple[str, ...] = ()
-    read_only: bool = False
-
-
-def _number(name: str, default: float, low: float, high: float, text: str) -> ParameterSpec:
-    return ParameterSpec(name, default, text, low=low, high=high)
-
-
-def _choice(name: str, default: Enum, text: str) -> ParameterSpec:
-    return ParameterSpec(
-        name, default.value, text, choices=tuple(policy.value for policy in type(default))
-    )
-
 
 _LIMITS = Limits(pressure_cap=1.0)
 
@@ -80,14 +44,14 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "Gravity in the base frame [m/s^2], 3 numbers, until the topic says otherwise; "
         "[.nan, .nan, .nan]: as in the gripper description.",
     ),
-    _number(
+    number_spec(
         "gravity_hysteresis",
         0.1,
         0.0,
         GRAVITY_LIMIT,
         "The shapes are solved anew when gravity has changed by more than this [m/s^2].",
     ),
-    _number(
+    number_spec(
         "pressure_cap",
         0.0,
         0.0,
@@ -95,118 +59,166 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "Largest gauge pressure ever commanded [Pa]; 0: the gripper description's limit, which "
         "also bounds any other value.",
     ),
-    _number(
+    number_spec(
         "pressure_rate_up",
         _LIMITS.pressure_rate_up,
         1.0e2,
         1.0e7,
         "Fastest rise of the command [Pa/s].",
     ),
-    _number(
+    number_spec(
         "pressure_rate_down",
         _LIMITS.pressure_rate_down,
         1.0e2,
         1.0e7,
         "Fastest fall of the command [Pa/s]; a vent ignores it.",
     ),
-    _number(
+    number_spec(
         "radius_timeout",
         _LIMITS.radius_timeout,
         0.01,
         3600.0,
         "Age of the last usable radius at which the policy acts [s].",
     ),
-    _choice(
+    choice_spec(
         "radius_timeout_policy",
         _LIMITS.timeout_policy,
         "What happens then: hold the pressure, vent at once, or ramp_down.",
     ),
-    _number(
+    number_spec(
         "radius_rate_limit",
         _LIMITS.radius_rate_limit,
         1.0e-4,
         10.0,
         "Fastest believable change of the radius [m/s].",
     ),
-    _number(
+    number_spec(
         "radius_jump_limit",
         _LIMITS.radius_jump_limit,
         1.0e-5,
         1.0,
         "A radius farther than this [m] from what radius_rate_limit allows is refused.",
     ),
-    _number(
+    number_spec(
         "radius_hysteresis",
         _LIMITS.radius_hysteresis,
         0.0,
         0.1,
         "The command changes when the radius has moved by more than this [m].",
     ),
-    _number(
+    number_spec(
         "grasp_timeout",
         _LIMITS.grasp_timeout,
         0.1,
         600.0,
         "Longest time until the wrap of a grasp goal is reached [s], unless the goal says.",
     ),
-    _choice(
+    choice_spec(
         "grasp_abort_policy",
         _LIMITS.grasp_abort_policy,
         "What a grasp goal that fails or is canceled does: vent, or hold the pressure of then.",
     ),
-    _number(
+    number_spec(
         "measured_pressure_timeout",
         _LIMITS.measured_pressure_timeout,
         0.01,
         3600.0,
         "Age of the last usable measured_pressure at which it counts as lost [s].",
     ),
-    _choice(
+    choice_spec(
         "measured_pressure_reference",
         Reference.GAUGE,
         "What measured_pressure is counted from; drivers that follow sensor_msgs say absolute.",
     ),
-    _number(
+    number_spec(
         "ambient_pressure",
         101325.0,
         5.0e4,
         1.2e5,
         "Absolute pressure of the air around [Pa]; for a measured_pressure that is absolute.",
     ),
-    _number(
+    number_spec(
         "pressure_settle_time",
         _LIMITS.pressure_settle_time,
         0.0,
         60.0,
         "The measured pressure may lag behind the command by this [s].",
     ),
-    _number(
+    number_spec(
         "pressure_tolerance",
         _LIMITS.pressure_tolerance,
         10.0,
         1.0e6,
         "Largest difference of measured and commanded pressure that is no fault [Pa].",
     ),
-    _choice(
+    choice_spec(
         "pressure_fault_policy",
         _LIMITS.pressure_fault_policy,
         "What such a fault does: report it, or vent until rearm; a running grasp fails either way.",
     ),
-    _number(
+    number_spec(
+        "grip_ratio",
+        1.1,
+        1.0,
+        HIGHEST_GRIP_RATIO,
+        "Pressure of a grip, as a multiple of the pressure of the bare wrap, which presses on the "
+        "object with next to nothing; pressure_cap bounds it.",
+    ),
+    number_spec(
+        "keep_alive_timeout",
+        0.0,
+        0.0,
+        3600.0,
+        "A grip is vented when no keep_alive has come for this time [s]; 0: none is expected.",
+    ),
+    number_spec(
+        "gravity_timeout",
+        0.0,
+        0.0,
+        3600.0,
+        "Age of a heard gravity at which it is stale [s]; 0: it never is.",
+    ),
+    choice_spec(
+        "gravity_timeout_policy",
+        _LIMITS.gravity_timeout_policy,
+        "What happens then: report it, or vent until rearm.",
+    ),
+    ParameterSpec(
+        "activation",
+        "vent",
+        "Start from 0 Pa (vent), or let the first measured_pressure stand until a radius or a goal "
+        "comes (take_over).",
+        choices=("vent", "take_over"),
+    ),
+    ParameterSpec(
+        "exit_with_parent",
+        False,
+        "Vent and end when the process that started this one ends: ros2 run, ros2 launch.",
+        read_only=True,
+    ),
+    number_spec(
         "gripper_command_open",
         0.1,
         0.001,
         10.0,
         "A gripper action's position [m] at or above which it means: open (release).",
     ),
-    _number(
+    ParameterSpec(
+        "gripper_cmd_type",
+        "GripperCommand",
+        "Type of the action gripper_cmd, of control_msgs; parallel_gripper_cmd is offered beside "
+        "the first.",
+        choices=("GripperCommand", "ParallelGripperCommand"),
+        read_only=True,
+    ),
+    number_spec(
         "publish_rate",
         50.0,
         1.0,
         500.0,
         "Rate of pressure_command and status while active, and of the ramp [Hz].",
     ),
-    _number("marker_rate", 5.0, 0.0, 50.0, "Rate of markers while active [Hz]; 0: none."),
+    number_spec("marker_rate", 5.0, 0.0, 50.0, "Rate of markers while active [Hz]; 0: none."),
     ParameterSpec(
         "backbone_points",
         50,
@@ -237,7 +249,7 @@ def refusal_of_values(
         spec = known.get(name)
         if spec is None:
             continue
-        requirement = _unmet_requirement(spec, value)
+        requirement = unmet_requirement(spec, value)
         if requirement is not None:
             return str(InvalidInputError(name, value, requirement))
     return None
@@ -266,6 +278,10 @@ def limits_from_values(values: Mapping[str, ParameterValue], pressure_max: float
         pressure_settle_time=number(values, "pressure_settle_time"),
         pressure_tolerance=number(values, "pressure_tolerance"),
         pressure_fault_policy=FaultPolicy(values["pressure_fault_policy"]),
+        grip_ratio=number(values, "grip_ratio"),
+        keep_alive_timeout=number(values, "keep_alive_timeout"),
+        gravity_timeout=number(values, "gravity_timeout"),
+        gravity_timeout_policy=FaultPolicy(values["gravity_timeout_policy"]),
     )
 
 
@@ -283,38 +299,3 @@ def measured_scale(values: Mapping[str, ParameterValue]) -> PressureScale:
         reference=Reference(values["measured_pressure_reference"]),
         ambient_pressure=number(values, "ambient_pressure"),
     )
-
-
-def gravity_problem(components: Iterable[float]) -> str | None:
-    """Return what is wrong with three components of gravity [m/s^2], or None.
-
-    Example:
-        >>> gravity_problem((0.0, 0.0, 98.1))
-        'gravity must be 3 finite numbers of norm at most 50 m/s^2, got (0.0, 0.0, 98.1)'
-    """
-    vector = tuple(components)
-    if (
-        len(vector) == 3
-        and all(map(math.isfinite, vector))
-        and math.hypot(*vector) <= GRAVITY_LIMIT
-    ):
-        return None
-    return str(InvalidInputError("gravity", vector, GRAVITY_REQUIREMENT))
-
-
-def _unmet_requirement(spec: ParameterSpec, value: ParameterValue) -> str | None:
-    low, high = spec.low, spec.high
-    if low is not None and high is not None and not _is_within(value, low, high):
-        return f"a number from {low:g} to {high:g}"
-    if spec.choices and value not in spec.choices:
-        return f"one of {', '.join(spec.choices)}"
-    if isinstance(spec.default, str) and not value:
-        return "text that is not empty"
-    if isinstance(spec.default, tuple) and isinstance(value, tuple) and value:
-        return None if gravity_problem(value) is None else GRAVITY_REQUIREMENT
-    return None
-
-
-def _is_within(value: ParameterValue, low: float, high: float) -> bool:
-    """Return whether a value is a number within bounds; true and false are none."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and low <= value <= high

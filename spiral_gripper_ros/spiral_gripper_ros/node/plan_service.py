@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from geometry_msgs.msg import Point
 
@@ -20,11 +20,27 @@ from spiral_core.validation import (
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import place_object
 from spiral_core.wrap.wrap import Wrap
+from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
+from spiral_gripper_ros.control.target import default_overpressure
 from spiral_gripper_ros.node.conversions import backbone_to_msg, vector_from_msg, vector_to_msg
-from spiral_gripper_ros.node.parameters import gravity_problem
+from spiral_gripper_ros.node.parameter_spec import gravity_problem
 from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, planner_for
+
+# The fields of `plan_wrap` that `plan_wraps` lists.
+_LISTED = (
+    "success",
+    "reason",
+    "message",
+    "pressure",
+    "turns",
+    "contact_length",
+    "line_force",
+    "holding_force",
+)
+# Planners for other mounts, by gravity and axis: some tens of milliseconds each.
+_Planners: TypeAlias = dict[tuple[float, ...], AnyPlanner]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +51,7 @@ class PlanContext:
         planner: for the present mount; used if the request names no other.
         gripper: the gripper.
         pressure_cap: largest pressure that the node would command [Pa].
+        grip_ratio: pressure of a grip, as a multiple of the wrap pressure, unless the request says.
         points: largest number of poses of the shape.
         header: stamp and frame of the shape.
     """
@@ -42,6 +59,7 @@ class PlanContext:
     planner: AnyPlanner
     gripper: Gripper
     pressure_cap: float
+    grip_ratio: float
     points: int
     header: Any
 
@@ -49,14 +67,54 @@ class PlanContext:
 def answer_plan_wrap(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
     """Fill a ``PlanWrap`` response; a bad request is answered with the reason, never raised."""
     start = time.perf_counter()
+    _fill_safely(request, response, context, {})
+    response.solve_time = time.perf_counter() - start
+    return response
+
+
+def _fill_safely(request: Any, response: Any, context: PlanContext, planners: _Planners) -> None:  # noqa: ANN401
     try:
-        _fill(request, response, context)
+        _fill(request, response, context, planners)
     except _RefusedError as refused:
         _refuse(response, refused.refusal)
     except SpiralError as error:
         _refuse(response, refusal_from_error(error))
         response.nearest_radius = getattr(error, "nearest_radius", None) or 0.0
+    if not response.success:
+        response.pressure = response.line_force = response.turns = response.contact_length = 0.0
+
+
+def answer_plan_wraps(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
+    """Fill a ``PlanWraps`` response: one answer for each radius; a bad one is refused by itself."""
+    start = time.perf_counter()
+    radii, axes = request.object_radius, request.object_axis
+    if axes and len(axes) != len(radii):
+        text = f"object_axis must be empty or as long as object_radius, {len(radii)}"
+        return refuse_all(request, response, Reason.INVALID_REQUEST, f"{text}, got {len(axes)}")
+    planners: _Planners = {}
+    for index, radius in enumerate(radii):
+        one = PlanWrap.Request(
+            object_radius=radius,
+            object_length=request.object_length,
+            friction_coefficient=request.friction_coefficient,
+            overpressure=request.overpressure,
+            object_axis=axes[index : index + 1],
+            gravity=request.gravity,
+        )
+        answer = PlanWrap.Response()
+        _fill_safely(one, answer, context, planners)
+        for name in _LISTED:
+            getattr(response, name).append(getattr(answer, name))
     response.solve_time = time.perf_counter() - start
+    return response
+
+
+def refuse_all(request: Any, response: Any, reason: Reason, text: str) -> Any:  # noqa: ANN401
+    """Fill a ``PlanWraps`` response that is refused as a whole."""
+    for _ in request.object_radius:
+        refused = PlanWrap.Response(success=False, reason=int(reason), message=text)
+        for name in _LISTED:
+            getattr(response, name).append(getattr(refused, name))
     return response
 
 
@@ -68,7 +126,7 @@ class _RefusedError(Exception):
         self.refusal = refusal
 
 
-def _planner_of(request: Any, context: PlanContext) -> AnyPlanner:  # noqa: ANN401
+def _planner_of(request: Any, context: PlanContext, planners: _Planners) -> AnyPlanner:  # noqa: ANN401
     """Return the planner for the gravity and axis that the request names."""
     if not request.gravity and not request.object_axis:
         return context.planner
@@ -81,7 +139,10 @@ def _planner_of(request: Any, context: PlanContext) -> AnyPlanner:  # noqa: ANN4
     axis = context.gripper.object_axis
     if request.object_axis:
         axis = _direction("object_axis", vector_from_msg(request.object_axis[0]))
-    return planner_for(context.gripper.with_mount(gravity, axis), gravity)
+    key = (*gravity, *(axis or ()))
+    if key not in planners:
+        planners[key] = planner_for(context.gripper.with_mount(gravity, axis), gravity)
+    return planners[key]
 
 
 def _direction(field: str, vector: Vector) -> Vector:
@@ -91,7 +152,7 @@ def _direction(field: str, vector: Vector) -> Vector:
     return (x / norm, y / norm, z / norm)
 
 
-def _fill(request: Any, response: Any, context: PlanContext) -> None:  # noqa: ANN401
+def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners) -> None:  # noqa: ANN401
     radius = request.object_radius
     # Whether this gripper can wrap it is for the planner to say: it knows why, and what it can.
     refusal = impossible_radius(radius, (0.0, math.inf))
@@ -100,13 +161,16 @@ def _fill(request: Any, response: Any, context: PlanContext) -> None:  # noqa: A
     overpressure = require_non_negative("overpressure", request.overpressure)
     length = require_non_negative("object_length", request.object_length)
     friction = require_in_range("friction_coefficient", request.friction_coefficient, 0.0, 10.0)
-    planner = _planner_of(request, context)
+    planner = _planner_of(request, context, planners)
     if isinstance(planner, NoPlanner):
         planner.plan(radius)
     response.radius_min, response.radius_max = planner.radius_range
     wrap = planner.plan(radius).wrap
     _fill_wrap(response, wrap, context)
     _check_length(length, response.object_length_needed)
+    overpressure = overpressure or default_overpressure(
+        wrap.pressure, context.grip_ratio, context.pressure_cap
+    )
     response.pressure = _capped(wrap.pressure + overpressure, context)
     response.line_force = planner.line_force(wrap, response.pressure)
     coefficient = friction if friction > 0.0 else planner.gripper.friction_coefficient

@@ -5,11 +5,24 @@ rclpy's own handlers shut the context down at once; after that nothing can be pu
 
 from __future__ import annotations
 
+import os
 import signal
 from types import FrameType
 
 # Ctrl-C, a manager's stop, a terminal or ssh session that is closed, Ctrl-\\.
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+
+
+class Parent:
+    """The process that started this one: `ros2 run`, `ros2 launch`, a shell, a service manager."""
+
+    def __init__(self) -> None:
+        self._id = os.getppid()
+
+    @property
+    def has_gone(self) -> bool:
+        """Whether it has ended, and left this process to another."""
+        return os.getppid() != self._id
 
 
 class StopSignals:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from spiral_gripper_ros.node.parameters import PARAMETERS, ParameterSpec
+from spiral_gripper_ros.node.parameter_spec import ParameterSpec
+from spiral_gripper_ros.node.parameters import PARAMETERS
 
 _HEAD = """\
 usage: spiral_gripper_node [--help] [--ros-args -p NAME:=VALUE ... -r FROM:=TO ...]

@@ -1,13 +1,10 @@
-"""A design question as plain values, and its answer: what a worker process is given. No ROS."""
+"""A design question as plain values: what a worker process is given. No ROS."""
 
 from __future__ import annotations
 
 import math
-import signal
 from dataclasses import dataclass
 
-from spiral_core.design.procedure import design_gripper
-from spiral_core.design.report import DesignReport
 from spiral_core.design.requirement import (
     DEFAULT_BETAS,
     DEFAULT_END_ALLOWANCE,
@@ -19,7 +16,10 @@ from spiral_core.design.requirement import (
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_core.validation import require_positive, require_vector
-from spiral_gripper import GripperDescription, load_tubing
+from spiral_gripper import GripperDescription, available_tubing, load_tubing
+
+# Each is estimated, and the promising ones are solved as rods, at some tens of milliseconds each.
+MOST_COMBINATIONS = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +70,23 @@ def requirement_from_question(
 
     Raises:
         InvalidInputError: a value is out of its range.
-        DescriptionError: there is no such list of tubing.
     """
     gripper, actuator = description.gripper, description.actuator
     own = Elastomer(gripper.name, actuator.material, description.density, actuator.pressure_law)
     tubes, elastomer = _on_offer(question, description, own)
+    angles = question.fiber_angles_beta or DEFAULT_BETAS
+    if len(tubes) * len(angles) > MOST_COMBINATIONS:
+        raise InvalidInputError(
+            "combinations of tube and angle",
+            f"{len(tubes)} x {len(angles)}",
+            f"at most {MOST_COMBINATIONS}",
+        )
     return DesignRequirement(
         radius_min=question.object_radius_min,
         radius_max=question.object_radius_max,
         tubes=tubes,
         elastomers=(elastomer,),
-        fiber_angles_beta=question.fiber_angles_beta or DEFAULT_BETAS,
+        fiber_angles_beta=angles,
         fiber_angle_alpha=_given(question.fiber_angle_alpha, actuator.fiber_pair.alpha),
         turns_required=_given(question.turns_required, gripper.turns_required),
         object_length=_limit(question.object_length),
@@ -96,16 +102,6 @@ def requirement_from_question(
     )
 
 
-def answer_in_worker(requirement: DesignRequirement) -> DesignReport:
-    """Return the procedure's answer; what a worker process calls."""
-    return design_gripper(requirement)
-
-
-def ignore_interrupts() -> None:
-    """Leave stop signals to the node: Ctrl-C reaches every process of a terminal."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
 def _on_offer(
     question: DesignQuestion, description: GripperDescription, own: Elastomer
 ) -> tuple[tuple[TubeSize, ...], Elastomer]:
@@ -118,6 +114,9 @@ def _on_offer(
     if question.tubing and radii:
         raise InvalidInputError("tubing", question.tubing, "empty where tube_inner_radii are given")
     if question.tubing:
+        if question.tubing not in available_tubing():  # a path could be a pipe
+            names = ", ".join(available_tubing())
+            raise InvalidInputError("tubing", question.tubing, f"a shipped list: {names}")
         tubing = load_tubing(question.tubing)
         return tubing.sizes, tubing.elastomer
     tube = description.actuator.tube

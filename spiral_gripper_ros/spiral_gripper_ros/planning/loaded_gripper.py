@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 
+from spiral_core.errors import SpiralError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import WrapRegime
@@ -16,6 +17,7 @@ from spiral_gripper_ros.planning.planner import (
     GripShape,
     NoPlanner,
     StillLoadingError,
+    WrapPlan,
 )
 
 # The measured shape is solved anew when the pressure has changed by more than this [Pa]: noise of
@@ -105,6 +107,15 @@ class LoadedGripper:
         """How the object in use is held, as far as is known: measured, else as commanded."""
         shape = self.measured_shape if self._is_measured else self.shape
         return None if shape is None else shape.regime
+
+    def line_force(self, plan: WrapPlan | None, pressure: float) -> float | None:
+        """Return the force per length on a plan's object at a pressure [N/m], if it is known."""
+        if plan is None or not isinstance(self.planner, GripperPlanner):
+            return None
+        try:
+            return self.planner.line_force(plan.wrap, pressure)
+        except SpiralError:  # a pressure beyond the description
+            return None
 
     def update_shape(self, pressure: float, radius: float | None) -> bool:
         """Solve the commanded shape at a pressure [Pa] if that is news; return whether it is."""

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Final
 
 from spiral_core.errors import InvalidInputError
-from spiral_gripper_ros.node.parameters import ParameterSpec, ParameterValue, number
+from spiral_gripper_ros.node.parameter_spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.regulators.adapter import require_representable
 from spiral_gripper_ros.regulators.line_protocol import require_line_number
 from spiral_gripper_ros.regulators.modbus_device import (

@@ -8,7 +8,8 @@ from typing import Final
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.storage import FileError, read_text
-from spiral_gripper_ros.node.parameters import ParameterSpec, ParameterValue, number
+from spiral_gripper_ros.node.parameter_spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors
 from spiral_gripper_ros.simulation.radius_source import (
     LARGEST_VARIATION,

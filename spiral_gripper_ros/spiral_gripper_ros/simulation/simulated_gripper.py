@@ -17,6 +17,7 @@ from spiral_core.rod.types import RodState, RodStiffness
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
+from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO
 
 
 class Grip(Enum):
@@ -101,6 +102,10 @@ class SimulatedGripper:
         except SolverError:
             return None
 
+    def _pressed_until(self, radius: float) -> float:
+        """Return the pressure up to which the object keeps the tip from curling off [Pa]."""
+        return HIGHEST_GRIP_RATIO * self._curve.pressure_from_radius(radius)
+
     def grip(self, pressure: float, radius: float | None, shape: RodState | None = None) -> Grip:
         """Return how it holds an object.
 
@@ -114,7 +119,10 @@ class SimulatedGripper:
         if pressure > self._curve.gripper.pressure_max:
             return Grip.OVERPRESSURE
         try:
-            return Grip(self._curve.regime(pressure, radius, shape).value)
+            grip = Grip(self._curve.regime(pressure, radius, shape).value)
+            if grip is Grip.CURLING and pressure <= self._pressed_until(radius):
+                return Grip.PERFECT_WRAP
+            return grip
         except NotGrippableError:
             return Grip.NOT_GRIPPABLE
         except SolverError:

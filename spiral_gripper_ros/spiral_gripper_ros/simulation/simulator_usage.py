@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from spiral_gripper_ros.node.parameters import ParameterSpec
+from spiral_gripper_ros.node.parameter_spec import ParameterSpec
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 
 _HEAD = """\

@@ -1,0 +1,308 @@
+"""Wrap, lift, release, again and again, with faults at random: ``python -m benchmarks.ros.cycles``.
+
+The real node in this process, the simulator's regulator, and a time that runs as fast as they
+compute. Every command that the node publishes is judged. Unsafe is a command that is not finite,
+below 0 or above the cap; that rises faster than its rate; that inflates what is vented; or that
+lets go of an object although nothing has happened that may.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections import Counter
+from collections.abc import Callable
+from random import Random
+
+import rclpy
+from geometry_msgs.msg import Vector3Stamped
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import FluidPressure
+from std_msgs.msg import Empty, Float64
+from std_srvs.srv import Trigger
+
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
+from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
+from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.node.gripper_node import GripperNode
+from spiral_gripper_ros.simulation.parameters import REGULATOR_PARAMETERS, regulator_model
+from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulator
+
+TICK = 0.02
+NOISE = 1.0e3  # of the measured pressure, at most [Pa]
+WRAP_TIME, LIFT_TIME, RELEASE_TIME = 1.4, 0.8, 0.5
+# What may let go of an object, by its reason; the first are wishes, the rest need their faults.
+WISHES = {Reason.NO_RADIUS, Reason.NOT_ACTIVE, Reason.RELEASED, Reason.GRASP_CANCELED}
+GRAVITIES = ((9.80665, 0.0, 0.0), (0.0, 0.0, -9.80665), (6.9, 6.9, 0.0))
+
+
+class UnsafeCommandError(Exception):
+    """A command that must not be."""
+
+
+class Rig:
+    """One node, one regulator, one clock.
+
+    Args:
+        seed: of everything that is random.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self.random = Random(seed)
+        self.time = 100.0
+        self.commands = self.cycles = self.wrapped = 0
+        self.happened: Counter[str] = Counter()
+        self.allowed: set[Reason] = set(WISHES)
+        self._last = (self.time, 0.0)
+        self._takes_over = False
+        self.node = GripperNode(
+            namespace=f"/cycles_{seed}",
+            parameter_overrides=[
+                Parameter("pressure_fault_policy", value="vent"),
+                Parameter("keep_alive_timeout", value=1.0),
+                Parameter("gravity_timeout", value=5.0),
+                Parameter("activation", value="take_over"),
+                Parameter("marker_rate", value=0.0),
+            ],
+        )
+        self.node.outputs.publish_pressure = self._judge  # type: ignore[method-assign]
+        self.node.now = lambda: self.time  # type: ignore[method-assign]
+        values = {spec.name: spec.default for spec in REGULATOR_PARAMETERS}
+        self.regulator = SimulatedRegulator(regulator_model(values), seed)
+        self.radius: float | None = None
+        self.is_client_alive = True
+        self.sends_radii = True
+        if not self.node.start():
+            raise RuntimeError("the node does not start")
+
+    def _judge(self, pressure: float) -> None:
+        """Look at one command, as the regulator gets it."""
+        self.commands += 1
+        seen, cap = self.node.control.snapshot(), self.node.limits.pressure_cap
+        then, before = self._last
+        self._last = (self.time, pressure)
+        step = min(max(self.time - then, 0.0), LONGEST_STEP)
+        rise = self.node.limits.pressure_rate_up * step * (1.0 + 1e-9)
+        if not (math.isfinite(pressure) and 0.0 <= pressure <= cap):
+            self._complain(f"{pressure} Pa is outside 0 to {cap} Pa")
+        if self._takes_over:  # from what is measured, as far as noise lets it be known
+            before = max(before, self.regulator.pressure + NOISE)
+            self._takes_over = False
+        if pressure - before > rise:
+            self._complain(f"{before} to {pressure} Pa within {step} s")
+        if seen.state in (State.INACTIVE, State.RELEASED, State.FAULT, State.WAITING) and pressure:
+            self._complain(f"{pressure} Pa in {seen.state.name}")
+        if before > 0.0 and pressure == 0.0 and seen.refusal.reason not in self.allowed:
+            self._complain(f"let go because of {seen.refusal.reason.name}: {seen.refusal.text}")
+        self.regulator.command(pressure)
+
+    def _complain(self, text: str) -> None:
+        raise UnsafeCommandError(f"cycle {self.cycles}, {self.time:.2f} s: {text}")
+
+    def tick(self) -> None:
+        """Let one period pass: regulator, sensors, client, control loop."""
+        self.time += TICK
+        self.regulator.step(TICK)
+        measured = self.regulator.report()
+        if measured is not None:
+            self.hear("measured_pressure", FluidPressure(fluid_pressure=measured))
+        if self.is_client_alive:
+            self.hear("keep_alive", Empty())
+        if self.radius is not None and self.sends_radii:
+            noise = self.random.gauss(0.0, 2.0e-5)
+            self.hear("object_radius", Float64(data=self.radius + noise))
+        self.call_timers()
+        if self.node.errors.count:
+            self._complain("an exception: see the log")
+
+    def run(self, duration: float) -> None:
+        """Let some time pass [s]."""
+        for _ in range(round(duration / TICK)):
+            self.tick()
+
+    def hear(self, topic: str, message: object) -> None:
+        """Deliver a message as the executor would."""
+        for subscription in self.node.subscriptions:
+            if subscription.topic_name.rpartition("/")[2] == topic:
+                subscription.callback(message)
+                return
+
+    def call(self, name: str) -> bool:
+        """Call a service; return whether it succeeded."""
+        for service in self.node.services:
+            if service.srv_name.rpartition("/")[2] == name:
+                return bool(service.callback(Trigger.Request(), Trigger.Response()).success)
+        raise LookupError(name)
+
+    def call_timers(self) -> None:
+        """Let the control loop have its turn."""
+        period = round(TICK * 1e9)
+        for timer in list(self.node.timers):
+            if timer.timer_period_ns == period:
+                timer.callback()
+
+    def cycle(self) -> None:
+        """Wrap an object, lift it, release it; with a fault at a random moment, mostly."""
+        self.cycles += 1
+        self.allowed = set(WISHES)
+        low, high = self.node.loaded.planner.radius_range if self.node.loaded else (0.01, 0.03)
+        radius = self.random.uniform(1.3 * low, 0.9 * high)
+        fault = self.random.choice([None, *FAULTS])
+        at = self.random.uniform(0.0, WRAP_TIME + LIFT_TIME)
+        self.call("rearm")
+        if self.random.random() < 0.5:
+            self.radius = radius
+        else:
+            policy = self.random.choice([None, *AbortPolicy])
+            self._grasp(GraspGoal(radius, abort_policy=policy))
+        start, end = self.time, self.time + WRAP_TIME + LIFT_TIME
+        while self.time < end:
+            if fault is not None and self.time - start >= at:
+                self.happened[fault.__name__] += 1
+                fault(self)
+                fault = None
+            self.tick()
+        self.wrapped += self.node.control.snapshot().wrapped
+        self._release()
+
+    def _grasp(self, goal: GraspGoal) -> None:
+        if self.node.loaded is not None:
+            self.node.control.start_grasp(self.time, goal, self.node.loaded.planner)
+            self.node.publish()
+
+    def _release(self) -> None:
+        self.radius, self.is_client_alive, self.sends_radii = None, True, True
+        self.regulator.fault = Fault.NONE
+        if not self.call("release"):
+            self._complain("a release was refused")
+        self.run(RELEASE_TIME)
+        if self._last[1] != 0.0:
+            self._complain("inflated after a release")
+        self.node.set_parameters([Parameter("pressure_cap", value=0.0)])
+
+    # --- what goes wrong -------------------------------------------------------------------------
+
+    def leak(self) -> None:
+        """Let the gripper leak; the node vents at such a fault."""
+        self._break(Fault.LEAK)
+
+    def stuck_valve(self) -> None:
+        """Let the valve stick."""
+        self._break(Fault.STUCK_VALVE)
+
+    def lost_link(self) -> None:
+        """Lose the regulator's link."""
+        self._break(Fault.LOST_LINK)
+
+    def _break(self, fault: Fault) -> None:
+        self.allowed |= {Reason.PRESSURE_LOW, Reason.PRESSURE_HIGH, Reason.PRESSURE_LOST}
+        self.regulator.fault = fault
+
+    def bad_radii(self) -> None:
+        """Send numbers that are none, and outliers."""
+        for bad in (math.nan, math.inf, -0.02, 0.0, 5.0, 1e300, 1e-300):
+            self.hear("object_radius", Float64(data=bad))
+
+    def radii_stop(self) -> None:
+        """Hide the object from the camera; the policy is to hold."""
+        self.sends_radii = False
+
+    def bad_pressures(self) -> None:
+        """Send impossible measured pressures."""
+        for bad in (math.nan, -math.inf, 1e12):
+            self.hear("measured_pressure", FluidPressure(fluid_pressure=bad))
+
+    def tilt(self) -> None:
+        """Turn the arm, in steps of a trembling one."""
+        for component in self.random.choice(GRAVITIES):
+            message = Vector3Stamped()
+            message.vector.x = component
+            self.hear("gravity", message)
+        message = Vector3Stamped()
+        vector = message.vector
+        vector.x, vector.y, vector.z = self.random.choice(GRAVITIES)
+        self.hear("gravity", message)
+
+    def bad_gravity(self) -> None:
+        """Send a gravity that cannot be."""
+        message = Vector3Stamped()
+        message.vector.z = self.random.choice((math.nan, 1e9))
+        self.hear("gravity", message)
+
+    def client_vanishes(self) -> None:
+        """Let the client give no sign of life any more."""
+        self.allowed.add(Reason.CLIENT_LOST)
+        self.is_client_alive = False
+
+    def cap_is_lowered(self) -> None:
+        """Lower the cap, maybe below what the wrap needs."""
+        cap = self.random.uniform(1.0e4, 9.0e4)
+        self.node.set_parameters([Parameter("pressure_cap", value=cap)])
+
+    def clock_leaps(self) -> None:
+        """Let the clock leap forward or back."""
+        self.allowed |= {Reason.PRESSURE_LOST, Reason.CLIENT_LOST, Reason.GRASP_TIMEOUT}
+        self.allowed |= {Reason.PRESSURE_LOW, Reason.PRESSURE_HIGH}
+        self.time += self.random.choice((-50.0, -0.5, 0.5, 30.0))
+
+    def release_early(self) -> None:
+        """Release in the midst."""
+        self.call("release")
+
+    def restart(self) -> None:
+        """Deactivate and activate, which vents, then takes over what is measured."""
+        self.node.trigger_deactivate()
+        self._takes_over = True
+        self.node.trigger_activate()
+
+    def newer_goal(self) -> None:
+        """Send a goal for another object."""
+        self._grasp(GraspGoal(self.random.uniform(0.006, 0.035)))
+
+    def impossible_goal(self) -> None:
+        """Send goals that cannot be."""
+        for goal in (GraspGoal(math.nan), GraspGoal(0.02, overpressure=1e9), GraspGoal(9.0)):
+            self._grasp(goal)
+
+
+FAULTS: tuple[Callable[[Rig], None], ...] = (
+    Rig.leak, Rig.stuck_valve, Rig.lost_link, Rig.bad_radii, Rig.radii_stop, Rig.bad_pressures,
+    Rig.tilt, Rig.bad_gravity, Rig.client_vanishes, Rig.cap_is_lowered, Rig.clock_leaps,
+    Rig.release_early, Rig.restart, Rig.newer_goal, Rig.impossible_goal,
+)  # fmt: skip
+
+
+def run_cycles(count: int, seed: int) -> Rig:
+    """Run some cycles and return what happened.
+
+    Raises:
+        UnsafeCommandError: the first command that must not be.
+    """
+    rig = Rig(seed)
+    try:
+        for _ in range(count):
+            rig.cycle()
+    finally:
+        rig.node.destroy_node()
+    return rig
+
+
+def main() -> None:
+    """Run the cycles and print what happened."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("count", nargs="?", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.logging.set_logger_level("", rclpy.logging.LoggingSeverity.FATAL)
+    rig = run_cycles(given.count, given.seed)
+    rclpy.try_shutdown()
+    print(f"{rig.cycles} cycles, {rig.commands} commands, none of them unsafe")
+    print(f"wrapped at the end of the lift: {rig.wrapped}")
+    print("injected: " + ", ".join(f"{name} {n}" for name, n in sorted(rig.happened.items())))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,64 @@
+"""Is the client still there, and is gravity still told?"""
+
+from __future__ import annotations
+
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.refusals import lost_client, stale_gravity
+from spiral_gripper_ros.control.states import NOT_REFUSED, Refusal
+
+
+class SilenceWatch:
+    """Remembers when the client and gravity were heard last."""
+
+    def __init__(self) -> None:
+        self._client_at = 0.0
+        self._gravity_at: float | None = None
+
+    def forget_gravity(self) -> None:
+        """Expect no gravity: it is that of the parameter."""
+        self._gravity_at = None
+
+    def hear_client(self, now: float) -> None:
+        """Note a sign of life of the client at a time [s], or that none is needed."""
+        self._client_at = now
+
+    def hear_gravity(self, now: float) -> None:
+        """Note that a usable gravity was heard at a time [s]."""
+        self._gravity_at = now
+
+    def client_fault(self, now: float, limits: Limits) -> Refusal:
+        """Return that the client is lost; ``Reason.NONE`` if it is not, or none is expected."""
+        is_lost = 0.0 < limits.keep_alive_timeout < now - self._client_at
+        return lost_client(limits) if is_lost else NOT_REFUSED
+
+    def gravity_age(self, now: float) -> float | None:
+        """Return the time since the newest gravity [s], or None if none was heard."""
+        return None if self._gravity_at is None else now - self._gravity_at
+
+    def gravity_fault(self, now: float, limits: Limits) -> Refusal:
+        """Return that gravity is stale; ``Reason.NONE`` if it is not."""
+        age = self.gravity_age(now)
+        is_stale = age is not None and 0.0 < limits.gravity_timeout < age
+        return stale_gravity(age, limits) if is_stale and age is not None else NOT_REFUSED
+
+
+class TakeOver:
+    """Waits for a measured pressure to take over; meanwhile nothing is to be commanded."""
+
+    def __init__(self) -> None:
+        self.waits = False
+        self._since: float | None = None
+
+    def start(self) -> None:
+        """Wait from the next :meth:`check` on."""
+        self.waits, self._since = True, None
+
+    def end(self) -> None:
+        """Wait no longer."""
+        self.waits = False
+
+    def check(self, now: float, limits: Limits) -> None:
+        """Give up at a time [s] once no pressure has come for ``measured_pressure_timeout``."""
+        if self._since is None:
+            self._since = now
+        self.waits = self.waits and now - self._since <= limits.measured_pressure_timeout

@@ -1,0 +1,70 @@
+"""Compile the numerical kernels in a process of its own, where they are not cached yet. No ROS.
+
+That takes half a minute or more, once for an installation, in which a node could neither answer
+nor be stopped if it did it itself.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from importlib import import_module
+
+from spiral_core.wrap.gripper import Gripper
+from spiral_gripper import load_gripper
+from spiral_gripper.doctor.gripper import KernelCache
+from spiral_gripper.files.catalog import available_grippers
+from spiral_gripper_ros.planning.planner import GripperPlanner
+
+
+def missing_kernels() -> int:
+    """Return how many kernels are not compiled yet; 0 also where they cannot be kept."""
+    try:
+        found = KernelCache.here()
+    except RuntimeError:  # numba has found no folder that it may write to
+        return 0
+    return found.kernels - found.current
+
+
+class Compilation:
+    """Compiles the kernels as long as it is wanted; ends with this process."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", __name__], stdin=subprocess.PIPE, start_new_session=True
+        )
+
+    def wait(self, timeout: float) -> bool:
+        """Return whether it has ended within a time [s]."""
+        try:
+            self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+    def end(self) -> None:
+        """End it, done or not."""
+        self._process.kill()
+        self._process.wait()
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+
+
+def main() -> None:
+    """Compile, unless the process that wants it goes."""
+    watch = threading.Thread(target=_compile, daemon=True)
+    watch.start()
+    ended = threading.Thread(target=sys.stdin.buffer.read, daemon=True)
+    ended.start()
+    while watch.is_alive() and ended.is_alive():
+        watch.join(0.1)
+
+
+def _compile() -> None:
+    gripper: Gripper = load_gripper(available_grippers()[0])
+    GripperPlanner(gripper).warm_up()
+
+
+if __name__ == "__main__":
+    import_module("spiral_gripper_ros.planning.compilation").main()

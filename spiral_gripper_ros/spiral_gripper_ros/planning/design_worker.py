@@ -1,0 +1,140 @@
+"""Designs in a process of their own: bounded in memory and time, ended with the node. No ROS.
+
+A design takes seconds of Python, which would keep even another thread from the control loop.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import resource
+import signal
+import subprocess
+import sys
+import threading
+from importlib import import_module
+from typing import BinaryIO
+
+from spiral_core.design.procedure import design_gripper
+from spiral_core.design.report import DesignReport
+from spiral_core.errors import SpiralError
+from spiral_gripper import GripperDescription
+from spiral_gripper_ros.planning.design_question import DesignQuestion, requirement_from_question
+
+# A design with one tube and four angles takes seconds; the longest time that is spent on one [s].
+LONGEST_DESIGN = 300.0
+# Memory that numpy, numba and the kernels do not reach by far [bytes].
+LARGEST_MEMORY = 2_000_000_000
+# The control loop comes first.
+NICENESS = 10
+
+
+class DesignEndedError(SpiralError):
+    """A design was ended before it was done.
+
+    Args:
+        why: for people.
+    """
+
+    def __init__(self, why: str) -> None:
+        super().__init__(f"no design: {why}")
+        self.why = why
+
+    def __reduce__(self) -> tuple[type[DesignEndedError], tuple[str]]:
+        """Let it be pickled."""
+        return DesignEndedError, (self.why,)
+
+
+class DesignProcess:
+    """One design in a process of its own, which ends with this one, however that ends.
+
+    Args:
+        longest: time after which it is ended [s].
+    """
+
+    def __init__(self, longest: float = LONGEST_DESIGN) -> None:
+        self._longest = longest
+        self._why = ""
+        self._process: subprocess.Popen[bytes] | None = None
+        self._lock = threading.Lock()
+
+    def answer(self, question: DesignQuestion, description: GripperDescription) -> DesignReport:
+        """Return the report of a design; blocks until it is there.
+
+        Raises:
+            SpiralError: the question cannot be answered, or the design was ended.
+        """
+        with self._lock:
+            if self._why:
+                raise DesignEndedError(self._why)
+            process = self._process = subprocess.Popen(
+                [sys.executable, "-m", __name__],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                start_new_session=True,  # Ctrl-C reaches every process of a terminal
+            )
+        timer = threading.Timer(self._longest, self.end, [f"not done within {self._longest:g} s"])
+        timer.start()
+        try:
+            return self._outcome(process, question, description)
+        finally:
+            timer.cancel()
+            process.kill()
+            process.wait()
+
+    def _outcome(
+        self,
+        process: subprocess.Popen[bytes],
+        question: DesignQuestion,
+        description: GripperDescription,
+    ) -> DesignReport:
+        # Its input stays open for as long as the answer is wanted.
+        with process.stdin as asked, process.stdout as answered:  # type: ignore[union-attr]
+            try:
+                pickle.dump((question, description), asked)
+                asked.flush()
+                outcome = pickle.load(answered)
+            except (OSError, EOFError, pickle.UnpicklingError):
+                raise DesignEndedError(self._why or "its process was killed") from None
+        if isinstance(outcome, Exception):
+            raise outcome
+        report: DesignReport = outcome
+        return report
+
+    def end(self, why: str) -> None:
+        """End the design at once, from any thread."""
+        with self._lock:
+            self._why = self._why or why
+            if self._process is not None:
+                self._process.kill()
+
+
+def main() -> None:
+    """Answer the question on standard input, on standard output."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever else is printed
+    os.nice(NICENESS)
+    resource.setrlimit(resource.RLIMIT_DATA, (LARGEST_MEMORY, LARGEST_MEMORY))
+    question, description = pickle.load(sys.stdin.buffer)
+    threading.Thread(target=_end_with_parent, args=(sys.stdin.buffer,), daemon=True).start()
+    pickle.dump(_outcome(question, description), answers)
+    answers.flush()
+
+
+def _outcome(question: DesignQuestion, description: GripperDescription) -> DesignReport | Exception:
+    try:
+        return design_gripper(requirement_from_question(question, description))
+    except MemoryError:
+        return DesignEndedError(f"it needs more than {1e-9 * LARGEST_MEMORY:g} GB of memory")
+    except Exception as error:
+        return error
+
+
+def _end_with_parent(pipe: BinaryIO) -> None:
+    """Wait until the process that asked has gone or no longer wants the answer; then end."""
+    pipe.read()
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+if __name__ == "__main__":  # by its full name: what it answers is pickled
+    import_module("spiral_gripper_ros.planning.design_worker").main()

@@ -1,0 +1,217 @@
+"""The default grip, the take-over of a pressure, and what happens when nobody is heard."""
+
+from dataclasses import replace
+
+import pytest
+from ros.control_bench import LIMITS, SUCCEEDED, TICK, Bench
+
+from spiral_core.wrap.wrap import WrapRegime
+from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.limits import FaultPolicy
+from spiral_gripper_ros.control.states import Reason, Refusal, State
+
+WRAP = 5.0e4  # of the bench's planner at 20 mm [Pa]
+
+
+def bench_with(**limits):
+    return Bench(replace(LIMITS, **limits))
+
+
+# --- the default grip ----------------------------------------------------------------------------
+
+
+def test_a_radius_is_gripped_harder_than_its_bare_wrap():
+    bench = bench_with(grip_ratio=1.1)
+    assert bench.run(1.5, radius=0.02)[-1] == pytest.approx(1.1 * WRAP)
+    assert bench.seen.overpressure == pytest.approx(0.1 * WRAP)
+    assert bench.seen.wrapped
+    assert bench.seen.shown(WrapRegime.CURLING) is WrapRegime.PERFECT_WRAP
+
+
+def test_a_goal_without_an_overpressure_has_that_of_the_default_grip():
+    bench = bench_with(grip_ratio=1.1)
+    ticket = bench.grasp()
+    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.seen.pressure_command == pytest.approx(1.1 * WRAP)
+    assert bench.report(ticket).overpressure == pytest.approx(0.1 * WRAP)
+
+
+def test_the_cap_bounds_the_default_grip_and_not_the_range():
+    bench = bench_with(grip_ratio=1.1, pressure_cap=1.02 * WRAP)
+    assert bench.run(1.5, radius=0.02)[-1] == pytest.approx(1.02 * WRAP)
+    assert bench.seen.overpressure == pytest.approx(0.02 * WRAP)
+
+
+def test_a_lowered_cap_takes_the_overpressure_first():
+    bench = bench_with(grip_ratio=1.1)
+    bench.run(1.5, radius=0.02)
+    bench.control.reconfigure(replace(LIMITS, grip_ratio=1.1, pressure_cap=WRAP))
+    assert bench.tick(radius=0.02) == WRAP
+    assert bench.state is State.TRACKING
+    assert bench.seen.overpressure == 0.0
+
+
+@pytest.mark.parametrize("force", [0.0, -1.0])
+def test_a_wrap_without_force_is_not_held(bench, force):
+    bench.run(1.5, radius=0.02)
+    assert bench.seen.wrapped
+    bench.control.observe(bench.now, WrapRegime.PERFECT_WRAP, force)
+    assert not bench.seen.wrapped
+    bench.control.observe(bench.now, WrapRegime.PERFECT_WRAP, 1e-9)
+    assert bench.seen.wrapped
+
+
+def test_a_regime_that_is_not_wrapped_is_shown_as_it_is(bench):
+    assert bench.seen.shown(WrapRegime.CURLING) is WrapRegime.CURLING
+
+
+# --- take-over -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def restarted():
+    bench = Bench()
+    bench.regulator.pressure = 4.0e4
+    bench.control.activate(take_over=True)
+    return bench
+
+
+def test_the_first_measured_pressure_is_taken_over_and_stands(restarted):
+    control = restarted.control
+    assert control.is_silent
+    control.offer_measured(restarted.now, 4.0e4)
+    assert not control.is_silent
+    assert {control.command(restarted.now + TICK * step) for step in range(100)} == {4.0e4}
+    assert restarted.state is State.TAKEN_OVER
+    assert restarted.reason is Reason.TAKEN_OVER
+    assert not restarted.seen.wrapped
+
+
+def test_from_a_pressure_taken_over_a_radius_ramps(restarted):
+    control = restarted.control
+    control.offer_measured(restarted.now, 4.0e4)
+    commands = restarted.run(1.0, radius=0.02)
+    assert commands[0] >= 4.0e4
+    assert commands[-1] == WRAP
+    assert restarted.state is State.TRACKING
+
+
+def test_from_a_pressure_taken_over_a_goal_ramps(restarted):
+    restarted.control.offer_measured(restarted.now, 4.0e4)
+    ticket = restarted.grasp()
+    assert restarted.tick() >= 4.0e4
+    assert restarted.end(ticket) == (SUCCEEDED, Reason.NONE)
+
+
+def test_a_bad_radius_leaves_a_pressure_that_was_taken_over(restarted):
+    restarted.control.offer_measured(restarted.now, 4.0e4)
+    assert set(restarted.run(5.0, radius=1.0)) == {4.0e4}
+    assert restarted.state is State.TAKEN_OVER
+
+
+def test_nothing_is_started_before_the_pressure_is_known(restarted):
+    control = restarted.control
+    assert not control.offer_radius(restarted.now, 0.02, restarted.planner)
+    refusal = control.start_grasp(restarted.now, GraspGoal(0.02), restarted.planner)
+    assert isinstance(refusal, Refusal)
+    assert refusal.reason is Reason.TAKEN_OVER
+    control.command(restarted.now)
+    assert control.is_silent
+    assert restarted.state is State.WAITING
+
+
+def test_without_a_measured_pressure_it_starts_from_zero_after_the_time_out(restarted):
+    restarted.is_measured = False
+    silent = []
+    for _ in range(50):
+        restarted.tick()
+        silent.append(restarted.control.is_silent)
+    until = silent.index(False) * TICK
+    assert until == pytest.approx(LIMITS.measured_pressure_timeout, abs=2.0 * TICK)
+    assert restarted.seen.pressure_command == 0.0
+    assert restarted.state is State.WAITING
+
+
+def test_a_vented_gripper_is_not_taken_over(restarted):
+    restarted.control.offer_measured(restarted.now, 10.0)
+    assert not restarted.control.is_silent
+    assert restarted.state is State.WAITING
+
+
+def test_an_impossible_pressure_is_not_taken_over(restarted):
+    restarted.control.offer_measured(restarted.now, float("nan"))
+    assert restarted.control.is_silent
+
+
+def test_the_cap_bounds_what_is_taken_over():
+    bench = bench_with(pressure_cap=3.0e4)
+    bench.control.activate(take_over=True)
+    bench.control.offer_measured(bench.now, 4.0e4)
+    assert bench.control.command(bench.now) == 3.0e4
+
+
+@pytest.mark.parametrize("act", ["release", "deactivate", "reload"])
+def test_whatever_vents_ends_the_wait_for_a_pressure(restarted, act):
+    getattr(restarted.control, act)()
+    assert not restarted.control.is_silent
+    restarted.control.offer_measured(restarted.now, 4.0e4)
+    assert restarted.control.command(restarted.now) == 0.0
+
+
+def test_a_failure_ends_the_wait_for_a_pressure(restarted):
+    restarted.control.fail("broken")
+    assert not restarted.control.is_silent
+    restarted.control.offer_measured(restarted.now, 4.0e4)
+    assert restarted.state is State.FAULT
+
+
+# --- silence -------------------------------------------------------------------------------------
+
+
+def test_a_grip_is_vented_when_its_client_is_lost():
+    bench = bench_with(keep_alive_timeout=0.5)
+    ticket = bench.grasp()
+    for _ in range(50):
+        bench.control.keep_alive(bench.now)
+        bench.tick()
+    assert bench.report(ticket).outcome is SUCCEEDED
+    bench.run(0.48)
+    assert bench.state is State.GRASPING
+    assert bench.run(0.1)[-1] == 0.0
+    assert (bench.state, bench.reason) == (State.RELEASED, Reason.CLIENT_LOST)
+
+
+def test_a_client_has_the_whole_time_from_the_begin_of_a_grip():
+    bench = bench_with(keep_alive_timeout=0.5)
+    bench.run(60.0)
+    bench.grasp()
+    bench.run(0.48)
+    assert bench.state is State.GRASPING
+
+
+def test_without_a_time_out_no_client_is_expected(holding):
+    holding.run(60.0)
+    assert holding.seen.wrapped
+
+
+def test_gravity_grows_stale_and_is_reported():
+    bench = bench_with(gravity_timeout=0.5)
+    bench.run(1.0, radius=0.02)
+    assert bench.seen.gravity_age is None
+    bench.control.note_gravity(bench.now, is_heard=True)
+    bench.run(0.48, radius=0.02)
+    assert bench.seen.gravity_fault.reason is Reason.NONE
+    bench.run(0.1, radius=0.02)
+    assert bench.seen.gravity_fault.reason is Reason.GRAVITY_STALE
+    assert bench.seen.gravity_age == pytest.approx(0.58, abs=2.0 * TICK)
+    assert bench.seen.wrapped
+    bench.control.note_gravity(bench.now, is_heard=False)
+    bench.tick(radius=0.02)
+    assert bench.seen.gravity_fault.reason is Reason.NONE
+
+
+def test_stale_gravity_vents_if_that_is_the_policy():
+    bench = bench_with(gravity_timeout=0.5, gravity_timeout_policy=FaultPolicy.VENT)
+    bench.control.note_gravity(bench.now, is_heard=True)
+    assert bench.run(1.0, radius=0.02)[-1] == 0.0
+    assert (bench.state, bench.reason) == (State.FAULT, Reason.GRAVITY_STALE)

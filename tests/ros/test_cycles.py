@@ -1,0 +1,49 @@
+"""The cycles of benchmarks/ros/cycles.py: no unsafe command, and unsafe ones are noticed."""
+
+import math
+
+import pytest
+
+from benchmarks.ros.cycles import FAULTS, Rig, UnsafeCommandError, run_cycles
+
+
+@pytest.fixture
+def rig():
+    rig = Rig(seed=3)
+    yield rig
+    rig.node.destroy_node()
+
+
+def test_some_cycles_with_faults_are_safe():
+    rig = run_cycles(8, seed=2)
+    assert rig.commands > 800
+    assert rig.wrapped > 0
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+def test_after_each_fault_the_next_cycle_wraps_again(rig, fault):
+    rig.radius = 0.02
+    rig.run(1.5)
+    assert rig.node.control.snapshot().wrapped
+    fault(rig)
+    rig.allowed |= {refusal.reason for refusal in [rig.node.control.snapshot().refusal]}
+    rig.run(1.0)
+    rig._release()
+    rig.call("rearm")
+    rig.radius = 0.02
+    rig.run(2.5)
+    assert rig.node.control.snapshot().wrapped
+
+
+@pytest.mark.parametrize("unsafe", [math.nan, -1.0, 1.0e9, 5.0e4])
+def test_an_unsafe_command_is_noticed(rig, unsafe):
+    rig.run(0.1)
+    with pytest.raises(UnsafeCommandError):
+        rig.node.outputs.publish_pressure(unsafe)
+
+
+def test_an_object_that_is_dropped_for_no_reason_is_noticed(rig):
+    rig.radius = 0.02
+    rig.run(1.5)
+    with pytest.raises(UnsafeCommandError, match="let go because of NONE"):
+        rig.node.outputs.publish_pressure(0.0)

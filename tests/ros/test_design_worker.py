@@ -1,0 +1,82 @@
+"""Designs in a process of their own, without ROS."""
+
+import dataclasses
+import threading
+import time
+
+import pytest
+
+from spiral_core import InvalidInputError
+from spiral_gripper import load_description
+from spiral_gripper_ros.planning import design_worker
+from spiral_gripper_ros.planning.design_question import DesignQuestion
+from spiral_gripper_ros.planning.design_worker import DesignEndedError, DesignProcess
+
+QUESTION = DesignQuestion(
+    object_radius_min=0.011,
+    object_radius_max=0.030,
+    object_length=0.25,
+    length_max=0.0,
+    pressure_max=0.0,
+    strain_max=0.0,
+    turns_required=1.5,
+    tubing="",
+    tube_inner_radii=(),
+    tube_wall_thicknesses=(),
+    fiber_angles_beta=(),
+    fiber_angle_alpha=0.0,
+    end_allowance=0.0,
+    gravity=(9.80665, 0.0, 0.0),
+    object_axis=None,
+    preference="",
+)
+LONG = dataclasses.replace(
+    QUESTION,
+    fiber_angles_beta=tuple(0.9 + 0.002 * step for step in range(250)),
+    preference="largest_margin",
+)
+
+
+@pytest.fixture
+def description():
+    return load_description("paper_design_70")
+
+
+def test_a_design_is_answered(description):
+    assert DesignProcess().answer(QUESTION, description).feasible
+
+
+def test_an_error_of_the_question_is_raised_here(description):
+    bad = dataclasses.replace(QUESTION, object_radius_min=float("nan"))
+    with pytest.raises(InvalidInputError, match="radius_min"):
+        DesignProcess().answer(bad, description)
+
+
+def test_a_design_that_takes_too_long_is_ended(description):
+    start = time.monotonic()
+    with pytest.raises(DesignEndedError, match="not done within 1 s"):
+        DesignProcess(longest=1.0).answer(LONG, description)
+    assert time.monotonic() - start < 20.0
+
+
+def test_a_design_that_is_ended_before_it_starts_is_not_started(description):
+    process = DesignProcess()
+    process.end("canceled")
+    with pytest.raises(DesignEndedError, match="no design: canceled"):
+        process.answer(QUESTION, description)
+
+
+def test_a_design_is_ended_from_another_thread(description):
+    process = DesignProcess()
+    threading.Timer(2.0, process.end, ["canceled"]).start()
+    with pytest.raises(DesignEndedError, match="canceled"):
+        process.answer(LONG, description)
+
+
+def test_a_design_that_needs_too_much_memory_is_an_answer(monkeypatch, description):
+    def greedy(_):
+        raise MemoryError
+
+    monkeypatch.setattr(design_worker, "design_gripper", greedy)
+    outcome = design_worker._outcome(QUESTION, description)
+    assert "more than 2 GB of memory" in str(outcome)

@@ -1,0 +1,123 @@
+"""The node's process among others: parents, second commanders, late regulators, a cold cache."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros.harness import FAST_RAMP, PATIENT, RunningNode
+from std_msgs.msg import Float64
+
+from spiral_gripper_ros.node.process_frame import choose_transport
+from spiral_gripper_ros.node_process import NODE
+
+# Starts what its arguments say, and waits: what `ros2 run` does.
+STARTER = "import subprocess, sys; subprocess.Popen(sys.argv[1:]).wait()"
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def test_a_node_ends_with_the_process_that_started_it(client, namespace):
+    parameters = {**FAST_RAMP, **PATIENT, "exit_with_parent": "true"}
+    given = [part for name in parameters for part in ("-p", f"{name}:={parameters[name]}")]
+    node = [sys.executable, "-m", NODE, "--ros-args", "-r", f"__ns:={namespace}", *given]
+    parent = subprocess.Popen([sys.executable, "-c", STARTER, *node])
+    client.wait_until_active()
+    assert client.wrap(0.02).pressure_command > 0.0
+    parent.kill()
+    parent.wait()
+    client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
+    client.wait_until(lambda: client.count_publishers("pressure_command") == 0, "its end")
+
+
+def test_without_the_parameter_a_node_survives_its_parent(client, namespace):
+    node = [sys.executable, "-m", NODE, "--ros-args", "-r", f"__ns:={namespace}"]
+    parent = subprocess.Popen([sys.executable, "-c", STARTER, *node], stdout=subprocess.PIPE)
+    client.wait_until_active()
+    children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children").read_text().split()
+    parent.kill()
+    client.hear_more(50)
+    subprocess.run(["kill", "-INT", *children], check=True)
+    client.wait_until(lambda: client.count_publishers("pressure_command") == 0, "its end")
+    parent.communicate()
+
+
+def test_a_second_commander_is_noticed_whenever_it_comes(node, namespace, capfd):
+    node._diagnosis.tell()
+    assert "publish pressure_command" not in capfd.readouterr().err
+    other = Node("other", namespace=namespace)
+    other.create_publisher(Float64, "pressure_command", 1)
+    deadline = time.monotonic() + 30.0
+    while node.count_publishers("pressure_command") < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    sent = []
+    node.outputs.publish_diagnostics = sent.append
+    for _ in range(3):
+        node._diagnosis.tell()
+    other.destroy_node()
+    assert capfd.readouterr().err.count("2 nodes publish pressure_command here") == 1
+    assert "2 nodes publish pressure_command" in sent[-1].status[0].message
+    assert sent[-1].status[0].level == b"\x01"
+
+
+@pytest.mark.parametrize("qos", [QoSProfile(depth=1), LATCHED], ids=["volatile", "latched"])
+def test_a_regulator_that_joins_during_a_wrap_hears_the_present_command(active, qos):
+    command = active.wrap(0.02).pressure_command
+    heard = []
+    late = active.create_subscription(Float64, "pressure_command", heard.append, qos)
+    active.wait_until(lambda: heard, "a command")
+    active.destroy_subscription(late)
+    assert heard[0].data == command
+
+
+def test_a_regulator_that_joins_late_hears_of_an_inactive_node_its_last_vent(active):
+    active.wrap(0.02)
+    assert active.transition("deactivate")
+    volatile, latched = [], []
+    late = [
+        active.create_subscription(Float64, "pressure_command", volatile.append, 1),
+        active.create_subscription(Float64, "pressure_command", latched.append, LATCHED),
+    ]
+    active.wait_until(lambda: latched, "the last command")
+    active.spin(0.2)
+    for subscription in late:
+        active.destroy_subscription(subscription)
+    assert [message.data for message in latched] == [0.0]
+    assert volatile == []
+
+
+def test_the_node_uses_no_shared_memory_unless_it_is_told_to(client, namespace):
+    with RunningNode(namespace) as node:
+        client.wait_until_active()
+        assert "/dev/shm/fastrtps" not in Path(f"/proc/{node.process_id}/maps").read_text()
+
+
+def test_the_environment_may_choose_another_transport():
+    chosen = {}
+    choose_transport(chosen)
+    assert chosen == {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+    own = {"FASTDDS_BUILTIN_TRANSPORTS": "DEFAULT"}
+    choose_transport(own)
+    assert own == {"FASTDDS_BUILTIN_TRANSPORTS": "DEFAULT"}
+    profiles = {"FASTRTPS_DEFAULT_PROFILES_FILE": "mine.xml"}
+    choose_transport(profiles)
+    assert profiles == {"FASTRTPS_DEFAULT_PROFILES_FILE": "mine.xml"}
+
+
+@pytest.mark.parametrize("autostart", ["true", "false"])
+def test_a_first_start_says_that_it_compiles_and_can_be_stopped(
+    client, namespace, tmp_path, autostart
+):
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    with RunningNode(namespace, {"autostart": autostart}, environment=environment) as node:
+        client.wait_until(lambda: "numerical kernels" in node.log(), "the line about it")
+        if autostart == "true":
+            assert "not active" in client.release().message
+        start = time.monotonic()
+        assert node.stop(signal.SIGINT) == 0, node.log()
+        assert time.monotonic() - start < 10.0
+        assert "Traceback" not in node.log()
