@@ -27,10 +27,12 @@ from spiral_core import (
     SingleFiber,
     Tube,
     Yeoh,
+    design_space,
     fiber_state,
     pressure_from_stretch,
     rest_shape_from_stretch,
 )
+from spiral_core.actuator.curvature import longest_stretch
 from spiral_core.actuator.section_curve import SectionCurve
 from spiral_core.section.path import motion_at, section_path
 from spiral_core.wrap.gripper import stiffness_from_actuator
@@ -187,6 +189,21 @@ def test_brute_force_finds_the_same_state(
     apart = 360.0 * 2 * max(singles, default=0) / POINTS
     bent = section(*pair, LAWS[law], gamma=gamma, apart=apart)
     check_against_brute_force(bent if singles else bent.without_single_fibers(), singles, fraction)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_brute_force_agrees_on_random_actuators(seed: int) -> None:
+    """Pairs of one handedness and of opposite ones, straight and helical fibers, every law."""
+    draw = np.random.default_rng(20260300 + seed)
+    beta = draw.uniform(35.0, 75.0)
+    alpha = draw.uniform(beta + 8.0, 90.0)
+    if seed % 3 == 2:  # opposite hands, beyond the magic angle
+        alpha, beta = draw.uniform(65.0, 85.0), -draw.uniform(65.0, 85.0)
+    gamma = 0.0 if seed % 2 else draw.uniform(-30.0, 30.0)
+    bent = section(alpha, beta, LAWS[seed % 4], gamma=gamma)
+    limit = SectionCurve(bent).strain_limit
+    check_against_brute_force(bent, (0,), draw.uniform(0.05, 0.3) * min(1.0, 2.0 / limit))
 
 
 CASES = [
@@ -481,3 +498,34 @@ def test_stiffness_needs_two_families_and_a_single_fiber() -> None:
         SectionCurve(section(88.0, 60.0).without_single_fibers()).stiffness(0.0)
     with pytest.raises(InvalidInputError, match="two families"):
         SectionCurve(one_family(70.0)).stiffness(0.0)
+
+
+def test_straight_sections_that_shorten_have_shapes_in_both_forms() -> None:
+    exact = section(45.0, -45.0).without_single_fibers()
+    for form in CurvatureForm:
+        actuation = FreeActuation(dataclasses.replace(exact, curvature_form=form))
+        shape = actuation.rest_shape(20.0e3)
+        assert shape.curvature == 0.0
+        assert shape.stretch == pytest.approx(actuation.stretch_from_pressure(20.0e3), rel=1e-14)
+    with pytest.raises(InvalidInputError, match="at most 1 for these"):
+        rest_shape_from_stretch(exact, 1.01)
+    spiral = dataclasses.replace(section(50.0, -40.0), single_fibers=())
+    even = FreeActuation(spiral).rest_shape(10.0e3)
+    first = dataclasses.replace(spiral, curvature_form=CurvatureForm.FIRST_ORDER)
+    paper = FreeActuation(first).rest_shape(10.0e3)
+    assert even.torsion * (even.stretch or 0.0) == pytest.approx(paper.torsion, rel=1e-10)
+
+
+def test_first_order_twist_of_a_thick_wall_is_that_of_its_wound_fibers() -> None:
+    thick = dataclasses.replace(
+        section(88.0, 60.0, thick_wall=True), curvature_form=CurvatureForm.FIRST_ORDER
+    )
+    shape = rest_shape_from_stretch(thick, 1.1)
+    twist = fiber_state(thick.fiber_pair, 1.1).twist
+    assert shape.torsion == pytest.approx(twist / PAPER_TUBE.outer_radius, rel=1e-14)
+    assert shape.curvature == pytest.approx(0.1 / PAPER_TUBE.outer_radius, rel=1e-14)
+
+
+def test_design_space_ends_where_the_fibers_do() -> None:
+    (space,) = design_space(section(88.0, 60.0), [math.radians(50.0)], stretch_max=3.0)
+    assert 1.47 < space.stretch[-1] < longest_stretch(section(88.0, 50.0)) < 1.48

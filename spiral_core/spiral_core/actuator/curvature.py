@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
-from spiral_core.actuator.fibers import fiber_state
+from spiral_core.actuator.fibers import fiber_state, locking_stretch
 from spiral_core.actuator.interface import RestShape
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.section.path import ShapePath, section_path
@@ -60,14 +60,14 @@ def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> RestShape:
         >>> round(shape.curvature, 6), round(shape.torsion, 6), shape.backbone_length
         (20.0, -12.3443, 0.5)
     """
-    if not require_finite("stretch", stretch) >= 1.0:
+    if not require_finite("stretch", stretch) >= 1.0 and actuator.single_fibers:
         raise InvalidInputError("stretch", stretch, "at least 1 (a fiber cannot push)")
     exact = actuator.curvature_form is CurvatureForm.EXACT
     if exact and actuator.pressure_law is PressureLaw.SECTION:
         return _rest_shape_on_path(actuator, stretch)
     state = fiber_state(actuator.fiber_pair, stretch)
     length = actuator.tube.length
-    torsion = state.twist / actuator.tube.inner_radius
+    torsion = state.twist / actuator.wound_radius
     if not actuator.single_fibers and not exact:
         return RestShape(0.0, torsion, length, stretch)
     if not actuator.single_fibers:
@@ -98,12 +98,29 @@ def rest_shape_from_section(actuator: Actuator, path: ShapePath, far_strain: flo
     )
 
 
+def longest_stretch(actuator: Actuator) -> float:
+    """Return the stretch at which the fibers alone, whatever the elastomer, end the shapes.
+
+    Raises:
+        InvalidInputError: it has one wound family.
+    """
+    pair = actuator.fiber_pair
+    exact = actuator.curvature_form is CurvatureForm.EXACT
+    if not (exact and actuator.pressure_law is PressureLaw.SECTION):
+        return locking_stretch(pair)
+    path = section_path(actuator.fiber_set)
+    return path.stretch_at(path.strain_limit)
+
+
 def _rest_shape_on_path(actuator: Actuator, stretch: float) -> RestShape:
     """Return the shape that the section's fibers allow at a stretch."""
-    _ = actuator.fiber_pair  # with one family the shape depends on the elastomer too
+    limit = longest_stretch(actuator)  # refuses one family, whose shape is the elastomer's too
     path = section_path(actuator.fiber_set)
-    limit = path.stretch_at(path.strain_limit)
-    if not stretch <= limit:
+    change = (stretch - 1.0) * path.direction
+    if not change >= 0.0:
+        side = "at least" if path.direction > 0.0 else "at most"
+        raise InvalidInputError("stretch", stretch, f"{side} 1 for these fibers")
+    if not change <= abs(limit - 1.0):
         raise ActuationLimitError(path.limit, "stretch", stretch, limit)
     return rest_shape_from_section(actuator, path, path.strain_from_stretch(stretch))
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spiral_core.actuator.actuator import Actuator
-from spiral_core.actuator.curvature import rest_shape_from_stretch
-from spiral_core.actuator.fibers import FiberAngles, locking_stretch
+from spiral_core.actuator.curvature import longest_stretch, rest_shape_from_stretch
+from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
@@ -193,7 +193,7 @@ def _with_beta(actuator: Actuator, beta: float) -> Actuator:
 
 
 def _design_space(actuator: Actuator, turns: float, stretch_max: float, points: int) -> DesignSpace:
-    locking = locking_stretch(actuator.fiber_pair)
+    locking = longest_stretch(actuator)
     end = min(stretch_max, locking - SHORT_OF_LOCKING * (locking - 1.0))
     stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
     radius, length = actuator.tube.inner_radius, actuator.tube.length
