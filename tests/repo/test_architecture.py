@@ -31,7 +31,8 @@ EDGE_FOLDERS = {
     "bench": {"files", "reports"},
     "interop": set(),
     "doctor": {"files", "reports"},
-    "cli": {"files", "reports", "bench", "doctor"},
+    "studio": {"files"},
+    "cli": {"files", "reports", "bench", "doctor", "studio"},
     "cli.ros": {"files", "doctor", "cli"},
 }
 MOST_MODULES = 16
@@ -61,7 +62,9 @@ ROS_FREE = frozenset(
 )  # fmt: skip
 
 CORE_LIBRARIES = {"numba", "numpy", "scipy"}
-EDGE_LIBRARIES = {"click", "cosseratbench", "matplotlib", "numpy", "pint", "rich", "ruamel"}
+EDGE_LIBRARIES = {
+    "click", "cosseratbench", "matplotlib", "numpy", "pint", "rich", "ruamel", "trimesh", "viser",
+}  # fmt: skip
 # Of the modules that know no ROS; a device's library is imported when the device is used.
 PLAIN_LIBRARIES = {"numpy", "pymodbus", "rich", "serial", "spiral_core", "spiral_gripper"}
 NOT_IN_THE_CORE = {

@@ -1,0 +1,1 @@
+"""The studio: a gripper in three dimensions, in the browser."""

@@ -1,0 +1,82 @@
+"""What the studio draws: the tube, the object, the base and gravity."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+import viser
+from matplotlib import colormaps
+
+from spiral_core import ObjectPlacement, RodState
+from spiral_core.rod.types import Array, Vector
+from spiral_gripper.studio.meshes import Mesh, tube_mesh, turned_mesh
+
+TUBE_COLOR = (200, 85, 61)
+OBJECT_COLOR = (123, 167, 180)
+# An object is drawn longer than its contact by this many of its radii at each end.
+OVERHANG = 2.0
+ARROW = 0.06  # [m] gravity at 9.81 m/s^2
+COLORINGS = ("plain", "curvature", "bending moment")
+
+
+class Scene:
+    """The three-dimensional part of the page.
+
+    Args:
+        server: serves the page.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._scene = server.scene
+        self._scene.set_up_direction("-x")  # the tube hangs along +x
+        self._scene.add_frame("/base", axes_length=0.02, axes_radius=0.0008)
+        self._camera = server.initial_camera
+
+    def look_at_gripper(self, length: float) -> None:
+        """Begin with a view of a hanging gripper of this length [m], from its side."""
+        self._camera.look_at = (0.4 * length, 0.0, 0.0)
+        self._camera.position = (0.2 * length, -1.1 * length, 0.6 * length)
+
+    def show_gripper(self, state: RodState, outer_radius: float, coloring: str) -> None:
+        """Draw the tube, colored by one of :data:`COLORINGS`."""
+        mesh = tube_mesh(state, outer_radius)
+        self._scene.add_mesh_trimesh("/gripper", _colored(mesh, node_values(state, coloring)))
+
+    def show_object(self, placement: ObjectPlacement | None) -> None:
+        """Draw the object where it is wrapped, or nothing."""
+        if placement is None:
+            self._scene.remove_by_name("/object")
+            return
+        reach = 0.5 * placement.length + OVERHANG * placement.radius
+        center, axis = np.asarray(placement.center), np.asarray(placement.axis)
+        ends = np.array((center - reach * axis, center + reach * axis))
+        mesh = turned_mesh(ends, np.full(2, placement.radius))
+        self._scene.add_mesh_simple(
+            "/object", mesh.vertices, mesh.faces, color=OBJECT_COLOR, opacity=0.75
+        )
+
+    def show_gravity(self, gravity: Vector) -> None:
+        """Draw gravity [m/s^2] as an arrow beside the base."""
+        tip = ARROW / 9.81 * np.asarray(gravity)
+        start = np.array((0.0, -0.05, 0.0))
+        points = np.array([[start, start + tip]], dtype=np.float32)
+        self._scene.add_arrows(
+            "/gravity", points, colors=(90, 90, 90),
+            shaft_radius=0.001, head_radius=0.003, head_length=0.008,
+        )  # fmt: skip
+
+
+def node_values(state: RodState, coloring: str) -> Array | None:
+    """Return what colors the nodes (n,); None for one color."""
+    vectors = {"curvature": state.strains, "bending moment": state.moments}.get(coloring)
+    return None if vectors is None else np.linalg.norm(vectors[:, 1:], axis=1)
+
+
+def _colored(mesh: Mesh, values: Array | None) -> trimesh.Trimesh:
+    """Return a mesh whose sections have the colors of their values, low to high."""
+    colors = np.tile(np.array((*TUBE_COLOR, 255), dtype=np.uint8), (len(mesh.vertices), 1))
+    if values is not None:
+        low, high = float(values.min()), float(values.max())
+        share = (values - low) / (high - low) if high > low else np.zeros_like(values)
+        colors = (255 * colormaps["viridis"](share)).astype(np.uint8)[mesh.rows]
+    return trimesh.Trimesh(mesh.vertices, mesh.faces, vertex_colors=colors, process=False)

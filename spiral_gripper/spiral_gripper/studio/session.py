@@ -1,0 +1,154 @@
+"""The studio without its page: settings in, shapes at once, answers from the background."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from spiral_core import (
+    Gripper,
+    NoCoilError,
+    NotGrippableError,
+    ObjectPlacement,
+    RodState,
+    SpiralError,
+    Wrap,
+    WrapCurve,
+    WrapRegime,
+    place_object,
+    solve_rod,
+)
+from spiral_core.rod.types import Array
+from spiral_gripper.files.description import GripperDescription
+from spiral_gripper.studio.settings import Settings, gripper_for
+
+# Pressures at which the chart is drawn.
+CHART_POINTS = 61
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """What takes longer than a frame: what a gripper wraps, and how it wraps one object.
+
+    Args:
+        settings: what it answers, whatever the pressure.
+        pressures, radii: (n,) the chart: each pressure [Pa] and the radius that it wraps [m]; empty
+            where nothing is wrapped.
+        wrap: the perfect wrap of the object; None where there is none.
+        placement: where the object then lies.
+        refusal: why there is no wrap.
+        curve: the gripper's wraps; None where it makes no coil.
+    """
+
+    settings: Settings
+    pressures: Array
+    radii: Array
+    wrap: Wrap | None
+    placement: ObjectPlacement | None
+    refusal: str
+    curve: WrapCurve | None
+
+    def regime(self, pressure: float) -> WrapRegime | None:
+        """Return how a pressure [Pa] holds the object; None where it is not grippable."""
+        if self.curve is None or self.wrap is None:
+            return None
+        return self.curve.regime(pressure, self.settings.object_radius)
+
+
+class Session:
+    """One gripper under the controls' settings.
+
+    The shape at a pressure follows within a frame. Answers are computed by one thread in the
+    background, the newest settings first; an answer is current while :meth:`current` says so.
+
+    Args:
+        description: the gripper's file.
+        settings: to start with.
+        on_answer: called with each answer, from the background thread.
+    """
+
+    def __init__(
+        self,
+        description: GripperDescription,
+        settings: Settings,
+        on_answer: Callable[[Answer], None],
+    ) -> None:
+        self.description = description
+        self.settings = settings
+        self.gripper = gripper_for(description, settings)
+        self.answer: Answer | None = None
+        self._on_answer = on_answer
+        self._state: RodState | None = None
+        self._background = ThreadPoolExecutor(1, thread_name_prefix="studio")
+        self._pending: Future[None] | None = None
+        self._ask()
+
+    def update(self, settings: Settings) -> None:
+        """Take new settings; where they cannot be, the old ones stay.
+
+        Raises:
+            SpiralError: there is no such gripper; says why.
+        """
+        if _without_pressure(settings) != _without_pressure(self.settings):
+            self.gripper = gripper_for(self.description, settings)
+            self._state = None
+            self.settings = settings
+            self._ask()
+        most = self.gripper.pressure_max
+        self.settings = replace(settings, pressure=min(settings.pressure, most))
+
+    def shape(self) -> RodState:
+        """Return the free shape at the pressure that is set, certified.
+
+        Raises:
+            SolverError: no stable shape was found.
+        """
+        shape = self.gripper.rest_shape(self.settings.pressure)
+        rod, load = self.gripper.rod(shape), self.gripper.load(shape)
+        self._state = solve_rod(rod, load, start=self._state, estimate_error=False)
+        return self._state
+
+    @property
+    def current(self) -> bool:
+        """Whether :attr:`answer` belongs to the settings, whatever the pressure."""
+        return self.answer is not None and self.answer.settings == _without_pressure(self.settings)
+
+    def close(self) -> None:
+        """End the background's work; what is under way is finished and dropped."""
+        self._background.shutdown(wait=False, cancel_futures=True)
+
+    def _ask(self) -> None:
+        """Have the settings answered, in place of what waits to be."""
+        if self._pending is not None:
+            self._pending.cancel()
+        asked, gripper = _without_pressure(self.settings), self.gripper
+        self._pending = self._background.submit(self._reply, asked, gripper)
+
+    def _reply(self, asked: Settings, gripper: Gripper) -> None:
+        """Compute an answer, in the background."""
+        self.answer = answer_for(asked, gripper)
+        self._on_answer(self.answer)
+
+
+def answer_for(settings: Settings, gripper: Gripper) -> Answer:
+    """Return what a gripper wraps, and how it wraps the object that is set."""
+    empty = np.empty(0)
+    try:
+        curve = WrapCurve(gripper)
+    except (NoCoilError, SpiralError) as error:
+        return Answer(settings, empty, empty, None, None, str(error), None)
+    pressures = np.linspace(curve.pressure_min, curve.pressure_max, CHART_POINTS)
+    radii = np.array([curve.radius_from_pressure(float(pressure)) for pressure in pressures])
+    try:
+        wrap = curve.wrap_for_radius(settings.object_radius)
+    except NotGrippableError as error:
+        return Answer(settings, pressures, radii, None, None, str(error), curve)
+    return Answer(settings, pressures, radii, wrap, place_object(wrap), "", curve)
+
+
+def _without_pressure(settings: Settings) -> Settings:
+    """Return the settings that answers depend on."""
+    return replace(settings, pressure=0.0)

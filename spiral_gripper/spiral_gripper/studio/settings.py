@@ -1,0 +1,89 @@
+"""What the studio's controls say, and the gripper that they describe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from spiral_core import FiberAngles, FreeActuation, Gripper, OneFamily
+from spiral_core.rod.types import Vector
+from spiral_core.wrap.gripper import STANDARD_GRAVITY
+from spiral_gripper.files.description import GripperDescription
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The controls' values, in SI units.
+
+    Args:
+        pressure: gauge pressure [Pa].
+        object_radius: radius of the object [m].
+        angles: of the wound fiber families [rad]: alpha and beta, or one alone.
+        length: of the tube [m].
+        tilt: angle of the tube's axis at the base from straight down [rad].
+        roll: rotation of the mount about that axis [rad]; at 0 a tilt leans towards the straight
+            fiber.
+        gravity: its magnitude [m/s^2].
+    """
+
+    pressure: float
+    object_radius: float
+    angles: tuple[float, ...]
+    length: float
+    tilt: float = 0.0
+    roll: float = 0.0
+    gravity: float = STANDARD_GRAVITY
+
+    @property
+    def gravity_vector(self) -> Vector:
+        """Gravity in the base frame [m/s^2]."""
+        across = self.gravity * math.sin(self.tilt)
+        return (
+            self.gravity * math.cos(self.tilt),
+            across * math.cos(self.roll),
+            across * math.sin(self.roll),
+        )
+
+
+def settings_of(description: GripperDescription, object_radius: float) -> Settings:
+    """Return the settings that show a gripper as its file describes it, without pressure."""
+    gravity = description.gripper.gravity
+    size = math.hypot(*gravity)
+    fibers = description.actuator.fibers
+    return Settings(
+        pressure=0.0,
+        object_radius=object_radius,
+        angles=(fibers.alpha, fibers.beta) if isinstance(fibers, FiberAngles) else (fibers.angle,),
+        length=description.gripper.tube.length,
+        tilt=math.acos(max(-1.0, min(1.0, gravity[0] / size))) if size > 0.0 else 0.0,
+        roll=math.atan2(gravity[2], gravity[1]),
+        gravity=size,
+    )
+
+
+def gripper_for(description: GripperDescription, settings: Settings) -> Gripper:
+    """Return the described gripper with the settings' fibers, length and mount.
+
+    A measured curve belongs to the gripper it was measured on: its fibers and its length stay.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+        ActuationLimitError: fibers of these angles cannot be pressurized.
+    """
+    gripper = description.gripper
+    if isinstance(gripper.actuation, FreeActuation):
+        old, angles = description.actuator, settings.angles
+        actuator = replace(
+            old,
+            tube=replace(old.tube, length=settings.length),
+            fibers=FiberAngles(*angles) if len(angles) == 2 else OneFamily(*angles),
+        )
+        if actuator != old:
+            actuation = FreeActuation(actuator)
+            gripper = replace(
+                gripper,
+                tube=actuator.tube,
+                actuation=actuation,
+                pressure_max=min(gripper.pressure_max, actuation.pressure_limit),
+            )
+    return gripper.with_mount(settings.gravity_vector, gripper.object_axis)

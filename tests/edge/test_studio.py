@@ -1,0 +1,168 @@
+"""The studio without its page: surfaces, settings, answers, the chart's data, exports."""
+
+import io
+import math
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from spiral_core import InvalidInputError, Rod, RodLoad, WrapRegime, solve_rod
+from spiral_gripper import load_description
+from spiral_gripper.studio.chart import chart_data, chart_scales
+from spiral_gripper.studio.exports import FORMATS, shape_csv
+from spiral_gripper.studio.meshes import SIDES, tube_mesh, turned_mesh
+from spiral_gripper.studio.scene import node_values
+from spiral_gripper.studio.session import Session, answer_for
+from spiral_gripper.studio.settings import gripper_for, settings_of
+from spiral_gripper.studio.words import answer_text
+
+RADIUS = 0.0055
+# A polygon's area as a fraction of its circle's.
+ROUNDNESS = SIDES / (2.0 * math.pi) * math.sin(2.0 * math.pi / SIDES)
+
+
+@pytest.fixture(scope="module")
+def description():
+    return load_description("paper_design_70")
+
+
+@pytest.fixture(scope="module")
+def settings(description):
+    return settings_of(description, object_radius=0.02)
+
+
+@pytest.fixture(scope="module")
+def answer(description, settings):
+    return answer_for(settings, gripper_for(description, settings))
+
+
+@pytest.fixture(scope="module")
+def state():
+    return solve_rod(Rod(0.36, 2.7e-4, 1.8e-4, (-13.5, 0.0, 21.0)), RodLoad((0.24, 0.0, 0.0)))
+
+
+def surface(mesh):
+    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+
+
+def test_a_tube_is_closed_and_holds_its_volume(state):
+    mesh = tube_mesh(state, RADIUS)
+    tube = surface(mesh)
+    assert tube.is_watertight
+    # Pappus: area times length of the centerline; chords between nodes 10 mm apart lose 1.8 %.
+    assert tube.volume == pytest.approx(math.pi * RADIUS**2 * 0.36 * ROUNDNESS, rel=0.02)
+    distances = np.linalg.norm(mesh.vertices - state.positions[mesh.rows], axis=1)
+    assert set(np.round(distances / RADIUS, 9)) == {0.0, 1.0}
+
+
+def test_a_turned_object_is_closed_and_holds_its_volume():
+    ends = np.array([[0.1, 0.2, 0.3], [0.1, 0.2, 0.5]])
+    cone = surface(turned_mesh(ends, np.array([0.01, 0.03]), sides=SIDES))
+    assert cone.is_watertight
+    exact = math.pi * 0.2 / 3.0 * (0.01**2 + 0.01 * 0.03 + 0.03**2)
+    assert cone.volume == pytest.approx(exact * ROUNDNESS, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "gravity", [(9.8, 0.0, 0.0), (-9.8, 0.0, 0.0), (0.0, 0.0, 3.0), (1.0, -2.0, 0.5)]
+)
+def test_tilt_and_roll_are_the_mount_of_the_file(description, gravity):
+    held = replace(description, gripper=description.gripper.with_mount(gravity, None))
+    settings = settings_of(held, 0.02)
+    assert settings.gravity_vector == pytest.approx(gravity, abs=1e-12)
+
+
+def test_untouched_settings_are_the_described_gripper(description, settings):
+    gripper = gripper_for(description, settings)
+    assert gripper.actuation is description.gripper.actuation
+    assert gripper.gravity == pytest.approx(description.gripper.gravity)
+
+
+def test_fibers_and_length_follow_the_sliders(description, settings):
+    gripper = gripper_for(
+        description, replace(settings, angles=(settings.angles[0], math.radians(60.0)), length=0.5)
+    )
+    assert gripper.tube.length == 0.5
+    assert gripper.rest_shape(4e4).curvature != description.gripper.rest_shape(4e4).curvature
+    assert gripper.pressure_max <= description.gripper.pressure_max
+
+
+def test_an_answer_is_that_of_the_core(answer):
+    assert answer.wrap.pressure == answer.curve.pressure_from_radius(0.02)
+    assert answer.regime(answer.wrap.pressure) is WrapRegime.PERFECT_WRAP
+    assert answer.regime(0.5 * answer.wrap.pressure) is WrapRegime.OVERHANG
+    assert answer.placement.radius == pytest.approx(0.02)
+    assert np.all(np.diff(answer.radii) < 0.0)
+    assert answer.refusal == ""
+
+
+def test_what_cannot_be_wrapped_is_refused_with_its_reason(description, settings):
+    thick = replace(settings, object_radius=0.07)
+    answer = answer_for(thick, gripper_for(description, thick))
+    assert answer.wrap is None
+    assert answer.regime(5e4) is None
+    assert "too thick" in answer.refusal
+    short = replace(settings, length=0.05)
+    assert answer_for(short, gripper_for(description, short)).curve is None
+
+
+def test_a_session_answers_the_newest_settings(description, settings):
+    heard = threading.Semaphore(0)
+    session = Session(description, settings, lambda _: heard.release())
+    assert heard.acquire(timeout=60.0)
+    assert session.current
+    session.update(replace(settings, object_radius=0.025))
+    assert not session.current
+    while not session.current:
+        assert heard.acquire(timeout=60.0)
+    assert session.answer.wrap.object_radius == pytest.approx(0.025)
+    session.update(replace(settings, object_radius=0.025, pressure=5e4))
+    assert session.current
+    assert session.shape().stable
+    with pytest.raises(InvalidInputError):
+        session.update(replace(settings, length=-1.0))
+    assert session.settings.object_radius == 0.025
+    session.update(replace(session.settings, pressure=1e9))
+    assert session.settings.pressure == session.gripper.pressure_max
+    session.close()
+
+
+def test_the_chart_holds_the_point_where_the_gripper_is(answer):
+    radii, wraps, now = chart_data(answer, 0.02, 5.0e4)
+    assert np.all(np.diff(radii) > 0.0)
+    (place,) = np.flatnonzero(np.isfinite(now))
+    assert (radii[place], now[place]) == (20.0, 50.0)
+    assert wraps[place] == pytest.approx(1e-3 * answer.wrap.pressure, rel=1e-3)
+    outside, wraps, now = chart_data(answer, 0.07, 5.0e4)
+    assert (outside[-1], now[-1]) == (pytest.approx(70.0), 50.0)
+    assert np.isnan(wraps[-1])
+    assert chart_data(None, 0.02, 0.0)[0][0] == 20.0
+    assert chart_scales(answer, 1.1e5)["y"]["range"] == (0.0, pytest.approx(110.0))
+
+
+def test_exports_hold_the_shape(state):
+    rows = np.genfromtxt(io.BytesIO(shape_csv(state, RADIUS)), delimiter=",", skip_header=1)
+    assert rows[:, 1:4] == pytest.approx(state.positions, abs=1e-8)
+    for kind in ("stl", "glb"):
+        data = FORMATS[kind](state, RADIUS)
+        read = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh")
+        assert read.bounds == pytest.approx(surface(tube_mesh(state, RADIUS)).bounds, abs=1e-6)
+
+
+def test_colors_follow_what_they_name(state):
+    assert node_values(state, "plain") is None
+    curvatures = node_values(state, "curvature")
+    assert curvatures[-1] == pytest.approx(21.0, rel=1e-6)  # the tip carries no moment
+    assert node_values(state, "bending moment")[-1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_words_say_what_is_known(answer, settings, state):
+    assert "computing" in answer_text(None, settings, state)
+    text = answer_text(answer, replace(settings, pressure=answer.wrap.pressure), state)
+    assert "perfect wrap" in text
+    assert f"{answer.wrap.pressure / 1e3:.1f} kPa" in text
+    refused = replace(answer, wrap=None, placement=None, refusal="too thick for it")
+    assert "20.0 mm cannot be wrapped:** too thick for it" in answer_text(refused, settings, state)
