@@ -41,7 +41,17 @@ MOST_LINES = 330
 # Folders of spiral_gripper_ros that a test can run without ROS, and what they build on.
 WITHOUT_ROS = {"control": {"control"}, "planning": {"control", "planning"}}
 # The other folders, and the modules in them that are plain logic too.
-WITH_ROS = {"client", "demo", "doctor", "grasping", "node", "regulators", "simulation", "smoke"}
+WITH_ROS = {
+    "client",
+    "demo",
+    "doctor",
+    "grasping",
+    "node",
+    "regulators",
+    "robot",
+    "simulation",
+    "smoke",
+}
 ROS_FREE = frozenset(
     {
         "__init__", "demo.__init__", "demo.report", "demo.table", "doctor.__init__",
@@ -53,7 +63,7 @@ ROS_FREE = frozenset(
         "node_process", "regulators.__init__", "regulators.adapter", "regulators.command_watch",
         "regulators.device", "regulators.line_protocol", "regulators.message_field",
         "regulators.modbus_device", "regulators.parameters", "regulators.pressure_scale",
-        "regulators.serial_device", "regulators.usage",
+        "regulators.serial_device", "regulators.usage", "robot.__init__", "robot.estimate_age",
         "simulation.__init__", "simulation.pacing", "simulation.parameters",
         "simulation.radius_estimator", "simulation.radius_source", "simulation.regulator",
         "simulation.replay", "simulation.simulated_gripper", "simulation.simulator_usage",

@@ -12,6 +12,7 @@ from lifecycle_msgs.msg import State as LifecycleState
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as PythonParameter
@@ -21,7 +22,7 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.msg import GripStatus, ObjectRadius
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node.parameters import PARAMETERS
@@ -102,6 +103,7 @@ class Client(Node):
         self._radius = self.create_publisher(
             Float64, "object_radius", QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
         )
+        self._stamped = self.create_publisher(ObjectRadius, "object_radius_stamped", 1)
         self._gravity = self.create_publisher(Vector3Stamped, "gravity", 1)
         self._measured = self.create_publisher(FluidPressure, "measured_pressure", 1)
         for kind, topic, callback in (
@@ -156,7 +158,7 @@ class Client(Node):
         return all(count >= 1 for count in self._listeners())
 
     def _listeners(self):
-        publishers = (self._radius, self._gravity, self._measured)
+        publishers = (self._radius, self._stamped, self._gravity, self._measured)
         return [publisher.get_subscription_count() for publisher in publishers]
 
     def hear_more(self, count=5):
@@ -192,6 +194,11 @@ class Client(Node):
 
     def send_radius(self, radius):
         self._radius.publish(Float64(data=radius))
+
+    def send_stamped_radius(self, radius, age=0.0):
+        message = ObjectRadius(radius=radius)
+        message.header.stamp = (self.get_clock().now() - Duration(seconds=age)).to_msg()
+        self._stamped.publish(message)
 
     def send_gravity(self, gravity, frame_id=""):
         message = Vector3Stamped()

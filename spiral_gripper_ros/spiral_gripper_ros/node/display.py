@@ -14,6 +14,7 @@ from spiral_gripper_ros.node.markers import Scene, no_markers, scene_to_msg
 from spiral_gripper_ros.node.parameters import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.planner import WrapPlan
+from spiral_gripper_ros.robot.robot_state import RobotState
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
@@ -38,19 +39,25 @@ class Display:
         self.stop = log_on_error(node, self._stop)
         self._timer: Timer | None = None
         self._is_drawn = False
+        self._robot = RobotState(node)
         self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
 
     def _start(self) -> None:
         """Draw from now on, at the present ``marker_rate``; at 0 Hz delete what is drawn."""
+        self._robot.start()
         self._stop_timer()
         if self._rate() > 0.0:
             clock = self._node.time.clock
             self._timer = self._node.create_timer(self._period(), self.draw, clock=clock)
         else:
-            self.stop()
+            self._clear()
 
     def _stop(self) -> None:
         """Draw no more, and delete what is drawn."""
+        self._robot.stop()
+        self._clear()
+
+    def _clear(self) -> None:
         self._stop_timer()
         if self._is_drawn:
             self._node.outputs.publish_markers(no_markers(self._node.outputs.header()))

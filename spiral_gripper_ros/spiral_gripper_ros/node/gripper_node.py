@@ -195,7 +195,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         self._use_limits()
         if "publish_rate" in names and self.is_active:
             self._start_timers()
-        elif "marker_rate" in names and self.is_active:
+        elif self.is_active and not names.isdisjoint({"marker_rate", "robot_state_rate"}):
             self._display.start()
         self.time.guard()
 

@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Any
 from geometry_msgs.msg import Vector3Stamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
+from rclpy.time import Time
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Empty, Float64
 
+from spiral_gripper_msgs.msg import ObjectRadius
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.node.conversions import frame_problem, vector_from_msg
 from spiral_gripper_ros.node.guards import vent_on_error
 from spiral_gripper_ros.node.parameter_spec import gravity_problem
 from spiral_gripper_ros.node.parameters import measured_scale, number
 from spiral_gripper_ros.node.qos import LATEST, NEWEST
+from spiral_gripper_ros.robot.estimate_age import STAMPED_RADIUS, stale_estimate
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
@@ -34,6 +37,7 @@ class Inputs:
         self._subscriptions: list[Subscription] = []
         for kind, topic, callback in (
             (Float64, "object_radius", self.hear_radius),
+            (ObjectRadius, STAMPED_RADIUS, self.hear_stamped_radius),
             (Vector3Stamped, "gravity", self.hear_gravity),
             (FluidPressure, "measured_pressure", self.hear_measured),
             (Empty, "keep_alive", self.hear_client),
@@ -73,6 +77,20 @@ class Inputs:
             # simulated clock may never let come.
             if node.time.is_simulated:
                 node.tell(now)
+
+    def hear_stamped_radius(self, message: ObjectRadius) -> None:
+        """Follow a radius [m] that was seen not too long ago."""
+        node = self._node
+        if not node.is_active:
+            return
+        clock = node.get_clock()
+        age = clock.now() - Time.from_msg(message.header.stamp, clock_type=clock.clock_type)
+        limit = number(node.values, "radius_age_limit")
+        refusal = stale_estimate(1.0e-9 * age.nanoseconds, limit)
+        if refusal is None:
+            self.hear_radius(Float64(data=message.radius))
+        else:
+            node.control.refuse(refusal)
 
     def hear_measured(self, message: FluidPressure) -> None:
         """Compare a measured gauge pressure [Pa] with what is commanded."""

@@ -80,6 +80,13 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         3600.0,
         "Age of the last usable radius at which the policy acts [s].",
     ),
+    number_spec(
+        "radius_age_limit",
+        0.5,
+        0.001,
+        3600.0,
+        "An object_radius_stamped whose stamp is farther from now than this [s] is refused.",
+    ),
     choice_spec(
         "radius_timeout_policy",
         _LIMITS.timeout_policy,
@@ -219,6 +226,13 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "Rate of pressure_command and status while active, and of the ramp [Hz].",
     ),
     number_spec("marker_rate", 5.0, 0.0, 50.0, "Rate of markers while active [Hz]; 0: none."),
+    number_spec(
+        "robot_state_rate",
+        0.0,
+        0.0,
+        50.0,
+        "Rate of joint_states, object_pose and /tf while active [Hz]; 0: none.",
+    ),
     ParameterSpec(
         "backbone_points",
         50,

@@ -1,0 +1,1 @@
+"""What ties the gripper to a robot: estimates with their time, frames, the state of its joint."""
