@@ -138,7 +138,8 @@ def carried(
         if anchors is not None and old.friction > 0.0:
             lag = slip_of(x, anchors, j, normal)
             size = np.sqrt(np.sum(lag * lag, axis=1))
-            lag *= np.minimum(1.0, STICK_SLIPS * slip / np.maximum(size, TINY))[:, None]
+            most = STICK_SLIPS * slip
+            lag *= (most / np.maximum(size, most))[:, None]
         first = matrices(np.array([old.orientation]))[0]
         second = matrices(np.array([new.orientation]))[0]
         local = (x.p + arm - lag - np.asarray(old.position)) @ first
@@ -196,7 +197,7 @@ class Contact:
         tau = tau - direction * np.sum(tau * direction, axis=1)[:, None]
         limit = self.obstacle.friction * np.maximum(self.force, 0.0)
         size = np.sqrt(np.sum(tau * tau, axis=1))
-        tau = tau * np.minimum(1.0, limit / np.maximum(size, TINY))[:, None]
+        tau = tau * (limit / np.maximum(np.maximum(size, limit), TINY))[:, None]
         size = np.sqrt(np.sum(slip * slip, axis=1))
         self.sticks = size < STICK_SLIPS * law.slip
         yielded = 1.0 - 0.25 * np.minimum(size / law.slip, STICK_SLIPS)

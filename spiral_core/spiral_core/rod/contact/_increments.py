@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -23,10 +22,12 @@ GROWTH = 1.6
 EASY_PASSES = 14
 # The branch has ended where no increment longer than this succeeds.
 SMALLEST_INCREMENT = 1.0 / 4096.0
-# Steps of the motion after a fold, and how their drag changes.
+# Steps of the motion after a fold, how their drag changes, and after how many lengths of the rod
+# it is lost.
 SLIDE_STEPS = 600
 DRAG_FALLS = 0.4
 DRAG_RISES = 5.0
+LOST = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,34 +125,39 @@ def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
     return x
 
 
-def slide(here: Point, arrays: Arrays) -> tuple[Point | None, int]:
-    """Let the rod move, overdamped, under ``arrays`` until it rests; None if it does not.
+def slide(here: Point, arrays: Arrays) -> tuple[Point, bool, int]:
+    """Let the rod move, overdamped, under ``arrays`` until it rests.
 
     Each step minimizes energy plus drag (a step of the implicit Euler method), short enough that
-    no node changes sides of an obstacle. Returns also the passes spent.
+    no node changes sides of an obstacle. Returns where it is in the end, whether it rests there,
+    and the passes spent.
     """
-    drag = 1e-2 * arrays.bending / arrays.length**3
+    unit = arrays.force_scale / arrays.length
+    drag = 1e-2 * unit
     spent = 0
     rests = 0
+    begin = here.x.p.copy()
     for _ in range(SLIDE_STEPS):
         x, anchors, solution, move = attempt(here, arrays, here.x.copy(), drag)
         spent += solution.passes
         if solution.outcome != CONVERGED or move > 1.0:
             drag *= DRAG_RISES
-            if not math.isfinite(drag):
-                return None, spent
+            if drag > 1e8 * unit:
+                return here, False, spent
             continue
         here = Point(here.at, arrays, x, anchors, solution)
+        if np.abs(x.p - begin).max() > LOST * arrays.length:
+            return here, False, spent
         if move < 0.3:
             drag *= DRAG_FALLS
         rests = rests + 1 if move < 0.02 else 0
-        if rests >= 2 or drag < 1e-8 * arrays.bending / arrays.length**3:
+        if rests >= 2 or drag < 1e-8 * unit:
             x, anchors, solution, move = attempt(here, arrays, here.x.copy())
             spent += solution.passes
             if solution.outcome == CONVERGED and move <= 0.5:
-                return Point(here.at, arrays, x, anchors, solution), spent
+                return Point(here.at, arrays, x, anchors, solution), True, spent
             rests = 0
-    return None, spent
+    return here, False, spent
 
 
 def beyond(here: Point, end: Arrays, first: Arrays) -> tuple[float, Arrays]:

@@ -85,6 +85,12 @@ class Arrays:
         """Mean length of an element [m]."""
         return self.length / self.count
 
+    @property
+    def force_scale(self) -> float:
+        """What a small force is small to: EI/L^2 or the sum of the loads [N]."""
+        loads = 2.0 * np.sum(np.abs(self.half)) + np.sum(np.abs(self.nodal[:, 3:]))
+        return max(self.bending / self.length**2, float(loads))
+
 
 def smallest_arc(problem: ContactProblem) -> float:
     """Return the tightest radius at which the rod's axis can go around an obstacle [m]."""

@@ -32,7 +32,7 @@ CHORD_COMPLIANCE = 1e-5
 CONTACT_COMPLIANCE = 1e-4
 # A node that has stiffness 12 EI / h^3 of its own is taken to touch with this fraction of it.
 CONTACT_STIFFNESS = 1e-3
-# Slack times normal force at the end, as a fraction of EI/L and per element.
+# Slack times normal force at the end, per element, as a fraction of force scale times length.
 LAST_BARRIER = 1e-10
 # Elastic slip at the end, as a fraction of the rod's radius, or of a thousandth of its length.
 LAST_SLIP = 1e-6
@@ -55,7 +55,7 @@ class Solution:
         outcome: as numbered above.
         passes: assemblies of the system.
         energy: of elements and their load [J].
-        residual: largest imbalance, as a fraction of EI/L, EI/L^2 and L/10.
+        residual: largest imbalance, as a fraction of the scales of forces, moments and L/10.
         pivot: smallest pivot [N m].
         gradient: (N + 1, 6) imbalance; at the ends, what holds them.
         moments: (N + 1, 3) in the material frame [N m].
@@ -98,10 +98,10 @@ class Newton:
     ) -> None:
         self.arrays, self.x, self.anchors, self.drag = arrays, x, anchors, drag
         count, h = arrays.count, arrays.step
-        self.moment = arrays.bending / arrays.length
-        self.force = self.moment / arrays.length
+        self.force = arrays.force_scale
+        self.moment = max(arrays.bending / arrays.length, self.force * h)
         own = 12.0 * arrays.bending / h**3
-        self.last_barrier = LAST_BARRIER * self.moment / count
+        self.last_barrier = LAST_BARRIER * self.force * arrays.length / count
         self.last_slip = last_slip(arrays)
         self.law = Law(
             sharp=x.sharp or not arrays.obstacles,
@@ -280,8 +280,9 @@ class Newton:
             gradient[:, :3] = -moment
             tangent[:, :3, :3] = -0.5 * skews(moment)
         diagonal = np.arange(3)
-        tangent[:, diagonal, diagonal] += NEUTRAL * self.moment / count
-        tangent[:, 3 + diagonal, 3 + diagonal] += NEUTRAL * self.force / arrays.length / count
+        neutral = NEUTRAL * arrays.bending / arrays.length / count
+        tangent[:, diagonal, diagonal] += neutral
+        tangent[:, 3 + diagonal, 3 + diagonal] += neutral / arrays.length**2
         if self.drag is not None:
             rest = self.drag.rest
             away = np.hstack((turn_between(rest.q, x.q), x.p - rest.p))

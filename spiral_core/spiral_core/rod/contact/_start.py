@@ -69,6 +69,9 @@ def _from_tip(problem: ContactProblem) -> tuple[Array, Array]:
 def from_centerline(problem: ContactProblem, arrays: Arrays, points: Array) -> Iterate:
     """Return a rod along a centerline, with the least twist that starts from the base's frame.
 
+    As many points as nodes are the nodes, stretched as they are; others are a curve along which
+    the rod lies evenly.
+
     Raises:
         InvalidInputError: the centerline is not two or more different finite points.
     """
@@ -78,9 +81,11 @@ def from_centerline(problem: ContactProblem, arrays: Arrays, points: Array) -> I
     legs = np.sqrt(np.sum(np.diff(points, axis=0) ** 2, axis=1))
     if not np.all(np.isfinite(points)) or not np.all(legs > 0.0):
         raise InvalidInputError("start", points, requirement)
-    along = np.concatenate(([0.0], np.cumsum(legs)))
-    sites = arrays.arc_lengths * along[-1] / arrays.length
-    p = np.column_stack([np.interp(sites, along, c) for c in points.T])
+    p = points.copy()
+    if len(points) != arrays.count + 1:
+        along = np.concatenate(([0.0], np.cumsum(legs)))
+        sites = arrays.arc_lengths * along[-1] / arrays.length
+        p = np.column_stack([np.interp(sites, along, c) for c in points.T])
     chords = np.diff(p, axis=0)
     chords /= np.sqrt(np.sum(chords**2, axis=1))[:, None]
     tangents = np.vstack((chords[:1], chords[:-1] + chords[1:], chords[-1:]))

@@ -15,7 +15,7 @@ from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._increments import Point, advance, attempt, beyond, slide
 from spiral_core.rod.contact._mesh import Arrays, discretize, element_count
-from spiral_core.rod.contact._newton import CONVERGED, UNSTABLE, Solution
+from spiral_core.rod.contact._newton import UNSTABLE, Solution
 from spiral_core.rod.contact._results import state_from_point
 from spiral_core.rod.contact._start import from_centerline, straight
 from spiral_core.rod.contact.problem import ContactProblem
@@ -48,7 +48,8 @@ def solve_contact(
 
     Args:
         problem: rod, ends, loads and obstacles.
-        start: a state, or a centerline (n, 3) [m] along the rod.
+        start: a state, or a centerline (n, 3) [m] along the rod; with one point more than elements,
+            the nodes themselves, stretched as they are.
         elements: how many; None takes enough for the rod's rest strain and its obstacles.
         throw: whether a solve that does not converge raises; otherwise its status says so.
 
@@ -82,10 +83,10 @@ def solve_contact(
         return _checked(_from_straight(problem, arrays), throw)
     x = from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
     here = _unsolved(arrays, x)
-    rest, spent = slide(here, arrays)
-    if rest is None:
-        return _checked(state_from_point(_tried(here), spent, ContactStatus.NOT_HELD), throw)
-    return _checked(state_from_point(rest, spent), throw)
+    there, rests, spent = slide(here, arrays)
+    if rests:
+        return _checked(state_from_point(there, spent), throw)
+    return _checked(state_from_point(_tried(there), spent, ContactStatus.NOT_HELD), throw)
 
 
 def follow_contact(
@@ -170,14 +171,14 @@ def _travel(
             break
         at, arrays = beyond(here, end, first)
         last = state_from_point(here, spent)
-        rest, used = slide(here, arrays)
+        there, rests, used = slide(here, arrays)
         spent += used
         position = index + here.at
-        if rest is None or len(events) >= MAX_EVENTS:
-            after = state_from_point(_tried(here), used, ContactStatus.NOT_HELD)
+        if not rests or len(events) >= MAX_EVENTS:
+            after = state_from_point(_tried(there), used, ContactStatus.NOT_HELD)
             events.append(ContactEvent(position, last, after))
             return None, None, spent
-        here = replace(rest, at=at)
+        here = replace(there, at=at)
         events.append(ContactEvent(position, last, state_from_point(here, used)))
         before = None
     earlier = None if before is None else replace(before, at=before.at - 1.0)
@@ -216,11 +217,11 @@ def _unsolved(arrays: Arrays, x: Iterate) -> Point:
 
 
 def _tried(here: Point) -> Point:
-    """Return the point with the evidence of one more try, for a report."""
-    x, anchors, solution, _ = attempt(here, here.arrays, here.x.copy())
-    if solution.outcome == CONVERGED:
-        return replace(here, x=x, anchors=anchors, solution=solution)
-    return replace(here, solution=solution)
+    """Return the point with the evidence of one more try, if it has none, for a report."""
+    if math.isfinite(here.solution.residual):
+        return here
+    x, _, solution, _ = attempt(here, here.arrays, here.x.copy())
+    return replace(here, x=x, solution=solution)
 
 
 def _point_of(state: ContactState, elements: int | None) -> Point:
