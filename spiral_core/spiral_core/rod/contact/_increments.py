@@ -125,39 +125,38 @@ def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
     return x
 
 
-def slide(here: Point, arrays: Arrays) -> tuple[Point, bool, int]:
+def slide(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
     """Let the rod move, overdamped, under ``arrays`` until it rests.
 
     Each step minimizes energy plus drag (a step of the implicit Euler method), short enough that
     no node changes sides of an obstacle. Returns where it is in the end, whether it rests there,
-    and the passes spent.
+    and the positions (N + 1, 3) that it passed.
     """
     unit = arrays.force_scale / arrays.length
     drag = 1e-2 * unit
-    spent = 0
+    trail = [here.x.p]
     rests = 0
-    begin = here.x.p.copy()
     for _ in range(SLIDE_STEPS):
         x, anchors, solution, move = attempt(here, arrays, here.x.copy(), drag)
-        spent += solution.passes
         if solution.outcome != CONVERGED or move > 1.0:
             drag *= DRAG_RISES
             if drag > 1e8 * unit:
-                return here, False, spent
+                return here, False, trail
             continue
         here = Point(here.at, arrays, x, anchors, solution)
-        if np.abs(x.p - begin).max() > LOST * arrays.length:
-            return here, False, spent
+        trail.append(x.p)
+        if np.abs(x.p - trail[0]).max() > LOST * arrays.length:
+            return here, False, trail
         if move < 0.3:
             drag *= DRAG_FALLS
         rests = rests + 1 if move < 0.02 else 0
         if rests >= 2 or drag < 1e-8 * unit:
             x, anchors, solution, move = attempt(here, arrays, here.x.copy())
-            spent += solution.passes
             if solution.outcome == CONVERGED and move <= 0.5:
-                return Point(here.at, arrays, x, anchors, solution), True, spent
+                trail.append(x.p)
+                return Point(here.at, arrays, x, anchors, solution), True, trail
             rests = 0
-    return here, False, spent
+    return here, False, trail
 
 
 def beyond(here: Point, end: Arrays, first: Arrays) -> tuple[float, Arrays]:

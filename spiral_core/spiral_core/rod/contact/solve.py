@@ -83,10 +83,10 @@ def solve_contact(
         return _checked(_from_straight(problem, arrays), throw)
     x = from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
     here = _unsolved(arrays, x)
-    there, rests, spent = slide(here, arrays)
-    if rests:
-        return _checked(state_from_point(there, spent), throw)
-    return _checked(state_from_point(_tried(there), spent, ContactStatus.NOT_HELD), throw)
+    there, rests, trail = slide(here, arrays)
+    status = None if rests else ContactStatus.NOT_HELD
+    state = state_from_point(_tried(there), there.solution.passes, status)
+    return _checked(replace(state, trail=np.array(trail)), throw)
 
 
 def follow_contact(
@@ -171,15 +171,18 @@ def _travel(
             break
         at, arrays = beyond(here, end, first)
         last = state_from_point(here, spent)
-        there, rests, used = slide(here, arrays)
+        there, rests, trail = slide(here, arrays)
+        used = there.solution.passes
         spent += used
         position = index + here.at
         if not rests or len(events) >= MAX_EVENTS:
             after = state_from_point(_tried(there), used, ContactStatus.NOT_HELD)
+            after = replace(after, trail=np.array(trail))
             events.append(ContactEvent(position, last, after))
             return None, None, spent
         here = replace(there, at=at)
-        events.append(ContactEvent(position, last, state_from_point(here, used)))
+        after = replace(state_from_point(here, used), trail=np.array(trail))
+        events.append(ContactEvent(position, last, after))
         before = None
     earlier = None if before is None else replace(before, at=before.at - 1.0)
     return here, earlier, spent

@@ -85,7 +85,8 @@ class ContactState:
         iterations: Newton iterations spent.
         self_clearance: least distance between two turns of the rod's surface [m]; infinite where
             the rod is too short to touch itself.
-        discretization_error: estimated largest error of a position [m]; None if not asked for.
+        trail: (k, n, 3) positions that the rod passed, overdamped, where it snapped or slid to this
+            state [m]; empty if it did not.
     """
 
     status: ContactStatus
@@ -105,7 +106,7 @@ class ContactState:
     smallest_pivot: float
     iterations: int
     self_clearance: float
-    discretization_error: float | None = None
+    trail: Array = field(default_factory=lambda: np.empty((0, 0, 3)), repr=False)
     # What the next increment starts from.
     _point: Point | None = field(default=None, repr=False)
 
