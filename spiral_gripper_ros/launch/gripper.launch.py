@@ -84,6 +84,7 @@ def nodes(context: LaunchContext) -> list[object]:
     given = {name: LaunchConfiguration(name).perform(context) for name in SETTINGS}
     own = {
         "autostart": is_true(context, "autostart"),
+        "exit_with_parent": True,  # nobody would be in charge of it
         "use_sim_time": is_true(context, "use_sim_time"),
         **{name: value for name, value in given.items() if value},
     }

@@ -105,10 +105,15 @@ def test_every_parameter_is_one_that_the_node_has_and_of_its_type():
 
 def test_what_is_not_given_is_left_to_the_parameters_file():
     (node,) = nodes(GRIPPER)
-    assert own_parameters(node) == {"autostart": True, "use_sim_time": False}
+    assert own_parameters(node) == {
+        "autostart": True,
+        "exit_with_parent": True,
+        "use_sim_time": False,
+    }
     (node,) = nodes(GRIPPER, gripper="prototype_p1", frame_id="tool0", use_sim_time="true")
     assert own_parameters(node) == {
         "autostart": True,
+        "exit_with_parent": True,
         "use_sim_time": True,
         "gripper": "prototype_p1",
         "frame_id": "tool0",
