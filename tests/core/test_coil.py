@@ -65,7 +65,7 @@ def test_what_is_no_axis_is_refused(axis: tuple[float, float, float]) -> None:
         helix_angle(state, axis)
 
 
-def test_the_tip_angle_is_between_tangent_and_axis() -> None:
+def test_the_helix_angle_is_between_tangent_and_axis() -> None:
     state = helix_state(-13.5)
     assert helix_angle(state, (1.0, 0.0, 0.0)) == pytest.approx(
         math.acos(state.tangents[-1, 0]), abs=1e-9

@@ -58,6 +58,19 @@ def test_of_several_pressures_the_lowest_is_taken(known: WrapCurve) -> None:
         assert pressures[first] <= found <= pressures[first + 1]
 
 
+def test_a_radius_that_turns_back_next_to_the_limit_is_seen() -> None:
+    axis = (-0.016933259856470175, -0.01774736315593301, 0.9996991026362106)
+    gripper = paper_gripper("P2", (0.0, 0.0, G), axis)
+    whole = WrapCurve(gripper)
+    pressures = np.linspace(0.9 * whole.pressure_max, whole.pressure_max, 500)
+    radii = np.array([whole.wrap_at_pressure(float(p)).object_radius for p in pressures])
+    (turning, *_) = (i for i in range(1, 499) if radii[i - 1] > radii[i] < radii[i + 1])
+    # A limit past the extreme by less than a sample's distance.
+    curve = WrapCurve(replace(gripper, pressure_max=1.001 * float(pressures[turning])))
+    assert curve.radius_min <= (1.0 + 1e-4) * radii[turning]  # other elements
+    assert curve.pressure_from_radius(curve.radius_min) < 0.9999 * curve.gripper.pressure_max
+
+
 def test_the_axis_that_a_coil_takes_is_a_good_axis_for_it() -> None:
     fitted = WrapCurve(paper_gripper("70 degrees")).wrap_for_radius(0.02)
     along = WrapCurve(paper_gripper("70 degrees", object_axis=fitted.axis)).wrap_for_radius(0.02)

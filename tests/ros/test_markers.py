@@ -186,7 +186,7 @@ def test_the_object_appears_with_its_wrap_and_goes_with_it(active, display, grip
     active.wait_until(
         lambda: display.shown["object"].color.g == pytest.approx(green[1]), "the perfect wrap"
     )
-    assert display.shown["object"].scale.x == 0.04
+    assert display.shown["object"].scale.x == pytest.approx(0.04)
     assert display.shown["tube"].header.frame_id == "gripper_base"
     assert display.shown["tube"].header.stamp.sec > 0
     assert display.shown["tube"].scale.x == pytest.approx(2.0 * gripper.tube.outer_radius)

@@ -58,7 +58,7 @@ def test_a_plan_is_the_cores_wrap_with_margin_and_force(planner, curve, gripper)
     assert plan.turns_margin == pytest.approx(wrap.turns - gripper.turns_required)
     assert plan.line_force == pytest.approx(
         line_force(
-            gripper.stiffness, wrap.rest_shape, 0.02, wrap.tip_angle, gripper.tube.outer_radius
+            gripper.stiffness, wrap.rest_shape, 0.02, wrap.helix_angle, gripper.tube.outer_radius
         ),
         # of the wrap's own radius, which is 0.02 m to 1e-10, times the stiffness of that
         rel=1e-6,

@@ -21,6 +21,8 @@ from spiral_core.wrap.wrap import Wrap
 
 # Ends are located to this many turns or outer radii, or to this fraction of the pressure limit.
 END_TOLERANCE = 1e-10
+# A sample is added at this fraction of the way from an end to the next one.
+END_PROBE = 0.01
 # Of this many steps towards an end one halves the bracket, whatever the secant suggests.
 HALVING = 3
 # Between samples that miss the range (or leave it) by less than this, in turns or outer radii, and
@@ -151,24 +153,30 @@ class CoiledRange:
         ]
         return list(zip(firsts, lasts, strict=True))
 
-    def _stretch(self, track: Sequence[Wrap], first: int, last: int) -> list[SubBranch]:
+    def _stretch(self, track: Sequence[Wrap], begin: int, end: int) -> list[SubBranch]:
         """Return the sub-branches of a part of a track, with its ends located."""
-        wraps = list(track[first : last + 1])
-        if first > 0 or track[0] is self.samples[0]:
-            below = track[first - 1].pressure if first > 0 else END_TOLERANCE * wraps[0].pressure
+        wraps = list(track[begin : end + 1])
+        if begin > 0 or track[0] is self.samples[0]:
+            below = track[begin - 1].pressure if begin > 0 else END_TOLERANCE * wraps[0].pressure
             low, low_end = self._edge(wraps[0], below)
         else:
             low, low_end = wraps[0], BranchEnd.SNAP
-        if last + 1 < len(track):
-            high, high_end = self._edge(wraps[-1], track[last + 1].pressure)
+        if end + 1 < len(track):
+            high, high_end = self._edge(wraps[-1], track[end + 1].pressure)
         elif track[-1] is self.samples[-1]:
             high, high_end = wraps[-1], BranchEnd.PRESSURE_LIMIT
         else:
             high, high_end = wraps[-1], BranchEnd.SNAP
-        inner = [wrap for wrap in wraps if low.pressure < wrap.pressure < high.pressure]
         if not low.pressure < high.pressure:
             return []
-        return self._monotone([low, *inner, high], low_end, high_end)
+        inner = [wrap for wrap in wraps if low.pressure < wrap.pressure < high.pressure]
+        first, last = (inner[0], inner[-1]) if inner else (high, low)
+        # Next to the ends, so that an extreme radius between them and a sample shows.
+        probes = [
+            self._scan.wrap_at(at.pressure + END_PROBE * (near.pressure - at.pressure))
+            for at, near in ((low, first), (high, last))
+        ]
+        return self._monotone([low, probes[0], *inner, probes[1], high], low_end, high_end)
 
     def _edge(self, on: Wrap, outside: float) -> tuple[Wrap, BranchEnd]:
         """Return the last wrap of the range between ``on`` and a pressure outside of it."""
