@@ -107,14 +107,14 @@ def wrap(
             require_pressure(description, pressure)
         wrapped = solve_wrap(mount, radius, pressure)
         document, rows = wrap_as_dict(wrapped), wrap_rows(wrapped)
-        state = wrapped.wrap.state
+        state, placement = wrapped.wrap.state, wrapped.placement
         title = f"{mount.name} around {typed('radius')}, at {shown(wrapped.wrap.pressure, 'Pa')}"
     else:
         if pressure is not None:
             raise click.UsageError("--pressure goes with --radius")
         solved = solve_profile(mount, Path(str(profile)))
         document, rows = profile_as_dict(solved), profile_rows(solved)
-        state = solved.state
+        state, placement = solved.state, None
         title = f"{mount.name} at {shown(solved.wrap.pressure, 'Pa')}"
     if as_json:
         from spiral_gripper.cli.output import print_json
@@ -126,7 +126,7 @@ def wrap(
         from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import shape_figure
 
-        write_picture(shape_figure(state, mount.tube.outer_radius, title), plot)
+        write_picture(shape_figure(state, mount.tube.outer_radius, title, placement), plot)
 
 
 def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:

@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib import rc_context
@@ -20,6 +19,7 @@ from spiral_core.design.charts import DesignSpace, PressureRange, RegimeChart
 from spiral_core.design.report import DesignReport
 from spiral_core.design.sweep import FeasibilityMap, SweepPoint
 from spiral_core.rod.types import Array, RodState
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.storage import write_file
 
 # Dark to light, told apart in gray too.
@@ -65,22 +65,6 @@ def paper_style() -> Iterator[None]:
         }
     ):
         yield
-
-
-class Cylinder(NamedTuple):
-    """An object to be drawn with the gripper around it.
-
-    Attributes:
-        center: middle of its axis in the base frame [m].
-        axis: unit vector along it.
-        radius: of its surface [m].
-        length: drawn [m].
-    """
-
-    center: tuple[float, ...]
-    axis: tuple[float, ...]
-    radius: float
-    length: float
 
 
 @paper_style()
@@ -214,7 +198,7 @@ def pareto_figure(points: Sequence[SweepPoint], best: Sequence[SweepPoint]) -> F
 
 @paper_style()
 def shape_figure(
-    state: RodState, outer_radius: float, title: str, cylinder: Cylinder | None = None
+    state: RodState, outer_radius: float, title: str, placement: ObjectPlacement | None = None
 ) -> Figure:
     """Return a shape from three sides, to scale: the base's x points down, as a gripper hangs.
 
@@ -222,12 +206,12 @@ def shape_figure(
         state: the shape.
         outer_radius: of the tube [m].
         title: the gripper's name and the pressure.
-        cylinder: the object that the coil holds, drawn behind it.
+        placement: of the object that the coil holds, drawn behind it.
     """
     figure = Figure(figsize=(7.0, 3.4), layout="constrained")
     figure.suptitle(title)
     positions = 1e3 * _smooth_centerline(state)
-    rims = None if cylinder is None else 1e3 * _rims(cylinder)
+    rims = None if placement is None else 1e3 * _rims(placement)
     for number, (across, along) in enumerate(((1, 0), (2, 0), (1, 2)), start=1):
         axes = figure.add_subplot(1, 3, number)
         if rims is not None:
@@ -241,7 +225,7 @@ def shape_figure(
     return figure
 
 
-def _rims(cylinder: Cylinder) -> Array:
+def _rims(cylinder: ObjectPlacement) -> Array:
     """Return points on both end circles of a cylinder (2, m, 3) [m]."""
     axis = np.asarray(cylinder.axis)
     across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
