@@ -51,7 +51,9 @@ from spiral_core.rod._system import System
 PIVOT_TOLERANCE = 1e-11
 # Rest moments and loads across the base's axis below this fraction of EI/L leave a rod free to turn
 # about that axis, but for rounding errors.
-AXIAL_TOLERANCE = 1e-7
+AXIAL_TOLERANCE = 3e-8
+# ... and then resist that turn with less than this fraction of EI/L.
+SOFTEST = 3e-7
 # A tip that leans less than this from the base's axis [rad] has no neutral mode worth the name.
 SMALLEST_LEAN = 1e-7
 
@@ -175,15 +177,15 @@ def newton_pass(
         return energy, residual, 0.0, smallest, 0
     pivot, _ = smallest_pivot_and_inverse(block)
     neutral = 0
-    axial = scales.across <= AXIAL_TOLERANCE
-    if axial and shift == 0.0 and smallest > scales.pivot and not pivot > scales.pivot:
+    if scales.across <= AXIAL_TOLERANCE and shift == 0.0 and smallest > scales.pivot:
         held, curvature, lean = held_about_axis(block, q1)
         held_pivot, _ = smallest_pivot_and_inverse(held)
         # Off equilibrium the imbalance, too, has a say in the energy's curvature along a circle.
-        rounding = scales.pivot * lean + n * residual
+        softest = max(scales.pivot * lean, SOFTEST * scales.moment) + n * residual
         if (
-            held_pivot > scales.pivot
-            and abs(curvature) * lean <= rounding
+            not pivot * lean > softest
+            and abs(curvature) * lean <= softest
+            and held_pivot > scales.pivot
             and lean > SMALLEST_LEAN**2
         ):
             block, pivot, neutral = held, held_pivot, 1

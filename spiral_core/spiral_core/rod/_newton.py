@@ -29,6 +29,10 @@ SADDLE_LOOSENING = 10.0
 # The Newton step that is left [rad] may be this many times the tolerance: a soft rod moves far
 # under a small imbalance.
 STEP_LOOSENING = 10.0
+# The line search gives up below these fractions of Newton's step: in general, and where the forces
+# are in balance already.
+SHORTEST_STEP = 1e-10
+SHORTEST_LAST_STEP = 1e-3
 # Sufficient decrease of the energy (Armijo), the usual small fraction.
 ARMIJO = 1e-4
 # Energy differences below these fractions of EI/L and of the energy itself are rounding error.
@@ -110,10 +114,8 @@ def minimize(
             if change <= noise and trial_residual < residual:
                 break
             fraction *= 0.5
-            if definite and balanced:
-                outcome = CONVERGED
-            elif fraction < 1e-10:
-                outcome = LINE_SEARCH_FAILED
+            if fraction < (SHORTEST_LAST_STEP if definite and balanced else SHORTEST_STEP):
+                outcome = CONVERGED if definite and balanced else LINE_SEARCH_FAILED
             if outcome != ITERATION_LIMIT:
                 return Solution(
                     outcome, iteration, energy, residual / unit, unshifted / unit, size, modes
