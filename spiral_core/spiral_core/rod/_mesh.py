@@ -34,6 +34,8 @@ STIFF_COUPLING = 0.2
 PATH_ELEMENTS = 24
 PATH_ANGLE = 0.6
 PATH_SITES = 65
+# An element that turns by more than this at rest [rad] may as well turn the other way round.
+LARGEST_REST_TURN = 2.0
 
 
 def element_counts(rod: Rod, load: RodLoad, angle: float = ELEMENT_ANGLE) -> Counts:
@@ -108,6 +110,12 @@ def shared_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
         raise InvalidInputError(
             "elements", elements, f"a whole number from {fewest} to {MAX_ELEMENTS}"
         )
+    turns = rest_turns(rod)
+    if not sum(turns) <= LARGEST_REST_TURN * elements:
+        fewest = math.ceil(sum(turns) / LARGEST_REST_TURN)
+        raise InvalidInputError(
+            "elements", elements, f"at least {fewest}, for each to turn by 2 rad at most at rest"
+        )
     if not rod.breaks:
         return (elements,)
     wanted = np.array(element_counts(rod, load), dtype=np.float64)
@@ -132,13 +140,23 @@ def path_count(count: int, turn: float, stiffer: float, share: float = 1.0) -> i
 def path_counts(rod: Rod, counts: Counts) -> Counts:
     """Return how many of these elements suffice to follow the loading path."""
     each = []
-    for piece, count in zip(pieces(rod), counts, strict=True):
+    for piece, turn, count in zip(pieces(rod), rest_turns(rod), counts, strict=True):
         sites = sites_in(rod, piece, PATH_SITES)
-        strains = vector_samples("rest_strain", rod.rest_strain, sites)
         torsional = scalar_samples("torsional_stiffness", rod.torsional_stiffness, sites)
         bending = scalar_samples("bending_stiffness", rod.bending_stiffness, sites)
-        length = piece[1] - piece[0]
-        turn = float(np.linalg.norm(strains, axis=1).max()) * length
         stiffer = float((torsional / bending).max())
-        each.append(path_count(count, turn, stiffer, length / rod.length))
+        each.append(path_count(count, turn, stiffer, (piece[1] - piece[0]) / rod.length))
     return tuple(each)
+
+
+def rest_turns(rod: Rod) -> list[float]:
+    """Return the largest angle [rad] by which each piece may turn at rest."""
+    if not callable(rod.rest_strain):
+        strain = math.hypot(*rod.rest_strain)
+        return [strain * (end - begin) for begin, end in pieces(rod)]
+    turns = []
+    for piece in pieces(rod):
+        sites = sites_in(rod, piece, PATH_SITES)
+        strains = vector_samples("rest_strain", rod.rest_strain, sites)
+        turns.append(float(np.linalg.norm(strains, axis=1).max()) * (piece[1] - piece[0]))
+    return turns
