@@ -22,7 +22,7 @@ from spiral_core.actuator.section_curve import SectionEnergy
 from spiral_core.actuator.volume import largest_volume_stretch, require_extending, volume_from_jet
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.section.path import ShapePath, section_path
-from spiral_core.validation import require_finite
+from spiral_core.validation import require_finite, require_positive
 
 
 class Invariants(NamedTuple):
@@ -107,6 +107,7 @@ def energy_from_stretch(actuator: Actuator, stretch: float) -> float:
         stretch: axial stretch, positive and below fiber locking.
 
     Raises:
+        InvalidInputError: the stretch is not positive and finite.
         ActuationLimitError: fiber locking, or the elastomer's limit, is reached.
 
     Source: ``docs/derivations/actuator.md``, "Energy".
@@ -122,6 +123,7 @@ def energy_from_stretch(actuator: Actuator, stretch: float) -> float:
         >>> round(energy_from_stretch(actuator, 1.1), 6)
         0.077412
     """
+    require_positive("stretch", stretch)
     jet = fiber_jet(actuator.fiber_pair, stretch)
     values = invariants_from_jet(stretch, jet, actuator.twist_shear)
     density = actuator.material.energy_density(values.first, values.second)

@@ -130,11 +130,13 @@ class CalibrationModel:
             require_finite(name, value)
         if not self.names:
             raise InvalidInputError("fixed", dict(self.fixed), "not every parameter")
-        for name, (low, high) in self.bounds.items():
+        for name, bounds in self.bounds.items():
             if name not in self.names:
                 raise InvalidInputError("bounds", name, f"one of {', '.join(self.names)}")
-            if not low < high:
-                raise InvalidInputError(f"bounds of {name}", (low, high), "low < high")
+            _require_bounds(name, bounds)
+        for field_name in ("bending_stiffness", "torsional_stiffness"):
+            if getattr(self, field_name) is not None:
+                require_positive(field_name, getattr(self, field_name))
 
     @property
     def fitted_law(self) -> type[HyperelasticLaw]:
@@ -289,3 +291,11 @@ def _starting_values(actuator: Actuator, law: type[HyperelasticLaw]) -> dict[str
             "law", law.__name__, f"the actuator's own, to start from its constants, or {known}"
         )
     return values | same_modulus[law]
+
+
+def _require_bounds(name: str, bounds: object) -> None:
+    """Raise unless the bounds of a parameter are two numbers, the lower first; either infinite."""
+    pair = bounds if isinstance(bounds, (tuple, list)) else ()
+    numbers = [b for b in pair if isinstance(b, (int, float)) and not isinstance(b, bool)]
+    if len(pair) != 2 or len(numbers) != 2 or not numbers[0] < numbers[1]:
+        raise InvalidInputError(f"bounds of {name}", bounds, "two numbers, low < high")

@@ -20,6 +20,7 @@ import numpy as np
 
 from spiral_core.actuator.interface import RestShape
 from spiral_core.rod.types import RodState, RodStiffness, Vector
+from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.coil import Coil, coil_from_state
 from spiral_core.wrap.gripper import Gripper
 
@@ -140,7 +141,13 @@ def line_force(
         radius: of the object [m].
         helix_angle: between tangent and axis on the object [rad].
         outer_radius: of the gripper's tube [m].
+
+    Raises:
+        InvalidInputError: a radius is not positive and finite, or the angle not finite.
     """
+    require_positive("radius", radius)
+    require_finite("tip_angle", tip_angle)
+    require_positive("outer_radius", outer_radius)
     rho = radius + outer_radius
     sine, cosine = math.sin(helix_angle), abs(math.cos(helix_angle))
     torsion = abs(shape.torsion)
