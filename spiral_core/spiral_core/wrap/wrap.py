@@ -146,7 +146,7 @@ def line_force(
         InvalidInputError: a radius is not positive and finite, or the angle not finite.
     """
     require_positive("radius", radius)
-    require_finite("tip_angle", tip_angle)
+    require_finite("helix_angle", helix_angle)
     require_positive("outer_radius", outer_radius)
     rho = radius + outer_radius
     sine, cosine = math.sin(helix_angle), abs(math.cos(helix_angle))
