@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.hanging_cable import hanging_cable
 from spiral_core import Constraint
 from spiral_gripper.cli.main import run
 
@@ -31,6 +32,37 @@ def test_paper_design(capsys: pytest.CaptureFixture[str]) -> None:
     printed = capsys.readouterr().out
     assert "beta 70 deg (the paper: 70), helix length 364.0 mm (361)" in printed
     assert "wind at 70 deg: pitch 12.71 mm, 29.3 turns, right-handed" in printed
+
+
+def test_cable_between_poles(capsys: pytest.CaptureFixture[str]) -> None:
+    found = runpy.run_path(str(ROOT / "examples" / "cable_between_poles.py"))
+    exact = hanging_cable(
+        axial=1e6 * math.pi * 5e-3**2,
+        bending=1e6 * math.pi / 4.0 * 5e-3**4,
+        weight=found["WEIGHT"],
+        length=1.0,
+        span=0.8,
+        count=50,
+    )
+    # The reference neglects shear.
+    assert found["sag"] == pytest.approx(-exact[:, 2].min(), rel=1e-4)
+    pulls = [math.hypot(*state.base_reaction[:3]) for state in found["path"].states]
+    assert pulls == sorted(pulls)
+    assert not found["path"].events
+    printed = capsys.readouterr().out
+    assert "span 0.80 m: sags 268.6 mm, pulls 0.460 N at each pole" in printed
+    assert "span 0.99 m: sags 93.5 mm, pulls 1.076 N at each pole" in printed
+
+
+def test_coil_on_a_cone(capsys: pytest.CaptureFixture[str]) -> None:
+    found = runpy.run_path(str(ROOT / "examples" / "coil_on_a_cone.py"))
+    grip, axis = found["grip"], found["AXIS"]
+    assert grip.stable
+    # Balance: what the cone feels is what holds the base.
+    assert grip.on_obstacle().force == pytest.approx(grip.base_reaction[:3], abs=1e-6)
+    assert 0.0 < grip.on_obstacle().force @ axis < 0.1 * grip.normal_forces.sum()
+    printed = capsys.readouterr().out
+    assert "100% curled:  42% of the length touches, 1.06 N in all" in printed
 
 
 @pytest.fixture(scope="module")
