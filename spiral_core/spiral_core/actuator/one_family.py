@@ -24,7 +24,8 @@ from spiral_core.actuator.materials import HyperelasticLaw
 from spiral_core.actuator.single_fiber import family_angles
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.numerics.panels import Array, Panels, panel_nodes, relative_tail
-from spiral_core.section.path import STEP, ShapePath
+from spiral_core.section.closure import STEP
+from spiral_core.section.path import ShapePath
 from spiral_core.section.ring import FREE_ANGLES, invariant_excess, ring_at
 
 # Differences of gradients that are exact to rounding; Newton's method only needs a good Jacobian.
