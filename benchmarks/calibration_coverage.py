@@ -70,7 +70,7 @@ class Case:
 
     def bench_test(self, noise: np.random.Generator) -> list[ExtensionReading]:
         """Return the readings of one bench test."""
-        actuation = FreeActuation(self.actuator)
+        actuation = FreeActuation(self.actuator.without_single_fibers())
         readings = []
         for pressure in np.linspace(self.highest / self.readings, self.highest, self.readings):
             true_pressure = pressure + self.pressure_error * noise.standard_normal()

@@ -131,7 +131,10 @@ def read_specimens(path: Path) -> Specimens:
 
 
 def bending_actuator(
-    angle: int, length: float, pressure_law: PressureLaw, material: HyperelasticLaw = START
+    angle: int,
+    length: float,
+    material: HyperelasticLaw = START,
+    pressure_law: PressureLaw = PressureLaw.SECTION,
 ) -> Actuator:
     """Return the actuator of a specimen."""
     return Actuator(
@@ -142,13 +145,13 @@ def bending_actuator(
     )
 
 
-def fit_all(specimens: Specimens, pressure_law: PressureLaw) -> Outcomes:
+def fit_all(specimens: Specimens, pressure_law: PressureLaw = PressureLaw.SECTION) -> Outcomes:
     """Return every law's fit to every specimen; those with too few readings are left out."""
     outcomes: dict[int, dict[Law, Outcome]] = {}
     for angle, readings in specimens.items():
         outcomes[angle] = {}
         for law in LAWS:
-            known = bending_actuator(angle, readings[0].section_length, pressure_law)
+            known = bending_actuator(angle, readings[0].section_length, pressure_law=pressure_law)
             model = CalibrationModel(known, law=law)
             try:
                 fit = calibrate(model, readings)
@@ -198,7 +201,7 @@ def transferred(fit: Calibration, angle: int, readings: Sequence[BendReading]) -
         ActuationLimitError: a pressure is past that actuator's limit.
     """
     actuator = bending_actuator(
-        angle, readings[0].section_length, fit.actuator.pressure_law, fit.actuator.material
+        angle, readings[0].section_length, fit.actuator.material, fit.actuator.pressure_law
     )
     return rms(relative_errors(FreeActuation(actuator), readings))
 
