@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # make demo, make test: both set up whatever is missing in .venv first.  make help: all commands.
 
 PYTHON ?= python3

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measure, show, keep: ``python -m benchmarks``, or some sections only by naming them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Error and cost against the number of elements N, and the N that an error needs."""
 
 from __future__ import annotations

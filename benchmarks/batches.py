@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Times of many rods at once, on one core and on two."""
 
 from __future__ import annotations

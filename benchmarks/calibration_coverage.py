@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How often 95 % intervals hold the true constants: ``python -m benchmarks.calibration_coverage``.
 
 Each case is a synthetic bench test of known constants, repeated with fresh random errors (seeded)

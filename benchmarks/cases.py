@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rods that are measured: this project's usual one, and random ones of a gripper's size."""
 
 from __future__ import annotations

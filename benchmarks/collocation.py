@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The same rod by ``scipy.integrate.solve_bvp``, given what makes it fast.
 
 Orientation and moment are a boundary value problem of 7 unknowns, because the force is known

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What every suite of benchmarks does with its command line: measure, show, keep, write a page."""
 
 from __future__ import annotations

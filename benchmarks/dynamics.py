@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The same rod in PyElastica: released as an unloaded helix, damped until it hangs at rest.
 
 PyElastica gets favors that a user would not have: an element size, time step and damping tuned for

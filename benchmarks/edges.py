@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rods that random ones never meet: jumps, few elements, any stiffness ratio, symmetric directions.
 
 Each is solved and certified with an error estimate that holds, or refused with a reason. What is

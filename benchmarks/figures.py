@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draw error and cost against N from a summary: docs/figures/rod_accuracy.png."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What this project aims at (medians on a 2-core machine), next to what was measured."""
 
 from __future__ import annotations

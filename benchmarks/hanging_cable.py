@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An independent reference for a cable between two supports: bending, stretch and weight.
 
 Nothing of ``spiral_core`` is used: half of the planar elastica is solved by scipy's solve_bvp. With

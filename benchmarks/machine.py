@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The machine that measured, without its name."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The usual rod by scipy's solve_bvp and by PyElastica, against ours at equal accuracy."""
 
 from __future__ import annotations

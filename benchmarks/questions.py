@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random questions to the shipped grippers: every answer and every refusal against a plain scan.
 
 The scan follows the loading path through the pressure range in many small steps and looks at every

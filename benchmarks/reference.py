@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An independent answer for uniform rods: shooting from the tip with scipy's DOP853.
 
 The rod's equations, seen from its material frame,

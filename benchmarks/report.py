@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Show what was measured, keep it as JSON, and put it into a page of the documentation."""
 
 from __future__ import annotations

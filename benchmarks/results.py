@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a section of the benchmark gives: tables to read, and values for goals and JSON."""
 
 from __future__ import annotations

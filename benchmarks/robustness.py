@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random rods: how many are solved and certified, in how many iterations, how slowly at worst."""
 
 from __future__ import annotations

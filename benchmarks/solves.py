@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Times of single solves of the usual rod: warm, cold, compiled kernel alone, and a sweep."""
 
 from __future__ import annotations

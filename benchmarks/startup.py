@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a new process pays: import, first solve, memory; each in processes of its own."""
 
 from __future__ import annotations

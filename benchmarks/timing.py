@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Take the time of short calls."""
 
 from __future__ import annotations

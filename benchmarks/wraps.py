@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Times of the perfect wrap: from the radius of an object to pressure and shape."""
 
 from __future__ import annotations

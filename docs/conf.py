@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The documentation as a site: these pages, the reference of the public names, the interfaces.
 
 ``make docs`` builds it; a warning is an error. Equations become MathML and the search is in plain

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draw the README's picture: a gripper around a thin and a thick object, and its pressure curve.
 
 Run by ``make figures``.

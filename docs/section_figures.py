@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draw the figures of docs/derivations/section.md. Run by ``make figures``."""
 
 from __future__ import annotations

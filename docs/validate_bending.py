@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Write docs/validation_bending.md: python docs/validate_bending.py path/to/free_bending.csv.
 
 The file holds public measurements of bending actuators (the page says whose); it is not part of

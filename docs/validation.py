@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Regenerate validation.md: what the paper states, next to what this project computes.
 
 Run by ``make validation``. A section is a function that returns Markdown; add it to ``SECTIONS``.

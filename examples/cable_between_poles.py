@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A cable between two poles: how far it sags, what it pulls, and what happens when a pole moves.
 
 Run ``python examples/cable_between_poles.py``.

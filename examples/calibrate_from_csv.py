@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""From a bench test to a gripper that hits its pressures: CSV in, gripper file and plot out.
 
 Run as ``python examples/calibrate_from_csv.py FOLDER``; FOLDER gets the files. The bench test is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A pre-curved coil that closes around a cone: where it touches and how hard it holds.
 
 Run ``python examples/coil_on_a_cone.py``.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Wrap an object from Python, hold it, and let go.
 
 Start a gripper's node first (``spiral_gripper_node``), then run

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's design example: a gripper for a tube light (11 mm) and a PVC pipe (30 mm).
 
 The paper goes from these two radii to fiber angles of 88 and 70 degrees and a helix length of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Write the synthetic bench test of the calibration example, into examples/data.
 
 It is computed, not measured: a 100 mm straight section of the 70 degree design, made of a rubber of

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Say in one message what is missing before anything is installed.  Usage: check_tools.sh PYTHON
 set -u
 python=$1

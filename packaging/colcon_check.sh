@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Build the tree with colcon against the ROS 2 wheels, isolated, merged and symlinked, as a ROS user
 # does with a normal installation; check each. Everything stays in .colcon/ at the root.
 set -euo pipefail

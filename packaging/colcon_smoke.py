@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Check one colcon installation, in a shell that has sourced its setup.bash.
 
 What ros2 run and ros2 launch look up, the imports, the description files, that the demo, which

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Build against the wheels of ROS 2 Kilted in an environment of its own, and test the node there.
 # Usage: kilted_check.sh [PYTEST_ARGUMENT ...]; all tests of the node if none is given.
 set -eu

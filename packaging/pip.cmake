@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Read by `pip install .` only (CMAKE_PROJECT_INCLUDE in /pyproject.toml), after project() of
 # spiral_gripper_msgs. Puts what ros2 run and ros2 launch look up where colcon would put it.
 include(${CMAKE_CURRENT_LIST_DIR}/ros_wheels.cmake)

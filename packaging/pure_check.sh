@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Build and test the mechanics and the edge where there is no ROS: a pure wheel in an environment of
 # its own.  Usage: pure_check.sh [lower-bounds]; then with the oldest dependencies allowed.
 set -eu

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Print requirements that pyproject.toml states, one a line, for the scripts beside this file.
 
 Usage: requirements.py build|run|lower-bounds.  Python 3.10 needs the package tomli for it.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Decide at build time whether the distribution carries ROS 2 (read by /pyproject.toml).
 
 ROS 2 exists on PyPI as wheels for Linux x86-64 and CPython 3.10 to 3.13. Elsewhere, and where

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Run a command with one line on the screen and the rest in a log; on failure show the log's end.
 # Usage: step.sh LOG "what is going on" COMMAND [ARGUMENT ...]
 set -u

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """For colcon build only: `pip install .` uses the pyproject.toml of the repository's root."""
 
 from __future__ import annotations

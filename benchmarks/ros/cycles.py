@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Wrap, lift, release, again and again, with faults at random: ``python -m benchmarks.ros.cycles``.
 
 The real node in this process, the simulator's regulator, and a time that runs as fast as they

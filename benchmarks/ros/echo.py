@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node that does nothing but send back what it receives: ``python -m benchmarks.ros.echo``.
 
 With the types and qualities of service of the gripper's node, and rclpy as everybody uses it: what

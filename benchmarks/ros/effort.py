@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How much of the node is measured."""
 
 from __future__ import annotations

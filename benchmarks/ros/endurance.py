@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A minute at a thousand radii per second: memory, answers, load."""
 
 from __future__ import annotations

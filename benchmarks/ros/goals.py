@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the node aims at on an idle machine with two processors, next to what was measured."""
 
 from __future__ import annotations

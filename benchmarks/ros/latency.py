@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a changed radius to its pressure, between two processes, next to an empty echo."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Through the life cycle, again and again: what stays behind."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several grippers in one process: do they disturb each other?"""
 
 from __future__ import annotations

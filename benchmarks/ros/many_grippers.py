@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several grippers in one process: ``python -m benchmarks.ros.many_grippers``.
 
 The node is a class like any other: make as many as there are grippers, each in a namespace of its

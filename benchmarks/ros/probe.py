@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The other side of the node: sends radii, and takes the time until their pressures arrive."""
 
 from __future__ import annotations

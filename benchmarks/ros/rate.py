@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How many changed radii per second the node answers, and what happens beyond."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run of the benchmarks: alone on its ROS domain, with node processes that say nothing."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From the start of the process to the first command, and where that time goes."""
 
 from __future__ import annotations

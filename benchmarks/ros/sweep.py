@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Radii that all differ, and the pressures that answer them."""
 
 from __future__ import annotations

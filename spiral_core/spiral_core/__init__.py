@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Mechanics of pneumatic spiral grippers: pure functions on immutable values, SI units.
 
 Every public name can be imported from here and is loaded when it is first used, so that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 from spiral_core.actuator.actuator import Actuator as Actuator
 from spiral_core.actuator.actuator import CurvatureForm as CurvatureForm
 from spiral_core.actuator.actuator import PressureLaw as PressureLaw

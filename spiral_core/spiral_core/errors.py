@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One tree of errors: each carries the figures behind its message as attributes.
 
 Every error keeps its arguments in ``args``, so it survives pickling between processes, and puts

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Round to significant digits towards one side: a printed end of a range must lie inside of it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checks at the border: each returns the value as a plain float, or names what is wrong.
 
 Written so that NaN, infinities, booleans and strings are refused everywhere.

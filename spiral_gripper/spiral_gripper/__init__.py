@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pneumatic spiral grippers without ROS: quantities with units, files, charts, a command line.
 
 Every public name can be imported from here and is loaded when it is first used, so that the command

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 from spiral_gripper.files.catalog import available_grippers as available_grippers
 from spiral_gripper.files.description import GripperDescription as GripperDescription
 from spiral_gripper.files.description import load_description as load_description

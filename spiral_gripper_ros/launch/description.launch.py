@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The gripper's robot_description, for RViz and planners; needs xacro and robot_state_publisher."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One gripper: the node, which activates itself, and the adapter of its regulator if wanted.
 
 Nothing here waits for the node: it configures and activates itself, after a respawn too.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several grippers, each in a namespace of its name, with frames of its own."""
 
 from __future__ import annotations

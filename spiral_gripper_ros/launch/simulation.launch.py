@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node without hardware: a simulated regulator, gripper and object; RViz if wanted."""
 
 from __future__ import annotations

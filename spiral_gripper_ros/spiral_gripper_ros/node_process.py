@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node, or the simulator, as a process of its own, started and stopped as people do it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Actuators, strategies and settings that the tests of the actuator share."""
 
 from __future__ import annotations

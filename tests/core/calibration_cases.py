@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Actuators and synthetic bench tests that the calibration tests share."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rods and obstacles that the contact tests share."""
 
 import math

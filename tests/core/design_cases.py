@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's design example as a requirement, with limits of our own where it states none."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rod's energy as ``docs/derivations/rod.md`` writes it, in plain numpy.
 
 Every operation is analytic, so that the complex step gives derivatives to rounding: scalar products

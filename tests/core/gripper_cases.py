@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's grippers, built by hand (the shipped files belong to the layer above)."""
 
 from __future__ import annotations

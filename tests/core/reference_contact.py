@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Closed forms of rods in contact. Nothing of ``spiral_core`` is used.
 
 ``rho`` is the distance of the centerline from the cylinder's axis, ``r_o`` the rod's radius.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An independent method for a rod against cylinders: constrained minimization over its strains.
 
 Nothing of ``spiral_core`` is used, and nothing is discretized as there. The unknowns are the strain

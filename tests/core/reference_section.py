@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bent section again, by brute force: energy minimized over local fields with scipy.
 
 Unknown are the axial shift and the angle of every material point around the section, and the screw

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An independent reference for the rod: shooting from the tip with an adaptive integrator.
 
 Nothing of ``spiral_core`` is used. The equations of a rod, seen from its material frame,

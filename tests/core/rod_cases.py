@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rods that several tests use: the paper's tube, random gripper-sized rods, straight rods."""
 
 from __future__ import annotations

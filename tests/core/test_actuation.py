@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rest shape's validation, and who counts as an actuation model."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Arguments that once passed in silence and came back as zero or not a number."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ends the useful range, and that nothing ends it sooner or later."""
 
 from __future__ import annotations

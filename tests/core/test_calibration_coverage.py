@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether 95 % intervals hold the true value in 93 to 97 % of repeated bench tests.
 
 ``benchmarks/calibration_coverage.py`` runs the same study with more laws and more tests.

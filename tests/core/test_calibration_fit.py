@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fit: what it finds, how sure it says it is, and when it refuses."""
 
 import math

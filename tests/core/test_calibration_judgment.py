@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a calibration says about itself: identifiability, choice of law, leave-one-out, units."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The uncertainty carried to the pressure for a radius."""
 
 from concurrent.futures import ProcessPoolExecutor

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Charts as data: closed forms, agreement with the wrap curve, and what gravity does."""
 
 from __future__ import annotations

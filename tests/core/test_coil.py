@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A shape as a coil: exact for helices, continuous where the base passes the axis."""
 
 from __future__ import annotations

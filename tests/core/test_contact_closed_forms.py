@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rods in contact against closed forms, and against an independent minimization."""
 
 from __future__ import annotations

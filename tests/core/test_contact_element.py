@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The mixed element: its derivatives against differences of its energy, and against the rod's."""
 
 import numpy as np

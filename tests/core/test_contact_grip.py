@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The gripper on a cylinder: the known onset of the wrap, balance, friction and its memory."""
 
 from functools import cache

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Both forms against geometry: the straight fiber's length, measured on the bent tube."""
 
 from __future__ import annotations

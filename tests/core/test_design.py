@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The design procedure: the paper's example, what each step says, and that the answer holds."""
 
 from __future__ import annotations

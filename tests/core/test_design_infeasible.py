@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the design procedure says when nothing fits: what binds, and what would do."""
 
 from __future__ import annotations

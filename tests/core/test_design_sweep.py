@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sweeps: the same answers on any executor, the map's cells, the Pareto set's definition."""
 
 from __future__ import annotations

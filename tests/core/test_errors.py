@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every error carries its figures, says them in one line, and travels between processes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Kinematics of the two families: their defining property, closed forms, and singular corners."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The inverse to rounding over the whole branch, its limits, and that it never answers wrongly."""
 
 from __future__ import annotations

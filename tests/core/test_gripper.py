@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A gripper: what it refuses, and the rod, load and stiffness it stands for."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed form against the integrated frame, through every singular corner."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiled kernels are cached on disk, and the cache knows what each kernel was made of."""
 
 from __future__ import annotations

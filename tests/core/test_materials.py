@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Each law: zero at rest, analytic derivatives, moduli from simple tests, and its limits."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A measured curve in place of a law: the interpolation, and the rest of the chain unchanged."""
 
 import math

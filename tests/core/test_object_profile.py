@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Objects whose radius varies: where the coil goes, which pressure, what is refused."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the paper states about the helix model, next to what this model gives.
 
 N. K. Uppalapati, G. Krishnan, Soft Robotics 5(6), 2018, doi 10.1089/soro.2017.0144.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the object lies in the coil: the best-fitting cylinder, and the largest gap."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pressure against work and energy, a membrane's balance, tensors, and hand calculations."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed forms of contact fulfill the equations they solve, integrated or differentiated."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rod's border: inputs, statuses, warm starts, reproducible results."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Order, error estimate, and agreement with shooting from the tip (``reference_shooting``)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What random rods never meet: symmetric loads, jumps, few elements, soft modes, bad arguments."""
 
 from __future__ import annotations

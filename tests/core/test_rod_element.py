@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The element's energy against its documented formula; its derivatives against the complex step."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Following a branch of stable states: folds found and counted, unstable states left."""
 
 from __future__ import annotations

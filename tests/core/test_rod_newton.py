@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Assembly and elimination against dense algebra; every way in which a minimization can end."""
 
 from __future__ import annotations

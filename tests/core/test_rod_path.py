@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Paths with folds, other equilibria, and batches: against single solves and each other."""
 
 from __future__ import annotations

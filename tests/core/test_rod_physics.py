@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rod's physics: closed forms and symmetries."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Positions and moments from orientations: closed forms, duality with the energy, balance."""
 
 from __future__ import annotations

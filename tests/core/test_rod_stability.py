@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Buckling, certificates, and rods of every kind solved."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sign changes to the last float, and dips that fall between two nodes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The section law: closed forms, brute force, consistency of its derivatives, its limits."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Section properties against integration over the annulus, and refused dimensions."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the checks at the border let through, and what they refuse."""
 
 from __future__ import annotations

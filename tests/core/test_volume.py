@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which pairs extend, and where the volume is largest."""
 
 from __future__ import annotations

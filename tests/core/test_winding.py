@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The winding sheet: the angle that a fiber of this pitch has on the tube's outside."""
 
 from __future__ import annotations

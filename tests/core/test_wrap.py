@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The perfect wrap: there and back, its closed form without weight, regimes, what is refused."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The coiled range: known axes, every sub-branch, snaps, and that each refusal is true."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of solved wraps: how near its guesses are, and that nothing spoils them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From files to a calibrated gripper file: the run, the file, the picture and the command."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/calibration.md, its example and the study of public measurements against the code."""
 
 import importlib.util

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The shipped grippers, and how a name or a path finds its file."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command line: answers, JSON, files, and one clear line for whatever is wrong."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cosseratbench's scenarios are answered by the adapter, and judged by its own metrics."""
 
 from __future__ import annotations

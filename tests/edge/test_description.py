@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gripper description files: what is read, and each kind of mistake with its exact message."""
 
 import math

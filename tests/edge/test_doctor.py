@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor without ROS: every check's branches, its workers' crashes, and what it prints."""
 
 from __future__ import annotations

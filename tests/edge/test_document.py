@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The YAML layer: places, quotes and mistakes, whatever the fields mean."""
 
 import pytest

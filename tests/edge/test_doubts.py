@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values that are possible but most likely not meant are named, with their place."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The examples run, with pinned figures; the validation page is what its command computes."""
 
 from __future__ import annotations

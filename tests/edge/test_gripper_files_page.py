@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/gripper_files.md against the code: the format stands once, the page follows it."""
 
 import math

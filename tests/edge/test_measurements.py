@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of measurements: what is read, and each kind of bad file with its line and column."""
 
 import dataclasses

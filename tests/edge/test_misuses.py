@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """More than a hundred misuses of every command: each is answered at once, in a line, with why."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether readings could be in the units they claim: mix-ups are named, stiff rubbers are not."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot model: spheres that cover the tube, a box that holds every shape, a xacro that fits."""
 
 from xml.etree import ElementTree

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The studio without its page: surfaces, settings, answers, the chart's data, exports."""
 
 import io

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The studio in a real browser: Debian's Chromium without a screen, driven by Playwright."""
 
 import re

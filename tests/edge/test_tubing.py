@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tubing files: the shipped sizes, and every way a file can be wrong."""
 
 from __future__ import annotations

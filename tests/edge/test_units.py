@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Quantities with units: what is read, to which SI value, and what is refused with which words."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where sweeps run: Ctrl-C ends the workers quietly, a Dask cluster answers alike."""
 
 from __future__ import annotations

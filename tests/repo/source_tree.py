@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Read the repository as data: its imports, its packages, its build files. For the tests here."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who may import whom: dependencies run one way, and the core stays pure."""
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ EDGE_FOLDERS = {
     "cli.ros": {"files", "doctor", "cli"},
 }
 MOST_MODULES = 16
-MOST_LINES = 330
+MOST_LINES = 1 + 330  # with the line that names the license
 
 # Folders of spiral_gripper_ros that a test can run without ROS, and what they build on.
 WITHOUT_ROS = {"control": {"control"}, "planning": {"control", "planning"}}

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmarks run, measure what they say, and their page shows what the summary holds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Facts that several files must state agree: versions, requirements, interfaces, executables."""
 
 from __future__ import annotations

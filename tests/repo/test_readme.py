@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The README is true: its Python runs and prints what it says, its commands and links exist."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The control logic under watch: what test_control_machine.py does anything to."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiles actions of the shape of control_msgs, which PyPI does not have: python this_file FOLDER.
 
 The generators and headers come with the ros-jazzy wheels, the compiler is the one that our own

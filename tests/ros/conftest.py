@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every process that runs tests is alone on its ROS domain and on this machine."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The control logic with all it needs, for tests of what it does step by step."""
 
 from ros.fakes import FakePlanner, FakeRegulator, RegulatorFault, regime_at

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Everything that may come to the control logic: the usual, the odd and the impossible."""
 
 from hypothesis import strategies as st

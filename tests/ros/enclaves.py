@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The SROS2 policies, read as sros2 reads them, beside what running nodes do, in the same terms.
 
 A right is a pair of what one may do and the full name of a topic or a service. An action is the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stand-ins for what the control logic is given: a planner known by heart, a regulator."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sends goals to an action as a user's node would."""
 
 from action_msgs.msg import GoalStatus

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A client process's side of the tests: what a user's node would do, with deadlines."""
 
 import math

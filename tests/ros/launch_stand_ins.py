@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stand-ins for launch and launch_ros, which are not on PyPI: enough to load our launch files.
 
 They take the arguments that the real ones take, and keep them; what a launch would start is then

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Simulated devices for the adapter: one on a pseudo-terminal, one with Modbus TCP."""
 
 import asyncio

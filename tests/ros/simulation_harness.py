@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulator as a process, and a client that hears what it and the node publish."""
 
 from geometry_msgs.msg import PoseArray

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The Python client, against a node in a process of its own."""
 
 import contextlib

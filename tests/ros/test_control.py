@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The measured pressure, loading another gripper, and the clock."""
 
 import math

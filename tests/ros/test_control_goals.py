@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A grasp goal: which are accepted, and what reaching it means."""
 
 import itertools

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A grasp that runs: how else it may end, and what may change under it."""
 
 from dataclasses import replace

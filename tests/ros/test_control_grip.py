@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The default grip, the take-over of a pressure, and what happens when nobody is heard."""
 
 from dataclasses import replace

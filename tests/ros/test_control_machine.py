@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Anything may happen to the control logic, in any order: what must hold whatever happens.
 
 ``pytest tests/ros/test_control_machine.py --hypothesis-profile=fuzz`` runs it for long.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cycles of benchmarks/ros/cycles.py: no unsafe command, and unsafe ones are noticed."""
 
 import math

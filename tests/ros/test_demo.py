@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The demo: what it plays, how it judges, and the whole of it as people start it."""
 
 import io

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`design_gripper`, asked from another process: the numbers of the Python call, to the last."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Designs in a process of their own, without ROS."""
 
 import dataclasses

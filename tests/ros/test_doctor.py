@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's look at ROS 2: each branch with broken facts, and the whole on this machine."""
 
 import json

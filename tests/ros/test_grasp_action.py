@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The action `grasp`: real goals to a node in a process of its own."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Goals of `grasp` to a node in this process, with parts that break."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Real goals of control_msgs' shape, to a node that has found a control_msgs."""
 
 import importlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The launch files, the sample parameters and the RViz configuration fit the nodes that they start.
 
 The launch files are loaded with stand-ins for launch and launch_ros.

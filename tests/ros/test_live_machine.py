@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random sequences against a real node process: messages, goals, parameters, transitions, services.
 
 Hypothesis generates them and does not shrink: a live node is not deterministic to the millisecond.

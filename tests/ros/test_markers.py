@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What RViz draws: the geometry of the messages, and that they come and go on a real node."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The gripper as it is: what a running node makes of `measured_pressure`."""
 
 import math

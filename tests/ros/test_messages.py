@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Packing: the numbers that go in come out, and names agree with the interfaces."""
 
 import re

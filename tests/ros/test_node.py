@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node as a process of its own: what a client sees of it."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmarks of the node run, measure what they say, and their page shows what was measured."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Exceptions where none should be: the node in this process, with parts that break."""
 
 import math

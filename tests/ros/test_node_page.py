@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/node.md is true: its parameters are the table's, its tests and services exist."""
 
 from __future__ import annotations

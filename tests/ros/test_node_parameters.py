@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters of the running node: what is refused, and that good values act at once."""
 
 import math

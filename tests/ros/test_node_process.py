@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node's process among others: parents, second commanders, late regulators, a cold cache."""
 
 import signal

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`plan_wrap` and `design_gripper`, asked from another process."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Qualities of service: what is offered, and that the middleware tells when commands stop."""
 
 import os

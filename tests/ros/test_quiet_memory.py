@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Memory that is settled is not looked at again, and nothing leaks by that."""
 
 import gc

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What stands in front of the simulated gripper, and how it is estimated."""
 
 import math

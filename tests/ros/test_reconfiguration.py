@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Another gripper on a running node: refused if it is none, vented for, loaded, gripped with."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The adapter's decisions, with devices that are lists: what is sent, what is told, how it ends."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The backends against simulated devices: a pseudo-terminal and pymodbus's own server."""
 
 import math

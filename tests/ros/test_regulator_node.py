@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The adapter's process between the gripper's topics and a device."""
 
 import signal

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/regulators.md is true: its parameters are the table's, its lines and its tests exist."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The action `release`: it vents at once, and ends when the pressure is gone."""
 
 import math

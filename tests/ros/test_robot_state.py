@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ties the gripper to a robot: estimates with their time, the joint, the object's pose."""
 
 import math

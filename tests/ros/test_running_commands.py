@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`spiral-gripper plan | grasp | release | status | watch`, to a node in a process of its own."""
 
 import json

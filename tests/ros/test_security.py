@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The SROS2 policies against what the nodes really do: nothing is missing, nothing too much."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A running node with use_sim_time: ramp, time-outs and ticks follow /clock, whatever its pace."""
 
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`spiral-gripper simulate`, as people start it, watch it, break it and stop it."""
 
 import io

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The gripper as it really is: as described, or of a material that is stiffer or softer."""
 
 from dataclasses import replace

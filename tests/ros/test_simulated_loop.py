@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Node and simulator together, as two processes: the loop that a real gripper closes."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulator as a process: what it hears, publishes, serves, and how it starts and ends."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/simulation.md is true: parameters, topics, services, faults, arguments and figures."""
 
 import re

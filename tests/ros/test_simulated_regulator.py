@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated regulator: commands, reports, its watchdog, and what can be wrong with it."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pressure's law, against closed forms, a numerical integration, and itself in other steps."""
 
 import math

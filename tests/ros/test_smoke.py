@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The smoke test: how it judges, and the whole of it as people start it, well and with faults."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node that is killed cannot vent; the regulator's watchdog does."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The actuator: a tube, its fibers, its elastomer, and the choices of model that go with them."""
 
 from __future__ import annotations

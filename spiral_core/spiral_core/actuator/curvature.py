@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Curvature and torsion that the straight fiber makes of stretch and twist.
 
 The straight fiber, at distance :math:`r_f` from the axis, keeps its length L while the tube around

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Kinematics of a tube wound with two families of fibers that cannot stretch.
 
 The wall maps an unstretched line element (axial, hoop) by :math:`\lambda_1` along the axis,

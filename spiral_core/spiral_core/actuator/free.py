@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A FREE actuator as an actuation model: pressure to stretch to rest shape, fast and exact."""
 
 from __future__ import annotations

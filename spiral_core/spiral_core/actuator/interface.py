@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the rest of the chain needs from any actuator: a rest shape for each pressure."""
 
 from __future__ import annotations

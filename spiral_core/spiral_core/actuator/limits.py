@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the useful range of an actuator ends, and why.
 
 From rest the stretch rises with the pressure until the first of: a wound fiber locks, the straight

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Incompressible hyperelastic laws: energy per unstretched volume from the invariants I1 and I2.
 
 A law is judged by two numbers per state, so everything is a scalar float and ``math``: the inverse

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A measured actuation curve in place of a hyperelastic law: curvature and torsion by pressure."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""One wound family with a single fiber: the elastomer decides what the fibers leave free.
 
 One constraint at each point leaves the wall a motion, z of

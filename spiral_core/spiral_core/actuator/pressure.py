@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Pressure that holds an actuator at a stretch, by virtual work on the tube.
 
 By the uniform law, the elastomer's energy and the enclosed volume depend on the axial stretch

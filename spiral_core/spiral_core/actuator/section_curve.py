@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Pressure by the section law: virtual work on the wall's energy all around a bent section.
 
 The straight fiber keeps one side while the other stretches twice as far, so the wall's energy is an

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fibers that run along the tube one by one and make it bend, or bend and coil."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The elastomer tube at rest, and the section properties that follow from its annulus."""
 
 from __future__ import annotations

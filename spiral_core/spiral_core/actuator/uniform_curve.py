@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The uniform law's curve: pressure to stretch to shape on the useful branch, fast and exact."""
 
 from __future__ import annotations

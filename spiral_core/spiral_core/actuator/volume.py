@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""The enclosed volume: which pairs of fiber families extend under pressure, and how far.
 
 Pressure does work only where the volume grows. At rest the volume grows with the stretch when

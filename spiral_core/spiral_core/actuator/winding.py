@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How to wind and cut an actuator: what its fiber angles mean on the bench."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fit of a calibration model to readings: least squares, or Huber's loss against outliers."""
 
 from __future__ import annotations

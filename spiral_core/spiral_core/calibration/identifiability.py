@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether the readings can tell the parameters apart, and what to measure if they cannot.
 
 The readings see a change of the parameters through the Jacobian of the weighted residuals. Where

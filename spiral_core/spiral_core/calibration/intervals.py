@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Intervals from the profile of the cost, for parameters whose uncertainty is lopsided.
 
 One parameter is held, the others are fitted again: the values for which

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From bend angles and twists to a measured actuation curve, for a gripper without a good law."""
 
 from __future__ import annotations

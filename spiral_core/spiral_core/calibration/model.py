@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a calibration fits: the constants of one law, and what else the data may tell."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""What the model predicts for a reading, and how that changes with the pressure.
 
 Straight sections and bend angles follow from the stretch alone: extension

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""The nonlinear least-squares problem of a calibration, in scaled parameters.
 
 .. math:: \min_x \sum_i \rho\!\left(\frac{y_i(x) - y_i}{\sigma_i}\right), \qquad

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a bench test measures: one frozen value a reading, each with its stated error.
 
 Every reading is a response to a pressure. Its ``measured`` components are compared with what the

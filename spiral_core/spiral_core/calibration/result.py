@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""The result of a calibration: values, how sure they are, and where the actuator is stable.
 
 The stated errors weigh the readings against each other; their common scale s, with

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which law to use: information criteria over several fits, and leave-one-out errors of each."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Constants to start a fit from, found where nothing can go wrong: in the pressure.
 
 A measured stretch has a pressure in the model, :math:`P(\lambda_i; c)`, whether or not the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""From uncertain parameters to the uncertain pressure for an object.
 
 Linear propagation takes the slopes of the pressure over the parameters,

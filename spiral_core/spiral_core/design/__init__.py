@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """The design: from objects and limits to tube, angles, length and pressures."""

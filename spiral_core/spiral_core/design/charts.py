@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Charts as data: the paper's design space, and what gravity and pressure change."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One candidate against a requirement: by the helix model, then as a rod, with every margin."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Steps 2 to 5 of the design procedure: what the helix model says of a candidate.
 
 The coil of a uniform, unloaded actuator is a helix, and everything about it follows from the

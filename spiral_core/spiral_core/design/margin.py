@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Constraints of a design, and how much room each leaves."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What to change when nothing meets a requirement: the least change of each single wish."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The answer of the design procedure: a gripper one can build, or what forbids it."""
 
 from __future__ import annotations

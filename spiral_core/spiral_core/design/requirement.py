@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The question of the design procedure: objects to be gripped, limits, and what is on offer."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Step 6 of the design procedure: the rod under gravity, and the length that makes it hold.
 
 Gravity changes the radius that a pressure fits and the length that a turn takes. The helix

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The seven steps of the design procedure, each with its own intermediate result."""
 
 from __future__ import annotations

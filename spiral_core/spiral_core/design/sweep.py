@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many candidates at once: a feasibility map over angle and tube radius, and the Pareto set.
 
 Every candidate is independent of the others, so that any ``concurrent.futures.Executor`` will do:

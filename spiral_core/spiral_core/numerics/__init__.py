@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Numerics that every layer shares: how kernels are compiled, where roots lie."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one way this package compiles a numerical kernel.
 
 Every compiled function goes through here, so that the options are stated once: cached on disk (the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Smooth functions of one variable as polynomials on panels: fast, and accurate to rounding."""
 
 from __future__ import annotations

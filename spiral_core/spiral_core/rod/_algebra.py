@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """3-vectors and 3x3 matrices as plain tuples, for the compiled rod kernels.
 
 A tuple lives in registers, an array on the heap: inside a loop over rod elements that is a factor

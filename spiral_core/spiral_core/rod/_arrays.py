@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a rod and its load to the system that the compiled kernels solve."""
 
 from __future__ import annotations

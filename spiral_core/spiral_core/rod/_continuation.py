@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Follow a branch of stable rod states while the rod's data change (compiled).
 
 The states of a rod under load are many; the one seen on the bench is the one reached along the

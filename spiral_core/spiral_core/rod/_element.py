@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rod element: its energy, and that energy's exact gradient and Hessian (compiled).
 
 The discretization is derived in ``docs/derivations/rod.md``; its symbols are used here. A rod of N

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One pass of Newton's method: assembly of the Hessian and its elimination from base to tip.
 
 The Hessian is block-tridiagonal with 3x3 blocks, so that a Newton step costs O(N). The blocks that

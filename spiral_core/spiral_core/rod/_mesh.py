@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How many elements a rod needs, piece by piece between its breaks."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Newton's method on the rod's energy: the globalized iteration, and how it can end."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Properties that vary along a rod: their values, checked, and the jumps that nobody declared."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a rod's orientations to its positions, moments and strains, all of fourth order."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A rod under load on N elements, as the compiled kernels take it, and what they answer."""
 
 import math

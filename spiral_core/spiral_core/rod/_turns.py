@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Turning a rod's nodes, measuring their turns, and sampling them anew (compiled)."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many rods at once: one compiled call for a chunk of them, chunks on as many cores as given."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The other equilibria: stable states that a rod under load could be in, found from many starts."""
 
 from __future__ import annotations

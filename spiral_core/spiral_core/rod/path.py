@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Follow a rod through a sequence of shapes and loads, finding the folds where it snaps."""
 
 from __future__ import annotations

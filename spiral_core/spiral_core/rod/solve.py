@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Static shape of a pre-curved Cosserat rod, clamped at its base, under its weight and tip loads.
 
 The method is derived in ``docs/derivations/rod.md``: the rod's potential energy is minimized, and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rods, loads and solved states: the values that every solver here takes and returns."""
 
 from __future__ import annotations

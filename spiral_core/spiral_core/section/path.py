@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The way a section of two wound families goes: its states from rest to its end."""
 
 from __future__ import annotations

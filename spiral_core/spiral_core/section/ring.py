@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""Strains around the section of a bent, twisted tube whose cross-section stays round.
 
 Swept along its helix, every material line along the single fiber's direction has the local axial

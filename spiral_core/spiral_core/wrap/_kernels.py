@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A shape as a coil, the cylinder it fits, and the step of a search for a wrap (compiled)."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sub-branches of a gripper's coiled range, and why each begins and ends where it does.
 
 The coiled range are all pressures at which the gripper makes the required turns with room for an

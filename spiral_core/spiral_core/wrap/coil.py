@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a rod's shape is as a coil: its axis, its turns about it, the cylinder it would touch."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which pressure coils a gripper exactly onto which cylinder, over the whole grippable range."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A gripper: an actuator as a rod, how it is mounted, and what it may be asked for."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""The shape of a uniform, unloaded rod: a helix, in closed form.
 
 In the material frame (x tangent, y towards the straight fiber, z = x cross y) the strain vector

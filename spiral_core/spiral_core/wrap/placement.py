@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the object must lie: the cylinder that fits a wrap's coil best, and how well it fits."""
 
 from __future__ import annotations

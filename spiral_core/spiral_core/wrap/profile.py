@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tapered and irregular objects: whether a gripper can wrap a radius that varies along an axis.
 
 A gripper covers a length of the object, and its coil takes one pressure. The coil is laid where

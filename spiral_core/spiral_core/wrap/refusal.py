@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Why a gripper cannot wrap: the reasons behind a refusal, from what ends its coiled range."""
 
 from __future__ import annotations

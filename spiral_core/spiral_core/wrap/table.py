@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A table of solved wraps from which the wrap of a radius is guessed."""
 
 from __future__ import annotations

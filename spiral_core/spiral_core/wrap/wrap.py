@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""The perfect wrap: what a gripper coiled by some pressure holds, and how.
 
 At the perfect wrap the whole length touches the object and the tip, which carries no moment, has

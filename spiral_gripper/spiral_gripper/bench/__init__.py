@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bench measurements: CSV files with units to a calibrated gripper file."""

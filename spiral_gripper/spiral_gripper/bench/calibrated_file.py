@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A calibrated copy of a gripper description file, written beside the original.
 
 The file's own comments and layout stay; only the fitted fields change, each with its confidence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ``spiral-gripper calibrate`` does, once its arguments are read."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of bench measurements: from CSV with units to readings of the core that know their line."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether readings could be in the units they claim, judged by the gripper as it is described.
 
 A rubber may be several times as stiff as the described one, so that a factor of seven in the

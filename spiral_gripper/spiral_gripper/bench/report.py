@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A calibration in words and tables: plain lines of text, in the units of the bench."""
 
 from __future__ import annotations

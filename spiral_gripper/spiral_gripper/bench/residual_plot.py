@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A picture of a calibration: what was measured and fitted, and what is left over.
 
 Needs matplotlib (the ``plot`` extra).

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a gripper description and files of measurements to a calibration, checked on the way."""
 
 from __future__ import annotations

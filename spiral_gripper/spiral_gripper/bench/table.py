@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """CSV text to rows of SI numbers that know their line: headings, units and cells.
 
 A heading is a name with a unit, ``pressure [psi]``, ``pressure (psi)`` or ``pressure_psi``; a unit

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``spiral-gripper calibrate``: bench measurements to a gripper file and a plot."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``chart``: charts as pictures and as data."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``doctor``: is everything there, does it fit together, do messages arrive?"""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The commands ``shape`` and ``wrap``: what one gripper does."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The commands ``grippers list``, ``show`` and ``check``: gripper description files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A group of commands that is alike in every version of click, and helps where none is found."""
 
 from __future__ import annotations

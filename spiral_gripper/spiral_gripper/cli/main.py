@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command line ``spiral-gripper``: its commands are loaded when they are called.
 
 Exit codes: 0 done; 1 the answer is no (no design is feasible); 2 the question cannot be answered,

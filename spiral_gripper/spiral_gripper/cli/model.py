@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``model``: a gripper as a part of a robot's description."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the command line prints for programs, and what it says of files it has written."""
 
 from __future__ import annotations

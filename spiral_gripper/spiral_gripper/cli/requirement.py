@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The options that state a design requirement, shared by ``design`` and ``sweep``."""
 
 from __future__ import annotations

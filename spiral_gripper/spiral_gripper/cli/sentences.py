@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the user reads when something is wrong: in the units and under the names that were typed."""
 
 from __future__ import annotations

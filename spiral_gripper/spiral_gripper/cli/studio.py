@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``studio``: a gripper in the browser, under one's hands."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``sweep``: many designs at once, on every core."""
 
 from __future__ import annotations

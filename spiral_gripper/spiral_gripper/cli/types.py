@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Types of command-line arguments: quantities with their units, numbers, directions, files."""
 
 from __future__ import annotations

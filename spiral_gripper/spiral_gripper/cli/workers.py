@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where long sweeps run: processes here, a Dask cluster; and a bar that shows how far they are."""
 
 from __future__ import annotations

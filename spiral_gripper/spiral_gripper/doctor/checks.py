@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ``spiral-gripper doctor`` asks and answers, as plain data.
 
 A table of checks is a module with two names: ``SECTION``, its heading, and ``checks``, which turns

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's checks of the compiled kernels and of the gripper description files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's checks of Python, of the libraries, and of the machine."""
 
 from __future__ import annotations

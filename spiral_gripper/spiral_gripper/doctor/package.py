@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's checks of our own packages: how they were installed, how often, with ROS or not."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the doctor says: lines for people as they come, a document for programs."""
 
 from __future__ import annotations

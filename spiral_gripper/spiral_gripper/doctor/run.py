@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's side of its workers: starts them, reads their answers, outlives their crashes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One table of the doctor's checks in a process of its own: JSON in, a line of JSON for each event.
 
 ``python -m spiral_gripper.doctor.worker '{"table": MODULE, "gripper": null, "marks": {}}'``

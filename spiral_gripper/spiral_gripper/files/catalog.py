@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the files are: the ones shipped with the package, and paths."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gripper description files, read and checked: from YAML with units to a gripper of the core."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """YAML text to entries that know their place, before anything is made of their values.
 
 Only the syntax tree is used: scalars keep the text the user wrote, and no YAML type is constructed.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values that are possible but most likely not meant: another unit, another decimal place."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fields of a gripper description file, and how each is read from its text.
 
 This is the format: whatever is not in :data:`FIELDS` is refused. ``docs/gripper_files.md``

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tubing files: the sizes that can be bought, and what they are made of, with units."""
 
 from __future__ import annotations

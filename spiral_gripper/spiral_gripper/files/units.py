@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Quantities with units, as people write them: text such as ``"4.7625 mm"`` to SI numbers.
 
 The grammar is deliberately narrower than pint's: one decimal number or one fraction ("3/16 in"),

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From the entries of a file to its values, and from what the core refuses back to the file."""
 
 from __future__ import annotations

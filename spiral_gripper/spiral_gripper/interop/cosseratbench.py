@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rod solver as a solver of cosseratbench, a benchmark of rod simulators.
 
 Its entry point is ``spiral``, as in ``cosseratbench run catenary --solver spiral``.

@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Results for people and programs: tables, plots, documents."""

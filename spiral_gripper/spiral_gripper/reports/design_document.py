@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A design report as plain data for programs, and as a gripper description file for the node."""
 
 from __future__ import annotations

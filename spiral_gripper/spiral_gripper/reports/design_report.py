@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A design report as one file: Markdown or HTML, its figure embedded."""
 
 from __future__ import annotations

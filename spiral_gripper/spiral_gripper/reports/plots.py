@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Charts as pictures, with matplotlib (the extra ``plot``); no window is ever opened."""
 
 from __future__ import annotations

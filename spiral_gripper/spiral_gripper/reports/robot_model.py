@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A gripper as a part of a robot: what planners must keep clear of, for a URDF."""
 
 from __future__ import annotations

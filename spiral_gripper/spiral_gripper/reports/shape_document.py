@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A solved shape as rows for people and as plain data for programs."""
 
 from __future__ import annotations

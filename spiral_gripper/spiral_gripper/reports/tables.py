@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables for people, with rich: millimeters, kilopascals, degrees."""
 
 from __future__ import annotations

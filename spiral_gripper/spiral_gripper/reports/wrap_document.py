@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A wrap as rows for people and as plain data for programs; object profiles from CSV."""
 
 from __future__ import annotations

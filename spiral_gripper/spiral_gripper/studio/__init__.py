@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """The studio: a gripper in three dimensions, in the browser."""

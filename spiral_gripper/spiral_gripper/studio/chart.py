@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The studio's chart: pressure against the radius that it wraps, and where the gripper is now."""
 
 from __future__ import annotations

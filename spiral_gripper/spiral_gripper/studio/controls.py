@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The studio's controls: sliders in the units of the bench, read as settings in SI units."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the studio hands out: the shape as a table and as surfaces for other programs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Surfaces to look at and to export: the tube of a gripper, and objects that are round."""
 
 from __future__ import annotations

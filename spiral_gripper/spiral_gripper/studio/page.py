@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The studio's page: the gripper in the middle; controls, answers and exports beside it."""
 
 from __future__ import annotations

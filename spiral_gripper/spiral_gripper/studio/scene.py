@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the studio draws: the tube, the object, the base and gravity."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The studio without its page: settings in, shapes at once, answers from the background."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the studio's controls say, and the gripper that they describe."""
 
 from __future__ import annotations

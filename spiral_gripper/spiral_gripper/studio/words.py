@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the studio says of a shape and of a wrap, in the units of the bench."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A Python client in the style of Nav2's simple commander: :class:`SpiralGripper`."""
 
 from spiral_gripper_ros.client.answers import (

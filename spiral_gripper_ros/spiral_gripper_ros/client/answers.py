@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a Python program is told of a gripper: results and errors. No ROS."""
 
 from __future__ import annotations

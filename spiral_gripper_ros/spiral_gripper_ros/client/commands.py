@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the commands to a running node do: ``spiral-gripper plan``, ``grasp``, ``release``, ..."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node of one's own, spun within calls: what a Python program needs to speak to a gripper."""
 
 from __future__ import annotations

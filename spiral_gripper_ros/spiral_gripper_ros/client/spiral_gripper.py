@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A gripper for Python programs: wrap, wait, release, without a line of ROS.
 
 It spins a node of its own, only within its calls, so that it works in a script, beside other nodes,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The smallest and the largest command of the last while, in little memory at any rate."""
 
 from __future__ import annotations

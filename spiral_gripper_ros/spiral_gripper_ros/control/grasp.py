@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A grasp as others see it: what is asked for, and what has become of it."""
 
 from __future__ import annotations

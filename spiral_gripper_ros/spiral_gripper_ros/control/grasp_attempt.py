@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One accepted grasp, from its goal to its end: is the wrap reached, or is it too late?"""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The grasp that is running, and what has become of the last ones."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The whole control logic of the node: the command, the measured pressure, and grasps. No ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The time that the control logic lives in: that of any clock, without its leaps."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The limits that the control logic keeps, validated together."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Does the measured pressure do what is commanded?"""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The last two things that happen to a command: the rate limit, then the hard cap."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Is a radius estimate possible, and is it believable?"""
 
 from __future__ import annotations

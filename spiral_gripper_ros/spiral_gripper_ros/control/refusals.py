@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The refusals of the control logic that are always the same, and that of a radius gone stale."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Is the client still there, and is gravity still told?"""
 
 from __future__ import annotations

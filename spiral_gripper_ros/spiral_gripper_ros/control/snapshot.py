@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is commanded and why, at one moment; and what is needed of plans and planners."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node's states and reasons: one name each, shared by control logic and ``GripStatus``.
 
 The numbers are those of ``spiral_gripper_msgs/msg/GripStatus.msg``; a test compares them.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The state machine of the control logic: without ROS, without a clock, without files.
 
 It is told what happened and when; it answers with the pressure to command and why. What is measured

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the command is heading: a radius, the wrap that belongs to it, and its pressure."""
 
 from __future__ import annotations

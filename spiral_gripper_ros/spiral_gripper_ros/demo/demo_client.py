@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The demo's own node: publishes radii, listens to what the gripper's node answers."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``spiral_gripper_demo``: the node as a real process, fed with a recorded stream of radii.
 
 Ends by itself after about 25 s; the exit code is 0 only if everything that should have happened

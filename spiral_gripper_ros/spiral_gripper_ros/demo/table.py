@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the demo shows: a live table on a terminal, plain lines elsewhere. Knows no ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's table of ROS 2: ``spiral-gripper doctor`` finds it where the node is installed.
 
 The order matters: what only reads files and variables comes first, because loading ROS ends the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's checks of who hears whom: the domain and the range of discovery. Knows no ROS."""
 
 from __future__ import annotations

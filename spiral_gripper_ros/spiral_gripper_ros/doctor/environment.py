@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's checks of ROS 2's surroundings: which one it is, and whether it is of one piece.
 
 Whatever is wrong here makes loading ROS fail, or ends the process, with a message that does not say

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's check of the grippers that run already: two on one valve are an accident."""
 
 from __future__ import annotations

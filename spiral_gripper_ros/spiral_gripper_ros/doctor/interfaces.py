@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's check of the compiled interfaces: do they have what this code uses?
 
 The usual trap after an upgrade: Python's files are new, the compiled messages are still the old

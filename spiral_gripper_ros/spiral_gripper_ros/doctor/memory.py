@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's checks of the shared memory through which Fast DDS passes messages. Knows no ROS.
 
 Fast DDS keeps a file for each process and a lock on another beside it. A process that was killed

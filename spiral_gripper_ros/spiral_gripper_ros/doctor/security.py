@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's check of the settings of SROS 2: who may speak at all. Knows no ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The doctor's checks of the middleware: does it load, and does a message really arrive?
 
 ``python -m spiral_gripper_ros.doctor.transport TOPIC`` is the other process of the second check: it

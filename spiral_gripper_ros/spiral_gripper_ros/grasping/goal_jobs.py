@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a goal of an action has the control logic do: wrap an object, or let go of it."""
 
 from __future__ import annotations

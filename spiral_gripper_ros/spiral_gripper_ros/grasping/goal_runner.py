@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Carries out the goals of all actions: starts them, tells how they go, ends them."""
 
 from __future__ import annotations

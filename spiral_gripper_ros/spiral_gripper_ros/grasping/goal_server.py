@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Serves an action whose goals the control logic carries out, in the language of its messages."""
 
 from __future__ import annotations

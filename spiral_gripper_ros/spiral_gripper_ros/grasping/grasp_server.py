@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The actions that end in a grasp or a release: `grasp`, `release`, those of control_msgs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A parallel gripper's commands, understood as this gripper can: no ROS.
 
 The opening of a parallel gripper becomes the diameter of the object that is wrapped; from some

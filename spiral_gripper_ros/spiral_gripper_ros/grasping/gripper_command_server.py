@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The actions of control_msgs for parallel grippers, as MoveIt and ros2_control clients know them.
 
 control_msgs is optional: the actions are offered where it is installed. Each has a name of its own,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The action `release`: vent, and say when the pressure is gone."""
 
 from __future__ import annotations

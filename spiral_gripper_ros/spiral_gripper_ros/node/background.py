@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Work that takes longer than a callback may: a thread each for gravity, plans and designs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The clock that the control loop lives by."""
 
 from __future__ import annotations

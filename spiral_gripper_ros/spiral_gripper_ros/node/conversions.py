@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Packing and unpacking of messages; nothing is decided here."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of parameters on a real node: declared, read, and guarded."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Packing and unpacking of `design_gripper`; :mod:`spiral_core.design.procedure` decides."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tells /diagnostics how the node is, whatever it does."""
 
 from __future__ import annotations

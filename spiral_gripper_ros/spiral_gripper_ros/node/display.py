@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws the gripper for RViz, as long as somebody looks."""
 
 from __future__ import annotations

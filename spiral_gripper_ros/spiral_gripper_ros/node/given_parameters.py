@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters given at start that no node of the process has: a typing error must be noticed.
 
 rclpy ignores such names without a word, and a file for another node as well: a pressure cap in it

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an operator reads in the terminal: one line for each change, no more than they can read."""
 
 from __future__ import annotations

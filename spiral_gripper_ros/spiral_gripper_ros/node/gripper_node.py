@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The lifecycle node: messages in, the decisions of its control logic out.
 
 What it promises is written in ``docs/node.md``; what it decides is decided in

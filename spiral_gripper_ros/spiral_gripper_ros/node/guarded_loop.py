@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The loop of the node's process: what escapes from the executor is logged, the grip stays."""
 
 from __future__ import annotations

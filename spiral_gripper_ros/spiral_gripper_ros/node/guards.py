@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What becomes of an exception in a callback: logged; a vent only where control fails.
 
 rclpy swallows exceptions of lifecycle callbacks without a word, and an exception in any other

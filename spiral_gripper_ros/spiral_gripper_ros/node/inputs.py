@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the node hears: radii, gravity, measured pressures, and signs of life of its client."""
 
 from __future__ import annotations

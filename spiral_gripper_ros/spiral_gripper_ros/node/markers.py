@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What RViz draws: the tube as commanded and as it is, its straight fiber, the object, a text."""
 
 from __future__ import annotations

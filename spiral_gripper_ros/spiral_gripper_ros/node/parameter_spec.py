@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What one parameter is, and what it may be."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The answer of `plan_wrap`: will it wrap, and with what?"""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What every process of ours does around its work: help, signals, ROS, exit code.
 
 Whatever takes time is imported by the work itself, so that a signal that comes early ends the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The gripper that a running node is asked to change to: read and judged before it is."""
 
 from __future__ import annotations

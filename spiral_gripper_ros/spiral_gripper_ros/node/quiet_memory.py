@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Garbage collection that does not hold up the control loop."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals that end a process as a request to stop, so that the last command can still be sent.
 
 rclpy's own handlers shut the context down at once; after that nothing can be published any more.

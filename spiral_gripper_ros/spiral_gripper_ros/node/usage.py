@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What `spiral_gripper_node --help` says."""
 
 from __future__ import annotations

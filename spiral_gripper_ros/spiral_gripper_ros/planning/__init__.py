@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """From radius and gravity to wraps and shapes, without ROS."""

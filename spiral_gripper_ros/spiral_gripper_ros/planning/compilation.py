@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compile the numerical kernels in a process of its own, where they are not cached yet. No ROS.
 
 That takes half a minute or more, once for an installation, in which a node could neither answer

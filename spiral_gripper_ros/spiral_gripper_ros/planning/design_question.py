@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A design question as plain values: what a worker process is given. No ROS."""
 
 from __future__ import annotations

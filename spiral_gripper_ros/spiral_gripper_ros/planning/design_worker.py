@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Designs in a process of their own: bounded in memory and time, ended with the node. No ROS.
 
 A design takes seconds of Python, which would keep even another thread from the control loop.

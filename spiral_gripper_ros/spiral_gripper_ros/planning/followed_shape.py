@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A shape that follows a pressure, solved anew only when that changes it. Knows no ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A gripper that the node has loaded: its description, its planner, its present shapes."""
 
 from __future__ import annotations

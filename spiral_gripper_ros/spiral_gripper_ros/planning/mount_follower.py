@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Keeps the planner true to gravity while the arm tilts, without holding up the control loop."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Answers for one gripper at one gravity: plans, shapes, regimes. Knows no ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which nodes of a shape are shown. Knows no ROS."""
 
 from __future__ import annotations

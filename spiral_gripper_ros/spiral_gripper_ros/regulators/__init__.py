@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """The adapter from ``pressure_command`` to the pressure regulators that labs have."""

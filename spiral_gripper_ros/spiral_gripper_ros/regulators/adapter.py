@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The adapter's decisions: what a device is sent, and what is told of it. No ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which pressure a device is sent: the newest possible command while commands come, else 0."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an adapter needs of a device, however it is connected."""
 
 from __future__ import annotations

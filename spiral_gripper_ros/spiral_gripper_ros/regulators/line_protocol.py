@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""The line protocol of a regulator on a serial line, without the line.
 
 ASCII, one message a line, ended by ``\n`` (``\r\n`` is accepted), each with a check sum::

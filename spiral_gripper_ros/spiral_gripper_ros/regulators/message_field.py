@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One number in a message of any type: ``data``, ``fluid_pressure``, ``data[2]``, ``a[0].b``."""
 
 from __future__ import annotations

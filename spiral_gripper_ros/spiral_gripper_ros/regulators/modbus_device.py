@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A regulator with Modbus TCP: set-point, measured pressure and heartbeat in registers."""
 
 from __future__ import annotations

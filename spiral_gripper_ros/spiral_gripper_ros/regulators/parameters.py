@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The adapter's parameters, and what they describe."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The numbers of a device as gauge pressures: unit, reference, scale."""
 
 from __future__ import annotations

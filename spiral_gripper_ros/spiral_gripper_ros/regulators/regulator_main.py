@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``spiral_gripper_regulator``: the process of the adapter; the last thing it sends is a vent."""
 
 from __future__ import annotations

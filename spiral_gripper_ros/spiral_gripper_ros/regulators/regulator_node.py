@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The adapter as a node: ``pressure_command`` in, ``measured_pressure`` out."""
 
 from __future__ import annotations

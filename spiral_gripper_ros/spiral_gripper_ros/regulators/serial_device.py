@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A regulator on a serial line that speaks :mod:`spiral_gripper_ros.regulators.line_protocol`."""
 
 from __future__ import annotations

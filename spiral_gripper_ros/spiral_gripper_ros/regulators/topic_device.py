@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A regulator whose driver is a ROS node with topics of its own."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Is an estimate of ``object_radius_stamped`` young enough? No ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames of tip and object, the object's pose and the joint's position, for the rest of a robot."""
 
 from __future__ import annotations

@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """A simulated regulator, gripper and source of radii: the node without hardware."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``spiral-gripper inject``: sets the fault of a running simulation, without ros2cli."""
 
 from __future__ import annotations

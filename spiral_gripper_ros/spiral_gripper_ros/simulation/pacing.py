@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How simulated time passes: with the machine's clock, with somebody's /clock, or as its source."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulator's parameters: a table for each of its nodes, and the models they describe."""
 
 from __future__ import annotations

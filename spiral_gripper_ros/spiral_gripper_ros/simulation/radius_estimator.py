@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""A simulated estimator of the radius: the object in front of it, with an estimator's errors.
 
 .. math:: \hat r = r + b + \sigma n \pm o

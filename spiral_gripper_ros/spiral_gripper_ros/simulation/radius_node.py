@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated source of radii as a node: what a camera's node would publish."""
 
 from __future__ import annotations

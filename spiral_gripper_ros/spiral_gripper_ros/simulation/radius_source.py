@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is in front of the simulated gripper, over time: a recording or a simple profile.
 
 A source gives the samples that an estimator takes, and the radius that is really there. Time is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""A simulated proportional pressure regulator: it hears commands, holds a pressure, reports it.
 
 The pressure follows its target as :mod:`spiral_gripper_ros.simulation.valve` says. The target is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated regulator as a node: what a real one's driver would subscribe to and publish."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A recorded stream of radius estimates, read from a file. Knows no ROS."""
 
 from __future__ import annotations

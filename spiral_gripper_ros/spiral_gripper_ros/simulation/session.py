@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``spiral-gripper simulate``: node and simulator as processes, watched until they are stopped."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""The gripper as it really is, which need not be as its description says.
 
 A tube whose material is :math:`s` times as stiff as described takes at :math:`s P` the shape that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulator: its two nodes, and the time that passes for them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``spiral_gripper_simulator``: the process of the simulator."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What really happens, as topics below `simulated/`: for displays, plots and tests."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""How the pressure in the gripper follows a regulator's target: a lag, limited flow, a leak.
 
 .. math:: \dot p = \mathrm{clip}\!\left(\frac{p_t - p}{T},\; -R_\mathrm{vent},\; R_\mathrm{fill}

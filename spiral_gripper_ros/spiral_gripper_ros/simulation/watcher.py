@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The eyes of ``spiral-gripper simulate``: hears what node and simulator publish."""
 
 from __future__ import annotations

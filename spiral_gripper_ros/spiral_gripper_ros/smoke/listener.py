@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ears of the smoke test: what node and simulator publish while a grasp goes on."""
 
 from __future__ import annotations

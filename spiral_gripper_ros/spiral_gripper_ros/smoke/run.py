@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``spiral-gripper smoke``: one whole grasp of the node and the simulator, as real processes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the smoke test saw, and whether it was what it should have seen. Knows no ROS."""
 
 from __future__ import annotations

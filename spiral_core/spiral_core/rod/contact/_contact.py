@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Contact and friction at the nodes: what an obstacle adds to a Newton step.
 
 With gap g, normal N, normal force lambda and slip s of the contact point from its anchor:

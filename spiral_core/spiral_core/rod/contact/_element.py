@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The mixed rod element: its energy, gradient and Hessian in two rotations and its mean force.
 
 Derived in ``docs/derivations/contact.md``. It is the element of ``docs/derivations/rod.md`` for any

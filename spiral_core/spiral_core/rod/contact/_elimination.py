@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One Newton pass: elements assembled, their forces condensed, nodes eliminated from base to tip.
 
 Unknowns are a rotation and a displacement per node and a force per element. With D the element's

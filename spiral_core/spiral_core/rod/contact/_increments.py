@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From one problem to the next in increments that the rod can follow, and what to do at a fold."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a rod problem to the arrays of the solver."""
 
 from __future__ import annotations

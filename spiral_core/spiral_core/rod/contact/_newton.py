@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Newton's method for a rod with obstacles, from one state to the equilibrium next to it.
 
 First quickly, with the contacts that the start has; if that does not settle within a few passes,

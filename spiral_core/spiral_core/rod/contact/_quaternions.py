@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Unit quaternions, scalar last, as arrays (n, 4)."""
 
 from __future__ import annotations

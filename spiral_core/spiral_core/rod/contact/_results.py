@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From an iterate and its evidence to the state that a user sees."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small matrices and vectors in numbered slots of a workspace, for the compiled element."""
 
 from typing import TypeAlias

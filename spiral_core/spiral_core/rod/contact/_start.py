@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a solve begins: the straight rod, or a rod along a given centerline."""
 
 from __future__ import annotations

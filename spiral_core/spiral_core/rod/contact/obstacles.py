@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A rigid obstacle: a shape at a place, with its coefficient of friction."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shapes that a rod may touch, each given by its signed distance in a frame of its own."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Solve a rod among obstacles, from scratch or from a state nearby, and follow it along a path.
 
 The method is derived in ``docs/derivations/contact.md``.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A solved rod with contacts: its shape, its forces and the evidence for them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands to a node that runs: ``plan``, ``grasp``, ``release``, ``status`` and ``watch``."""
 
 from __future__ import annotations

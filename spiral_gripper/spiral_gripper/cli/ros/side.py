@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How a command reaches its ROS 2 side, which is not installed everywhere."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``simulate``: the node without hardware; needs ROS 2, but not ``ros2 launch``."""
 
 from __future__ import annotations

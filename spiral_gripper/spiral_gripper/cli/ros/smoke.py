@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``smoke``: does everything work together? One grasp of the node, simulated."""
 
 from __future__ import annotations
