@@ -95,6 +95,7 @@ _NAMES = {
         "Cone",
         "Cylinder",
         "Plane",
+        "Profile",
         "SignedDistance",
         "Sphere",
     ),

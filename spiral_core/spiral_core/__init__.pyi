@@ -99,6 +99,7 @@ from spiral_core.rod.contact.shapes import Capsule as Capsule
 from spiral_core.rod.contact.shapes import Cone as Cone
 from spiral_core.rod.contact.shapes import Cylinder as Cylinder
 from spiral_core.rod.contact.shapes import Plane as Plane
+from spiral_core.rod.contact.shapes import Profile as Profile
 from spiral_core.rod.contact.shapes import SignedDistance as SignedDistance
 from spiral_core.rod.contact.shapes import Sphere as Sphere
 from spiral_core.rod.contact.solve import follow_contact as follow_contact

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -20,6 +21,9 @@ Distance: TypeAlias = tuple[Array, Array, Array]
 
 # Step of the central differences that give a user's distance its Hessian, in radii of curvature.
 DIFFERENCE = 1e-5
+# Newton steps to the nearest point of a profile, and how near its center of curvature counts.
+NEAREST_STEPS = 12
+NOT_A_CENTER = 1e-3
 
 
 class Shape(Protocol):
@@ -109,6 +113,64 @@ class Cone:
     def feature_radius(self) -> float:
         """The radius at z = 0."""
         return self.radius
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A body of revolution about the z axis, r(z) a cubic spline, beyond its ends a cone.
+
+    Args:
+        heights: z of the given radii [m], increasing, at least two.
+        radii: r there [m], > 0.
+    """
+
+    heights: tuple[float, ...]
+    radii: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        heights = [require_finite("heights", z) for z in self.heights]
+        radii = [require_positive("radii", r) for r in self.radii]
+        if len(heights) < 2 or any(not b > a for a, b in pairwise(heights)):
+            raise InvalidInputError("heights", self.heights, "two or more increasing numbers")
+        if len(radii) != len(heights):
+            raise InvalidInputError("radii", self.radii, f"one for each of {len(heights)} heights")
+
+    def distance(self, points: Array) -> Distance:
+        """Return the distance from the lateral surface, from the nearest point of the profile."""
+        rho, radial = _radial(points)
+        foot = points[:, 2].copy()
+        for _ in range(NEAREST_STEPS):
+            r, slope, bend = self._curve(foot)
+            change = foot - points[:, 2] + (r - rho) * slope
+            foot -= change / np.maximum(1.0 + slope**2 + (r - rho) * bend, 0.5)
+        r, slope, bend = self._curve(foot)
+        c = 1.0 / np.sqrt(1.0 + slope**2)
+        normal = c[:, None] * radial
+        normal[:, 2] = -c * slope
+        along = (c * slope)[:, None] * radial
+        along[:, 2] = c
+        gap = c * (rho - r - slope * (points[:, 2] - foot))
+        curve = -bend * c**3
+        curve = curve / np.maximum(1.0 + curve * gap, NOT_A_CENTER)
+        safe = np.maximum(rho, 1e-9 * min(self.radii))
+        hessian = curve[:, None, None] * along[:, :, None] * along[:, None, :]
+        hessian += (c / safe)[:, None, None] * _around(radial)
+        return gap, normal, hessian
+
+    def _curve(self, heights: Array) -> tuple[Array, Array, Array]:
+        """Return r, r' and r'' at the heights."""
+        from scipy.interpolate import CubicSpline
+
+        spline = CubicSpline(self.heights, self.radii, bc_type="natural")
+        inside = np.clip(heights, self.heights[0], self.heights[-1])
+        slope = spline(inside, 1)
+        bend = np.where(heights == inside, spline(inside, 2), 0.0)
+        return spline(inside) + slope * (heights - inside), slope, bend
+
+    @property
+    def feature_radius(self) -> float:
+        """The smallest of the given radii."""
+        return min(self.radii)
 
 
 @dataclass(frozen=True, slots=True)
