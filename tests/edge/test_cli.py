@@ -501,3 +501,12 @@ def test_a_drawn_cylinder_is_its_projection() -> None:
     assert np.ptp(body[:, 1]) == pytest.approx(0.6 * 4.0)
     for end in ends:
         assert np.ptp(end[:, 1]) == pytest.approx(0.8 * 1.0, rel=1e-3)
+
+
+def test_without_viser_one_line_says_what_to_install(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    assert "the studio needs viser: pip install 'spiral-gripper[studio]'" in complaint(
+        capsys, "studio", "prototype_p1", "--no-browser"
+    )

@@ -171,6 +171,12 @@ MISUSES = {
     C + "--measured-curve": "bend angles and twists only",
     C + "--measured-curve --law yeoh": "--measured-curve fits nothing",
     C + "--radius '1 m'": "an object of radius 1 m cannot be gripped",
+    # model, studio
+    "model": "GRIPPER",
+    "model prototype_p1": "'--radius'",
+    "model nowhere --radius '9 mm'": "no gripper has this name",
+    "model prototype_p1 --radius '9 cm'": "an object of radius 9 cm cannot be gripped",
+    "studio prototype_p1 --port two": "--port",
     # grippers, doctor, and what needs ROS 2
     "grippers": "Usage: spiral-gripper grippers",
     "grippers prototype_p1": "as in spiral-gripper grippers show prototype_p1",

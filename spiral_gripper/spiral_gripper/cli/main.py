@@ -20,6 +20,14 @@ import click
 from spiral_gripper.cli.group import Group, NoCommandError
 
 NO_ANSWER: Final = 2
+# Libraries that are not always installed: what needs them, and the extra that brings them.
+EXTRAS: Final = MappingProxyType(
+    {
+        "matplotlib": ("pictures need matplotlib", "plot"),
+        "viser": ("the studio needs viser", "studio"),
+        "trimesh": ("the studio needs trimesh", "studio"),
+    }
+)
 
 
 class _Entry(NamedTuple):
@@ -149,8 +157,10 @@ def _complain_or_raise(error: Exception, givens: dict[str, list[Any]]) -> int:
         return _complain(sentence(error, givens))
     if isinstance(error, OverflowError):
         return _complain("the numbers given are too large to compute with; check the units")
-    if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("matplotlib"):
-        return _complain("pictures need matplotlib: pip install 'spiral-gripper[plot]'")
+    missing = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""
+    if missing in EXTRAS:
+        need, extra = EXTRAS[missing]
+        return _complain(f"{need}: pip install 'spiral-gripper[{extra}]'")
     raise error
 
 
