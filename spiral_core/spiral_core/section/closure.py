@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The unknowns that close a section around itself: Newton's method from rest outwards."""
 
 from __future__ import annotations
