@@ -79,6 +79,25 @@ def test_cable_hangs_as_the_exact_elastica(values: dict[str, float]) -> None:
     assert result.metrics["settling_residual"] == 0.0
 
 
+@pytest.mark.parametrize(
+    "values",
+    [{"friction": f, "overhang": o} for f in (0.1, 0.3) for o in (0.5, 0.8, 0.95)],
+)
+def test_rope_on_a_cylinder_is_held(values: dict[str, float]) -> None:
+    result = answer("capstan", **values)
+    # Nothing slips: the rope rises by what its bending stiffness, absent from the start, takes.
+    assert result.metrics["slide"] < 2e-5
+    # At the start, between whose points cosseratbench interpolates.
+    assert result.observations["max_penetration"] < 1e-2
+
+
+@pytest.mark.parametrize(
+    "values", [{"friction": f, "overhang": o} for f in (0.1, 0.3) for o in (1.1, 1.5)]
+)
+def test_rope_on_a_cylinder_slides(values: dict[str, float]) -> None:
+    assert answer("capstan", **values).metrics["slide"] > 0.05
+
+
 @pytest.mark.parametrize("name", ["crossing", "pendulum", "pile", "twist"])
 def test_what_is_not_statics_of_one_rod_is_declared_unsupported(name: str) -> None:
     result = run(load_experiment(name), SpiralSolver())
@@ -108,7 +127,7 @@ def test_first_frame_is_the_start_and_directors_stay_across() -> None:
 
 
 def test_straight_or_planar_rod_starts_with_cosseratbenchs_directors() -> None:
-    for name in ("cantilever", "catenary"):
+    for name in ("cantilever", "catenary", "capstan"):
         (rod,) = load_experiment(name).scenario.rods
         first = SpiralSolver().run(load_experiment(name).scenario, n_elements=20, n_frames=2)
         np.testing.assert_allclose(first.directors[0][0], rod.directors(20), atol=1e-9)

@@ -45,7 +45,7 @@ ACROSS = 1e-9
 class SpiralSolver:
     """Static equilibria with a certificate: all frames but the first one, which is the start.
 
-    A rod that finds none, because it slides off, moves evenly to where the search left it.
+    A rod that finds none, because it slides off, passes through the states of the search.
 
     Example:
         >>> from cosseratbench.experiment import run
@@ -83,13 +83,13 @@ class SpiralSolver:
         if state.status not in (ContactStatus.CONVERGED, ContactStatus.NOT_HELD):
             raise Diverged(state.status.value)
         _refuse_beyond_the_ends(scenario, state)
-        turned = _turned(state, directors, rod.start is posed.EndCondition.CLAMPED)
-        came = np.ones(n_frames)
+        held = rod.start is posed.EndCondition.CLAMPED
+        across = np.repeat(_turned(state, directors, held)[None], n_frames, axis=0)
+        positions = np.repeat(state.positions[None], n_frames, axis=0)
         if state.status is ContactStatus.NOT_HELD:
-            came = np.linspace(0.0, 1.0, n_frames)
-        came[0] = 0.0
-        positions = nodes + came[:, None, None] * (state.positions - nodes)
-        across = np.where(came[:, None, None] > 0.0, turned, directors)
+            passed = np.linspace(0, len(state.trail) - 1, n_frames)
+            positions = state.trail[np.rint(passed).astype(int)]
+        positions[0], across[0] = nodes, directors
         times = np.linspace(0.0, scenario.duration, n_frames)
         return Trajectory(times, (positions,), (across,))
 
