@@ -55,6 +55,17 @@ def test_cable_between_poles(capsys: pytest.CaptureFixture[str]) -> None:
     assert "span 0.99 m: sags 93.5 mm, pulls 1.076 N at each pole" in printed
 
 
+def test_rope_on_a_capstan(capsys: pytest.CaptureFixture[str]) -> None:
+    found = runpy.run_path(str(ROOT / "examples" / "rope_on_a_capstan.py"))
+    for ratio, state in zip(found["ratios"], found["path"].states, strict=True):
+        assert state.stable
+        assert math.hypot(*state.forces[-2]) == pytest.approx(0.5 * ratio, rel=1e-6)
+    assert not found["path"].events
+    printed = capsys.readouterr().out
+    assert "2.5 to 1: held; the heavy end is 23.1 mm lower, by stretch" in printed
+    assert "the capstan equation allows 2.57 to 1" in printed
+
+
 def test_coil_on_a_cone(capsys: pytest.CaptureFixture[str]) -> None:
     found = runpy.run_path(str(ROOT / "examples" / "coil_on_a_cone.py"))
     grip, axis = found["grip"], found["AXIS"]
