@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every shape's gradient and Hessian are the derivatives of its distance."""
 
 import math
