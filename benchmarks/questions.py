@@ -162,8 +162,8 @@ def judge_no_coil(scan: Scan, error: NoCoilError) -> str | None:
         return "it coils"
     closed = [p for p, r in zip(scan.pressures, scan.radii, strict=True) if not r > 0.0]
     open_turns = [t for t, r in zip(scan.turns, scan.radii, strict=True) if r > 0.0]
-    # The maximum between two samples of either scan is missed by a little.
-    if abs(max(open_turns) - error.turns) > 0.05 * max(open_turns):
+    # A sharp maximum between samples is missed by a little.
+    if max(open_turns) > 1.05 * error.turns:
         return f"{max(open_turns):.4g} turns"
     return None if (error.closes_at is not None) == bool(closed) else "closes, or does not"
 
@@ -248,7 +248,11 @@ def _mount(index: int, gripper: Gripper) -> str:
 
 def measure(effort: Effort) -> Section:
     """Ask the questions and count."""
-    outcomes, faults = ask_all(effort.questions)
+    return section(*ask_all(effort.questions))
+
+
+def section(outcomes: Counter[str], faults: list[str]) -> Section:
+    """Return the counts as a table."""
     total = sum(outcomes.values())
     rows = [(kind, f"{count:,}") for kind, count in outcomes.most_common() if kind != "FAULT"]
     return Section(

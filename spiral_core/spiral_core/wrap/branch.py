@@ -30,6 +30,8 @@ HALVING = 3
 # come nearest there, a short part of the range is looked for in so many steps.
 NEAR_MISS = 0.3
 NEAR_MISS_STEPS = 12
+# With fewer turns than this to spare, they may fall short between two samples.
+SCARCE_TURNS = 0.5
 # Steps of the search for an extreme radius: it is then right to 1e-9 of its change between samples.
 EXTREME_STEPS = 20
 # Where a coil closes on itself, the range ends at this fraction of the tube's outer radius.
@@ -71,6 +73,16 @@ class SubBranch:
         """Smallest and largest radius [m]."""
         (smallest, _), (largest, _) = self.ends
         return smallest.object_radius, largest.object_radius
+
+    @cached_property
+    def scarce_up_to(self) -> float:
+        """Pressure up to which turns are scarce, so that they are checked for each answer [Pa]."""
+        scarce = [
+            above.pressure
+            for wrap, above in pairwise([*self.wraps, self.wraps[-1]])
+            if wrap.turns < wrap.turns_required + SCARCE_TURNS
+        ]
+        return max(scarce, default=0.0)
 
     @cached_property
     def table(self) -> WrapTable:

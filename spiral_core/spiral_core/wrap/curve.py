@@ -22,6 +22,8 @@ RADIUS_TOLERANCE = 1e-9
 # elements' own.
 ROUGH_TOLERANCE = 1e-6
 SEARCH_LIMIT = 60
+# Turns may fall short of those required by the rounding of the end of the range.
+TURNS_TOLERANCE = 1e-7
 # Of this many steps one halves the bracket, whatever the secant suggests.
 HALVING = 4
 # A start that is taken as it is, without a Newton step, is solved again above this imbalance.
@@ -109,7 +111,10 @@ class WrapCurve:
             smallest, largest = branch.radius_range
             if smallest <= radius <= largest:
                 wrap = self._search(branch, radius)
-                if wrap is not None:
+                if wrap is not None and (
+                    wrap.pressure > branch.scarce_up_to
+                    or wrap.turns >= wrap.turns_required - TURNS_TOLERANCE
+                ):
                     return wrap
         return self._refuse(radius)
 
@@ -183,10 +188,10 @@ class WrapCurve:
             wrap = scan.wrap_at(pressure, q)
             if wrap.state.iterations == 0 and wrap.state.residual > STALE_RESIDUAL:
                 wrap = scan.wrap_at(pressure)
-            q = wrap.state.orientations.copy()
             miss = table.contact_curvature(wrap.object_radius) - target
             if abs(miss) <= RADIUS_TOLERANCE * target:
                 return wrap
+            q = wrap.state.orientations.copy()
             below, above = (pressure, above) if miss < 0.0 else (below, pressure)
             if step > 1 and miss != previous:
                 slope = (miss - previous) / (pressure - last)
