@@ -14,6 +14,8 @@ from spiral_core.validation import require_unit_vector
 # Parts of a rod count as coiled where their tangent's sine to the axis is at least this fraction of
 # the tip's.
 LEAST_SINE = 0.5
+# Nearer to the axis than this a tangent is on it: its azimuth is rounding.
+STRAIGHT_SINE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +88,7 @@ def coil_from_state(state: RodState, axis: Vector) -> Coil:
 
     angle = helix_angle(state, axis)
     step = float(state.arc_lengths[1])
-    least = LEAST_SINE * math.sin(angle)
+    least = max(LEAST_SINE * math.sin(angle), STRAIGHT_SINE)
     turns = turns_about(np.array(state.orientations), np.array(state.strains), step, axis, least)
     return Coil(
         axis=axis,
