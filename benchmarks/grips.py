@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random rods that wrap random cylinders: ``python -m benchmarks.grips --count 2000``.
 
 Each answer is checked by its equations of equilibrium. Some ten minutes on one core.

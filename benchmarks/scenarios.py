@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cosseratbench's cantilever, catenary and capstan: ``python -m benchmarks.scenarios``.
 
 Our rod beside each of its other solvers that is installed (``make bench`` installs them).

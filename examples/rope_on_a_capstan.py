@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A rope over a fixed bar: how much more than its counterweight it holds before it slips.
 
 Run ``python examples/rope_on_a_capstan.py``.

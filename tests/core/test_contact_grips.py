@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random grips are certified and in balance; the judge sees what is not."""
 
 from __future__ import annotations

@@ -215,7 +215,7 @@ def test_a_gripper_that_cannot_be_used_is_a_problem_with_its_place(tmp_path: Pat
         finding = check_gripper(name, HEALTHY)
         assert finding.mark is Mark.PROBLEM
         assert text in finding.text
-    assert "grips radii from 2.591 mm to 35.6 mm" in check_gripper("prototype_p1", HEALTHY).text
+    assert "grips radii from 2.591 mm to 35.59 mm" in check_gripper("prototype_p1", HEALTHY).text
 
 
 # --- the workers ---------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ SUFFIXES = {".action", ".cmake", ".msg", ".py", ".pyi", ".sh", ".srv", ".xacro"}
 NAMES = {"CMakeLists.txt", "Makefile"}
 FOLDERS = ("benchmarks", "docs", "examples", "packaging", "tests")
 PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_msgs", "spiral_gripper_ros")
-BUILT = {"__pycache__", "build", "install", "log"}
+BUILT = {"__pycache__", "_site", "build", "install", "log"}
 
 
 def source_files() -> list[str]:

@@ -92,7 +92,9 @@ def test_a_regulator_that_joins_late_hears_of_an_inactive_node_its_last_vent(act
 
 
 def test_the_node_uses_no_shared_memory_unless_it_is_told_to(client, namespace):
-    with RunningNode(namespace) as node:
+    # For LOCALHOST, as the tests use it, rmw_fastrtps chooses transports of its own.
+    environment = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+    with RunningNode(namespace, environment=environment) as node:
         client.wait_until_active()
         assert "/dev/shm/fastrtps" not in Path(f"/proc/{node.process_id}/maps").read_text()
 

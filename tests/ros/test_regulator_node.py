@@ -89,6 +89,7 @@ def on_line(namespace, line, **parameters):
 
 def test_a_command_reaches_the_device_and_its_pressure_comes_back(namespace, gripper, line):
     with on_line(namespace, line) as process:
+        gripper.wait_until(lambda: line.set_points, "the first set-point")
         gripper.command_until(
             4.0e4,
             lambda: gripper.measured and gripper.measured[-1].fluid_pressure == 4.0e4,
@@ -219,6 +220,7 @@ def test_a_drivers_topics_are_served_in_its_type_unit_and_reference(namespace, g
             measured.publish(Float32(data=121.325))
             return set_points and set_points[-1] > 140.0 and gripper.measured
 
+        gripper.wait_until(lambda: set_points, "the first set-point")
         gripper.command_until(4.0e4, answered, "the set-point in kPa, and the measured pressure")
         assert set_points[0] == pytest.approx(1e-3 * AIR)
         assert set_points[-1] == pytest.approx(1e-3 * (AIR + 4.0e4))
