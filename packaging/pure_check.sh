@@ -34,4 +34,4 @@ packages = {path.parts[0] for path in distribution.files if path.suffix == ".py"
 assert packages == {"spiral_core", "spiral_gripper"}, f"not the core and the edge: {packages}"
 PYTHON
 # --pyargs: the doctests of the installed packages, not those of the folders beside this one.
-"$scratch/venv/bin/pytest" --pyargs spiral_core spiral_gripper tests/core tests/edge
+"$scratch/venv/bin/pytest" --numprocesses=auto --dist=loadfile -m "not slow" --pyargs spiral_core spiral_gripper tests/core tests/edge
