@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from spiral_core import WrapCurve
+from spiral_gripper import load_gripper
 from spiral_gripper.cli.main import COMMANDS, run
 from spiral_gripper.files.catalog import GRIPPERS
 
@@ -205,6 +207,12 @@ MISUSES = {
     "status --namespace 1st": "beginning with a digit",
     "watch --duration never": "a plain finite number",
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled() -> None:
+    """Compile first, where that was never done: it takes longer than an answer may."""
+    WrapCurve(load_gripper("prototype_p1")).wrap_for_radius(0.01)
 
 
 @pytest.fixture(scope="module")

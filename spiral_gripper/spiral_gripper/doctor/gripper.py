@@ -152,8 +152,9 @@ def _kernels() -> Iterator[Any]:
     """Yield the compiled kernels that a start of the solver loads."""
     for name in START_LOADS:
         import_module(name)
+    folders = {name.rpartition(".")[0] for name in START_LOADS}
     for name, module in sorted(sys.modules.items()):
-        if not name.startswith("spiral_core."):
+        if name.rpartition(".")[0] not in folders:
             continue
         for value in vars(module).values():
             # numba's dispatchers, told by what they have: numba is the core's business

@@ -11,6 +11,7 @@ from typing import Any
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import RodState
+from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement, place_object
@@ -74,6 +75,7 @@ def solve_wrap(gripper: Gripper, radius: float, pressure: float | None) -> Solve
         InvalidInputError: a value is out of its range.
         NotGrippableError: the radius is outside the grippable range.
     """
+    require_positive("radius", radius)  # before anything is compiled
     curve = WrapCurve(gripper)
     wrap = curve.wrap_for_radius(radius)
     regime = force = None
