@@ -43,7 +43,7 @@ help:
 	@echo 'make format        put the sources into the form that make test checks'
 	@echo 'make docs          the documentation as a site, in docs/_site'
 	@echo 'make figures       draw the pictures of the documentation'
-	@echo 'make validation    compute docs/validation.md: what the paper states, what we compute'
+	@echo 'make validation    compute docs/validation.md and validation_grip.md: what the paper states, what we compute'
 	@echo 'make bench         measure the figures that the documentation states (ONLY="solves wraps": some)'
 	@echo 'make bench-ros     measure the node: latency, load, endurance, start (some eight minutes)'
 	@echo 'make cycles        1,000 times wrap, lift, release with faults at random: no unsafe command (some minutes)'
@@ -118,6 +118,7 @@ lower-bounds:
 figures: $(INSTALLED_DEV)
 	$(BIN)/python docs/figures.py
 	$(BIN)/python docs/section_figures.py
+	PYTHONPATH=. $(BIN)/python docs/contact_figures.py
 
 docs: $(INSTALLED_DEV)
 	@$(STEP) $(LOGS)/install-docs.log "Installing Sphinx" $(BIN)/python -m pip install 'spiral-gripper[docs]'
@@ -126,6 +127,7 @@ docs: $(INSTALLED_DEV)
 
 validation: $(INSTALLED_DEV)
 	$(BIN)/python docs/validation.py
+	$(BIN)/python docs/validate_grip.py
 
 # Peers are optional: where they cannot be installed their tables say so.
 bench: $(INSTALLED_DEV)
@@ -144,7 +146,7 @@ fuzz: $(INSTALLED_DEV)
 	$(BIN)/pytest tests/ros/test_control_machine.py tests/ros/test_live_machine.py --hypothesis-profile=fuzz
 
 clean:
-	rm -rf $(LOGS) docs/_site docs/reference .colcon .hypothesis .mypy_cache .pytest_cache .ruff_cache build install log dist
+	rm -rf $(LOGS) docs/_site docs/reference docs/gallery.rst docs/figures/gallery .colcon .hypothesis .mypy_cache .pytest_cache .ruff_cache build install log dist
 	find spiral_core spiral_gripper spiral_gripper_ros tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean

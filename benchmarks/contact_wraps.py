@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random rods closing on random cylinders: solved and certified, or a reason; never silently wrong.
+"""Random rods closing on random cylinders: certified, or a reason; never wrong without a word.
 
-python -m benchmarks.contact_wraps [FIRST] [LAST]    (2,000 by default: more than an hour)
+From the straight rod beside its cylinder, in one call of ``solve_contact``, without a path.
 """
 
 from __future__ import annotations
 
 import math
-import sys
+import multiprocessing
 import time
 from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.results import Effort, Section, Table, milli
+from benchmarks.robustness import WORKERS, spread
 from spiral_core import (
     ContactProblem,
     ContactState,
@@ -20,11 +24,13 @@ from spiral_core import (
     ElasticRod,
     Obstacle,
     RodLoad,
-    Section,
     solve_contact,
 )
+from spiral_core import (
+    Section as Stiffness,
+)
 
-COUNT = 2000
+CHUNK = 25
 DENSITY, GRAVITY = 950.0, 9.81
 # Of the rod's radius, and of the forces.
 PENETRATION, IMBALANCE = 1e-3, 1e-6
@@ -48,7 +54,7 @@ def random_wrap(seed: int) -> ContactProblem:
     place = np.array((0.0, radius + outer + random.uniform(0.0, 0.5) * radius, 0.0))
     place += axis * random.uniform(-0.05, 0.05)
     friction = float(random.choice([0.0, 0.0, 0.1, 0.3, 0.6]))
-    section = Section((2.0 / 3.0 * bending, bending, bending))
+    section = Stiffness((2.0 / 3.0 * bending, bending, bending))
     obstacle = Obstacle.along(Cylinder(radius), (*place.tolist(),), (*axis.tolist(),), friction)
     return ContactProblem(
         ElasticRod(length, section, outer, (torsion, 0.0, curvature)),
@@ -71,24 +77,69 @@ def verdict(problem: ContactProblem, state: ContactState) -> str:
     return "CONVERGED, touching" if state.contact_lengths[0] > 0.0 else "CONVERGED, clear"
 
 
-def main() -> None:
-    """Solve the sample and print how it went."""
-    first, last = (int(a) for a in (sys.argv[1:3] if len(sys.argv) > 2 else (0, COUNT)))
-    found: Counter[str] = Counter()
-    times, iterations = [], []
-    for seed in range(first, last):
+class Outcome(NamedTuple):
+    """How one rod of the sample went; time in seconds."""
+
+    seed: int
+    verdict: str
+    iterations: int
+    snapped: bool
+    time: float
+
+
+def wrap_some(seeds: range) -> list[Outcome]:
+    """Solve some of the sample, after a first one that loads the kernels."""
+    solve_contact(random_wrap(seeds[0]), throw=False)
+    outcomes = []
+    for seed in seeds:
         problem = random_wrap(seed)
-        begin = time.process_time()
+        begin = time.perf_counter()
         state = solve_contact(problem, throw=False)
-        times.append(time.process_time() - begin)
-        iterations.append(state.iterations)
-        found[verdict(problem, state)] += 1
-    for name, count in found.most_common():
-        print(f"{count:6d}  {name}")
-    for name, values in (("CPU time [s]", times), ("iterations", iterations)):
-        median, high, most = np.quantile(values, (0.5, 0.99, 1.0))
-        print(f"{name}: median {median:.3g}, 99th percentile {high:.3g}, most {most:.3g}")
+        spent = time.perf_counter() - begin
+        snapped = len(state.trail) > 0
+        outcomes.append(Outcome(seed, verdict(problem, state), state.iterations, snapped, spent))
+    return outcomes
 
 
-if __name__ == "__main__":
-    main()
+def wrap_all(count: int) -> list[Outcome]:
+    """Solve the sample on all cores."""
+    chunks = [range(i, min(i + CHUNK, count)) for i in range(0, count, CHUNK)]
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
+        return [outcome for some in pool.map(wrap_some, chunks) for outcome in some]
+
+
+def measure(effort: Effort) -> Section:
+    """Measure the robustness of the contact solver."""
+    outcomes = wrap_all(effort.contacts)
+    kinds = Counter(outcome.verdict for outcome in outcomes)
+    solved = sum(count for name, count in kinds.items() if name.startswith("CONVERGED"))
+    wrong = sum(count for name, count in kinds.items() if name.startswith("WRONG"))
+    times = np.array([outcome.time for outcome in outcomes])
+    iterations = np.array([outcome.iterations for outcome in outcomes])
+    first = {outcome.verdict: outcome.seed for outcome in reversed(outcomes)}
+    rows = [(name, f"{count:,}") for name, count in kinds.most_common()]
+    rows += [
+        ("Newton passes", spread(iterations, "{:.0f}".format)),
+        ("time", spread(times, milli)),
+    ]
+    table = Table(
+        f"Robustness of contact: {len(outcomes):,} random rods close on random cylinders",
+        ("what", "rods, or median / 99th percentile / most"),
+        tuple(rows),
+        "From the straight rod, in one call. Tubes of 3 to 7 mm and 0.15 to 0.6 m, cylinders of 8 "
+        "to 35 mm with the axis of the free coil or up to some 20° from it, friction 0 to 0.6, any "
+        "gravity or none. Converged: certified, in balance to 1e-6 and penetrating by less than "
+        "1e-3 of the radius, from contact forces and positions alone. Other names are statuses: "
+        "the rod touches itself, or slides and is lost. First of each: "
+        + ", ".join(f"{seed} {name}" for name, seed in first.items())
+        + ".",
+    )
+    values = {
+        "rods": len(outcomes),
+        "solved": solved,
+        "wrong": wrong,
+        "time_median": float(np.median(times)),
+        "iterations_median": float(np.median(iterations)),
+    }
+    return Section((table,), {name: float(value) for name, value in values.items()})

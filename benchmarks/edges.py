@@ -24,6 +24,9 @@ SLACK = 1e-6
 # Elements of the reference, relative to those that the solver takes by itself.
 # Rounding errors grow with them: where one does not come to rest, the next is taken.
 REFINEMENTS = (2.0, 1.5, 3.0)
+# A reference whose last Newton step [rad] is below this rests, though rounding errors leave an
+# imbalance above the tolerance: GJ/EI near 1e4 on thousands of elements.
+ROUNDING = 1e-9
 CLASSES = (
     "stiffness jumps, declared",
     "rest strain and load jump, declared",
@@ -66,14 +69,13 @@ def edge_case(index: int) -> EdgeCase:
     rng = np.random.default_rng([SEED, 1, index])
     kind = CLASSES[index % len(CLASSES)]
     length, bending = rng.uniform(0.2, 1.0), 10.0 ** rng.uniform(-4.0, -2.0)
-    ratio, spread = rng.uniform(0.4, 1.2), 1.0
+    ratio = rng.uniform(0.4, 1.2)
     if kind == "GJ/EI from 1e-4 to 1e4":
         ratio = 10.0 ** rng.uniform(-4.0, 4.0)
-        spread = 0.5
-    turned = rng.uniform(0.5, 18.0 * spread) / length
+    turned = rng.uniform(0.5, 18.0) / length
     torsion = rng.uniform(-0.9, 0.9) * turned
     strain = (torsion, 0.0, turned)
-    heaviness = 10.0 ** rng.uniform(0.0, 2.5 * spread)
+    heaviness = 10.0 ** rng.uniform(0.0, 2.5)
     weight = heaviness * bending / length**3
     direction = np.array(random_direction(rng))
     tip = rng.uniform(0.0, 1.0) * weight * length * np.array(random_direction(rng))
@@ -135,7 +137,7 @@ def true_error(case: EdgeCase, state: RodState) -> float:
     for refinement in REFINEMENTS:
         count = int(refinement * enough)
         fine = solve_rod(case.rod, case.load, elements=count, start=state, throw=False)
-        if fine.stable:
+        if fine.stable or (fine.smallest_pivot > 0.0 and fine.last_step < ROUNDING):
             break
     else:
         return case.rod.length

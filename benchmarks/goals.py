@@ -29,6 +29,7 @@ class Goal:
 
 # How figures are shown.
 times = "{:,.0f} ×".format
+error = "{:.1e}".format
 count = "{:,.0f}".format
 
 GOALS = (
@@ -56,6 +57,26 @@ GOALS = (
         5e3,
         False,
         times,
+    ),
+    Goal("cosseratbench, cantilever: error", "scenarios", "cantilever_error", 5e-4, True, error),
+    Goal(
+        "... catenary: from the exact elastica, L", "scenarios", "catenary_exact", 2e-5, True, error
+    ),
+    Goal("... without bending stiffness, L", "scenarios", "catenary_flexible", 2e-5, True, error),
+    Goal(
+        "... cables nearer than PyElastica's, of 5", "scenarios", "catenary_ahead", 5, False, count
+    ),
+    Goal("... capstan: slide while held, m", "scenarios", "capstan_held", 1e-5, True, error),
+    Goal(
+        "... capstan: slide when too heavy, m", "scenarios", "capstan_sliding", 0.05, False, error
+    ),
+    Goal("contact, warm solve, N = 180", "contact", "warm_180", 3e-3, True, milli),
+    Goal("pull of an object by 60 mm", "contact", "pull", 0.5, True, milli),
+    Goal("cost of contact, order in N", "contact", "order", 1.1, True, "{:.2f}".format),
+    Goal("random wraps, wrong without a word", "contact_wraps", "wrong", 0, True, count),
+    *(
+        Goal(f"PyElastica on {name}", "scenarios", f"{name}_pyelastica_ratio", 1e3, False, times)
+        for name in ("cantilever", "catenary", "capstan")
     ),
 )
 

@@ -20,6 +20,7 @@ from spiral_core import (
     Gripper,
     NoCoilError,
     NotGrippableError,
+    RodState,
     SolverError,
     SpiralError,
     Wrap,
@@ -32,6 +33,8 @@ from spiral_gripper import available_grippers, load_gripper
 
 SEED = 2024
 STATIONS = 400
+# A step of the scan in which a lower pressure seems to do is looked at again, in so many parts.
+PARTS = 64
 AXES, RADII = 5, 20
 G = 9.80665
 ROOT = math.sqrt(0.5)
@@ -53,7 +56,9 @@ SURE = 5e-3
 class Scan:
     """Every state of a plain scan: pressures [Pa], radii [m], turns, and where the tube snapped."""
 
+    gripper: Gripper
     pressures: list[float]
+    states: Sequence[RodState]
     radii: list[float]
     turns: list[float]
     snapped: set[int]
@@ -86,29 +91,52 @@ class Scan:
         return SCAN_ERROR * (radius + self.outer_radius)
 
 
-def path_of(gripper: Gripper) -> tuple[list[float], RodPath]:
-    """Return pressures and states of a gripper from almost zero to its limit."""
-    pressures = np.linspace(0.0, gripper.pressure_max, STATIONS + 1)[1:].tolist()
-    shapes = [gripper.rest_shape(pressure) for pressure in pressures]
+def path_of(
+    gripper: Gripper, pressures: list[float] | None = None, start: RodState | None = None
+) -> tuple[list[float], RodPath]:
+    """Return pressures and states of a gripper, from almost zero to its limit where none are given.
+
+    Args:
+        gripper: the gripper.
+        pressures: stations [Pa].
+        start: the state at the first of them.
+    """
+    if pressures is None:
+        pressures = np.linspace(0.0, gripper.pressure_max, STATIONS + 1)[1:].tolist()
+    shapes = [gripper.unloaded_shape(pressure) for pressure in pressures]
     rods, loads = [gripper.rod(s) for s in shapes], [gripper.load(s) for s in shapes]
-    return pressures, follow_path(rods, loads)
+    return pressures, follow_path(rods, loads, start=start)
 
 
 def scan_of(gripper: Gripper, pressures: list[float], path: RodPath) -> Scan:
     """Return what the states of a path wrap about the gripper's axis."""
     wraps = []
     for pressure, state in zip(pressures, path.states, strict=True):
-        shape = gripper.rest_shape(pressure)
+        shape = gripper.unloaded_shape(pressure)
         radius, axis = wrapped_radius(gripper, shape, state)
         outer = gripper.tube.outer_radius
         wraps.append(Wrap(pressure, radius, shape, state, axis, gripper.turns_required, outer))
     return Scan(
+        gripper,
         pressures,
+        path.states,
         [wrap.object_radius for wrap in wraps],
         [wrap.turns for wrap in wraps],
         {math.floor(fold.position) for fold in path.folds},
         gripper.turns_required,
         gripper.tube.outer_radius,
+    )
+
+
+def is_crossed(scan: Scan, i: int, radius: float) -> bool:
+    """Return whether step i of the scan, followed in small parts, wraps a radius [m] in coils.
+
+    Turns may fall short for a part of a step that begins and ends with enough of them.
+    """
+    parts = np.linspace(*scan.pressures[i : i + 2], PARTS + 1).tolist()
+    near = scan_of(scan.gripper, *path_of(scan.gripper, parts, scan.states[i]))
+    return any(
+        (near.radii[k] - radius) * (near.radii[k + 1] - radius) <= 0.0 for k in near.coiled()
     )
 
 
@@ -119,7 +147,7 @@ def judge_answer(scan: Scan, wrap: Wrap, radius: float) -> str | None:
     if not wrap.state.stable or wrap.turns < scan.required - RADIUS_ERROR:
         return "not stable, or too few turns"
     here = int(np.searchsorted(scan.pressures, wrap.pressure)) - 1
-    if any(i < here for i in scan.crossings(radius)):
+    if any(i < here and is_crossed(scan, i, radius) for i in scan.crossings(radius)):
         return "a lower pressure does"
     if 0 < here < len(scan.radii) - 2 and not scan.snapped & {here - 1, here, here + 1}:
         near = scan.radii[here - 1 : here + 3]
@@ -132,7 +160,7 @@ def judge_answer(scan: Scan, wrap: Wrap, radius: float) -> str | None:
 def judge_refusal(scan: Scan, curve: WrapCurve, error: NotGrippableError) -> str | None:
     """Return what is untrue in a refusal; None if nothing is."""
     nearest = error.nearest_radius
-    if any(True for _ in scan.crossings(error.radius)):
+    if any(is_crossed(scan, i, error.radius) for i in scan.crossings(error.radius)):
         return "it can be gripped"
     if nearest is None or not error.margin < 0.0:
         return "no nearest radius, or a margin that is met"
@@ -142,10 +170,11 @@ def judge_refusal(scan: Scan, curve: WrapCurve, error: NotGrippableError) -> str
         return "a nearer radius can be gripped"
     wrap = curve.wrap_for_radius(nearest)
     step = scan.pressures[0]
+    limit = curve.gripper.pressure_max
     around = [p for p in (wrap.pressure - 0.1 * step, wrap.pressure + 0.1 * step) if p > 0.0]
-    sides = [curve.wrap_at_pressure(p) for p in around if p <= curve.gripper.pressure_max]
+    sides = [curve.wrap_at_pressure(min(p, limit)) for p in around]
     true = {
-        "pressure limit": math.isclose(wrap.pressure, curve.gripper.pressure_max, rel_tol=1e-9),
+        "pressure limit": math.isclose(wrap.pressure, limit, rel_tol=1e-9),
         "turns of this": any(side.turns < scan.required for side in sides),
         "closes": any(side.object_radius < 1e-3 * scan.outer_radius for side in sides),
         "snaps": bool(scan.snapped),

@@ -10,17 +10,19 @@ MEGABYTE = 1024.0**2
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How much is measured: repeats of short calls and long ones, and sizes of samples."""
+    """How much is measured: repeats of short and long calls, sizes of samples, peers to ask."""
 
     short: int = 2000
     long: int = 300
     batch: int = 1000
     rods: int = 10_000
     questions: int = 20_000
+    contacts: int = 2000
     collocation_rods: int = 60
     starts: int = 5
     simulated: float = 4.0
     compile_anew: bool = True
+    peers: tuple[str, ...] = ("pyelastica", "mujoco")
 
 
 SMOKE = Effort(
@@ -29,10 +31,12 @@ SMOKE = Effort(
     batch=64,
     rods=6,
     questions=100,
+    contacts=2,
     collocation_rods=1,
     starts=1,
     simulated=0.01,
     compile_anew=False,
+    peers=(),
 )
 
 

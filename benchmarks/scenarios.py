@@ -1,26 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cosseratbench's cantilever, catenary and capstan: ``python -m benchmarks.scenarios``.
-
-Our rod beside each of its other solvers that is installed (``make bench`` installs them).
-"""
+"""cosseratbench's cantilever, catenary and capstan, by our rod and by its other solvers."""
 
 from __future__ import annotations
 
-import argparse
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
 
 import numpy as np
-from cosseratbench.experiment import Result, run
+from cosseratbench.experiment import Experiment, Result, run
 from cosseratbench.registry import load_experiment, load_solver
-from cosseratbench.scenario import Scenario
+from cosseratbench.scenario import Material, Scenario
 
-from benchmarks.command import wide_console
 from benchmarks.hanging_cable import hanging_cable
-from benchmarks.report import show
-from benchmarks.results import Table, milli
+from benchmarks.results import Effort, Section, Table, milli
 from benchmarks.timing import median_time
 from spiral_gripper.interop.cosseratbench import SpiralSolver
 
@@ -30,7 +24,8 @@ LIBRARIES = {"pyelastica": "elastica", "mujoco": "mujoco"}
 SWEEPING = "pyelastica"
 # The metric that judges, its unit, and how it is varied, one value at a time as cosseratbench does.
 METRICS = {"cantilever": "tip_deflection_error", "catenary": "shape_error", "capstan": "slide"}
-REPEATS = 30
+# A rod with this fraction of the radius and the same EA and weight: its EI is 1e4 times smaller.
+THIN = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +55,22 @@ def variants() -> list[Variant]:
             changed = (value for value in parameter.values if value != parameter.default)
             found += [Variant(name, (parameter.name, value)) for value in changed]
     return found
+
+
+def thin(experiment: Experiment) -> Experiment:
+    """Return an experiment with a rod that stretches and weighs as it does but hardly resists."""
+
+    def build(**values: float) -> Scenario:
+        scenario = experiment.build(**values)
+        (rod,) = scenario.rods
+        stiffer = 1.0 / THIN**2
+        old = rod.material
+        material = Material(
+            stiffer * old.youngs_modulus, stiffer * old.shear_modulus, stiffer * old.density
+        )
+        return replace(scenario, rods=(replace(rod, radius=THIN * rod.radius, material=material),))
+
+    return replace(experiment, build=build)
 
 
 def exact_distance(result: Result, scenario: Scenario) -> float:
@@ -120,13 +131,16 @@ def scores_table(scores: dict[Variant, dict[str, Result]], peers: list[str]) -> 
         "Cantilever: relative error of the tip's deflection, of which 4.1e-4 is the reference's, "
         "which is linear. Catenary: largest distance of a node from the curve without bending "
         "stiffness, in lengths; exact: from the same material point of the exact elastica, with "
-        "it. Capstan: how far the rope slides, in meters; below an overhang of 1 it should not.",
+        "it. Capstan: how far the rope slides [m]; below an overhang of 1 it should not.",
     )
 
 
-def times_table(scores: dict[Variant, dict[str, Result]], peers: list[str]) -> Table:
+def times_table(
+    scores: dict[Variant, dict[str, Result]], peers: list[str], repeats: int
+) -> tuple[Table, dict[str, float]]:
     """Return the times of the ordinary cases, and each peer's over ours."""
     rows: list[tuple[str, ...]] = []
+    values: dict[str, float] = {}
     for name in METRICS:
         experiment = load_experiment(name)
         call = partial(
@@ -135,30 +149,50 @@ def times_table(scores: dict[Variant, dict[str, Result]], peers: list[str]) -> T
             n_elements=experiment.n_elements,
             n_frames=experiment.n_frames,
         )
-        ours = median_time(call, REPEATS, warmup=1)
+        ours = values[f"{name}_time"] = median_time(call, repeats, warmup=1)
         cells = [name, str(experiment.n_elements), milli(ours)]
         for peer in peers:
             theirs = scores[Variant(name)][peer].wall_time
             if theirs is None:
                 cells += ["failed", ""]
                 continue
+            values |= {f"{name}_{peer}": theirs, f"{name}_{peer}_ratio": theirs / ours}
             cells += [f"{theirs:.2f} s", f"{theirs / ours:,.0f} ×"]
         rows.append(tuple(cells))
     columns = [column for peer in peers for column in (peer, "/ ours")]
     title = "cosseratbench: wall times of the ordinary cases"
-    return Table(title, ("experiment", "elements", "spiral", *columns), tuple(rows))
+    return Table(title, ("experiment", "elements", "spiral", *columns), tuple(rows)), values
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.scenarios", description=__doc__)
-    parser.add_argument("--peers", nargs="*", default=list(LIBRARIES), choices=list(LIBRARIES))
-    peers = [name for name in parser.parse_args().peers if find_spec(LIBRARIES[name])]
+def goal_values(scores: dict[Variant, dict[str, Result]]) -> dict[str, float]:
+    """Return the figures that goals are set for."""
+    ours = {v: r["spiral"].metrics.get(METRICS[v.experiment], math.nan) for v, r in scores.items()}
+    hanging = [v for v in scores if v.experiment == "catenary"]
+    overhang = {v: dict(v.values).get("overhang", 0.8) for v in scores if v.experiment == "capstan"}
+    flexible = thin(load_experiment("catenary"))
+    thinned = [run(flexible, SpiralSolver(), values=v.values).metrics for v in hanging]
+
+    # NaN where one of them has no answer: no goal is met with it.
+    values = {
+        "cantilever_error": ours[Variant("cantilever")],
+        "catenary_exact": np.max([exact_distance(scores[v]["spiral"], posed(v)) for v in hanging]),
+        "catenary_flexible": np.max([m.get("shape_error", math.nan) for m in thinned]),
+        "capstan_held": np.max([ours[v] for v, fraction in overhang.items() if fraction < 1.0]),
+        "capstan_sliding": np.min([ours[v] for v, fraction in overhang.items() if fraction > 1.0]),
+    }
+    if all(SWEEPING in scores[v] for v in hanging):
+        values["catenary_ahead"] = float(
+            sum(ours[v] < scores[v][SWEEPING].metrics["shape_error"] for v in hanging)
+        )
+    return {name: float(value) for name, value in values.items()}
+
+
+def measure(effort: Effort) -> Section:
+    """Measure ours on every variant, peers on some, and times of the ordinary cases."""
+    peers = [name for name in effort.peers if find_spec(LIBRARIES[name])]
     scores = {variant: score(variant, peers) for variant in variants()}
-    console = wide_console()
-    show(scores_table(scores, peers), console)
-    show(times_table(scores, peers), console)
-
-
-if __name__ == "__main__":
-    main()
+    table, values = times_table(scores, peers, max(1, effort.long // 10))
+    missing = [name for name in effort.peers if name not in peers]
+    if missing:
+        table = replace(table, note=f"Not installed: {', '.join(missing)}.")
+    return Section((scores_table(scores, peers), table), values | goal_values(scores))

@@ -21,9 +21,9 @@ from benchmarks.cases import WARM_CHANGE, usual_case
 from benchmarks.results import Effort, Section, Table, micro, milli
 from benchmarks.timing import median_time
 from spiral_core import follow_path
-from spiral_core.rod._arrays import uniform_numbers
-from spiral_core.rod._continuation import load_uniform, settle_uniform
+from spiral_core.rod._continuation import load_uniform, solve_uniform_from
 from spiral_core.rod._mesh import path_count
+from spiral_core.rod._profiles import uniform_numbers
 
 STATIONS = 50
 
@@ -35,7 +35,7 @@ def warm_kernel(elements: int) -> Callable[[], None]:
     q = usual_state(elements).orientations.copy()
 
     def call() -> None:
-        settle_uniform(q, *next(numbers))
+        solve_uniform_from(q, *next(numbers))
 
     return call
 

@@ -7,6 +7,10 @@ JavaScript, so that the site works from a folder, without the internet.
 
 from __future__ import annotations
 
+import ast
+import re
+import subprocess
+import sys
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -21,6 +25,7 @@ import spiral_core
 import spiral_gripper
 
 HERE = Path(__file__).parent
+EXAMPLES = HERE / "reference_examples"  # run by tests/edge/test_reference_examples.py
 INTERFACES = HERE.parent / "spiral_gripper_msgs"
 
 project = "spiral_gripper"
@@ -42,10 +47,13 @@ python_maximum_signature_line_length = 88
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
+# One needs a running node, the other writes into the repository.
+NOT_RUN = {"grasp_with_python", "synthetic_bench_tests"}
 FOLDERS = {
     "actuator": "The actuator: from pressure to curvature and torsion",
     "rod": "The rod: certified static shapes",
     "wrap": "The wrap: a gripper and the pressure for an object",
+    "grip": "The grip: contact, friction and what a gripper holds",
     "design": "The design procedure",
     "calibration": "Calibration from bench measurements",
     "errors": "Errors",
@@ -70,6 +78,35 @@ def write_reference(app: Sphinx) -> None:
     _write(folder / "interfaces.rst", "ROS 2 interfaces", blocks)
 
 
+def write_gallery(app: Sphinx) -> None:
+    """Write the gallery: each example with what it prints and draws; one that fails is an error."""
+    folder = Path(app.srcdir) / "figures" / "gallery"
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = [
+        "Gallery",
+        "=======",
+        "",
+        "Examples of the repository, run while this page was built.",
+        "",
+    ]
+    for path in sorted((HERE.parent / "examples").glob("*.py")):
+        if path.stem in NOT_RUN:
+            continue
+        title, _, text = (
+            ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        ).partition("\n")
+        done = subprocess.run(
+            [sys.executable, str(path), str(folder)], capture_output=True, text=True, check=True
+        )
+        parts += [title, "-" * len(title), text, "", f".. literalinclude:: ../examples/{path.name}"]
+        parts += ["   :language: python", "   :start-at: import", "", ".. code-block:: text", ""]
+        parts += [f"   {line}" for line in done.stdout.splitlines()] + [""]
+        for picture in sorted(folder.glob("*.png")):
+            if picture.stem in path.read_text(encoding="utf-8"):
+                parts += [f".. image:: figures/gallery/{picture.name}", "   :width: 100%", ""]
+    _write(Path(app.srcdir) / "gallery.rst", "", parts)
+
+
 def _listed(tables: dict[str, tuple[str, ...]]) -> list[str]:
     """Return the public names of a table: functions first, then the values they take and return."""
     return sorted(
@@ -86,12 +123,32 @@ def _entry(package: ModuleType, name: str) -> str:
         options = "   :members:\n"
     elif callable(value):
         kind = "function"
-    return f".. auto{kind}:: {package.__name__}.{name}\n{options}"
+    entry = f".. auto{kind}:: {package.__name__}.{name}\n{options}"
+    shown = "" if ">>>" in (value.__doc__ or "") else example_of(name)
+    return f"{entry}\n{shown}" if shown else entry
+
+
+def example_of(name: str) -> str:
+    """Return the shortest worked example that uses a public name, as a block of the reference."""
+    found = []
+    for path in sorted(EXAMPLES.glob("*.txt")):
+        pieces = re.split(r"^(.+)\n-+\n", path.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+        (_, setup), *worked = zip(pieces[::2], pieces[1::2], strict=True)
+        for title, code in [("", ""), *worked]:
+            if re.search(rf"\b{name}\b", code or setup):
+                found.append((len(code), title, f"{setup.strip()}\n{code.strip()}".strip()))
+    if not found:
+        return ""
+    _, title, code = min(found)
+    block = "\n".join(f"   {line}" for line in code.splitlines())
+    return (
+        f".. rubric:: Example{f': {title}' if title else ''}\n\n.. code-block:: pycon\n\n{block}\n"
+    )
 
 
 def _write(path: Path, title: str, entries: list[str]) -> None:
     """Write a page if it has changed, so that nothing else is read again."""
-    text = "\n".join([title, "=" * len(title), "", *entries])
+    text = "\n".join([title, "=" * len(title), "", *entries] if title else entries)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
 
@@ -111,6 +168,7 @@ def visit_math_block(self: HTML5Translator, node: nodes.math_block) -> None:
 def setup(app: Sphinx) -> None:
     """Tell Sphinx of the above."""
     app.connect("builder-inited", write_reference)
+    app.connect("builder-inited", write_gallery)
     app.add_lexer("mermaid", TextLexer)  # drawn where pages are shown by a forge, readable here
     app.add_node(nodes.math, override=True, html=(visit_math, None))
     app.add_node(nodes.math_block, override=True, html=(visit_math_block, None))

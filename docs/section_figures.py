@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -17,8 +18,10 @@ from spiral_core import (
     FiberAngles,
     InvalidInputError,
     MooneyRivlin,
+    PressureLaw,
     SingleFiber,
     Tube,
+    energy_from_stretch,
     rest_shape_from_stretch,
 )
 from spiral_core.section.path import motion_at, section_path
@@ -60,6 +63,47 @@ def draw_strains(stretches: Axes, energies: Axes) -> None:
     stretches.legend(frameon=False)
 
 
+def energy_shares(beta: float, stretch: float) -> tuple[float, float, float]:
+    """Return the shares of stretch, twist and bending in the wall's energy.
+
+    Stretch is the energy of the wall stretched evenly, its shear left out; twist is what the shear
+    adds to that; bending is what the section's uneven strains add to both.
+    """
+    section = actuator(beta)
+    path = section_path(section.fiber_set)
+    motion = motion_at(path.fibers, np.array([path.strain_from_stretch(stretch)]))
+    density = LATEX.c1 * motion.first[0] + LATEX.c2 * motion.second[0]
+    whole = float((density * motion.share[0]).sum())
+    even = replace(section, pressure_law=PressureLaw.UNIFORM)
+    per_wall = 1.0 / (TUBE.wall_area * TUBE.length)
+    sheared = energy_from_stretch(even, stretch) * per_wall
+    stretched = energy_from_stretch(replace(even, twist_shear=False), stretch) * per_wall
+    return stretched / whole, (sheared - stretched) / whole, (whole - sheared) / whole
+
+
+def draw_energy_shares(stacked: Axes, lines: Axes) -> None:
+    """Draw the shares over the stretch: all of them at 60 degrees, bending and twist at three."""
+    stretches = np.linspace(1.005, 1.25, 50)
+    shares = np.array([energy_shares(60.0, float(x)) for x in stretches]).T
+    stacked.stackplot(
+        stretches,
+        100.0 * shares,
+        labels=("stretch", "twist", "bending"),
+        colors=("#7ba7b4", "#e3a857", "#c8553d"),
+    )
+    stacked.set(ylabel="share of the energy [%], β = 60°", xlim=(1.005, 1.25), ylim=(0.0, 100.0))
+    stacked.legend(frameon=True, loc="lower right")
+    for beta in (50, 60, 70):
+        _, twist, bending = 100.0 * np.array([energy_shares(beta, float(x)) for x in stretches]).T
+        lines.plot(stretches, bending, color=COLORS[beta], label=f"bending, β = {beta}°")
+        lines.plot(stretches, twist, "--", color=COLORS[beta], label=f"twist, β = {beta}°")
+    lines.set(ylabel="share of the energy [%]", ylim=(0.0, 55.0))
+    lines.legend(frameon=False, ncols=2, loc="upper center")
+    for axes in (stacked, lines):
+        axes.set(xlabel="mean axial stretch")
+        axes.grid(alpha=0.3)
+
+
 def draw_single_fiber(curvatures: Axes, torsions: Axes) -> None:
     """Draw curvature and torsion over the single fiber's angle, at one stretch."""
     for beta in (50, 60, 70, -88):
@@ -85,10 +129,14 @@ def draw_single_fiber(curvatures: Axes, torsions: Axes) -> None:
 
 
 def main() -> None:
-    """Write section_strains.png and single_fiber.png."""
+    """Write section_strains.png, energy_shares.png and single_fiber.png."""
     mpl.use("Agg")
     FIGURES.mkdir(exist_ok=True)
-    for name, draw in (("section_strains", draw_strains), ("single_fiber", draw_single_fiber)):
+    for name, draw in (
+        ("section_strains", draw_strains),
+        ("energy_shares", draw_energy_shares),
+        ("single_fiber", draw_single_fiber),
+    ):
         figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.4), layout="constrained")
         draw(left, right)
         figure.savefig(FIGURES / f"{name}.png", dpi=110)

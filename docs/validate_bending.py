@@ -191,7 +191,7 @@ def relative_errors(
     Raises:
         ActuationLimitError: a pressure is past the actuator's limit.
     """
-    shapes = [(actuation.rest_shape(r.pressure), r) for r in readings]
+    shapes = [(actuation.unloaded_shape(r.pressure), r) for r in readings]
     return np.array([s.curvature * r.section_length / r.bend_angle - 1.0 for s, r in shapes])
 
 
@@ -441,7 +441,7 @@ def _draw_fits(
     for law, color in ((NeoHookean, "#0072B2"), (MooneyRivlin, "#D55E00")):
         fit, result = laws[law].calibration, laws[law].cross_validation
         length = readings[0].section_length
-        bends = [fit.actuation.rest_shape(float(p)).curvature * length for p in pressures]
+        bends = [fit.actuation.unloaded_shape(float(p)).curvature * length for p in pressures]
         name = f"{law.__name__}, {pressure_law.value}"
         panel.plot(pressures * 1e-3, bends, line, color=color, label=f"{name}, all readings")
         if result is not None:

@@ -107,7 +107,7 @@ def tip_errors(gripper: Gripper) -> list[float]:
     """Return |helix tip - rod tip| / L at the paper's pressures, 2 to 16 psi."""
     errors = []
     for step in range(1, 9):
-        shape = gripper.rest_shape(min(step * PSI2, gripper.pressure_max))
+        shape = gripper.unloaded_shape(min(step * PSI2, gripper.pressure_max))
         rod = solve_rod(gripper.rod(shape), gripper.load(shape))
         (helix,) = helix_positions(shape.curvature, shape.torsion, [shape.backbone_length])
         errors.append(float(np.linalg.norm(helix - rod.tip_position)) / shape.backbone_length)
@@ -147,7 +147,7 @@ def rod_accuracy_row() -> Row:
         first = description.gripper
         tips = []
         for gripper in (first, exact):
-            shapes = [gripper.rest_shape(p) for p in (4 * PSI2, first.pressure_max)]
+            shapes = [gripper.unloaded_shape(p) for p in (4 * PSI2, first.pressure_max)]
             rods = [solve_rod(gripper.rod(s), gripper.load(s)) for s in shapes]
             tips.append([rod.tip_position for rod in rods])
         pairs = zip(*tips, strict=True)

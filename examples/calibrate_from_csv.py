@@ -2,14 +2,13 @@
 r"""From a bench test to a gripper that hits its pressures: CSV in, gripper file and plot out.
 
 Run as ``python examples/calibrate_from_csv.py FOLDER``; FOLDER gets the files. The bench test is
-synthetic (examples/synthetic_bench_test.py), so the true constants
-are known: C1 = 152 kPa, C2 = 8 kPa.
+synthetic (examples/synthetic_bench_tests.py), so the true constants are known: C1 = 152 kPa,
+C2 = 8 kPa.
 
 The same from the command line::
 
-    spiral-gripper calibrate my_gripper.yaml examples/data/synthetic_bench_test.csv \
-        --section-length "100 mm" --law neo_hookean --law mooney_rivlin \
-        --radius "20 mm" --plot residuals.png
+    spiral-gripper calibrate my_gripper.yaml examples/data/bench_extension.csv \
+        --law neo_hookean --law mooney_rivlin --radius "20 mm" --plot residuals.png
 """
 
 from __future__ import annotations
@@ -24,18 +23,18 @@ from spiral_gripper.bench.calibrated_file import write_calibrated_description
 from spiral_gripper.bench.measurements import MeasurementOptions, load_measurements
 from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.bench.run import CalibrationRequest, run_calibration
-from spiral_gripper.reports.plots import save_figure
+from spiral_gripper.reports.style import save_figure
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
-data = Path(__file__).parent / "data" / "synthetic_bench_test.csv"
+source = Path(__file__).parent / "data"
+data = source / "bench_extension.csv"
 
 # The gripper as it is described before calibration, with handbook constants.
-shutil.copy(load_description("paper_design_70").source, folder / "my_gripper.yaml")
+shutil.copy(source / "my_gripper.yaml", folder)
 description = load_description(folder / "my_gripper.yaml")
 
 # Every cell is checked; a psi taken for a kPa would be refused here.
-options = MeasurementOptions(section_length=0.1)
-measurements = load_measurements(data, description.actuator.tube.length, options)
+measurements = load_measurements(data, description.actuator.tube.length, MeasurementOptions())
 
 # Fit two laws, and let AICc choose.
 request = CalibrationRequest(laws=("neo_hookean", "mooney_rivlin"))

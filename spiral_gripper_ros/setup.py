@@ -31,9 +31,9 @@ setup(
     entry_points={
         "console_scripts": [
             "spiral_gripper_node = spiral_gripper_ros.node.main:main",
-            "spiral_gripper_demo = spiral_gripper_ros.demo.run:main",
-            "spiral_gripper_simulator = spiral_gripper_ros.simulation.simulator_main:main",
-            "spiral_gripper_regulator = spiral_gripper_ros.regulators.regulator_main:main",
+            "spiral_gripper_demo = spiral_gripper_ros.tools.demo:main",
+            "spiral_gripper_simulator = spiral_gripper_ros.simulation.main:main",
+            "spiral_gripper_regulator = spiral_gripper_ros.regulators.main:main",
         ]
     },
 )

@@ -66,10 +66,11 @@ class Rig:
                 Parameter("gravity_timeout", value=5.0),
                 Parameter("activation", value="take_over"),
                 Parameter("marker_rate", value=0.0),
+                Parameter("grip_radii", value=0),
             ],
         )
-        self.node.outputs.publish_pressure = self._judge  # type: ignore[method-assign]
-        self.node.now = lambda: self.time  # type: ignore[method-assign]
+        self.node.runtime.outputs.publish_pressure = self._judge  # type: ignore[method-assign]
+        self.node.runtime.now = lambda: self.time  # type: ignore[method-assign]
         values = {spec.name: spec.default for spec in REGULATOR_PARAMETERS}
         self.regulator = SimulatedRegulator(regulator_model(values), seed)
         self.radius: float | None = None
@@ -81,11 +82,11 @@ class Rig:
     def _judge(self, pressure: float) -> None:
         """Look at one command, as the regulator gets it."""
         self.commands += 1
-        seen, cap = self.node.control.snapshot(), self.node.limits.pressure_cap
+        seen, cap = self.node.runtime.control.snapshot(), self.node.runtime.limits.pressure_cap
         then, before = self._last
         self._last = (self.time, pressure)
         step = min(max(self.time - then, 0.0), LONGEST_STEP)
-        rise = self.node.limits.pressure_rate_up * step * (1.0 + 1e-9)
+        rise = self.node.runtime.limits.pressure_rate_up * step * (1.0 + 1e-9)
         if not (math.isfinite(pressure) and 0.0 <= pressure <= cap):
             self._complain(f"{pressure} Pa is outside 0 to {cap} Pa")
         if self._takes_over:  # from what is measured, as far as noise lets it be known
@@ -115,7 +116,7 @@ class Rig:
             noise = self.random.gauss(0.0, 2.0e-5)
             self.hear("object_radius", Float64(data=self.radius + noise))
         self.call_timers()
-        if self.node.errors.count:
+        if self.node.runtime.errors.count:
             self._complain("an exception: see the log")
 
     def run(self, duration: float) -> None:
@@ -148,7 +149,8 @@ class Rig:
         """Wrap an object, lift it, release it; with a fault at a random moment, mostly."""
         self.cycles += 1
         self.allowed = set(WISHES)
-        low, high = self.node.loaded.planner.radius_range if self.node.loaded else (0.01, 0.03)
+        loaded = self.node.runtime.loaded
+        low, high = loaded.planner.radius_range if loaded else (0.01, 0.03)
         radius = self.random.uniform(1.3 * low, 0.9 * high)
         fault = self.random.choice([None, *FAULTS])
         at = self.random.uniform(0.0, WRAP_TIME + LIFT_TIME)
@@ -165,13 +167,13 @@ class Rig:
                 fault(self)
                 fault = None
             self.tick()
-        self.wrapped += self.node.control.snapshot().wrapped
+        self.wrapped += self.node.runtime.control.snapshot().wrapped
         self._release()
 
     def _grasp(self, goal: GraspGoal) -> None:
-        if self.node.loaded is not None:
-            self.node.control.start_grasp(self.time, goal, self.node.loaded.planner)
-            self.node.publish()
+        if self.node.runtime.loaded is not None:
+            self.node.runtime.control.start_grasp(self.time, goal, self.node.runtime.loaded.planner)
+            self.node.runtime.publish()
 
     def _release(self) -> None:
         self.radius, self.is_client_alive, self.sends_radii = None, True, True

@@ -14,7 +14,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import Float64
 
-from spiral_gripper_ros.node.qos import COMMAND, NEWEST
+from spiral_gripper_ros.messages.qos import COMMAND, NEWEST
 
 MODULE = "benchmarks.ros.echo"
 

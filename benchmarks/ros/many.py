@@ -21,7 +21,7 @@ from benchmarks.ros.session import process
 from benchmarks.ros.sweep import Sweep, radius_sweep
 from benchmarks.ros.usage_of_process import usage
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.qos import NEWEST
+from spiral_gripper_ros.messages.qos import NEWEST
 
 RATE = 50.0
 TIMEOUT = 30.0

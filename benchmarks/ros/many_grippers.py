@@ -16,10 +16,10 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from benchmarks.ros.session import PROMPT
+from spiral_gripper_ros.node.garbage import GarbageFreezer
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.node.main import SWITCH_INTERVAL
-from spiral_gripper_ros.node.quiet_memory import QuietMemory
-from spiral_gripper_ros.node.stop_signals import StopSignals
+from spiral_gripper_ros.process.stop_signals import StopSignals
 
 MODULE = "benchmarks.ros.many_grippers"
 PARAMETERS = {**PROMPT, "pressure_fault_policy": "vent"}
@@ -35,7 +35,7 @@ def main() -> None:
     for node in grippers:
         executor.add_node(node)
         node.start()
-    QuietMemory().settle(grippers)
+    GarbageFreezer().freeze_for(grippers)
     signals.defer()
     while not signals.requested:
         executor.spin_once(timeout_sec=0.05)

@@ -15,7 +15,7 @@ from std_msgs.msg import Float64
 
 from benchmarks.ros.sweep import Sweep
 from spiral_gripper_msgs.msg import GripStatus
-from spiral_gripper_ros.node.qos import NEWEST
+from spiral_gripper_ros.messages.qos import NEWEST
 
 # The first start ever compiles for half a minute, on a slow machine for more.
 START_TIMEOUT = 300.0

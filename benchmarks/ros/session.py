@@ -11,7 +11,7 @@ from pathlib import Path
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from spiral_gripper_ros.node_process import NODE, NodeProcess
+from spiral_gripper_ros.process.node_process import NODE, NodeProcess
 
 GRIPPER = "paper_design_70"
 # Every radius counts, and none waits for the ramp: what is measured is the time from radius to

@@ -173,7 +173,7 @@ class NotGrippableError(SpiralError):
     Example:
         >>> print(NotGrippableError(0.005, "too thin for the pressure limit", -0.004, 0.009))
         radius 0.005 m cannot be gripped: too thin for the pressure limit (margin -0.004); \
-the nearest that can is 0.009 m
+the nearest grippable radius is 0.009 m
     """
 
     def __init__(
@@ -192,7 +192,7 @@ the nearest that can is 0.009 m
             return f"the object cannot be gripped: {reason}"
         text = f"radius {self.radius:.6g} m cannot be gripped: {reason}"
         inward = rounded_up if nearest > self.radius else rounded_down
-        return f"{text}; the nearest that can is {inward(nearest, 6):.6g} m"
+        return f"{text}; the nearest grippable radius is {inward(nearest, 6):.6g} m"
 
 
 def _short_repr(value: object) -> str:

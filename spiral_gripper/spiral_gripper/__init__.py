@@ -11,8 +11,10 @@ from importlib import import_module
 _NAMES = {
     "files.catalog": ("available_grippers",),
     "files.description": ("GripperDescription", "load_description", "load_gripper"),
+    "files.description_text": ("save_description",),
     "files.errors": ("Complaint", "DescriptionError", "Problem"),
     "files.tubing": ("Tubing", "available_tubing", "load_tubing", "parse_tube_size"),
+    "pictures": ("plot",),
     "files.units": ("Dimension", "convert_from_si", "parse_quantity"),
 }
 _MODULE_OF_NAME = {name: module for module, names in _NAMES.items() for name in names}

@@ -12,9 +12,9 @@ from spiral_core import (
     Gripper,
     MooneyRivlin,
     PressureLaw,
-    RestShape,
     RodStiffness,
     Tube,
+    UnloadedShape,
     gripper_from_actuator,
 )
 
@@ -55,10 +55,10 @@ class LinearActuation:
         """Take the values at the limit."""
         self.curvature, self.torsion, self.length = curvature, torsion, length
 
-    def rest_shape(self, pressure: float) -> RestShape:
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the shape at a pressure."""
         x = pressure / self.pressure_limit
-        return RestShape(self.curvature * x, self.torsion * x, self.length)
+        return UnloadedShape(self.curvature * x, self.torsion * x, self.length)
 
 
 def linear_gripper(

@@ -8,15 +8,17 @@ import math
 import pytest
 from core.actuator_cases import actuator
 
-from spiral_core import ActuationModel, FreeActuation, InvalidInputError, RestShape
+from spiral_core import ActuationModel, FreeActuation, InvalidInputError, UnloadedShape
 
 
 def test_stretch_may_be_unknown() -> None:
-    assert RestShape(curvature=20.0, torsion=-10.0, backbone_length=0.5).stretch is None
+    assert UnloadedShape(curvature=20.0, torsion=-10.0, backbone_length=0.5).stretch is None
 
 
 def test_a_straight_shape_is_valid() -> None:
-    assert RestShape(curvature=0.0, torsion=0.0, backbone_length=0.5, stretch=1.0).curvature == 0.0
+    assert (
+        UnloadedShape(curvature=0.0, torsion=0.0, backbone_length=0.5, stretch=1.0).curvature == 0.0
+    )
 
 
 @pytest.mark.parametrize(
@@ -33,7 +35,7 @@ def test_a_straight_shape_is_valid() -> None:
 def test_values_are_validated(field: str, value: float) -> None:
     values = {"curvature": 20.0, "torsion": -10.0, "backbone_length": 0.5, "stretch": 1.1}
     with pytest.raises(InvalidInputError) as caught:
-        RestShape(**(values | {field: value}))
+        UnloadedShape(**(values | {field: value}))
     assert caught.value.field == field
 
 

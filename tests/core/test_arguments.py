@@ -47,7 +47,7 @@ def test_energy_needs_a_stretch(stretch: object) -> None:
 
 def test_line_force_needs_radii_and_an_angle() -> None:
     gripper = paper_gripper("P1")
-    shape = gripper.rest_shape(5e4)
+    shape = gripper.unloaded_shape(5e4)
     stiffness = RodStiffness(3e-4, 2e-4)
     good = {"radius": 0.02, "helix_angle": 1.0, "outer_radius": 0.005}
     assert math.isfinite(line_force(stiffness, shape, **good))

@@ -29,7 +29,7 @@ from spiral_core import (
     fiber_state,
     locking_stretch,
 )
-from spiral_core.actuator.fibers import fiber_jet
+from spiral_core.actuator.fibers import fiber_derivatives
 from spiral_core.actuator.limits import (
     SCAN_NODES,
     SINGULARITY_MARGIN,
@@ -124,7 +124,7 @@ def test_elastomer_runs_out_before_the_fibers_lock() -> None:
     assert branch.limit is ActuationLimit.MATERIAL_LIMIT
 
     def remaining(stretch: float) -> float:
-        jet = fiber_jet(case.fibers, stretch)
+        jet = fiber_derivatives(case.fibers, stretch)
         return law.first_invariant_limit - invariants_from_jet(stretch, jet).first
 
     exhausted = brentq(remaining, 1.01, 2.5, xtol=1e-15, rtol=1e-15)

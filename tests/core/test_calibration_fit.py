@@ -65,7 +65,7 @@ def test_bend_angles_and_twists_of_one_actuator_fit_together(form):
     actuation = FreeActuation(truth)
     readings = []
     for pressure in (20.0e3, 40.0e3, 60.0e3):
-        shape = actuation.rest_shape(pressure)
+        shape = actuation.unloaded_shape(pressure)
         bend = shape.curvature * shape.backbone_length
         twist = shape.torsion * shape.backbone_length
         readings.append(BendReading(pressure, bend, TUBE.length, 0.01))
@@ -81,7 +81,8 @@ def test_fiber_radius_is_told_by_extension_and_bend_angle():
     truth = actuator(NeoHookean(c1=130.0e3), straight_fiber_radius=5.2e-3)
     actuation = FreeActuation(truth)
     bends = [
-        BendReading(p, actuation.rest_shape(p).curvature * 0.2, 0.2, 0.01) for p in PRESSURES[::4]
+        BendReading(p, actuation.unloaded_shape(p).curvature * 0.2, 0.2, 0.01)
+        for p in PRESSURES[::4]
     ]
     model = CalibrationModel(
         replace(start_from(truth), straight_fiber_radius=None),
@@ -337,8 +338,8 @@ def test_constants_of_a_straight_section_carry_to_the_finished_actuator():
     ]
     fit = calibrate(CalibrationModel(start_from(truth)), readings)
     assert fit.value("c1") == pytest.approx(130.0e3, rel=1e-6)
-    assert fit.actuation.rest_shape(60.0e3).curvature == pytest.approx(
-        finished.rest_shape(60.0e3).curvature, rel=1e-6
+    assert fit.actuation.unloaded_shape(60.0e3).curvature == pytest.approx(
+        finished.unloaded_shape(60.0e3).curvature, rel=1e-6
     )
     # The uniform law takes both for one: a third of the pressure is missing.
     paper = replace(truth, pressure_law=PressureLaw.UNIFORM)
@@ -351,7 +352,9 @@ def test_bends_and_extensions_of_one_tube_fit_together():
     truth = actuator(MooneyRivlin(c1=90.0e3, c2=40.0e3), pressure_law=PressureLaw.SECTION)
     straight, finished = FreeActuation(truth.without_single_fibers()), FreeActuation(truth)
     pressures = np.linspace(10.0e3, 60.0e3, 6)
-    bends = [BendReading(p, finished.rest_shape(p).curvature * 0.2, 0.2, 0.01) for p in pressures]
+    bends = [
+        BendReading(p, finished.unloaded_shape(p).curvature * 0.2, 0.2, 0.01) for p in pressures
+    ]
     extensions_ = [
         ExtensionReading(p, 0.1 * (straight.stretch_from_pressure(p) - 1.0), 0.1, 2.0e-4)
         for p in pressures
@@ -366,7 +369,7 @@ def test_straight_fiber_radius_is_fitted_with_the_section_law():
     )
     finished, straight = FreeActuation(truth), FreeActuation(truth.without_single_fibers())
     readings = [
-        BendReading(p, finished.rest_shape(p).curvature * 0.2, 0.2, 0.01)
+        BendReading(p, finished.unloaded_shape(p).curvature * 0.2, 0.2, 0.01)
         for p in (20.0e3, 40.0e3, 60.0e3)
     ]
     readings.append(

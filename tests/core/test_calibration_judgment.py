@@ -79,7 +79,7 @@ def test_repeats_tell_no_more_parameters(law, pressures):
 
 def test_readings_that_go_the_wrong_way_are_refused():
     truth = spiral(LAWS[0])
-    shapes = [FreeActuation(truth).rest_shape(p) for p in PRESSURES]
+    shapes = [FreeActuation(truth).unloaded_shape(p) for p in PRESSURES]
     rates = [
         predict(CalibrationModel(truth).trial((130.0e3,)), [TwistReading(p, 0.0, 0.1, 1.0)])[0]
         for p in PRESSURES
@@ -124,7 +124,7 @@ def test_bend_angles_alone_do_not_tell_the_fiber_radius():
     noise = np.random.default_rng(9)
     readings = []
     for pressure in PRESSURES:
-        bend = FreeActuation(truth).rest_shape(pressure).curvature * TUBE.length
+        bend = FreeActuation(truth).unloaded_shape(pressure).curvature * TUBE.length
         readings.append(
             BendReading(pressure, bend + 0.02 * noise.standard_normal(), TUBE.length, 0.02)
         )

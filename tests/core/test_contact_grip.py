@@ -56,3 +56,45 @@ def test_a_held_state_does_not_creep():
         here = solve_contact(grip(RADIUS, 1.1, 0.3, -2e-3), start=here)
     assert here.status is ContactStatus.CONVERGED
     assert np.abs(here.positions - pulled.positions).max() < 1e-9 * LENGTH
+
+
+def test_a_ramp_can_end_at_its_first_loss():
+    start = follow_contact([grip(RADIUS, 1.1, 0.3)], start=closed(1.1)).states[-1]
+    stations = [grip(RADIUS, fraction, 0.3) for fraction in np.linspace(1.1, 0.0, 12)]
+    weightless = follow_contact(stations, start=start, stop_at_event=True)
+    assert len(weightless.states) == 12  # opening is no loss
+    assert not weightless.events
+    torn = [grip(RADIUS, 1.1, 0.3, -step) for step in np.linspace(0.0, LENGTH, 40)]
+    path = follow_contact(torn, start=start, stop_at_event=True)
+    (event,) = path.events
+    assert event.after is None
+    assert event.last is event.before
+    assert event.contact_lost == pytest.approx(float(event.before.contact_lengths.sum()))
+    assert event.before.stable
+    assert len(path.states) == int(event.position) < 40
+
+
+def test_a_pull_takes_few_iterations():
+    start = follow_contact([grip(RADIUS, 1.1, 0.3)], start=closed(1.1)).states[-1]
+    stations = [grip(RADIUS, 1.1, 0.3, -1e-3 * step) for step in range(1, 31)]
+    path = follow_contact(stations, start=start, stop_at_event=True)
+    assert not path.events
+    assert len(path.states) == 30
+    # About 6 a station; an increment that starts again from a wide barrier takes 20.
+    assert sum(state.iterations for state in path.states) < 12 * 30
+    shift = np.subtract(stations[-1].obstacles[0].position, stations[0].obstacles[0].position)
+    shift /= np.linalg.norm(shift)
+    forces = [-float(state.on_obstacle().force @ shift) for state in path.states]
+    assert 10 < int(np.argmax(forces)) < 29  # the peak is passed
+    assert max(forces) == pytest.approx(0.70, rel=0.03)  # N = 90 against finer
+
+
+@pytest.mark.slow
+def test_ten_thousand_increments_without_motion_move_nothing():
+    pulled = [grip(RADIUS, 1.1, 0.3), grip(RADIUS, 1.1, 0.3, -1e-5)]
+    first = follow_contact(pulled, start=closed(1.1, 45)).states[-1]
+    here = first
+    for _ in range(10_000):
+        here = solve_contact(pulled[-1], start=here)
+    assert 0 < first.sticking.sum() < first.touching.sum()  # some of it has slid
+    assert np.abs(here.positions - first.positions).max() < 1e-9 * LENGTH

@@ -81,3 +81,19 @@ def test_an_obstacle_stands_along_its_axis():
 def test_bad_values_are_refused(make):
     with pytest.raises(InvalidInputError):
         make()
+
+
+def test_a_profile_builds_its_spline_once(monkeypatch):
+    import scipy.interpolate
+
+    built = []
+    spline = scipy.interpolate.CubicSpline
+    monkeypatch.setattr(
+        scipy.interpolate,
+        "CubicSpline",
+        lambda *args, **kw: built.append(args) or spline(*args, **kw),
+    )
+    shape = Profile([0.0, 0.0123, 0.031], [0.02, 0.0217, 0.019])
+    for _ in range(3):
+        shape.distance(np.array([[0.03, 0.0, 0.01]]))
+    assert len(built) == 1

@@ -21,7 +21,7 @@ from spiral_core import (
     Helix,
     InvalidInputError,
     PressureLaw,
-    RestShape,
+    UnloadedShape,
     fiber_state,
     rest_shape_from_stretch,
 )
@@ -31,7 +31,7 @@ EXACT = CurvatureForm.EXACT
 CASES = [(88.0, 50.0, 1.2, None), (90.0, 60.0, 1.15, 5.5e-3), (88.0, -70.0, 1.3, 3.0e-3)]
 
 
-def length_of_offset_fiber(shape: RestShape, radius: float) -> float:
+def length_of_offset_fiber(shape: UnloadedShape, radius: float) -> float:
     """Return the length of the curve at ``radius`` along y of the material frame, by integration.
 
     Frame, centerline and fiber length are integrated together from the strain vector
@@ -53,7 +53,7 @@ def length_of_offset_fiber(shape: RestShape, radius: float) -> float:
     return float(result.y[9, -1])
 
 
-def length_of_inner_helix(shape: RestShape, radius: float) -> float:
+def length_of_inner_helix(shape: UnloadedShape, radius: float) -> float:
     """Return the length of the helix of equal pitch whose radius is smaller by ``radius``."""
     rate = math.hypot(shape.curvature, shape.torsion)
     helix_radius, rise = shape.curvature / rate**2, shape.torsion / rate**2  # per radian
@@ -150,7 +150,7 @@ def test_first_order_form_by_hand() -> None:
 @pytest.mark.parametrize("form", CurvatureForm)
 def test_rest_is_straight(form: CurvatureForm) -> None:
     shape = rest_shape_from_stretch(actuator(curvature_form=form), 1.0)
-    assert shape == RestShape(0.0, 0.0, PAPER_TUBE.length, 1.0)
+    assert shape == UnloadedShape(0.0, 0.0, PAPER_TUBE.length, 1.0)
 
 
 @repeatable

@@ -18,8 +18,10 @@ from spiral_core import (
     DesignReport,
     DesignRequirement,
     Elastomer,
+    FreeActuation,
     InvalidInputError,
     MooneyRivlin,
+    NotGrippableError,
     Preference,
     PressureLaw,
     TubeSize,
@@ -28,6 +30,7 @@ from spiral_core import (
     place_object,
 )
 from spiral_core.design.evaluation import estimate_candidate, evaluate_candidate
+from spiral_core.design.helix_estimate import helix_radius, helix_stretch, widest_helix
 
 G = 9.80665
 
@@ -83,7 +86,7 @@ def test_the_answer_meets_the_requirement_when_solved_afresh(report: DesignRepor
         wrap = curve.wrap_for_radius(grip.radius)
         # Another pressure range is sampled than in the search: other elements, 1e-4 of the figures.
         assert wrap.pressure == pytest.approx(grip.pressure, rel=1e-4)
-        assert wrap.rest_shape.stretch == pytest.approx(grip.stretch, rel=1e-4)
+        assert wrap.unloaded_shape.stretch == pytest.approx(grip.stretch, rel=1e-4)
         assert wrap.turns >= 1.5
         assert wrap.pressure <= design.gripper.pressure_max == 110.316e3
     assert design.radius_min == pytest.approx(curve.radius_min, rel=1e-3)
@@ -127,8 +130,9 @@ def test_margins_are_those_of_the_figures(report: DesignReport) -> None:
     design = report.design
     assert design is not None
     margins = {margin.constraint: margin for margin in design.margins}
-    # Without a limit on the length, and with a coil that closes before the actuator ends.
-    assert margins.keys() == set(Constraint) - {Constraint.LENGTH, Constraint.SMALLEST_RADIUS}
+    # No limit on the length, no payload, and a coil that closes before the actuator ends.
+    unasked = {Constraint.LENGTH, Constraint.SMALLEST_RADIUS, Constraint.PAYLOAD}
+    assert margins.keys() == set(Constraint) - unasked
     assert margins[Constraint.STRAIN].value == design.smallest.strain
     assert margins[Constraint.PRESSURE].value == design.smallest.pressure
     assert margins[Constraint.OBJECT_LENGTH].value == design.largest.object_length
@@ -367,3 +371,79 @@ def test_a_dip_of_the_largest_radius_does_not_hide_a_longer_gripper_that_reaches
     design = designed(requirement)
     assert design.radius_max >= 30.0e-3
     assert design.actuator.tube.length < 0.45
+
+
+SECTION_LATEX = Elastomer("section latex", MooneyRivlin(c1=95.0e3, c2=10.0e3), density=950.0)
+HELICAL = replace(
+    PAPER_EXAMPLE,
+    elastomers=(SECTION_LATEX,),
+    fiber_angles_beta=(math.radians(70.0),),
+    object_length=None,
+    pressure_max=None,
+    strain_max=None,
+)
+
+
+def test_the_single_fibers_angle_is_chosen_when_asked() -> None:
+    angles = tuple(math.radians(degrees) for degrees in (0.0, 2.0))
+    straight = designed(HELICAL)
+    either = designed(replace(HELICAL, fiber_angles_gamma=angles))
+    assert either.fiber_angle == straight.fiber_angle == 0.0  # the least strain
+    assert either.length == pytest.approx(straight.length, rel=1e-6)
+    shorter = designed(replace(HELICAL, fiber_angles_gamma=angles, preference=Preference.SHORTEST))
+    assert shorter.fiber_angle == pytest.approx(math.radians(2.0))
+    assert shorter.length < 0.99 * straight.length
+    assert "gamma 2 deg" in shorter.sentence
+    for grip in (shorter.largest, shorter.smallest):
+        wrap = WrapCurve(shorter.gripper).wrap_for_radius(grip.radius)
+        assert wrap.pressure == pytest.approx(grip.pressure, rel=1e-6)
+        assert wrap.turns >= 1.5 - 1e-6
+
+
+def test_a_helix_about_a_helical_fiber_is_widest_at_some_stretch() -> None:
+    (candidate,) = replace(HELICAL, fiber_angles_gamma=(math.radians(4.0),)).candidates()
+    actuation = FreeActuation(candidate.actuator(HELICAL, 0.36))
+    widest, stretches = widest_helix(actuation)
+    radii = [helix_radius(actuation, x) for x in np.linspace(1.001, actuation.stretch_limit, 400)]
+    assert max(radii) == pytest.approx(widest, rel=1e-3)
+    assert max(radii) <= widest
+    assert radii[0] < widest
+    stretch = helix_stretch(actuation, 0.9 * widest)
+    assert stretch > stretches[0]
+    assert helix_radius(actuation, stretch) == pytest.approx(0.9 * widest, rel=1e-9)
+    with pytest.raises(NotGrippableError, match="too thick: the single fiber winds"):
+        helix_stretch(actuation, 1.01 * widest)
+
+
+def test_a_fiber_so_steep_that_no_coil_is_wide_enough_is_refused_with_the_radius() -> None:
+    report = design_gripper(replace(HELICAL, fiber_angles_gamma=(math.radians(12.0),)))
+    assert not report.feasible
+    assert report.binding.constraint is Constraint.LARGEST_RADIUS
+    assert 0.0 < report.binding.value < 0.03
+    (relaxation, *_) = report.relaxations
+    assert relaxation.field == "radius_max"
+    eased = replace(report.requirement, radius_max=relaxation.sufficient)
+    assert design_gripper(eased).feasible
+
+
+@pytest.mark.parametrize(
+    ("gamma", "elastomer", "reason"),
+    [
+        (5.0, LATEX, "the constants of latex belong to the uniform pressure law"),
+        (20.0, SECTION_LATEX, "at another angle than the wound families"),
+        (30.1, SECTION_LATEX, "from -30 to 30 degrees"),
+        (-79.0, SECTION_LATEX, "from -30 to 30 degrees"),
+        (math.nan, SECTION_LATEX, "from -30 to 30 degrees"),
+    ],
+)
+def test_single_fibers_that_cannot_be_are_refused(
+    gamma: float, elastomer: Elastomer, reason: str
+) -> None:
+    with pytest.raises(InvalidInputError, match=reason) as caught:
+        replace(
+            HELICAL,
+            elastomers=(elastomer,),
+            fiber_angles_beta=(math.radians(20.0),),
+            fiber_angles_gamma=(math.radians(gamma),),
+        )
+    assert caught.value.field == "fiber_angles_gamma"

@@ -103,7 +103,7 @@ def test_not_grippable_names_the_nearest_that_is() -> None:
         -0.004,
         0.009,
     )
-    assert "the nearest that can is 0.009 m" in str(error)
+    assert "the nearest grippable radius is 0.009 m" in str(error)
     assert str(NotGrippableError(0.005, "too short", -0.004, None)) == (
         "the object cannot be gripped: too short (margin -0.004)"
     )
@@ -111,7 +111,9 @@ def test_not_grippable_names_the_nearest_that_is() -> None:
 
 @pytest.mark.parametrize(("radius", "shown"), [(0.05, "0.0123456"), (0.005, "0.0123457")])
 def test_the_nearest_radius_is_rounded_into_the_range(radius: float, shown: str) -> None:
-    assert f"can is {shown} m" in str(NotGrippableError(radius, "no", -1.0, 0.01234565))
+    assert f"grippable radius is {shown} m" in str(
+        NotGrippableError(radius, "no", -1.0, 0.01234565)
+    )
 
 
 def test_a_coil_that_closed_is_no_reason_to_ask_for_more_pressure() -> None:

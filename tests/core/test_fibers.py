@@ -19,7 +19,7 @@ from spiral_core import (
     fiber_state,
     locking_stretch,
 )
-from spiral_core.actuator.fibers import fiber_jet
+from spiral_core.actuator.fibers import fiber_derivatives
 
 STRETCHES = [1.0, 1.0 + 1e-9, 1.05, 1.3, 1.9]
 
@@ -102,7 +102,9 @@ def test_mirror_image_twists_the_other_way(fibers: FiberAngles, fraction: float)
 def test_order_of_the_families_does_not_matter(fibers: FiberAngles, fraction: float) -> None:
     stretch = stretch_at(fibers, fraction)
     swapped = FiberAngles(alpha=fibers.beta, beta=fibers.alpha)
-    assert fiber_jet(swapped, stretch) == pytest.approx(fiber_jet(fibers, stretch), rel=1e-14)
+    assert fiber_derivatives(swapped, stretch) == pytest.approx(
+        fiber_derivatives(fibers, stretch), rel=1e-14
+    )
 
 
 def test_extension_unwinds_right_handed_fibers() -> None:
@@ -123,7 +125,7 @@ def test_symmetric_winding_does_not_twist(angle: float) -> None:
 @given(fibers=fiber_pairs, fraction=st.floats(1e-3, 0.99))
 def test_jet_agrees_with_the_textbook_formulas(fibers: FiberAngles, fraction: float) -> None:
     stretch = stretch_at(fibers, fraction)
-    jet = fiber_jet(fibers, stretch)
+    jet = fiber_derivatives(fibers, stretch)
     # The textbook cancels near rest and for near families; its derivative by a complex step.
     scale = 1e-13 * (1.0 + max(map(abs, jet))) / abs(math.sin(fibers.alpha - fibers.beta))
     hoop, shear = textbook(fibers, stretch)
@@ -139,12 +141,12 @@ def test_jet_agrees_with_the_textbook_formulas(fibers: FiberAngles, fraction: fl
 @pytest.mark.parametrize("fraction", [1e-6, 0.2, 0.6, 0.95])
 def test_second_derivatives_match_differences(fibers: FiberAngles, fraction: float) -> None:
     stretch = stretch_at(fibers, fraction)
-    jet = fiber_jet(fibers, stretch)
+    jet = fiber_derivatives(fibers, stretch)
     h = 1e-3 * (locking_stretch(fibers) - stretch)
 
     def slope(field: int) -> float:
         def at(offset: float) -> float:
-            return fiber_jet(fibers, stretch + offset)[field]
+            return fiber_derivatives(fibers, stretch + offset)[field]
 
         near = (at(h) - at(-h)) / (2.0 * h)
         far = (at(2.0 * h) - at(-2.0 * h)) / (4.0 * h)
@@ -158,7 +160,7 @@ def test_second_derivatives_match_differences(fibers: FiberAngles, fraction: flo
 @repeatable
 @given(fibers=fiber_pairs)
 def test_slopes_at_rest_are_products_and_sums_of_cotangents(fibers: FiberAngles) -> None:
-    jet = fiber_jet(fibers, 1.0)
+    jet = fiber_derivatives(fibers, 1.0)
     cot_alpha, cot_beta = 1.0 / math.tan(fibers.alpha), 1.0 / math.tan(fibers.beta)
     size = abs(cot_alpha) + abs(cot_beta)
     rounding = 1e-14 * (1.0 + size) ** 2 / abs(math.sin(fibers.alpha - fibers.beta))
@@ -172,10 +174,10 @@ def test_nothing_cancels_near_rest(elongation: float) -> None:
     fibers = degrees(88.0, 60.0)
     stretch = 1.0 + elongation
     exact_elongation = stretch - 1.0  # what the float can hold
-    rest = fiber_jet(fibers, 1.0)
+    rest = fiber_derivatives(fibers, 1.0)
     linear = rest.shear_prime * exact_elongation
     series = linear + 0.5 * rest.shear_second * exact_elongation**2
-    assert fiber_jet(fibers, stretch).shear == pytest.approx(series, rel=1e-11)
+    assert fiber_derivatives(fibers, stretch).shear == pytest.approx(series, rel=1e-11)
 
 
 @pytest.mark.parametrize("fibers", [degrees(90, 60), degrees(88, -30), degrees(40, 60)], ids=repr)

@@ -110,11 +110,11 @@ def test_limit_is_reached_and_not_passed(limit: ActuationLimit) -> None:
     top = actuation.pressure_limit
     assert actuation.stretch_from_pressure(top) == actuation.stretch_limit
     assert actuation.pressure_from_stretch(actuation.stretch_limit) == top
-    assert actuation.rest_shape(top).stretch == actuation.stretch_limit
+    assert actuation.unloaded_shape(top).stretch == actuation.stretch_limit
     above = math.nextafter(top, math.inf)
     for past in (above, 2.0 * top, 1e300):
         with pytest.raises(ActuationLimitError) as caught:
-            actuation.rest_shape(past)
+            actuation.unloaded_shape(past)
         assert (caught.value.limit, caught.value.quantity) == (limit, "pressure")
         assert (caught.value.value, caught.value.bound) == (past, top)
     with pytest.raises(ActuationLimitError) as caught:
@@ -149,7 +149,7 @@ def test_limit_point_is_approached_as_a_square_root() -> None:
 
 
 def test_rest_is_straight_and_unstretched() -> None:
-    shape = FreeActuation(actuator()).rest_shape(0.0)
+    shape = FreeActuation(actuator()).unloaded_shape(0.0)
     assert (shape.curvature, shape.torsion, shape.stretch) == (0.0, 0.0, 1.0)
     assert shape.backbone_length == PAPER_TUBE.length
 
@@ -166,13 +166,13 @@ def test_tiny_pressures_are_linear(pressure: float) -> None:
 def test_rest_shape_is_the_curvature_at_the_inverse() -> None:
     actuation = FreeActuation(actuator())
     stretch = actuation.stretch_from_pressure(55.0e3)
-    assert actuation.rest_shape(55.0e3) == rest_shape_from_stretch(actuation.actuator, stretch)
+    assert actuation.unloaded_shape(55.0e3) == rest_shape_from_stretch(actuation.actuator, stretch)
 
 
 def test_mirrored_fibers_mirror_the_torsion() -> None:
     case = actuator()
     mirrored = dataclasses.replace(case, fibers=case.fibers.mirrored())
-    shape, image = (FreeActuation(a).rest_shape(55.0e3) for a in (case, mirrored))
+    shape, image = (FreeActuation(a).unloaded_shape(55.0e3) for a in (case, mirrored))
     assert shape.torsion < 0.0
     assert image == dataclasses.replace(shape, torsion=-shape.torsion)
 
@@ -180,7 +180,7 @@ def test_mirrored_fibers_mirror_the_torsion() -> None:
 @pytest.mark.parametrize("pressure", [-1.0, -1e-300, math.nan, math.inf, True, "55 kPa"])
 def test_bad_pressures_are_refused(pressure: float) -> None:
     with pytest.raises(InvalidInputError, match="pressure must be a non-negative finite number"):
-        FreeActuation(actuator()).rest_shape(pressure)
+        FreeActuation(actuator()).unloaded_shape(pressure)
 
 
 @pytest.mark.parametrize("stretch", [0.9, math.nan, math.inf])
@@ -221,7 +221,7 @@ def test_values_compare_and_pickle() -> None:
     copy = pickle.loads(pickle.dumps(actuation))
     assert copy == actuation == FreeActuation(actuator())
     assert copy != FreeActuation(actuator(beta=50.0))
-    assert copy.rest_shape(55.0e3) == actuation.rest_shape(55.0e3)
+    assert copy.unloaded_shape(55.0e3) == actuation.unloaded_shape(55.0e3)
     assert hash(copy) == hash(actuation)
 
 

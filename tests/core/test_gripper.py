@@ -4,11 +4,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from core.gripper_cases import PRESSURE_MAX, linear_gripper, paper_gripper
 
-from spiral_core import InvalidInputError, MooneyRivlin, RestShape, gripper_from_actuator
+from spiral_core import (
+    InvalidInputError,
+    MooneyRivlin,
+    RodStiffness,
+    UnloadedShape,
+    gripper_from_actuator,
+)
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.wrap.gripper import stiffness_from_actuator
 
@@ -44,10 +51,10 @@ def test_what_is_given_is_used() -> None:
 
 def test_a_stretched_backbone_keeps_its_mass() -> None:
     gripper = linear_gripper(weight=0.3, gravity=(0.0, -9.80665, 0.0))
-    load = gripper.load(RestShape(20.0, -10.0, 0.6))
+    load = gripper.load(UnloadedShape(20.0, -10.0, 0.6))
     assert not callable(load.distributed)
     assert load.distributed == pytest.approx((0.0, -0.3 * 0.5 / 0.6, 0.0))
-    rod = gripper.rod(RestShape(20.0, -10.0, 0.6))
+    rod = gripper.rod(UnloadedShape(20.0, -10.0, 0.6))
     assert (rod.length, rod.rest_strain) == (0.6, (-10.0, 0.0, 20.0))
 
 
@@ -84,7 +91,7 @@ def test_bad_values_are_refused_by_name(field: str, value: object) -> None:
 @pytest.mark.parametrize("pressure", [-1.0, math.nan, 1.01 * PRESSURE_MAX, math.inf, True])
 def test_pressures_out_of_range_are_refused(pressure: float) -> None:
     with pytest.raises(InvalidInputError) as caught:
-        paper_gripper("P1").rest_shape(pressure)
+        paper_gripper("P1").unloaded_shape(pressure)
     assert caught.value.field == "pressure"
 
 
@@ -94,3 +101,14 @@ def test_density_and_extra_mass_are_checked() -> None:
         with pytest.raises(InvalidInputError):
             gripper_from_actuator("bad", actuator, **options)
     assert MooneyRivlin(1.0, 1.0).small_strain_modulus == 12.0
+
+
+@pytest.mark.parametrize("ratio", [0.0099, 101.0, 1e-9, 1e9])
+def test_stiffnesses_of_no_tube_are_refused(ratio: float) -> None:
+    gripper = paper_gripper("P1")
+    bending = gripper.stiffness.bending
+    for allowed in (0.0101, 99.0):
+        replace(gripper, stiffness=RodStiffness(bending, allowed * bending))
+    with pytest.raises(InvalidInputError, match="a hundredth to a hundred times") as caught:
+        replace(gripper, stiffness=RodStiffness(bending, ratio * bending))
+    assert caught.value.field == "torsional"

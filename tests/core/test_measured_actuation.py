@@ -41,7 +41,7 @@ def test_it_is_an_actuation_model_that_passes_through_the_data():
     for pressure, curvature, torsion in zip(
         GOOD["pressures"], GOOD["curvatures"], GOOD["torsions"], strict=True
     ):
-        shape = actuation.rest_shape(pressure)
+        shape = actuation.unloaded_shape(pressure)
         assert (shape.curvature, shape.torsion) == (curvature, torsion)
         assert (shape.backbone_length, shape.stretch) == (0.36, None)
 
@@ -49,7 +49,7 @@ def test_it_is_an_actuation_model_that_passes_through_the_data():
 @given(st.floats(0.0, 6.0e4), st.floats(0.0, 6.0e4))
 def test_it_is_monotone_between_the_data(first, second):
     actuation = MeasuredActuation(**GOOD)
-    low, high = (actuation.rest_shape(p) for p in sorted((first, second)))
+    low, high = (actuation.unloaded_shape(p) for p in sorted((first, second)))
     slack = 1e-12  # rounding of the cubic
     assert low.curvature <= high.curvature + slack
     assert low.torsion >= high.torsion - slack
@@ -62,10 +62,10 @@ def test_it_ends_where_the_data_end():
     assert actuation.pressure_limit == 6.0e4
     assert actuation.limit is ActuationLimit.DATA_END
     with pytest.raises(ActuationLimitError, match="measured actuation data end here"):
-        actuation.rest_shape(6.0001e4)
+        actuation.unloaded_shape(6.0001e4)
     for bad in (-1.0, math.nan, math.inf, True, "1 psi"):
         with pytest.raises(InvalidInputError):
-            actuation.rest_shape(bad)
+            actuation.unloaded_shape(bad)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_data_that_make_no_curve_are_refused(field, value):
 def test_the_rest_of_the_chain_does_not_see_a_difference():
     lawful = gripper_from_actuator("lawful", spiral(LAWS[0]), density=950.0, pressure_max=110.0e3)
     pressures = np.linspace(0.0, 110.0e3, 45)
-    shapes = [lawful.rest_shape(float(p)) for p in pressures]
+    shapes = [lawful.unloaded_shape(float(p)) for p in pressures]
     measured = Gripper(
         name="measured",
         tube=lawful.tube,
@@ -122,7 +122,7 @@ def test_readings_become_a_curve():
     actuation = FreeActuation(spiral(LAWS[0]))
     readings = []
     for pressure in (6.0e4, 2.0e4, 4.0e4):
-        shape = actuation.rest_shape(pressure)
+        shape = actuation.unloaded_shape(pressure)
         for sign in (1.0, -1.0):  # repeats, whose mean is right
             bend = shape.curvature * 0.2 + sign * 0.01
             readings.append(BendReading(pressure, bend, 0.2, 0.01))
@@ -130,7 +130,7 @@ def test_readings_become_a_curve():
     curve = measured_actuation_from_readings(readings, 0.361, spiral(LAWS[0]).fibers)
     assert tuple(curve.pressures) == (0.0, 2.0e4, 4.0e4, 6.0e4)
     for pressure in curve.pressures:
-        expected, shape = actuation.rest_shape(pressure), curve.rest_shape(pressure)
+        expected, shape = actuation.unloaded_shape(pressure), curve.unloaded_shape(pressure)
         assert shape.curvature == pytest.approx(expected.curvature, rel=1e-12)
         assert shape.torsion == pytest.approx(expected.torsion, rel=1e-12)
 

@@ -14,12 +14,12 @@ from spiral_core.rod._continuation import (
     LARGEST_TURN,
     MAX_FOLDS,
     SMALLEST_STEP,
-    descend,
     follow_branch,
     follow_over_folds,
     load_slowly,
     loaded_state,
-    settle,
+    minimize_to_stable,
+    solve_from,
 )
 from spiral_core.rod._newton import CONVERGED, FOLD_LIMIT, LEFT_BRANCH, UNSTABLE, minimize
 from spiral_core.rod._shape import shape_from_orientations
@@ -55,13 +55,13 @@ def test_an_unstable_state_is_left_for_a_lower_one() -> None:
     upright = minimize(straight(40), system, 1.0, 0, False).energy
     q = straight(40)
     assert minimize(q, system, 1e-8, 50, False).outcome == UNSTABLE
-    found = descend(q, system, 1e-8)
+    found = minimize_to_stable(q, system, 1e-8)
     assert found.outcome == CONVERGED
     assert found.pivot > 0.0
     assert found.residual <= 1e-8
     assert found.energy < upright - 1e-3
     again = straight(40)
-    descend(again, system, 1e-8)
+    minimize_to_stable(again, system, 1e-8)
     np.testing.assert_array_equal(q, again)
 
 
@@ -71,7 +71,7 @@ def test_a_stable_state_is_not_kicked() -> None:
     q, folds, found = load_slowly(system, 1e-12)
     before = q.copy()
     assert (folds, found.outcome) == (0, CONVERGED)
-    assert descend(q, system, 1e-10).iterations == 0
+    assert minimize_to_stable(q, system, 1e-10).iterations == 0
     np.testing.assert_array_equal(q, before)
 
 
@@ -118,14 +118,14 @@ def test_a_snap_is_counted_and_releases_energy() -> None:
     system = snapping()
     start = without_rest_strain(system, 1.0)
     q = straight(90)
-    assert descend(q, start, 1e-8).outcome == CONVERGED
+    assert minimize_to_stable(q, start, 1e-8).outcome == CONVERGED
     at, found = follow_branch(q, start, system, 0.0, 1e-8)
     assert found.outcome == LEFT_BRANCH
     assert 0.0 < at < 1.0
     beyond = blended(start, system, at + SMALLEST_STEP)
     held = minimize(q.copy(), beyond, 1.0, 0, False).energy
     before = q.copy()
-    found = descend(q, beyond, 1e-8)
+    found = minimize_to_stable(q, beyond, 1e-8)
     assert found.outcome == CONVERGED
     assert found.energy < held
     assert largest_turn(q, before) > 0.0
@@ -163,9 +163,9 @@ def test_settling_counts_leaving_the_branch() -> None:
     rod = Rod(2.5, bending_stiffness=1.0, torsional_stiffness=0.7)
     system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (40,))
     q = straight(40)
-    folds, found = settle(q, system, 1e-8)
+    folds, found = solve_from(q, system, 1e-8)
     assert (folds, found.outcome) == (1, CONVERGED)
-    assert settle(q, system, 1e-8)[0] == 0
+    assert solve_from(q, system, 1e-8)[0] == 0
 
 
 def test_refining_finds_what_the_fine_walk_finds() -> None:
@@ -196,7 +196,7 @@ def test_a_path_of_too_many_snaps_says_so(monkeypatch: pytest.MonkeyPatch) -> No
 
     system = discretize(gripper_rod().rod, gripper_rod().load, (24,))
     q = straight(24)
-    resting = descend(q, system, 1e-8)
+    resting = minimize_to_stable(q, system, 1e-8)
     ended = resting._replace(outcome=LEFT_BRANCH)
     monkeypatch.setattr(continuation, "follow_branch", lambda *_: (0.5, ended))
     folds, found = follow_over_folds.py_func(q, system, system, 0.0, 1e-8)

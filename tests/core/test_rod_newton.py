@@ -200,7 +200,7 @@ def test_the_smallest_eigenvalue_changes_sign_with_the_pivot() -> None:
 
 
 def test_energy_never_rises_on_the_way_down() -> None:
-    """From a crumpled start the Hessian is indefinite; shift and line search still descend."""
+    """From a crumpled start the Hessian is indefinite; shift and line search still lower it."""
     case = gripper_rod()
     system = discretize(case.rod, case.load, (40,))
     q = disturbed(40, 0.6, seed=5)

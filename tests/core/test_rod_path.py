@@ -53,6 +53,30 @@ def test_a_fold_is_located_and_releases_energy() -> None:
     )
 
 
+@pytest.mark.parametrize("zooms", [1, 2])
+def test_a_fold_between_stations_close_together_is_left_too(zooms: int) -> None:
+    # Right behind the fold the energy is so flat that the state there is all but in equilibrium.
+    load = RodLoad((-0.08335639541607781, -0.05046832983653, 0.21911074192840144))
+    begin, end = np.array((-27.940276, 0.0, 40.295417)), np.array((-28.087614, 0.0, 40.484126))
+
+    def rod(fraction: float) -> Rod:
+        x, y, z = (begin + fraction * (end - begin)).tolist()
+        return Rod(0.5, 2.998307564873586e-4, 1.9988717099157243e-4, (x, y, z))
+
+    low, high, start = 0.0, 1.0, None
+    for _ in range(zooms):
+        path = follow_path([rod(low), rod(high)], load, elements=176, start=start)
+        (fold,) = path.folds
+        start = fold.before
+        low, high = (
+            low + (fold.position - 1.0 / 512.0) * (high - low),
+            low + (fold.position + 1.0 / 512.0) * (high - low),
+        )
+        assert fold.tip_jump > 0.05
+        assert fold.energy_released > 0.0
+        assert path.states[-1].stable
+
+
 def test_there_and_back_is_a_hysteresis() -> None:
     rods = ramp(SNAPPING)
     up = follow_path(rods, SNAPPING.load, elements=COUNT)

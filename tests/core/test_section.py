@@ -153,7 +153,7 @@ def check_against_brute_force(bent: Actuator, singles: tuple[int, ...], fraction
     assert isinstance(actuation.curve, SectionCurve)
     size = fraction * actuation.curve.strain_limit
     pressure = actuation.curve.energy.pressure_with_slope(size)[0]
-    shape = actuation.rest_shape(pressure)
+    shape = actuation.unloaded_shape(pressure)
     radius, stretch = bent.wound_radius, shape.stretch or math.nan
     gamma = bent.single_fibers[0].angle if bent.single_fibers else 0.0
     brute = BruteSection((bent.fibers.alpha, bent.fibers.beta), gamma, singles)
@@ -280,21 +280,21 @@ def test_mirror_image_turns_the_other_way(gamma: float, thick: bool) -> None:
     left = FreeActuation(section(-88.0, -60.0, gamma=-gamma, thick_wall=thick))
     assert left.pressure_limit == pytest.approx(right.pressure_limit, rel=1e-9)
     for pressure in (0.0, 20.0e3, 80.0e3):
-        one, other = right.rest_shape(pressure), left.rest_shape(pressure)
+        one, other = right.unloaded_shape(pressure), left.unloaded_shape(pressure)
         assert other.torsion == pytest.approx(-one.torsion, rel=1e-11)
         assert other.curvature == pytest.approx(one.curvature, rel=1e-11)
         assert other.stretch == pytest.approx(one.stretch, rel=1e-11)
 
 
 def test_a_helical_fiber_coils_at_rest_as_it_is_wound() -> None:
-    shape = FreeActuation(section(88.0, 60.0, gamma=20.0)).rest_shape(0.0)
+    shape = FreeActuation(section(88.0, 60.0, gamma=20.0)).unloaded_shape(0.0)
     assert shape.curvature == 0.0
     assert shape.torsion == pytest.approx(math.tan(math.radians(20.0)) / PAPER_TUBE.inner_radius)
 
 
 def test_two_fibers_bend_as_one_when_they_meet() -> None:
     one, two = FreeActuation(section(88.0, 60.0)), FreeActuation(section(88.0, 60.0, apart=0.2))
-    shape, other = one.rest_shape(60.0e3), two.rest_shape(60.0e3)
+    shape, other = one.unloaded_shape(60.0e3), two.unloaded_shape(60.0e3)
     assert other.curvature == pytest.approx(shape.curvature, rel=1e-5)  # cos(0.1 deg)
     assert other.torsion == pytest.approx(shape.torsion, rel=1e-5)
 
@@ -366,7 +366,7 @@ def test_first_order_form_ends_with_the_even_tubes_twist() -> None:
     actuation = FreeActuation(bent)
     assert actuation.limit is ActuationLimit.FIBER_LOCKING
     assert actuation.stretch_limit < 1.0 / math.cos(math.radians(30.0))
-    actuation.rest_shape(actuation.pressure_limit)
+    actuation.unloaded_shape(actuation.pressure_limit)
 
 
 def test_a_contracting_tube_shortens_unless_a_single_fiber_would_have_to_push() -> None:
@@ -414,7 +414,7 @@ def one_family(angle: float, law: HyperelasticLaw = LATEX, gamma: float = 0.0) -
 def test_one_hoop_family_bends_without_twist() -> None:
     """Without a second family nothing turns it; at small strain the hoop keeps plane sections."""
     hoop = FreeActuation(one_family(90.0, NeoHookean(c1=145.0e3)))
-    shape = hoop.rest_shape(20.0e3)
+    shape = hoop.unloaded_shape(20.0e3)
     assert shape.curvature > 1.0
     assert abs(shape.torsion) < 1e-9
     # Plane strain, bending about the straight fiber: P = 3/2 (A / pi r^2) 4/3 E (lambda - 1).
@@ -426,7 +426,7 @@ def test_one_hoop_family_bends_without_twist() -> None:
 
 def test_one_family_and_its_mirror_image() -> None:
     right, left = FreeActuation(one_family(70.0)), FreeActuation(one_family(-70.0))
-    one, other = right.rest_shape(40.0e3), left.rest_shape(40.0e3)
+    one, other = right.unloaded_shape(40.0e3), left.unloaded_shape(40.0e3)
     assert one.torsion < -1.0
     assert other.torsion == pytest.approx(-one.torsion, rel=1e-8)
     assert other.curvature == pytest.approx(one.curvature, rel=1e-8)
@@ -440,7 +440,7 @@ def test_brute_force_finds_the_same_hoop(angle: float, gamma: float) -> None:
     bent = one_family(angle, gamma=gamma)
     actuation = FreeActuation(bent)
     pressure = actuation.curve.energy.pressure_with_slope(0.3)[0]
-    shape = actuation.rest_shape(pressure)
+    shape = actuation.unloaded_shape(pressure)
     radius, stretch = PAPER_TUBE.inner_radius, shape.stretch or math.nan
     brute = BruteSection((math.radians(angle),), math.radians(gamma))
     wall = PAPER_TUBE.wall_area / (math.pi * radius**2)
@@ -505,15 +505,15 @@ def test_straight_sections_that_shorten_have_shapes_in_both_forms() -> None:
     exact = section(45.0, -45.0).without_single_fibers()
     for form in CurvatureForm:
         actuation = FreeActuation(dataclasses.replace(exact, curvature_form=form))
-        shape = actuation.rest_shape(20.0e3)
+        shape = actuation.unloaded_shape(20.0e3)
         assert shape.curvature == 0.0
         assert shape.stretch == pytest.approx(actuation.stretch_from_pressure(20.0e3), rel=1e-14)
     with pytest.raises(InvalidInputError, match="at most 1 for these"):
         rest_shape_from_stretch(exact, 1.01)
     spiral = dataclasses.replace(section(50.0, -40.0), single_fibers=())
-    even = FreeActuation(spiral).rest_shape(10.0e3)
+    even = FreeActuation(spiral).unloaded_shape(10.0e3)
     first = dataclasses.replace(spiral, curvature_form=CurvatureForm.FIRST_ORDER)
-    paper = FreeActuation(first).rest_shape(10.0e3)
+    paper = FreeActuation(first).unloaded_shape(10.0e3)
     assert even.torsion * (even.stretch or 0.0) == pytest.approx(paper.torsion, rel=1e-10)
 
 

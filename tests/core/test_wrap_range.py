@@ -59,6 +59,34 @@ def test_of_several_pressures_the_lowest_is_taken(known: WrapCurve) -> None:
         assert pressures[first] <= found <= pressures[first + 1]
 
 
+def test_a_short_part_of_the_range_before_a_leap_of_the_turns_is_found() -> None:
+    # Near 21.25 kPa the tangent of the coil's last turn comes so near to the axis that a part of
+    # that turn no longer counts: some 200 Pa of valid wraps lie below, between two samples.
+    gravity = (-6.767843461129852, -4.813767935064768, -5.214817098948359)
+    curve = WrapCurve(paper_gripper("P2", gravity))
+    pressures = np.linspace(20.9e3, 21.3e3, 161).tolist()
+    wraps = [curve.wrap_at_pressure(pressure) for pressure in pressures]
+    island = [wrap for wrap in wraps if wrap.turns >= 1.05 + 1e-4]
+    assert 10 < len(island) < 100
+    for wrap in island:
+        assert curve.is_coiled(wrap.pressure)
+        assert curve.pressure_from_radius(wrap.object_radius) <= wrap.pressure * (1.0 + 1e-7)
+    for wrap in wraps:
+        assert wrap.turns >= 1.05 - 1e-4 or not curve.is_coiled(wrap.pressure)
+
+
+def test_a_tangent_that_turns_back_at_the_least_sine_grazes_it() -> None:
+    curve = WrapCurve(paper_gripper("P2"))
+    wrap = curve.wrap_at_pressure(30.0e3)
+    sines = np.linalg.norm(np.cross(wrap.state.tangents, wrap.axis), axis=1)
+    above = sines - 0.5 * sines[-1]
+    places = [i for i in range(1, len(sines) - 1) if sines[i] <= min(sines[i - 1], sines[i + 1])]
+    assert wrap.graze == pytest.approx(min((above[i] for i in places), key=abs), abs=1e-9)
+    assert abs(wrap.graze) < 0.3
+    rising = replace(wrap, axis=(0.0, 0.0, 1.0), state=curve.state_at_pressure(0.0))
+    assert rising.graze == math.inf or rising.graze > 0.0
+
+
 def test_a_radius_that_turns_back_next_to_the_limit_is_seen() -> None:
     axis = (-0.016933259856470175, -0.01774736315593301, 0.9996991026362106)
     gripper = paper_gripper("P2", (0.0, 0.0, G), axis)
@@ -109,7 +137,7 @@ def test_the_reason_is_what_ends_the_range() -> None:
         with pytest.raises(NotGrippableError, match=reason) as caught:
             curve.wrap_for_radius(radius)
         assert caught.value.margin < 0.0
-        printed = re.search(r"nearest that can is (\S+) m", str(caught.value))
+        printed = re.search(r"nearest grippable radius is (\S+) m", str(caught.value))
         assert printed is not None
         curve.wrap_for_radius(float(printed[1]))
 
@@ -169,6 +197,6 @@ def test_turns_about_an_axis_near_the_tangents_do_not_depend_on_the_elements() -
     """Where a tangent passes close to the axis its azimuth turns fast, within an element too."""
     curve = WrapCurve(paper_gripper("P2", object_axis=(-0.34407862, -0.69744658, 0.62863198)))
     wrap = curve.wrap_at_pressure(103_972.9)
-    shape, gripper = wrap.rest_shape, curve.gripper
+    shape, gripper = wrap.unloaded_shape, curve.gripper
     fine = solve_rod(gripper.rod(shape), gripper.load(shape), elements=2000, start=wrap.state)
     assert wrap.turns == pytest.approx(coil_from_state(fine, wrap.axis).total_turns, abs=5e-3)

@@ -40,7 +40,7 @@ from spiral_gripper.cli import calibrate as cli_calibrate
 from spiral_gripper.cli import main as cli
 from spiral_gripper.files.fields import LAWS
 from spiral_gripper.files.storage import FileError
-from spiral_gripper.reports.plots import save_figure
+from spiral_gripper.reports.style import save_figure
 
 PSI = 6894.757293168361
 TRUE_C1 = 160.0e3
@@ -227,7 +227,7 @@ def test_a_fit_that_does_not_reach_the_pressure_limit_is_not_written(folder):
 def test_a_measured_curve_goes_into_the_file_and_comes_back(folder):
     description = load_description(folder / "mine.yaml")
     pressures = np.linspace(0.0, 16.0 * PSI, 9).tolist()
-    shapes = [description.gripper.rest_shape(min(p, 16.0 * PSI)) for p in pressures]
+    shapes = [description.gripper.unloaded_shape(min(p, 16.0 * PSI)) for p in pressures]
     actuation = MeasuredActuation(
         pressures=pressures,
         curvatures=[shape.curvature for shape in shapes],
@@ -336,7 +336,7 @@ def test_the_command_writes_a_measured_curve(folder):
     lines = ["pressure [kPa],bend_angle [deg],twist [deg]"]
     length = description.actuator.tube.length
     for kilopascals in (20, 40, 60, 80, 100, 111):
-        shape = FreeActuation(description.actuator).rest_shape(kilopascals * 1e3)
+        shape = FreeActuation(description.actuator).unloaded_shape(kilopascals * 1e3)
         bend, twist = np.degrees([shape.curvature * length, shape.torsion * length])
         lines.append(f"{kilopascals},{bend:.4f},{twist:.4f}")
     (folder / "bench.csv").write_text("\n".join(lines) + "\n")
@@ -356,8 +356,8 @@ def test_the_command_writes_a_measured_curve(folder):
     refused = run(folder, "--measured-curve", *errors[:2])
     assert refused.exit_code == 2
     assert "bend angles and twists: fibers at alpha and beta" in refused.output
-    expected = description.gripper.rest_shape(50.0e3).curvature
-    found = load_gripper(folder / "mine_measured.yaml").rest_shape(50.0e3).curvature
+    expected = description.gripper.unloaded_shape(50.0e3).curvature
+    found = load_gripper(folder / "mine_measured.yaml").unloaded_shape(50.0e3).curvature
     assert found == pytest.approx(expected, rel=5e-3)
 
 
@@ -483,6 +483,25 @@ def test_a_radius_out_of_reach_comes_after_file_and_picture(folder):
     assert result.output.splitlines()[-1].startswith(
         "spiral-gripper: an object of radius 1 m cannot be gripped"
     )
+
+
+@pytest.mark.parametrize("suffix", [".md", ".html"])
+def test_the_report_in_one_file_holds_every_figure_and_the_picture(folder, suffix):
+    file = folder / f"report{suffix}"
+    arguments = ("--radius", "20 mm", "--radius", "1 m", "--no-save", "--report", str(file))
+    result = run(folder, *arguments)
+    assert result.exit_code == 2
+    text = file.read_text(encoding="utf-8")
+    printed = result.output.split("spiral-gripper:")[0].splitlines()
+    lines = [line for line in printed if ": " in line and not line.startswith("wrote")]
+    assert any(line.startswith("warning: ") for line in lines)
+    assert len(lines) > 5
+    for line in lines:
+        name, _, value = line.partition(": ")
+        assert name.strip() in text
+        assert value in text.replace("&#x27;", "'")
+    assert "an object of radius 1 m cannot be gripped" in text
+    assert text.count("data:image/png;base64,") == 1
 
 
 def test_bars_are_the_stated_errors(folder):

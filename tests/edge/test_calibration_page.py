@@ -35,6 +35,11 @@ def study():
 
 
 @pytest.fixture(scope="module")
+def bench_tests():
+    return module(ROOT / "examples" / "synthetic_bench_tests.py")
+
+
+@pytest.fixture(scope="module")
 def coverage_study():
     return module(ROOT / "benchmarks" / "calibration_coverage.py")
 
@@ -74,27 +79,32 @@ def test_the_coverage_study_counts_hits_and_failures(coverage_study):
     assert seconds > 0.0
 
 
-def test_the_synthetic_bench_test_is_what_its_script_computes():
-    script = module(ROOT / "examples" / "synthetic_bench_test.py")
-    text = script.FILE.read_text(encoding="utf-8")
-    assert text == script.bench_test()
+@pytest.mark.parametrize("kind", ["extension", "twist", "bend_angle", "position", "object_radius"])
+def test_a_synthetic_bench_test_is_what_its_script_computes(bench_tests, kind):
+    text = (bench_tests.FOLDER / f"bench_{kind}.csv").read_text(encoding="utf-8")
+    assert text == bench_tests.bench_test(kind)
     assert text.startswith("# SYNTHETIC")
-    assert f"seed {script.SEED}" in text
+    assert f"seed {bench_tests.SEED}" in text
+
+
+def test_there_is_an_example_of_every_kind_of_test(bench_tests):
+    kinds = {column for column in COLUMNS if f"{column}_error" in COLUMNS} | {"position"}
+    assert bench_tests.TESTS.keys() == kinds - {"pressure"}
 
 
 def test_the_example_goes_from_csv_to_gripper_file_and_plot(tmp_path, monkeypatch, capsys):
     path = ROOT / "examples" / "calibrate_from_csv.py"
     monkeypatch.setattr(sys, "argv", [str(path), str(tmp_path)])
     values = runpy.run_path(str(path))
-    actuator = load_description("paper_design_70").actuator
+    actuator = load_description(ROOT / "examples" / "data" / "my_gripper.yaml").actuator
     truth = FreeActuation(replace(actuator, material=MooneyRivlin(c1=152.0e3, c2=8.0e3)))
-    assert capsys.readouterr().out.splitlines()[0] == "NeoHookean: weight 0.82"
+    assert capsys.readouterr().out.splitlines()[0] == "NeoHookean: weight 0.90"
     low, high = values["best"].interval("c1")
     assert low < 160.0e3 < high  # C1 + C2: nearly all that the tube's pressures depend on
     for result in values["results"]:
         assert result.standard_error < 0.01 * result.pressure
-    shape = values["calibrated"].rest_shape(60.0e3)
-    assert shape.curvature == pytest.approx(truth.rest_shape(60.0e3).curvature, rel=0.01)
+    shape = values["calibrated"].unloaded_shape(60.0e3)
+    assert shape.curvature == pytest.approx(truth.unloaded_shape(60.0e3).curvature, rel=0.01)
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"my_gripper.yaml", "my_gripper_calibrated.yaml", "residuals.png"}
 
@@ -107,7 +117,7 @@ def synthetic_specimens(study, tmp_path, scatter):
         rubber = MooneyRivlin(c1=500.0e3, c2=100.0e3)
         actuation = FreeActuation(study.bending_actuator(angle, 0.18, rubber))
         for psi in (10, 15, 20, 25, 30, 35):
-            bend = actuation.rest_shape(psi * study.PSI).curvature * 0.18
+            bend = actuation.unloaded_shape(psi * study.PSI).curvature * 0.18
             bend *= 1.0 + scatter * noise.standard_normal()
             lines.append(f"{angle},-{angle},18,{psi},{bend!r}")
     path = tmp_path / "bending.csv"

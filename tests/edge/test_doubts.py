@@ -9,6 +9,7 @@ from spiral_gripper import available_grippers, load_description
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper.files.description import parse_description
+from spiral_gripper.files.tubing import parse_tubing
 
 TEXT = (GRIPPERS.path / "prototype_p1.yaml").read_text(encoding="utf-8")
 
@@ -66,3 +67,39 @@ def test_the_command_line_warns_and_goes_on(tmp_path, capsys):
     assert captured.out.startswith("prototype_p1 at 8 psi")
     assert captured.err.startswith(f"warning: {path}:")
     assert captured.err.count("\n") == 1
+
+
+TUBING_TEXT = """\
+name: mine
+material: {law: neo_hookean, c1: 145 kPa, density: 950 kg/m^3}
+sizes: [8 mm x 1 mm, 6 mm x 3 mm]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("8 mm x 1 mm", "8 mm x 1 mm", None),
+        ("8 mm x 1 mm", "8 m x 1 m", "mine.yaml:3:9: inner_radius of 8 m x 1 m is not between"),
+        ("6 mm x 3 mm", "6 mm x 9 mm", "mine.yaml:3:22: wall_thickness of 6 mm x 9 mm is 3 times"),
+        ("145 kPa", "145 MPa", "mine.yaml:2:1: material has a Young's modulus of 870 MPa"),
+        ("950 kg/m^3", "0.95 kg/m^3", "mine.yaml:2:52: material.density 0.95 kg/m^3 is not"),
+    ],
+)
+def test_tubing_that_is_hardly_meant_is_named(old, new, expected):
+    found = parse_tubing(TUBING_TEXT.replace(old, new), Path("mine.yaml")).doubts
+    if expected is None:
+        assert found == ()
+    else:
+        assert len(found) == 1
+        assert found[0].startswith(expected)
+
+
+def test_the_design_names_what_is_hardly_meant_of_the_tubing_it_takes(tmp_path, capsys):
+    path = tmp_path / "mine.yaml"
+    path.write_text(TUBING_TEXT.replace("950 kg", "0.95 kg"), encoding="utf-8")
+    radii = ["--radius-min", "8 mm", "--radius-max", "15 mm", "--beta", "70 deg"]
+    assert run(["design", *radii, "--tubing", str(path), "--tube", "6 mm x 1 mm"]) == 0
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith(f"warning: {path}:2:52: material.density")
+    assert second.startswith("warning: wall_thickness of 6 mm x 1 mm is 0.33 of the bore radius")

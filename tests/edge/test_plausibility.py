@@ -63,7 +63,7 @@ def test_mix_ups_of_angles_are_named(degrees_for_radians):
     truth = actuator(NeoHookean(c1=145.0e3))
     factor = math.degrees(1.0) if degrees_for_radians else math.radians(1.0)
     readings = [
-        BendReading(p, factor * FreeActuation(truth).rest_shape(p).curvature * 0.2, 0.2, 0.01)
+        BendReading(p, factor * FreeActuation(truth).unloaded_shape(p).curvature * 0.2, 0.2, 0.01)
         for p in PRESSURES
     ]
     found = possible_mix_ups(Trial(FreeActuation(truth), None), readings)

@@ -80,7 +80,7 @@ def test_the_shipped_model_is_that_of_its_gripper(model):
 
 def test_the_command_writes_what_the_model_says(model, tmp_path, capsys):
     file = tmp_path / "mine.yaml"
-    assert run(["model", "paper_design_70", "--radius", "20 mm", "-o", str(file)]) == 0
+    assert run(["model", "paper_design_70", "--radius", "20 mm", "--save", str(file)]) == 0
     assert file.read_text(encoding="utf-8") == model_as_yaml(model)
     assert run(["model", "paper_design_70", "--radius", "60 mm"]) == 2
     assert "cannot be gripped" in capsys.readouterr().err

@@ -5,16 +5,19 @@ import io
 import math
 import threading
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import trimesh
 
-from spiral_core import InvalidInputError, Rod, RodLoad, WrapRegime, solve_rod
+from spiral_core import InvalidInputError, Pull, Rod, RodLoad, WrapRegime, solve_rod
 from spiral_gripper import load_description
+from spiral_gripper.reports.meshes import SIDES, tube_mesh, turned_mesh
 from spiral_gripper.studio.chart import chart_data, chart_scales
-from spiral_gripper.studio.exports import FORMATS, shape_csv
-from spiral_gripper.studio.meshes import SIDES, tube_mesh, turned_mesh
+from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
+from spiral_gripper.studio.force_chart import force_data, force_scales
+from spiral_gripper.studio.pull import pull_frames
 from spiral_gripper.studio.scene import node_values
 from spiral_gripper.studio.session import Session, answer_for
 from spiral_gripper.studio.settings import gripper_for, settings_of
@@ -38,6 +41,16 @@ def settings(description):
 @pytest.fixture(scope="module")
 def answer(description, settings):
     return answer_for(settings, gripper_for(description, settings))
+
+
+@pytest.fixture(scope="module")
+def held(description, settings):
+    """The complete answer, with contact and holding forces."""
+    done = threading.Event()
+    session = Session(description, settings, lambda said: said.is_complete and done.set())
+    assert done.wait(timeout=900.0)
+    session.close()
+    return session.answer
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +100,9 @@ def test_fibers_and_length_follow_the_sliders(description, settings):
         description, replace(settings, angles=(settings.angles[0], math.radians(60.0)), length=0.5)
     )
     assert gripper.tube.length == 0.5
-    assert gripper.rest_shape(4e4).curvature != description.gripper.rest_shape(4e4).curvature
+    assert (
+        gripper.unloaded_shape(4e4).curvature != description.gripper.unloaded_shape(4e4).curvature
+    )
     assert gripper.pressure_max <= description.gripper.pressure_max
 
 
@@ -145,19 +160,29 @@ def test_the_chart_holds_the_point_where_the_gripper_is(answer):
 
 
 def test_exports_hold_the_shape(state):
-    rows = np.genfromtxt(io.BytesIO(shape_csv(state, RADIUS)), delimiter=",", skip_header=1)
+    rows = np.genfromtxt(io.BytesIO(shape_csv(state)), delimiter=",", skip_header=1)
     assert rows[:, 1:4] == pytest.approx(state.positions, abs=1e-8)
     for kind in ("stl", "glb"):
-        data = FORMATS[kind](state, RADIUS)
+        data = shape_mesh(state, RADIUS, kind)
         read = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh")
         assert read.bounds == pytest.approx(surface(tube_mesh(state, RADIUS)).bounds, abs=1e-6)
 
 
-def test_colors_follow_what_they_name(state):
-    assert node_values(state, "plain") is None
-    curvatures = node_values(state, "curvature")
-    assert curvatures[-1] == pytest.approx(21.0, rel=1e-6)  # the tip carries no moment
-    assert node_values(state, "bending moment")[-1] == pytest.approx(0.0, abs=1e-12)
+@pytest.mark.slow
+def test_colors_follow_what_they_name(description, held):
+    gripper = description.gripper
+    free = gripper.unloaded_shape(6e4)
+    state = solve_rod(gripper.rod(free), gripper.load(free))
+    assert node_values(gripper, 6e4, state, "plain") is None
+    assert not node_values(gripper, 6e4, state, "contact force").any()
+    curvatures = node_values(gripper, 6e4, state, "curvature")
+    assert curvatures == pytest.approx(np.linalg.norm(state.strains[:, 1:], axis=1), rel=1e-6)
+    assert node_values(gripper, 6e4, state, "bending moment")[-1] == pytest.approx(0.0, abs=1e-12)
+    strain = node_values(gripper, 6e4, state, "strain")  # the tip carries no moment
+    assert strain[-1] == pytest.approx(2.0 * gripper.tube.outer_radius * free.curvature, rel=1e-6)
+    point = held.contact_at(6.5e4)
+    pressed = node_values(gripper, point.pressure, point.state, "contact force")
+    assert pressed.sum() == pytest.approx(point.normal_force)
 
 
 def test_words_say_what_is_known(answer, settings, state):
@@ -167,3 +192,66 @@ def test_words_say_what_is_known(answer, settings, state):
     assert f"{answer.wrap.pressure / 1e3:.1f} kPa" in text
     refused = replace(answer, wrap=None, placement=None, refusal="too thick for it")
     assert "20.0 mm cannot be wrapped:** too thick for it" in answer_text(refused, settings, state)
+
+
+@pytest.mark.slow
+def test_a_complete_answer_holds_contact_and_forces(held, settings, state):
+    pressure = held.grip.recommended_pressure()
+    point = held.contact_at(pressure)
+    assert abs(point.pressure - pressure) <= 0.05 * pressure
+    assert point.state.gaps.min() > -1e-5
+    assert held.contact_at(1.2 * held.window.top) is None
+    text = answer_text(held, replace(settings, pressure=pressure), state)
+    assert "(in contact)" in text
+    assert "N** away from the base" in text
+    assert "computing" not in text
+    assert "lost" in answer_text(held, replace(settings, pressure=1.2 * held.window.top), state)
+    waiting = replace(held, window=None, grip=None)
+    assert answer_text(waiting, settings, state).count("computing") == 1
+    assert "not held:** too slippery" in answer_text(
+        replace(waiting, no_grip="too slippery"), settings, state
+    )
+
+
+@pytest.mark.slow
+def test_the_force_chart_holds_the_point_where_the_gripper_is(held):
+    pressures, away, towards, now = force_data(held, 7.0e4)
+    assert np.all(np.diff(pressures) > 0.0)
+    (place,) = np.flatnonzero(np.isfinite(now))
+    assert pressures[place] == pytest.approx(70.0)
+    assert now[place] == away[place]
+    assert away[place - 1] < away[place] < away[place + 1]
+    assert np.isfinite(towards).all()
+    low, high = force_scales(held, 1.1e5)["y"]["range"]
+    assert low == 0.0
+    assert high > max(away)
+    assert np.isnan(force_data(None, 7.0e4)[1]).all()
+
+
+@pytest.mark.slow
+def test_a_pull_moves_the_object_and_resists(held):
+    frames = pull_frames(held.grip, 6.0e4)
+    moved = [float(np.linalg.norm(frame.displacement)) for frame in frames]
+    assert moved == sorted(moved)
+    assert len(frames) > 5
+    assert max(frame.force for frame in frames) == pytest.approx(
+        held.grip.force(Pull.AWAY)[np.argmin(np.abs(held.grip.pressures - 6.0e4))], rel=0.1
+    )
+
+
+def test_every_export_is_of_what_is_shown(description, settings, tmp_path):
+    session = Session(description, replace(settings, length=0.3, pressure=5e4), lambda _: None)
+    written = {name: write(session) for name, (_, write) in EXPORTS.items()}
+    session.close()
+    saved = tmp_path / "saved.yaml"
+    saved.write_bytes(written["gripper file"])
+    read = load_description(saved)
+    assert read.gripper.tube.length == 0.3
+    assert "# Our choice" in saved.read_text(encoding="utf-8")
+    assert session.gripper.unloaded_shape(5e4).curvature == pytest.approx(
+        read.gripper.unloaded_shape(5e4).curvature, rel=1e-9
+    )
+    robot = ElementTree.fromstring(written["urdf"])
+    spheres = robot.findall("link/collision/geometry/sphere")
+    assert len(spheres) == written["spheres"].decode().count("  - [")
+    assert len(spheres) == len(robot.findall("link/visual"))

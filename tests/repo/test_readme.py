@@ -7,7 +7,10 @@ import contextlib
 import io
 import re
 
+import click
 from repo.source_tree import ROOT, pyproject
+
+from spiral_gripper.cli.main import spiral_gripper
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -65,3 +68,17 @@ def test_links_lead_to_files() -> None:
     targets = re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)|<img [^>]*src=\"([^\"]+)\"", README)
     local = {a or b for a, b in targets if not (a or b).startswith(("http://", "https://"))}
     assert not sorted(path for path in local if not (ROOT / path).exists())
+
+
+def test_the_options_of_every_command_exist() -> None:
+    table = re.findall(r"`([a-z-]+ [^`]*mine\.yaml[^`]*)`", README)
+    lines = [
+        line.split("spiral-gripper ", 1)[1] for line in commands() if "spiral-gripper " in line
+    ]
+    assert len(table) >= 6
+    for line in (*table, *lines):
+        name, *rest = line.split()
+        command = spiral_gripper.get_command(click.Context(spiral_gripper), name)
+        assert command is not None, line
+        known = {option for parameter in command.params for option in parameter.opts}
+        assert {word for word in rest if word.startswith("-")} <= known, line

@@ -98,7 +98,7 @@ def node(namespace):
     bare = [Parameter(name, value=value) for name, value in BARE.items()]
     node = GripperNode(namespace=namespace, parameter_overrides=bare)
     node.published = []
-    node.outputs.publish_pressure = node.published.append
+    node.runtime.outputs.publish_pressure = node.published.append
     assert node.start()
     yield node
     node.vent()

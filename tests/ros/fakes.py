@@ -11,6 +11,7 @@ from spiral_core import NotGrippableError, WrapRegime
 @dataclass(frozen=True)
 class FakePlan:
     pressure: float
+    highest_good: float = math.inf
 
 
 class FakePlanner:

@@ -26,9 +26,9 @@ from std_srvs.srv import Trigger
 from spiral_gripper_msgs.msg import GripStatus, ObjectRadius
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.node.parameters import PARAMETERS
-from spiral_gripper_ros.node_process import NODE as NODE_MODULE
-from spiral_gripper_ros.node_process import NodeProcess
+from spiral_gripper_ros.parameters.table import PARAMETERS
+from spiral_gripper_ros.process.node_process import NODE as NODE_MODULE
+from spiral_gripper_ros.process.node_process import NodeProcess
 
 # Nothing here takes a tenth of it on an idle machine; the first start may have to compile.
 DEADLINE = 30.0
@@ -38,8 +38,9 @@ NODE = "spiral_gripper"
 FAST_RAMP = {"pressure_rate_up": 2.0e6, "pressure_rate_down": 2.0e6}
 # Nor does a message grow old because the machine is slow; tests of the time-outs set their own.
 PATIENT = {"radius_timeout": 600.0, "measured_pressure_timeout": 600.0}
-# The pressure is that of the bare wrap, which the core answers; tests of the grip set their own.
-BARE = {"grip_ratio": 1.0}
+# The pressure is that of the bare wrap, which the core answers, and no grip is computed beside the
+# tests; those of the grip set their own.
+BARE = {"grip_ratio": 1.0, "grip_radii": 0}
 ALL_AND_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 

@@ -12,8 +12,8 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.qos import LATEST
-from spiral_gripper_ros.node_process import SIMULATOR
+from spiral_gripper_ros.messages.qos import LATEST
+from spiral_gripper_ros.process.node_process import SIMULATOR
 
 REGULATOR = "simulated_regulator"
 # No noise, so that figures can be compared; fast estimates, so that the tests are.

@@ -30,7 +30,7 @@ from ros.control_inputs import (
 from ros.fakes import FakeRegulator, RegulatorFault
 
 from spiral_gripper_ros.control.grasp import GraspOutcome
-from spiral_gripper_ros.control.grasp_log import KEPT_REPORTS
+from spiral_gripper_ros.control.grasp_history import KEPT_REPORTS
 from spiral_gripper_ros.control.limits import FaultPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 

@@ -15,12 +15,12 @@ from rich.console import Console
 
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.states import Reason
-from spiral_gripper_ros.demo import run
-from spiral_gripper_ros.demo.report import EXPECTED_REFUSALS, DemoReport
-from spiral_gripper_ros.demo.table import COLUMNS, DemoTable, Row
 from spiral_gripper_ros.simulation.replay import samples_from_lines, shipped_recording
+from spiral_gripper_ros.tools import demo as run
+from spiral_gripper_ros.tools.demo_report import EXPECTED_REFUSALS, DemoReport
+from spiral_gripper_ros.tools.demo_table import COLUMNS, DemoTable, Row
 
-COMMAND = [sys.executable, "-m", "spiral_gripper_ros.demo.run"]
+COMMAND = [sys.executable, "-m", "spiral_gripper_ros.tools.demo"]
 
 
 def good_report():

@@ -30,7 +30,7 @@ from spiral_gripper.files.description import parse_description
 from spiral_gripper_msgs.srv import DesignGripper
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node.design_service import question_from_msg
-from spiral_gripper_ros.node_process import STOP_TIMEOUT
+from spiral_gripper_ros.process.node_process import STOP_TIMEOUT
 
 LIMITS = {
     "object_length": 0.25,

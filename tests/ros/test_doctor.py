@@ -47,7 +47,7 @@ from spiral_gripper_ros.doctor.transport import (
     round_trips,
     two_processes_finding,
 )
-from spiral_gripper_ros.node.qos import LATEST
+from spiral_gripper_ros.messages.qos import LATEST
 
 WHEELS = {"ros-jazzy-rclpy": "7.1.6", "rclpy": "7.1.5"}
 COMMAND = "from spiral_gripper.cli.main import main; main()"

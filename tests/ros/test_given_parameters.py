@@ -3,7 +3,7 @@
 
 import pytest
 
-from spiral_gripper_ros.node.given_parameters import judge_given_parameters
+from spiral_gripper_ros.parameters.given import judge_given_parameters
 
 KNOWN = ["pressure_cap", "gripper"]
 NODE = "/left/spiral_gripper"
@@ -50,6 +50,12 @@ def test_a_file_for_another_node_is_an_error(tmp_path, key):
     assert f"{path} has no parameters for {NODE}" in error
     assert "/" + key.strip("/") in error
     assert "/**/spiral_gripper" in error
+
+
+@pytest.mark.parametrize("args", [[], ["--ros-args"], ["--"], ["-p", "speed:=1.0"]])
+def test_arguments_that_give_no_parameter_are_good(args):
+    findings = judge_given_parameters(args, [NODE], KNOWN)
+    assert findings.errors == findings.warnings == []
 
 
 @pytest.mark.parametrize("text", ["", "7", "/**:\n", "[1, 2]"])

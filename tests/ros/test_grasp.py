@@ -7,7 +7,7 @@ from ros.fakes import FakePlan
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome, impossible_goal
 from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
-from spiral_gripper_ros.control.grasp_log import KEPT_REPORTS, GraspLog
+from spiral_gripper_ros.control.grasp_history import KEPT_REPORTS, GraspHistory
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
 from spiral_gripper_ros.control.snapshot import Snapshot
@@ -119,7 +119,7 @@ def test_progress_is_the_commands_part_of_the_way(start, command, target, expect
 
 
 def test_the_log_reports_the_grasp_that_runs_and_keeps_how_it_ended():
-    log = GraspLog()
+    log = GraspHistory()
     ticket = log.start(GraspAttempt(GraspGoal(0.02), 1.0, 0.0, LIMITS), snapshot())
     log.update(1.5, snapshot(command=1.0e4))
     report = log.report(ticket)
@@ -135,7 +135,7 @@ def test_the_log_reports_the_grasp_that_runs_and_keeps_how_it_ended():
 
 
 def test_the_log_keeps_the_last_reports_only():
-    log = GraspLog()
+    log = GraspHistory()
     for _ in range(KEPT_REPORTS + 1):
         log.start(GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS), snapshot())
         log.end(1.0, GraspOutcome.CANCELED, FAILED)

@@ -6,9 +6,9 @@ from rclpy.executors import SingleThreadedExecutor
 from ros.grasp_goals import Goals, refused, started
 
 from spiral_gripper_msgs.action import Grasp
+from spiral_gripper_ros.actions.jobs import GraspJob
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.grasping.goal_jobs import GraspJob
 from spiral_gripper_ros.node.gripper_node import GripperNode
 
 RADIUS = 0.02
@@ -34,11 +34,11 @@ def inside(node, client):
 
 def test_a_goal_is_commanded_at_once_not_at_the_next_tick(node):
     before = len(node.published)
-    job = GraspJob(node.control, GraspGoal(RADIUS))
-    run = node.grasps._runner.run(b"1", job, lambda moment: None)
+    job = GraspJob(node.runtime.control, GraspGoal(RADIUS))
+    run = node.goals._runner.run(b"1", job, lambda moment: None)
     run.send(None)
     assert len(node.published) == before + 1
-    node.grasps._runner.cancel(b"1")
+    node.goals._runner.cancel(b"1")
     assert node.published[-1] == 0.0
     with pytest.raises(StopIteration) as end:
         run.send(None)
@@ -47,25 +47,25 @@ def test_a_goal_is_commanded_at_once_not_at_the_next_tick(node):
 
 def test_an_exception_during_a_goal_is_logged_vents_and_ends_the_goal(node, inside, capfd):
     goal = started(inside.grasp(RADIUS, timeout=600.0))
-    node.control.grasp_report = lambda ticket: 1 // 0
+    node.runtime.control.grasp_report = lambda ticket: 1 // 0
     assert "ZeroDivisionError" in refused(goal, Reason.INTERNAL_ERROR)
     assert node.published[-1] == 0.0
-    assert node.control.snapshot().state is State.FAULT
+    assert node.runtime.control.snapshot().state is State.FAULT
     log = capfd.readouterr().err
     assert "Traceback" in log
     assert "ZeroDivisionError" in log
 
 
 def test_an_exception_at_the_start_of_a_goal_does_so_too(node, inside, capfd):
-    node.control.start_grasp = lambda *arguments: 1 // 0
+    node.runtime.control.start_grasp = lambda *arguments: 1 // 0
     assert "ZeroDivisionError" in refused(inside.grasp(RADIUS), Reason.INTERNAL_ERROR)
-    assert node.control.snapshot().state is State.FAULT
+    assert node.runtime.control.snapshot().state is State.FAULT
     assert "Traceback" in capfd.readouterr().err
 
 
 def test_a_fault_ends_the_goal(node, inside):
     goal = started(inside.grasp(RADIUS, timeout=600.0))
-    node.fail("broken on purpose")
+    node.runtime.fail("broken on purpose")
     assert "broken on purpose" in refused(goal, Reason.INTERNAL_ERROR)
     assert node.published[-1] == 0.0
 
@@ -87,13 +87,13 @@ def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(namespace,
     request.result().get_result_async()
     for _ in range(20):
         executor.spin_once(timeout_sec=0.01)
-    spin_until(lambda: node.control.snapshot().state is State.GRASPING)
+    spin_until(lambda: node.runtime.control.snapshot().state is State.GRASPING)
     if is_vented:
         node.vent()
     executor.remove_node(node)
     node.destroy_node()
     for _ in range(20):
         executor.spin_once(timeout_sec=0.01)
-    assert not node.grasps._runner._runs
+    assert not node.goals._runner._runs
     goals.close()
     executor.shutdown()

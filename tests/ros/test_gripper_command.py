@@ -6,10 +6,7 @@ import math
 import pytest
 
 from spiral_core import NotGrippableError
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
-from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.states import Reason, Refusal
-from spiral_gripper_ros.grasping.gripper_command import (
+from spiral_gripper_ros.actions.gripper_command import (
     OpeningCommand,
     Release,
     command_from_joint,
@@ -17,6 +14,9 @@ from spiral_gripper_ros.grasping.gripper_command import (
     goal_from_command,
     wrapped_diameter,
 )
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
 
 OPEN = 0.1

@@ -18,7 +18,7 @@ from ros.launch_stand_ins import LifecycleNode, LogInfo, Node, Shutdown, started
 from ros.simulation_harness import RunningSimulator
 from ruamel.yaml import YAML
 
-from spiral_gripper_ros.node.parameters import PARAMETERS, refusal_of_values
+from spiral_gripper_ros.parameters.table import PARAMETERS, refusal_of_values
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 
 PACKAGE = ROOT / "spiral_gripper_ros"

@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from spiral_core import WrapRegime
 from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.markers import (
+from spiral_gripper_ros.messages.markers import (
     NAMESPACES,
     REGIME_COLORS,
     Scene,
@@ -236,16 +236,16 @@ def test_markers_come_at_their_rate_and_not_at_all_at_zero(active, display):
 
 def test_nothing_is_drawn_while_nobody_looks(node):
     drawn_for_nobody = []
-    node.outputs.publish_markers = drawn_for_nobody.append
+    node.runtime.outputs.publish_markers = drawn_for_nobody.append
     node._display.draw()
     assert drawn_for_nobody == []
 
 
 def test_an_exception_while_drawing_is_logged_and_does_not_vent(node, capfd):
     deliver(node, "object_radius", Float64(data=0.02))
-    good, node.outputs = node.outputs, SimpleNamespace(markers_are_wanted=True)
+    good, node.runtime.outputs = node.runtime.outputs, SimpleNamespace(markers_are_wanted=True)
     node._display.draw()
-    node.outputs = good
-    assert node.control.snapshot().state is State.TRACKING
-    assert node.errors.count == 1
+    node.runtime.outputs = good
+    assert node.runtime.control.snapshot().state is State.TRACKING
+    assert node.runtime.errors.count == 1
     assert "AttributeError" in capfd.readouterr().err

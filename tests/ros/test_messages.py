@@ -20,13 +20,13 @@ from spiral_gripper import load_description
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.snapshot import MeasuredPressure, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
-from spiral_gripper_ros.node.conversions import (
+from spiral_gripper_ros.messages.conversions import (
     REGIMES,
     backbone_to_bytes,
     backbone_to_msg,
     status_to_msg,
 )
-from spiral_gripper_ros.node.diagnostics import CLOCK_STANDS_STILL, Health, diagnostics_to_msg
+from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL, Health, diagnostics_to_msg
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
 

@@ -5,8 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Vector3, Vector3Stamped
 from lifecycle_msgs.msg import State as LifecycleState
-from ros.harness import all_finite
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros.harness import RunningNode, all_finite
 
 from spiral_core import WrapCurve
 from spiral_gripper.files.catalog import GRIPPERS
@@ -156,6 +158,22 @@ def test_gravity_is_solved_anew_and_moves_the_pressure(active, gripper):
         lambda: active.wrap(0.02).pressure_command == pytest.approx(expected, rel=1e-9),
         "the pressure for the new gravity",
     )
+
+
+def test_gravity_that_was_published_once_before_the_node_started_is_heard(client, namespace):
+    gravity = Vector3Stamped()
+    gravity.vector.z = -9.80665
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    client.create_publisher(Vector3Stamped, "gravity", latched).publish(gravity)
+    with RunningNode(namespace):
+        client.wait_until_active()
+        client.wait_until(lambda: client.status.gravity_age > 0.0, "the gravity")
+        given = client.plan_wrap(0.02, gravity=[gravity.vector]).pressure
+        hanging = client.plan_wrap(0.02, gravity=[Vector3(x=9.80665)]).pressure
+        assert abs(given - hanging) > 100.0
+        client.wait_until(
+            lambda: client.plan_wrap(0.02).pressure == pytest.approx(given, rel=1e-9), "its plan"
+        )
 
 
 @pytest.mark.parametrize(

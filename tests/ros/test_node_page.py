@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from spiral_gripper_ros.node.parameter_spec import ParameterSpec
-from spiral_gripper_ros.node.parameters import PARAMETERS
+from spiral_gripper_ros.parameters.spec import ParameterSpec
+from spiral_gripper_ros.parameters.table import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from rcl_interfaces.srv import GetParameters
 from ros.harness import NODE
 
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.node.parameters import PARAMETERS
+from spiral_gripper_ros.parameters.table import PARAMETERS
 
 
 def test_every_parameter_is_declared_as_the_table_says(active):

@@ -8,16 +8,18 @@ import time
 from pathlib import Path
 
 import pytest
+from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros.harness import FAST_RAMP, PATIENT, RunningNode
+from ros.harness import DEADLINE, FAST_RAMP, PATIENT, RunningNode
 from std_msgs.msg import Float64
 
-from spiral_gripper_ros.node.process_frame import choose_transport
-from spiral_gripper_ros.node_process import NODE
+from spiral_gripper_ros.process.node_process import NODE, SIMULATOR
+from spiral_gripper_ros.process.program import choose_transport
 
 # Starts what its arguments say, and waits: what `ros2 run` does.
 STARTER = "import subprocess, sys; subprocess.Popen(sys.argv[1:]).wait()"
+REGULATOR = "spiral_gripper_ros.regulators.main"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -46,6 +48,21 @@ def test_without_the_parameter_a_node_survives_its_parent(client, namespace):
     parent.communicate()
 
 
+@pytest.mark.parametrize(
+    ("module", "name", "code"),
+    [
+        (NODE, "spiral_gripper", 0),
+        (SIMULATOR, "simulated_regulator", 0),
+        (REGULATOR, "regulator", 1),  # no device hears its last vent
+    ],
+)
+def test_a_command_without_any_arguments_starts(client, module, name, code):
+    process = subprocess.Popen([sys.executable, "-m", module])
+    client.call(ListParameters, f"/{name}/list_parameters", deadline=DEADLINE)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=DEADLINE) == code
+
+
 def test_a_second_commander_is_noticed_whenever_it_comes(node, namespace, capfd):
     node._diagnosis.tell()
     assert "publish pressure_command" not in capfd.readouterr().err
@@ -56,7 +73,7 @@ def test_a_second_commander_is_noticed_whenever_it_comes(node, namespace, capfd)
         assert time.monotonic() < deadline
         time.sleep(0.01)
     sent = []
-    node.outputs.publish_diagnostics = sent.append
+    node.runtime.outputs.publish_diagnostics = sent.append
     for _ in range(3):
         node._diagnosis.tell()
     other.destroy_node()

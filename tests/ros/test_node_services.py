@@ -2,13 +2,16 @@
 """`plan_wrap` and `design_gripper`, asked from another process."""
 
 import math
+import time
 
 import pytest
 from geometry_msgs.msg import Vector3
-from ros.harness import all_finite
+from ros.harness import DEADLINE, RunningNode, all_finite
 
 from spiral_core import WrapCurve
+from spiral_gripper_msgs.srv import PlanWraps
 from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.node import plan_service
 
 
 def test_plan_wrap_answers_what_the_core_answers(active, curve):
@@ -31,7 +34,7 @@ def test_plan_wrap_answers_what_the_core_answers(active, curve):
     assert (axis.x, axis.y, axis.z) == pytest.approx(wrap.coil.axis, abs=1e-6)
     assert len(answer.backbone.poses) == 50
     assert answer.backbone.header.frame_id == "gripper_base"
-    assert not answer.holding_force_known
+    assert not answer.grip.known  # no table is made in these tests
 
 
 def test_plan_wrap_moves_nothing_and_is_answered_while_inactive(active):
@@ -74,14 +77,87 @@ def test_plan_wrap_for_a_tilted_arm_and_a_given_axis(active, gripper):
     assert active.plan_wrap(radius).pressure != pytest.approx(expected.pressure, rel=1e-4)
 
 
-def test_more_pressure_and_friction_give_a_holding_force(active):
-    loose = active.plan_wrap(0.02, friction_coefficient=0.5)
-    tight = active.plan_wrap(0.02, friction_coefficient=0.5, overpressure=1.0e4)
-    assert tight.holding_force_known
+def test_more_pressure_presses_more(active):
+    loose, tight = active.plan_wrap(0.02), active.plan_wrap(0.02, overpressure=1.0e4)
     assert tight.pressure == pytest.approx(loose.pressure + 1.0e4)
     assert tight.line_force > loose.line_force
-    expected = 0.5 * tight.line_force * tight.contact_length
-    assert tight.holding_force == pytest.approx(expected)
+
+
+# --- many candidates at once -------------------------------------------------------------------
+
+
+def plan_wraps(client, radii, **fields):
+    return client.call(
+        PlanWraps, "plan_wraps", PlanWraps.Request(object_radius=radii, **fields), deadline=120.0
+    )
+
+
+def test_plan_wraps_answers_for_each_what_plan_wrap_answers(active):
+    radii = [0.02, math.nan, 0.001, 0.025, -1.0, 0.2, 0.02]
+    fields = {"payload": 0.02, "overpressure": 2.0e3, "object_length": 0.3}
+    answers = plan_wraps(active, radii, **fields)
+    assert all_finite(answers)
+    for index, radius in enumerate(radii):
+        one = active.plan_wrap(radius, **fields)
+        for name in plan_service._LISTED:
+            assert getattr(answers, name)[index] == getattr(one, name), (name, radius)
+    assert list(answers.success) == [True, False, False, True, False, False, True]
+    assert all(len(getattr(answers, name)) == len(radii) for name in plan_service._LISTED)
+
+
+def test_plan_wraps_takes_an_axis_for_each_and_one_gravity(active):
+    axes = [Vector3(x=0.3, y=0.8, z=0.5), Vector3(), Vector3(x=-0.3, y=-0.8, z=-0.5)]
+    gravity = [Vector3(z=-9.80665)]
+    answers = plan_wraps(active, [0.02] * 3, object_axis=axes, gravity=gravity)
+    assert answers.reason[1] == Reason.INVALID_REQUEST
+    for index in (0, 2):
+        one = active.plan_wrap(0.02, object_axis=[axes[index]], gravity=gravity)
+        assert (answers.success[index], answers.reason[index]) == (one.success, one.reason)
+        assert answers.pressure[index] == one.pressure
+
+
+def test_plan_wraps_of_nothing_is_an_empty_answer(active):
+    answers = plan_wraps(active, [])
+    assert not any(len(getattr(answers, name)) for name in plan_service._LISTED)
+
+
+def test_axes_that_do_not_belong_to_the_radii_are_refused_for_all(active):
+    answers = plan_wraps(active, [0.02, 0.025, 0.03], object_axis=[Vector3(z=1.0)] * 2)
+    assert list(answers.success) == [False] * 3
+    assert set(answers.reason) == {Reason.INVALID_REQUEST}
+    assert "3, got 2" in answers.message[0]
+
+
+def test_plan_wraps_without_a_gripper_says_so(active):
+    assert active.transition("deactivate")
+    assert active.transition("cleanup")
+    answers = plan_wraps(active, [0.02, 0.025])
+    assert list(answers.reason) == [Reason.NOT_ACTIVE] * 2
+    assert "configure" in answers.message[1]
+
+
+def long_batch():
+    """Candidates that take long: each axis is planned for anew."""
+    axes = [Vector3(x=0.1 + 1e-3 * i, y=0.9, z=0.4) for i in range(1000)]
+    return PlanWraps.Request(object_radius=[0.02] * 1000, object_axis=axes)
+
+
+def test_a_plan_does_not_wait_for_a_batch(client, namespace):
+    with RunningNode(namespace) as node:
+        client.wait_until_active()
+        assert client.plan_wrap(0.02).success
+        batches = client.create_client(PlanWraps, "plan_wraps")
+        assert batches.wait_for_service(DEADLINE)
+        answers = batches.call_async(long_batch())
+        client.spin(0.5)
+        start = time.monotonic()
+        assert client.plan_wrap(0.021).success
+        assert not answers.done()
+        assert time.monotonic() - start < 5.0
+        # Nor does the end of the node: nobody wants the rest any more.
+        assert node.stop() == 0, node.log()
+        assert time.monotonic() - start < 12.0
+        assert "Traceback" not in node.log()
 
 
 def test_an_object_that_is_too_short_is_refused(active):
@@ -106,6 +182,8 @@ def test_an_object_that_is_too_short_is_refused(active):
         (0.02, {"overpressure": -1.0}, Reason.INVALID_REQUEST),
         (0.02, {"object_length": math.nan}, Reason.INVALID_REQUEST),
         (0.02, {"friction_coefficient": -0.1}, Reason.INVALID_REQUEST),
+        (0.02, {"payload": -0.1}, Reason.INVALID_REQUEST),
+        (0.02, {"payload": math.inf}, Reason.INVALID_REQUEST),
         (0.02, {"gravity": [Vector3(x=math.nan)]}, Reason.GRAVITY_INVALID),
         (0.02, {"object_axis": [Vector3()]}, Reason.INVALID_REQUEST),
         (0.02, {"object_axis": [Vector3(y=math.inf)]}, Reason.INVALID_REQUEST),

@@ -10,7 +10,7 @@ from lifecycle_msgs.msg import State as LifecycleState
 from ros.harness import FAST_RAMP, RunningNode
 
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node_process import NODE, SIMULATOR
+from spiral_gripper_ros.process.node_process import NODE, SIMULATOR
 
 
 @pytest.fixture

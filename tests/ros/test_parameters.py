@@ -6,8 +6,8 @@ import pytest
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
-from spiral_gripper_ros.node.parameter_spec import GRAVITY_LIMIT, ParameterSpec, gravity_problem
-from spiral_gripper_ros.node.parameters import PARAMETERS, limits_from_values, refusal_of_values
+from spiral_gripper_ros.parameters.spec import GRAVITY_LIMIT, ParameterSpec, gravity_problem
+from spiral_gripper_ros.parameters.table import PARAMETERS, limits_from_values, refusal_of_values
 
 DEFAULTS = {spec.name: spec.default for spec in PARAMETERS}
 NUMBERS = [spec for spec in PARAMETERS if spec.low is not None]

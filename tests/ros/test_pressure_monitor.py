@@ -256,6 +256,25 @@ def test_a_stalled_process_hears_what_waits_before_it_calls_it_lost(bench):
     assert bench.run(1.0, bench.command) == [Reason.NONE]
 
 
+@pytest.mark.parametrize("stall", [0.3, 0.7, 60.0])
+def test_three_stalls_in_a_row_are_no_lost_pressure(bench, stall):
+    bench.run(1.0, bench.command)
+    for _ in range(3):
+        bench.now += stall
+        bench.monitor.check(bench.now, LIMITS)
+        assert bench.fault is Reason.NONE
+    assert bench.run(1.0, bench.command) == [Reason.NONE]
+    assert bench.run(0.55, None)[-1] is Reason.PRESSURE_LOST
+
+
+def test_stalls_that_let_a_message_through_may_go_on_for_ever(bench):
+    for _ in range(100):
+        bench.now += 0.7
+        bench.monitor.check(bench.now, LIMITS)
+        bench.monitor.offer(bench.now, bench.command, LIMITS)
+        assert bench.fault is Reason.NONE
+
+
 def test_forgetting_it_all_needs_a_new_first_message(bench):
     bench.run(1.0, math.nan)
     bench.monitor.forget()

@@ -11,7 +11,7 @@ from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, Reliabilit
 from ros.harness import FAST_RAMP, RunningNode
 from std_msgs.msg import Float64
 
-from spiral_gripper_ros.node.qos import COMMAND_LEASE
+from spiral_gripper_ros.messages.qos import COMMAND_LEASE
 
 RELIABLE = (ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
 BEST_EFFORT = (ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)

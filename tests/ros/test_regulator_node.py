@@ -15,11 +15,11 @@ from ros.regulator_devices import LineDevice, ModbusServer
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float32, Float64
 
-from spiral_gripper_ros.node.qos import COMMAND
+from spiral_gripper_ros.messages.qos import COMMAND
 from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
 from spiral_gripper_ros.regulators.regulator_node import REGULATOR_NODE
 
-ADAPTER = "spiral_gripper_ros.regulators.regulator_main"
+ADAPTER = "spiral_gripper_ros.regulators.main"
 AIR = 101325.0
 # A busy machine is no silent node.
 PATIENT = {"watchdog_timeout": 5.0, "device_timeout": 1.0}
@@ -90,6 +90,7 @@ def on_line(namespace, line, **parameters):
 def test_a_command_reaches_the_device_and_its_pressure_comes_back(namespace, gripper, line):
     with on_line(namespace, line) as process:
         gripper.wait_until(lambda: line.set_points, "the first set-point")
+        gripper.wait_for_state(DiagnosticStatus.OK, "waiting for the first pressure_command")
         gripper.command_until(
             4.0e4,
             lambda: gripper.measured and gripper.measured[-1].fluid_pressure == 4.0e4,
@@ -112,7 +113,7 @@ def test_a_stop_signal_makes_a_vent_the_last_set_point(namespace, gripper, line,
 def test_an_exception_makes_a_vent_the_last_set_point(namespace, line):
     broken = "import spiral_gripper_ros.regulators.regulator_node as n\n"
     broken += "class Header:\n    def __init__(self, **k): raise RuntimeError('a defect')\n"
-    broken += "n.Header = Header\nfrom spiral_gripper_ros.regulators.regulator_main import main\n"
+    broken += "n.Header = Header\nfrom spiral_gripper_ros.regulators.main import main\n"
     command = [sys.executable, "-c", broken + "raise SystemExit(main())", "--ros-args"]
     command += ["-r", f"__ns:={namespace}", "-p", "device:=serial", "-p", f"port:={line.port}"]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE, check=False)

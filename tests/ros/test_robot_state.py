@@ -12,8 +12,8 @@ from sensor_msgs.msg import JointState
 
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.robot.estimate_age import stale_estimate
-from spiral_gripper_ros.robot.robot_state import RobotState, pose_along, prefix_of
+from spiral_gripper_ros.node.estimate_age import stale_estimate
+from spiral_gripper_ros.node.robot_state import RobotState, pose_along, prefix_of
 
 RADIUS = 0.02
 
@@ -82,7 +82,9 @@ def test_joint_and_object_are_told_while_the_rate_is_above_0(active):
     joints, poses = [], []
     subscriptions = [
         active.create_subscription(JointState, "joint_states", joints.append, QoSProfile(depth=10)),
-        active.create_subscription(PoseStamped, "object_pose", poses.append, QoSProfile(depth=10)),
+        active.create_subscription(
+            PoseStamped, "wrapped_object_pose", poses.append, QoSProfile(depth=10)
+        ),
     ]
     active.hear_more(5)
     assert not joints
@@ -123,9 +125,9 @@ def test_frames_of_tip_and_object_are_those_of_the_shape(node, monkeypatch):
         publish = staticmethod(sent.append)
 
     monkeypatch.setattr(node, "create_publisher", lambda *arguments: Publisher)
-    state = RobotState(node)
-    node.control.offer_radius(node.now(), RADIUS, node.loaded.planner)
-    node.publish()
+    state = RobotState(node, node.runtime)
+    node.runtime.control.offer_radius(node.runtime.now(), RADIUS, node.runtime.loaded.planner)
+    node.runtime.publish()
     state._connect()
     state.tell()
     (message,) = [one for one in sent if isinstance(one, TFMessage)]
@@ -133,18 +135,18 @@ def test_frames_of_tip_and_object_are_those_of_the_shape(node, monkeypatch):
     assert frames.keys() == {"gripper_tip", "gripper_object"}
     tip = frames["gripper_tip"]
     place = (tip.transform.translation.x, tip.transform.translation.y, tip.transform.translation.z)
-    assert place == pytest.approx(tuple(node.loaded.shape.state.tip_position))
+    assert place == pytest.approx(tuple(node.runtime.loaded.shape.state.tip_position))
     assert tip.header.frame_id == "gripper_base"
-    assert node.errors.count == 0
+    assert node.runtime.errors.count == 0
 
 
 def test_what_goes_wrong_while_telling_does_not_vent(node, monkeypatch):
-    state = RobotState(node)
+    state = RobotState(node, node.runtime)
     monkeypatch.setattr(state, "_publishers", {})  # a KeyError
-    node.control.offer_radius(node.now(), RADIUS, node.loaded.planner)
+    node.runtime.control.offer_radius(node.runtime.now(), RADIUS, node.runtime.loaded.planner)
     state.tell()
-    assert node.errors.count == 1
-    assert node.control.snapshot().state is State.TRACKING
+    assert node.runtime.errors.count == 1
+    assert node.runtime.control.snapshot().state is State.TRACKING
 
 
 def test_prefixes_are_those_of_the_links():

@@ -10,8 +10,8 @@ import pytest
 from ros.harness import DEADLINE
 
 from spiral_gripper.cli.main import run
-from spiral_gripper_ros.client import commands
 from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.tools import commands
 
 COMMAND = "import sys; from spiral_gripper.cli.main import run; sys.exit(run(sys.argv[1:]))"
 

@@ -24,7 +24,7 @@ from ros.harness import NODE, START_DEADLINE, RunningNode
 from ros.simulation_harness import RunningSimulator
 
 from spiral_gripper_ros.client import SpiralGripper
-from spiral_gripper_ros.node_process import NodeProcess
+from spiral_gripper_ros.process.node_process import NodeProcess
 from spiral_gripper_ros.simulation.radius_node import RADIUS_NODE
 from spiral_gripper_ros.simulation.regulator_node import REGULATOR_NODE
 
@@ -33,6 +33,8 @@ LOOPBACK = POLICY.with_name("loopback.xml")
 MULTICAST = "239.255.0.1"
 # With it a node listens to /clock, as the policy lets every node.
 SIM_TIME = {"use_sim_time": True}
+# It publishes all it can then, but for /tf: tf2_msgs is not on PyPI.
+ALL_OUTPUTS = {"robot_state_rate": 10.0}
 
 
 def udp_addresses(process_id):
@@ -61,8 +63,9 @@ def test_the_gripper_may_do_what_its_node_does_and_nothing_else(namespace, clien
     # Of those of control_msgs, only what is installed is offered.
     names = [f"{namespace}/{name}" for name in ("gripper_cmd", "parallel_gripper_cmd")]
     unseen = set().union(*(action_rights("execute", name) for name in names))
+    unseen.add(("publish", "/tf"))
     assert profiles("gripper") == [NODE]
-    with RunningNode(namespace, SIM_TIME):
+    with RunningNode(namespace, SIM_TIME | ALL_OUTPUTS):
         compare(client, [NODE], granted, unseen)
 
 
@@ -113,6 +116,10 @@ def test_a_node_of_rclpy_may_start_in_each_enclave(namespace, client, enclave):
         ("publish", "/pressure_command", {"gripper"}),
         ("publish", "/measured_pressure", {"regulator", "simulator"}),
         ("publish", "/object_radius", {"perception", "simulator"}),
+        ("publish", "/object_pose", {"perception"}),
+        ("publish", "/wrapped_object_pose", {"gripper"}),
+        ("publish", "/joint_states", {"gripper"}),
+        ("publish", "/tf", {"gripper"}),
         ("publish", "/gravity", {"arm"}),
         ("publish", "/clock", {"simulator"}),
         ("request", "/release", {"commander", "operator"}),

@@ -20,11 +20,11 @@ from spiral_gripper.cli.ros import side as ros_side
 from spiral_gripper.cli.ros import simulate as cli_simulate
 from spiral_gripper.cli.ros.simulate import FAULTS
 from spiral_gripper_ros.control.states import Reason
-from spiral_gripper_ros.simulation.injection import injection_name
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS
 from spiral_gripper_ros.simulation.regulator import Fault
-from spiral_gripper_ros.simulation.session import program
-from spiral_gripper_ros.simulation.view import LiveView, View
+from spiral_gripper_ros.tools.injection import injection_name
+from spiral_gripper_ros.tools.live_view import LiveView, View
+from spiral_gripper_ros.tools.simulate import program
 
 # Command and measurement are heard, and the node believes that the object is held.
 WRAPPED = r"\d +\d+\.\d\d +perfect wrap  yes"

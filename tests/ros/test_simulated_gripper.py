@@ -62,7 +62,7 @@ def test_an_uncalibrated_gripper_misses_the_wrap(gripper, curve, factor, grip):
 
 def test_a_stiffer_tube_sags_less(gripper):
     heavy = stiffened(gripper, 4.0)
-    shapes = [g.rest_shape(p) for g, p in ((gripper, 1.0e4), (heavy, 4.0e4))]
+    shapes = [g.unloaded_shape(p) for g, p in ((gripper, 1.0e4), (heavy, 4.0e4))]
     assert shapes[0] == shapes[1]
     assert heavy.stiffness.bending == 4.0 * gripper.stiffness.bending
     assert heavy.stiffness.torsional == 4.0 * gripper.stiffness.torsional
@@ -74,7 +74,7 @@ def test_the_whole_range_of_pressures_is_answered(gripper, factor):
     scaled = stiffened(gripper, factor)
     full = stiffened(replace(gripper, pressure_max=gripper.actuation.pressure_limit), factor)
     for one in (scaled, full):
-        assert one.rest_shape(one.pressure_max).curvature > 0.0
+        assert one.unloaded_shape(one.pressure_max).curvature > 0.0
 
 
 def test_no_rounding_takes_a_pressure_past_the_limit(gripper):
@@ -82,8 +82,8 @@ def test_no_rounding_takes_a_pressure_past_the_limit(gripper):
     # One factor in a hundred takes the limit, scaled and scaled back, to a little more than it.
     for factor in np.linspace(0.2, 5.0, 1000):
         scaled = ScaledActuation(gripper.actuation, float(factor))
-        curvature = scaled.rest_shape(scaled.pressure_limit).curvature
-        assert curvature == pytest.approx(gripper.actuation.rest_shape(limit).curvature)
+        curvature = scaled.unloaded_shape(scaled.pressure_limit).curvature
+        assert curvature == pytest.approx(gripper.actuation.unloaded_shape(limit).curvature)
 
 
 def test_the_middle_radius_can_be_gripped(simulated, curve):

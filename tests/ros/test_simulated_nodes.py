@@ -11,12 +11,12 @@ from ros.harness import all_finite
 from ros.simulation_harness import QUIET, RADIUS, REGULATOR, Observer, RunningSimulator, seconds
 from std_msgs.msg import Float64
 
-from spiral_gripper_ros.node.qos import LATEST
+from spiral_gripper_ros.messages.qos import LATEST
+from spiral_gripper_ros.simulation.main import main
 from spiral_gripper_ros.simulation.parameters import ALL_NAMES
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors, RadiusEstimator
 from spiral_gripper_ros.simulation.radius_source import ProfileSource, Shape
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
-from spiral_gripper_ros.simulation.simulator_main import main
 
 WRAP = 57.0e3
 

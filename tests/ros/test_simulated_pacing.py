@@ -4,7 +4,7 @@
 import pytest
 
 from spiral_core import InvalidInputError
-from spiral_gripper_ros.simulation.pacing import LONGEST_STEP, STEP, Every, Pacing
+from spiral_gripper_ros.simulation.pacing import LONGEST_STEP, STEP, Pacing, RateGate
 
 
 def test_as_the_source_of_time_every_step_is_the_same_whatever_the_machine_does():
@@ -36,7 +36,7 @@ def test_a_clock_that_reads_no_number_is_refused():
 
 
 def test_what_is_due_with_a_rate_keeps_it_on_average_and_makes_nothing_up():
-    every = Every()
+    every = RateGate()
     assert sum(every.due(0.01 * tick, rate=30.0) for tick in range(1000)) == 300
     assert every.due(1000.0, rate=30.0)
     assert not every.due(1000.01, rate=30.0)

@@ -7,7 +7,7 @@ import pytest
 from repo.source_tree import ROOT
 from ros import launch_stand_ins
 
-from spiral_gripper_ros.node.parameter_spec import ParameterSpec
+from spiral_gripper_ros.parameters.spec import ParameterSpec
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.simulation.simulated_gripper import Grip

@@ -6,7 +6,7 @@ import pytest
 from ros.harness import FAST_RAMP, PATIENT, RunningNode
 
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.parameters import PARAMETERS
+from spiral_gripper_ros.parameters.table import PARAMETERS
 
 
 @pytest.mark.parametrize("option", ["-h", "--help"])

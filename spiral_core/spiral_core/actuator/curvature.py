@@ -23,13 +23,13 @@ import math
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.fibers import fiber_state, locking_stretch
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.section.path import ShapePath, section_path
 from spiral_core.validation import require_finite
 
 
-def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> RestShape:
+def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedShape:
     r"""Return the unloaded shape of an actuator at an axial stretch.
 
     The curvature points at the straight fiber, which is fixed in the wall, so the torsion of the
@@ -70,17 +70,19 @@ def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> RestShape:
     length = actuator.tube.length
     torsion = state.twist / actuator.wound_radius
     if not actuator.single_fibers and not exact:
-        return RestShape(0.0, torsion, length, stretch)
+        return UnloadedShape(0.0, torsion, length, stretch)
     if not actuator.single_fibers:
-        return RestShape(0.0, torsion / stretch, stretch * length, stretch)
+        return UnloadedShape(0.0, torsion / stretch, stretch * length, stretch)
     if not exact:
         curvature = (stretch - 1.0) / actuator.fiber_radius
-        return RestShape(curvature, torsion, length, stretch)
+        return UnloadedShape(curvature, torsion, length, stretch)
     curvature = _exact_curvature_per_unstretched_length(actuator, stretch, state.twist)
-    return RestShape(curvature / stretch, torsion / stretch, stretch * length, stretch)
+    return UnloadedShape(curvature / stretch, torsion / stretch, stretch * length, stretch)
 
 
-def rest_shape_from_section(actuator: Actuator, path: ShapePath, far_strain: float) -> RestShape:
+def rest_shape_from_section(
+    actuator: Actuator, path: ShapePath, far_strain: float
+) -> UnloadedShape:
     """Return the unloaded shape of a section whose far side has a strain, of its absolute value.
 
     Args:
@@ -91,7 +93,7 @@ def rest_shape_from_section(actuator: Actuator, path: ShapePath, far_strain: flo
     stretch = path.stretch_at(far_strain)
     scale = 1.0 / (actuator.wound_radius * stretch)
     tangent = path.fibers.single_slope
-    return RestShape(
+    return UnloadedShape(
         curvature=far_strain * path.curvature(far_strain) * scale,
         torsion=(tangent + far_strain * path.torsion(far_strain)) * scale,
         backbone_length=stretch * actuator.tube.length,
@@ -113,7 +115,7 @@ def longest_stretch(actuator: Actuator) -> float:
     return path.stretch_at(path.strain_limit)
 
 
-def _rest_shape_on_path(actuator: Actuator, stretch: float) -> RestShape:
+def _rest_shape_on_path(actuator: Actuator, stretch: float) -> UnloadedShape:
     """Return the shape that the section's fibers allow at a stretch."""
     limit = longest_stretch(actuator)  # refuses one family, whose shape is the elastomer's too
     path = section_path(actuator.fiber_set)

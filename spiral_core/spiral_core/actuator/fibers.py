@@ -122,7 +122,7 @@ class FiberState:
     twist: float
 
 
-class FiberJet(NamedTuple):
+class FiberDerivatives(NamedTuple):
     """Hoop stretch and wall shear with their derivatives in the axial stretch.
 
     Attributes:
@@ -188,7 +188,7 @@ def fiber_state(fibers: FiberAngles, stretch: float) -> FiberState:
         (1.0, -0.132050807569)
     """
     require_positive("stretch", stretch)
-    jet = fiber_jet(fibers, stretch)
+    jet = fiber_derivatives(fibers, stretch)
     return FiberState(
         stretch=stretch,
         hoop_stretch=jet.hoop,
@@ -197,7 +197,7 @@ def fiber_state(fibers: FiberAngles, stretch: float) -> FiberState:
     )
 
 
-def fiber_jet(fibers: FiberAngles, stretch: float) -> FiberJet:
+def fiber_derivatives(fibers: FiberAngles, stretch: float) -> FiberDerivatives:
     r"""Return hoop stretch and wall shear with first and second derivatives in the stretch.
 
     .. math:: A' = -\lambda_1 \cos^2\alpha / A, \qquad A'' = -\cos^2\alpha / A^3
@@ -210,7 +210,7 @@ def fiber_jet(fibers: FiberAngles, stretch: float) -> FiberJet:
 
     Example:
         >>> fibers = FiberAngles(alpha=math.radians(90.0), beta=math.radians(45.0))
-        >>> round(fiber_jet(fibers, stretch=1.0).shear_prime, 12)
+        >>> round(fiber_derivatives(fibers, stretch=1.0).shear_prime, 12)
         -1.0
     """
     alpha, beta = fibers.alpha, fibers.beta
@@ -231,7 +231,7 @@ def fiber_jet(fibers: FiberAngles, stretch: float) -> FiberJet:
     bend_a = -cos_alpha * cos_alpha / (a * square_a)
     bend_b = -cos_beta * cos_beta / (b * square_b)
     crossing = math.sin(alpha - beta)
-    return FiberJet(
+    return FiberDerivatives(
         1.0 + (change_a * cos_beta - change_b * cos_alpha) / crossing,
         (slope_a * cos_beta - slope_b * cos_alpha) / crossing,
         (bend_a * cos_beta - bend_b * cos_alpha) / crossing,

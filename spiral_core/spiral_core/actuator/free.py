@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from spiral_core.actuator.actuator import Actuator, PressureLaw
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.actuator.section_curve import SectionCurve
 from spiral_core.actuator.uniform_curve import UniformCurve
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
@@ -42,7 +42,7 @@ class FreeActuation:
         ...     material=MooneyRivlin(c1=130.0e3, c2=15.0e3),
         ... )
         >>> actuation = FreeActuation(actuator)
-        >>> shape = actuation.rest_shape(pressure=55.0e3)
+        >>> shape = actuation.unloaded_shape(pressure=55.0e3)
         >>> round(shape.curvature, 3), round(shape.torsion, 3)
         (20.365, -13.276)
     """
@@ -98,16 +98,16 @@ class FreeActuation:
         """
         return self.curve.stretch_from_pressure(self._in_range(pressure))
 
-    def rest_shape(self, pressure: float) -> RestShape:
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a gauge pressure [Pa], 0 <= pressure <= pressure_limit.
 
         Raises:
             InvalidInputError: ``pressure`` is negative or not finite.
             ActuationLimitError: ``pressure`` is past ``pressure_limit``.
         """
-        return self.curve.rest_shape(self._in_range(pressure))
+        return self.curve.unloaded_shape(self._in_range(pressure))
 
-    def rest_shape_from_stretch(self, stretch: float) -> RestShape:
+    def rest_shape_from_stretch(self, stretch: float) -> UnloadedShape:
         """Return the unloaded shape at a stretch of the useful branch; raises as the pressure does.
 
         Args:

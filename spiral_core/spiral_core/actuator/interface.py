@@ -11,7 +11,7 @@ from spiral_core.validation import require_finite, require_positive
 
 
 @dataclass(frozen=True, slots=True)
-class RestShape:
+class UnloadedShape:
     """The uniform shape an actuator takes when nothing loads it.
 
     In the material frame (x tangent, y towards the straight fiber) its strain vector is
@@ -28,7 +28,7 @@ class RestShape:
         InvalidInputError: a value is not finite, or a length or stretch is not positive.
 
     Example:
-        >>> RestShape(curvature=20.0, torsion=-10.0, backbone_length=0.36).stretch is None
+        >>> UnloadedShape(curvature=20.0, torsion=-10.0, backbone_length=0.36).stretch is None
         True
     """
 
@@ -59,7 +59,7 @@ class ActuationModel(Protocol):
         """What ends the range at ``pressure_limit``."""
         ...
 
-    def rest_shape(self, pressure: float) -> RestShape:
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a gauge pressure [Pa], 0 <= pressure <= pressure_limit.
 
         Raises:

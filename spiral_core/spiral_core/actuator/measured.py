@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.validation import require_non_negative, require_positive, require_vector
 
@@ -53,7 +53,7 @@ class MeasuredActuation:
         ...     torsions=(0.0, -4.0, -9.0, -14.0),
         ...     backbone_length=0.36,
         ... )
-        >>> shape = actuation.rest_shape(40.0e3)
+        >>> shape = actuation.unloaded_shape(40.0e3)
         >>> shape.curvature, shape.torsion, shape.backbone_length
         (18.0, -9.0, 0.36)
     """
@@ -94,7 +94,7 @@ class MeasuredActuation:
         """The data end there."""
         return ActuationLimit.DATA_END
 
-    def rest_shape(self, pressure: float) -> RestShape:
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a gauge pressure [Pa], 0 <= pressure <= pressure_limit.
 
         Raises:
@@ -105,4 +105,4 @@ class MeasuredActuation:
         if not pressure <= self.pressure_limit:
             raise ActuationLimitError(self.limit, "pressure", pressure, self.pressure_limit)
         curvature, torsion = self._interpolant(pressure)
-        return RestShape(float(curvature), float(torsion), self.backbone_length)
+        return UnloadedShape(float(curvature), float(torsion), self.backbone_length)

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from spiral_core.actuator.actuator import Actuator, PressureLaw
-from spiral_core.actuator.fibers import FiberJet, OneFamily, fiber_jet
+from spiral_core.actuator.fibers import FiberDerivatives, OneFamily, fiber_derivatives
 from spiral_core.actuator.one_family import OneFamilyPath, one_family_path
 from spiral_core.actuator.section_curve import SectionEnergy
 from spiral_core.actuator.volume import largest_volume_stretch, require_extending, volume_from_jet
@@ -32,18 +32,18 @@ class Invariants(NamedTuple):
     Attributes:
         first: I1, and with a prime and a second prime its derivatives.
         first_prime: dI1 / d lambda_1.
-        first_second: second derivative of I1.
+        first_double_prime: second derivative of I1.
         second: I2.
         second_prime: dI2 / d lambda_1.
-        second_second: second derivative of I2.
+        second_double_prime: second derivative of I2.
     """
 
     first: float
     first_prime: float
-    first_second: float
+    first_double_prime: float
     second: float
     second_prime: float
-    second_second: float
+    second_double_prime: float
 
 
 class PressurePoint(NamedTuple):
@@ -53,7 +53,9 @@ class PressurePoint(NamedTuple):
     slope: float
 
 
-def invariants_from_jet(stretch: float, jet: FiberJet, twist_shear: bool = True) -> Invariants:
+def invariants_from_jet(
+    stretch: float, jet: FiberDerivatives, twist_shear: bool = True
+) -> Invariants:
     r"""Return I1 and I2 of the wall and their first two derivatives in the stretch.
 
     With :math:`g = \lambda_2 \omega`, :math:`a = \lambda_1 \lambda_2` and
@@ -71,7 +73,7 @@ def invariants_from_jet(stretch: float, jet: FiberJet, twist_shear: bool = True)
     Example:
         >>> import math
         >>> from spiral_core.actuator.fibers import FiberAngles
-        >>> jet = fiber_jet(FiberAngles(alpha=math.pi / 2, beta=math.pi / 3), 1.1)
+        >>> jet = fiber_derivatives(FiberAngles(alpha=math.pi / 2, beta=math.pi / 3), 1.1)
         >>> result = invariants_from_jet(1.1, jet)
         >>> round(result.first, 6), round(result.second, 6)
         (3.040256, 3.039595)
@@ -125,7 +127,7 @@ def energy_from_stretch(actuator: Actuator, stretch: float) -> float:
         0.077412
     """
     require_positive("stretch", stretch)
-    jet = fiber_jet(actuator.fiber_pair, stretch)
+    jet = fiber_derivatives(actuator.fiber_pair, stretch)
     values = invariants_from_jet(stretch, jet, actuator.twist_shear)
     density = actuator.material.energy_density(values.first, values.second)
     return density * actuator.tube.wall_area * actuator.tube.length
@@ -146,7 +148,7 @@ def pressure_point(actuator: Actuator, stretch: float) -> PressurePoint:
     Raises:
         ActuationLimitError: fiber locking, or the elastomer's limit, is reached.
     """
-    jet = fiber_jet(actuator.fiber_pair, stretch)
+    jet = fiber_derivatives(actuator.fiber_pair, stretch)
     i1, i1_1, i1_2, i2, i2_1, i2_2 = invariants_from_jet(stretch, jet, actuator.twist_shear)
     u_1, u_2, u_11, u_12, u_22 = actuator.material.invariant_derivatives(i1, i2)
     energy_1 = u_1 * i1_1 + u_2 * i2_1
@@ -226,7 +228,7 @@ def _section_pressures(
 
 
 def _uniform_pressure(actuator: Actuator, stretch: float) -> float:
-    jet = fiber_jet(actuator.fiber_pair, stretch)
+    jet = fiber_derivatives(actuator.fiber_pair, stretch)
     if not volume_from_jet(stretch, jet).prime > 0.0:
         raise ActuationLimitError(
             ActuationLimit.VOLUME_MAXIMUM,

@@ -21,7 +21,7 @@ import numpy as np
 from spiral_core.actuator.actuator import Actuator, CurvatureForm
 from spiral_core.actuator.curvature import rest_shape_from_section, rest_shape_from_stretch
 from spiral_core.actuator.fibers import OneFamily, locking_stretch
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.actuator.materials import HyperelasticLaw
 from spiral_core.actuator.one_family import OneFamilyPath, one_family_path
 from spiral_core.actuator.volume import require_extending
@@ -161,16 +161,16 @@ class SectionCurve:
         torsional = rise / twist**2 if abs(twist) > NO_TWIST else math.inf
         return SectionStiffness(rise / bend**2, torsional, twist / bend)
 
-    def rest_shape(self, pressure: float) -> RestShape:
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a pressure [Pa] from 0 to ``pressure_limit``."""
         return section_shape(self._actuator, self.path, self.strain_from_pressure(pressure))
 
-    def rest_shape_from_stretch(self, stretch: float) -> RestShape:
+    def rest_shape_from_stretch(self, stretch: float) -> UnloadedShape:
         """Return the unloaded shape at a stretch from 1 to ``stretch_limit``."""
         return section_shape(self._actuator, self.path, self.path.strain_from_stretch(stretch))
 
 
-def section_shape(actuator: Actuator, path: ShapePath, size: float) -> RestShape:
+def section_shape(actuator: Actuator, path: ShapePath, size: float) -> UnloadedShape:
     """Return the unloaded shape at a far-side strain's size, in the actuator's curvature form."""
     if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
         return rest_shape_from_stretch(actuator, path.stretch_at(size))

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.curvature import rest_shape_from_stretch
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.actuator.limits import clustered_nodes, find_useful_branch
 from spiral_core.actuator.pressure import PressurePoint, pressure_point
 from spiral_core.errors import InvalidInputError, SolverError
@@ -74,11 +74,11 @@ class UniformCurve:
             return self._stretches[cell]
         return self._solved_in_cell(cell, pressure)
 
-    def rest_shape(self, pressure: float) -> RestShape:
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a pressure [Pa] from 0 to ``pressure_limit``."""
         return rest_shape_from_stretch(self._actuator, self.stretch_from_pressure(pressure))
 
-    def rest_shape_from_stretch(self, stretch: float) -> RestShape:
+    def rest_shape_from_stretch(self, stretch: float) -> UnloadedShape:
         """Return the unloaded shape at a stretch from 1 to ``stretch_limit``."""
         return rest_shape_from_stretch(self._actuator, stretch)
 

@@ -15,7 +15,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from spiral_core.actuator.fibers import FiberAngles, FiberJet, fiber_jet, locking_stretch
+from spiral_core.actuator.fibers import (
+    FiberAngles,
+    FiberDerivatives,
+    fiber_derivatives,
+    locking_stretch,
+)
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.roots import last_positive
 
@@ -28,7 +33,7 @@ class VolumeRatio(NamedTuple):
     second: float
 
 
-def volume_from_jet(stretch: float, jet: FiberJet) -> VolumeRatio:
+def volume_from_jet(stretch: float, jet: FiberDerivatives) -> VolumeRatio:
     r"""Return the enclosed volume over its value at rest and its first two derivatives.
 
     .. math:: v = \lambda_1 \lambda_2^2
@@ -39,7 +44,7 @@ def volume_from_jet(stretch: float, jet: FiberJet) -> VolumeRatio:
 
     Example:
         >>> fibers = FiberAngles(alpha=math.radians(90.0), beta=math.radians(60.0))
-        >>> round(volume_from_jet(1.2, fiber_jet(fibers, 1.2)).prime, 12)
+        >>> round(volume_from_jet(1.2, fiber_derivatives(fibers, 1.2)).prime, 12)
         1.0
     """
     hoop, hoop_1, hoop_2, _, _, _ = jet
@@ -101,7 +106,7 @@ def largest_volume_stretch(fibers: FiberAngles) -> float | None:
         return None
 
     def slope(stretch: float) -> float:
-        return volume_from_jet(stretch, fiber_jet(fibers, stretch)).prime
+        return volume_from_jet(stretch, fiber_derivatives(fibers, stretch)).prime
 
     # At locking itself the derivatives do not exist; four units of rounding below it they do.
     end = locking_stretch(fibers) * (1.0 - 4.0 * math.ulp(1.0))

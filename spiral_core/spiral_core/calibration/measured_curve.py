@@ -40,7 +40,7 @@ def measured_actuation_from_readings(
         >>> readings = [BendReading(p, 2.0e-5 * p, 0.2, 0.01) for p in (2.0e4, 4.0e4, 6.0e4)]
         >>> fibers = FiberAngles(alpha=1.1, beta=-1.1)
         >>> actuation = measured_actuation_from_readings(readings, 0.2, fibers)
-        >>> round(actuation.rest_shape(5.0e4).curvature, 6)
+        >>> round(actuation.unloaded_shape(5.0e4).curvature, 6)
         5.0
     """
     require_positive("tube_length", tube_length)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.calibration.model import Trial
 from spiral_core.calibration.readings import (
     BendReading,
@@ -51,9 +51,9 @@ class _Shapes:
     gripper: Gripper
     states: dict[float, RodState] = field(default_factory=dict)
 
-    def at(self, pressure: float) -> tuple[RestShape, RodState]:
+    def at(self, pressure: float) -> tuple[UnloadedShape, RodState]:
         """Return the unloaded shape and the loaded state at a pressure [Pa]."""
-        shape = self.gripper.actuation.rest_shape(pressure)
+        shape = self.gripper.actuation.unloaded_shape(pressure)
         if pressure not in self.states:
             start = next(reversed(self.states.values())) if self.states else None
             self.states[pressure] = solve_rod(
@@ -156,11 +156,11 @@ def _predict_one(trial: Trial, shapes: _Shapes | None, reading: Reading) -> tupl
         stretch = trial.straight.stretch_from_pressure(reading.pressure)
         return ((stretch - 1.0) * reading.section_length,)
     if isinstance(reading, TwistReading):
-        shape = trial.straight.rest_shape(reading.pressure)
+        shape = trial.straight.unloaded_shape(reading.pressure)
         rate = shape.torsion * shape.backbone_length / trial.straight.actuator.tube.length
         return (rate * reading.section_length,)
     if isinstance(reading, BendReading):
-        shape = trial.actuation.rest_shape(reading.pressure)
+        shape = trial.actuation.unloaded_shape(reading.pressure)
         elongation = shape.backbone_length / trial.actuation.actuator.tube.length
         return (shape.curvature * elongation * reading.section_length,)
     if shapes is None:

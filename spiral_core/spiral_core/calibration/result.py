@@ -19,6 +19,7 @@ import numpy as np
 
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.free import FreeActuation
+from spiral_core.brief import brief_repr
 from spiral_core.calibration.model import CalibrationModel
 from spiral_core.calibration.predict import measured_values
 from spiral_core.calibration.readings import Reading
@@ -77,6 +78,8 @@ class Calibration:
             and ``limit`` tell over which range it is stable (dP/d lambda_1 > 0) and what ends that.
         gripper: the mounted gripper with the fitted values, if one was given.
     """
+
+    __repr__ = brief_repr
 
     model: CalibrationModel
     readings: tuple[Reading, ...]

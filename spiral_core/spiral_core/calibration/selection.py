@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.calibration.fit import calibrate
 from spiral_core.calibration.predict import measured_values, predict
 from spiral_core.calibration.readings import Reading
@@ -30,6 +31,8 @@ class CrossValidation:
         pressures: (k,) pressure of each [Pa].
         not_predicted: pressures that a fit to the others does not reach, or where it failed [Pa].
     """
+
+    __repr__ = brief_repr
 
     measured: Array
     predicted: Array
@@ -101,6 +104,8 @@ class LawChoice:
             fewer parameters first.
         failures: law's name and reason, for those that could not be fitted.
     """
+
+    __repr__ = brief_repr
 
     calibrations: tuple[Calibration, ...]
     failures: tuple[tuple[str, str], ...]

@@ -11,6 +11,7 @@ import numpy as np
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.curvature import longest_stretch, rest_shape_from_stretch
 from spiral_core.actuator.fibers import FiberAngles
+from spiral_core.brief import brief_repr
 from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
@@ -37,6 +38,8 @@ class DesignSpace:
         length_ratio: (n,) gripper length over tube radius, L / r.
     """
 
+    __repr__ = brief_repr
+
     fiber_angle_beta: float
     stretch: Array
     radius_ratio: Array
@@ -54,6 +57,8 @@ class PressureRange:
         free_length: (n,) gripper length that makes the required turns [m]; NaN likewise.
         object_length: (n,) object length that those turns cover [m]; NaN likewise.
     """
+
+    __repr__ = brief_repr
 
     pressure: Array
     radius: Array
@@ -73,6 +78,8 @@ class RegimeChart:
         lower: (n,) pressure at which the perfect wrap begins [Pa].
         upper: (n,) pressure at which curling begins [Pa].
     """
+
+    __repr__ = brief_repr
 
     radius: Array
     perfect: Array
@@ -143,7 +150,7 @@ def helix_range(gripper: Gripper, pressures: Array) -> PressureRange:
     Raises:
         InvalidInputError: a pressure is not in (0, ``pressure_max``].
     """
-    shapes = [gripper.rest_shape(require_positive("pressure", float(p))) for p in pressures]
+    shapes = [gripper.unloaded_shape(require_positive("pressure", float(p))) for p in pressures]
     helices = [helix_from_curvature(shape.curvature, shape.torsion) for shape in shapes]
     turns, outer = gripper.turns_required, gripper.tube.outer_radius
     return PressureRange(
@@ -155,7 +162,7 @@ def helix_range(gripper: Gripper, pressures: Array) -> PressureRange:
 
 
 def without_gravity(gripper: Gripper) -> Gripper:
-    """Return the same gripper where nothing weighs."""
+    """Return the same gripper without gravity."""
     return replace(gripper, gravity=NO_GRAVITY)
 
 

@@ -3,10 +3,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from spiral_core.actuator.free import FreeActuation
-from spiral_core.design.helix_estimate import GripFigures, helix_grip, helix_radius
+from spiral_core.design.helix_estimate import (
+    GripFigures,
+    helix_grip,
+    helix_radius,
+    widest_helix,
+)
 from spiral_core.design.margin import Constraint, Margin, tightest
 from spiral_core.design.requirement import Candidate, DesignRequirement, Preference
 from spiral_core.design.rod_correction import (
@@ -93,6 +99,9 @@ def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> 
     smallest = _grip_or_none(actuation, requirement.radius_min, requirement.turns_required)
     margins = []
     closest = helix_radius(actuation, actuation.stretch_limit)
+    widest, _ = widest_helix(actuation)
+    if math.isfinite(widest):
+        margins.append(Margin(Constraint.LARGEST_RADIUS, widest, requirement.radius_max))
     if closest > 0.0:  # else the coil closes on itself before the actuator ends
         margins.append(Margin(Constraint.SMALLEST_RADIUS, closest, requirement.radius_min))
     if smallest is not None:
@@ -133,6 +142,12 @@ def evaluate_candidate(requirement: DesignRequirement, estimate: Estimate) -> Ev
     ]
     if result.smallest is not None:
         margins += smallest_margins(requirement, candidate, result.smallest)
+    if requirement.payload is not None and all(margin.is_met for margin in margins):
+        # Contact is loaded only when a payload is asked for.
+        from spiral_core.design.payload import carried_mass
+
+        carried = carried_mass(requirement, candidate, result.length)
+        margins.append(Margin(Constraint.PAYLOAD, carried, requirement.payload))
     return Evaluation(estimate, result, result.lengths_tried, tuple(margins))
 
 

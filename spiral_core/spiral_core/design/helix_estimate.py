@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.limits import clustered_nodes
 from spiral_core.errors import NotGrippableError
-from spiral_core.numerics.roots import first_sign_change
+from spiral_core.numerics.roots import first_sign_change, minimum
 from spiral_core.wrap.helix import helix_from_curvature
 
 # Stretches at which the radius is looked at to bracket the one wanted; it falls smoothly.
@@ -62,8 +62,11 @@ def helix_radius(actuation: FreeActuation, stretch: float) -> float:
 def helix_stretch(actuation: FreeActuation, radius: float) -> float:
     """Return the least stretch whose helix is no wider than a cylinder of ``radius`` [m].
 
+    A single fiber that is not straight makes the helix wider first, and then closer: the stretch
+    is the one on the way back.
+
     Raises:
-        NotGrippableError: the actuator's own limit comes first.
+        NotGrippableError: the actuator's own limit comes first, or no helix is so wide.
 
     Example:
         >>> import math
@@ -74,14 +77,33 @@ def helix_stretch(actuation: FreeActuation, radius: float) -> float:
         >>> round(helix_stretch(actuation, radius=30.0e-3), 4)
         1.1135
     """
+    widest, nodes = widest_helix(actuation)
+    if not radius <= widest:
+        raise NotGrippableError(
+            radius, "too thick: the single fiber winds the helix closer", widest - radius, widest
+        )
     end = actuation.stretch_limit
-    start = 1.0 + START * (end - 1.0)
-    nodes = [start, *clustered_nodes(end, SCAN_NODES)[1:]]
     stretch = first_sign_change(lambda x: helix_radius(actuation, x) - radius, nodes)
     if stretch is None:
         least = helix_radius(actuation, end)
         raise NotGrippableError(radius, f"too thin: {actuation.limit.value}", radius - least, least)
     return stretch
+
+
+def widest_helix(actuation: FreeActuation) -> tuple[float, list[float]]:
+    """Return the radius that the widest helix touches [m], and stretches from it to the end.
+
+    With a straight fiber it is infinite, but for rounding: the helix of the tube at rest.
+    """
+    end = actuation.stretch_limit
+    nodes = [1.0 + START * (end - 1.0), *clustered_nodes(end, SCAN_NODES)[1:]]
+    radii = [helix_radius(actuation, node) for node in nodes]
+    widest = max(range(len(nodes)), key=radii.__getitem__)
+    if widest == 0:
+        return math.inf, nodes
+    ends = nodes[widest - 1], nodes[min(widest + 1, len(nodes) - 1)]
+    place = minimum(lambda stretch: -helix_radius(actuation, stretch), *ends)
+    return helix_radius(actuation, place), [place, *(node for node in nodes if node > place)]
 
 
 def helix_grip(actuation: FreeActuation, radius: float, turns: float) -> GripFigures:

@@ -21,6 +21,7 @@ class Constraint(Enum):
     SMALLEST_RADIUS = "smallest radius of the actuator"
     LARGEST_RADIUS = "largest radius of the coil"
     TURNS = "turns"
+    PAYLOAD = "payload"
 
     @property
     def unit(self) -> str:
@@ -43,8 +44,18 @@ class Constraint(Enum):
         return self in (Constraint.TURNS, Constraint.LARGEST_RADIUS)
 
 
-_UNITS = {Constraint.STRAIN: "1", Constraint.PRESSURE: "Pa", Constraint.TURNS: "1"}
-_LOWER = (Constraint.TURN_CLEARANCE, Constraint.LARGEST_RADIUS, Constraint.TURNS)
+_UNITS = {
+    Constraint.STRAIN: "1",
+    Constraint.PRESSURE: "Pa",
+    Constraint.TURNS: "1",
+    Constraint.PAYLOAD: "kg",
+}
+_LOWER = (
+    Constraint.TURN_CLEARANCE,
+    Constraint.LARGEST_RADIUS,
+    Constraint.TURNS,
+    Constraint.PAYLOAD,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ LIMITS = {
     "pressure_max": Constraint.PRESSURE,
     "object_length": Constraint.OBJECT_LENGTH,
     "length_max": Constraint.LENGTH,
+    "payload": Constraint.PAYLOAD,
 }
 # Constraints that a larger smallest object eases, and those that a smaller largest object eases.
 OF_SMALLEST = frozenset(
@@ -110,12 +111,14 @@ def _limit_relaxation(
     needed = [
         (_margin(evaluation, constraint).value, evaluation.candidate.label)
         for evaluation in evaluations
-        if _violated(evaluation) == {constraint}
+        if _violated(evaluation) == {constraint} and _margin(evaluation, constraint).value > 0.0
     ]
     if not needed:
         return None
-    value, label = min(needed)
-    return Relaxation(field, getattr(requirement, field), value * (1.0 + ROUNDING), label)
+    upper = constraint.is_upper
+    value, label = min(needed) if upper else max(needed)
+    sufficient = value * (1.0 + ROUNDING if upper else 1.0 - ROUNDING)
+    return Relaxation(field, getattr(requirement, field), sufficient, label)
 
 
 def _radius_min_relaxation(
@@ -154,7 +157,12 @@ def _turns_relaxation(
     requirement: DesignRequirement, evaluations: list[Evaluation]
 ) -> Relaxation | None:
     """Return the most turns that the nearest candidate makes with all else kept."""
-    suited = [e for e in evaluations if _violated(e) <= OF_LARGEST and e.estimate.largest]
+    suited = [
+        e
+        for e in evaluations
+        if _violated(e) <= OF_LARGEST
+        and (e.estimate.largest or Constraint.LARGEST_RADIUS in _violated(e))
+    ]
     if not suited or not requirement.turns_required > DEFAULT_TURNS:
         return None
     candidate = suited[0].candidate
@@ -180,7 +188,12 @@ def _radius_max_relaxation(
     requirement: DesignRequirement, evaluations: list[Evaluation]
 ) -> Relaxation | None:
     """Return the largest object that the nearest candidate does hold with all else kept."""
-    suited = [e for e in evaluations if _violated(e) <= OF_LARGEST and e.estimate.largest]
+    suited = [
+        e
+        for e in evaluations
+        if _violated(e) <= OF_LARGEST
+        and (e.estimate.largest or Constraint.LARGEST_RADIUS in _violated(e))
+    ]
     return _largest_radius(requirement, suited[0]) if suited else None
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.winding import Winding
+from spiral_core.brief import brief_repr
 from spiral_core.design.evaluation import Evaluation
 from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.margin import Margin
@@ -45,6 +46,8 @@ class DesignStep:
         remark: how, or why not, in one line.
         figures: its result.
     """
+
+    __repr__ = brief_repr
 
     number: int
     title: str
@@ -96,6 +99,8 @@ class Design:
         margins: room on every constraint.
     """
 
+    __repr__ = brief_repr
+
     tube: TubeSize
     elastomer: Elastomer
     actuator: Actuator
@@ -117,8 +122,13 @@ class Design:
         return self.actuator.tube.length
 
     @property
+    def fiber_angle(self) -> float:
+        """Angle of the single fiber, gamma [rad]; 0 is straight."""
+        return self.actuator.single_fibers[0].angle
+
+    @property
     def roll(self) -> float | None:
-        """Angle about the tube, at the clamp, from the straight fiber (+y) to gravity [rad].
+        """Angle about the tube, at the clamp, from the single fiber (+y) to gravity [rad].
 
         None where gravity has no part across the tube: the roll of the clamp is then of no matter.
         """
@@ -129,9 +139,10 @@ class Design:
     @property
     def sentence(self) -> str:
         """The design in one line."""
-        beta = math.degrees(self.actuator.fiber_pair.beta)
+        beta, gamma = math.degrees(self.actuator.fiber_pair.beta), math.degrees(self.fiber_angle)
+        helical = f", gamma {gamma:.4g} deg" if gamma else ""
         return (
-            f"{self.tube.name}, {self.elastomer.name}, beta {beta:.4g} deg, length "
+            f"{self.tube.name}, {self.elastomer.name}, beta {beta:.4g} deg{helical}, length "
             f"{1e3 * self.length:.4g} mm, {self.largest.pressure / 1e3:.4g} to "
             f"{self.smallest.pressure / 1e3:.4g} kPa"
         )
@@ -152,6 +163,8 @@ class DesignReport:
         tried: the candidates that were solved as rods, in the order they were tried.
         candidates: number of combinations on offer.
     """
+
+    __repr__ = brief_repr
 
     requirement: DesignRequirement
     feasible: bool

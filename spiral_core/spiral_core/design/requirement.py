@@ -10,21 +10,26 @@ from enum import Enum
 from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.actuator.materials import HyperelasticLaw
+from spiral_core.actuator.single_fiber import SingleFiber, check_single_fibers
 from spiral_core.actuator.tube import Tube
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_core.validation import (
+    require_in_range,
     require_non_negative,
     require_positive,
     require_unit_vector,
     require_vector,
 )
-from spiral_core.wrap.gripper import DEFAULT_TURNS, HANGING
+from spiral_core.wrap.gripper import DEFAULT_FRICTION, DEFAULT_TURNS, FRICTION_MAX, HANGING
 
 # The angle that the paper winds its first family at: 90 degrees is hard to wind.
 DEFAULT_ALPHA = math.radians(88.0)
 # The angles of the paper's charts and prototypes, and one step beyond.
 DEFAULT_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
+# At this angle of the single fiber the widest helix leaves no room for an object [rad].
+LARGEST_GAMMA = math.radians(30.0)
 # No elastomer stretches farther: a larger limit is a percentage that was meant as a fraction.
 LARGEST_STRAIN = 10.0
 # Objects above a thousand kilometers [m]: not even a wrong unit gets there.
@@ -43,7 +48,7 @@ class TubeSize:
         wall_thickness: t [m], > 0.
 
     Raises:
-        InvalidInputError: a dimension is not positive and finite.
+        InvalidInputError: a dimension is not positive, or beyond what a tube may have.
 
     Example:
         >>> TubeSize("3/8 x 1/32 in", inner_radius=4.7625e-3, wall_thickness=0.79375e-3).name
@@ -55,8 +60,7 @@ class TubeSize:
     wall_thickness: float
 
     def __post_init__(self) -> None:
-        require_positive("inner_radius", self.inner_radius)
-        require_positive("wall_thickness", self.wall_thickness)
+        self.cut(1.0)
 
     @property
     def outer_radius(self) -> float:
@@ -115,6 +119,8 @@ class DesignRequirement:
         elastomers: materials on offer, at least one.
         fiber_angles_beta: angles at which the second family can be wound [rad].
         fiber_angle_alpha: angle of the first family [rad].
+        fiber_angles_gamma: angles at which the single fiber can be laid [rad]; 0 is straight. At
+            another angle the exact curvature form and constants of the section law are taken.
         turns_required: turns about the largest object, > 0.
         object_length: length of object that the coil may cover [m].
         length_max: longest gripper acceptable [m].
@@ -126,10 +132,14 @@ class DesignRequirement:
         extra_mass_per_length: fibers, glue, what else hangs on the tube [kg/m].
         end_allowance: tube beyond the gripper at each end, for plug and fitting [m].
         preference: which of several designs is taken.
+        payload: mass of each object that is to be carried twice over, along gravity [kg].
+        friction_coefficient: between tube and objects, for the payload.
 
     Raises:
         InvalidInputError: a value is out of its range.
     """
+
+    __repr__ = brief_repr
 
     radius_min: float
     radius_max: float
@@ -137,6 +147,7 @@ class DesignRequirement:
     elastomers: tuple[Elastomer, ...]
     fiber_angles_beta: tuple[float, ...] = DEFAULT_BETAS
     fiber_angle_alpha: float = DEFAULT_ALPHA
+    fiber_angles_gamma: tuple[float, ...] = (0.0,)
     turns_required: float = DEFAULT_TURNS
     object_length: float | None = None
     length_max: float | None = None
@@ -148,6 +159,8 @@ class DesignRequirement:
     extra_mass_per_length: float = 0.0
     end_allowance: float = DEFAULT_END_ALLOWANCE
     preference: Preference = Preference.LEAST_STRAIN
+    payload: float | None = None
+    friction_coefficient: float = DEFAULT_FRICTION
 
     def __post_init__(self) -> None:
         require_positive("radius_min", self.radius_min)
@@ -158,13 +171,12 @@ class DesignRequirement:
             )
         if not self.radius_max <= LARGEST_RADIUS:
             raise InvalidInputError("radius_max", self.radius_max, f"at most {LARGEST_RADIUS:g} m")
-        for field in ("tubes", "elastomers", "fiber_angles_beta"):
+        for field in ("tubes", "elastomers", "fiber_angles_beta", "fiber_angles_gamma"):
             if not getattr(self, field):
                 raise InvalidInputError(field, getattr(self, field), "at least one on offer")
-        for beta in self.fiber_angles_beta:
-            FiberAngles(self.fiber_angle_alpha, beta)
+        self._check_fibers()
         require_positive("turns_required", self.turns_required)
-        for field in ("object_length", "length_max", "pressure_max", "strain_max"):
+        for field in ("object_length", "length_max", "pressure_max", "strain_max", "payload"):
             if getattr(self, field) is not None:
                 require_positive(field, getattr(self, field))
         if self.strain_max is not None and not self.strain_max <= LARGEST_STRAIN:
@@ -172,6 +184,9 @@ class DesignRequirement:
                 "strain_max", self.strain_max, f"at most {LARGEST_STRAIN:g} (0.3 is 30 %)"
             )
         require_vector("gravity", self.gravity, 3)
+        if self.payload is not None and not any(self.gravity):
+            raise InvalidInputError("payload", self.payload, "None where there is no gravity")
+        require_in_range("friction_coefficient", self.friction_coefficient, 0.0, FRICTION_MAX)
         if self.object_axis is not None:
             require_unit_vector("object_axis", self.object_axis)
         require_non_negative("extra_mass_per_length", self.extra_mass_per_length)
@@ -180,11 +195,38 @@ class DesignRequirement:
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every combination on offer: tubes, then elastomers, then angles."""
         return tuple(
-            Candidate(tube, elastomer, beta)
+            Candidate(tube, elastomer, beta, gamma)
             for tube in self.tubes
             for elastomer in self.elastomers
             for beta in self.fiber_angles_beta
+            for gamma in self.fiber_angles_gamma
         )
+
+    def _check_fibers(self) -> None:
+        """Refuse fibers that leave no motion, or that the constants' law does not describe."""
+        for beta in self.fiber_angles_beta:
+            families = FiberAngles(self.fiber_angle_alpha, beta)
+            for gamma in self.fiber_angles_gamma:
+                _check_single_fiber(families, gamma)
+        uniform = [e for e in self.elastomers if e.pressure_law is PressureLaw.UNIFORM]
+        if uniform and any(self.fiber_angles_gamma):
+            raise InvalidInputError(
+                "fiber_angles_gamma",
+                next(gamma for gamma in self.fiber_angles_gamma if gamma),
+                f"0 (straight): the constants of {uniform[0].name} belong to the uniform pressure "
+                "law, which is for straight fibers; use constants of the section law",
+            )
+
+
+def _check_single_fiber(families: FiberAngles, gamma: float) -> None:
+    """Refuse an angle [rad] at which no single fiber bends a tube with these families."""
+    if not abs(gamma) <= LARGEST_GAMMA:
+        allowed = "an angle from -30 to 30 degrees: a steeper fiber winds a coil about nothing"
+        raise InvalidInputError("fiber_angles_gamma", gamma, allowed)
+    try:
+        check_single_fibers(families, (SingleFiber(gamma),))
+    except InvalidInputError as error:
+        raise InvalidInputError("fiber_angles_gamma", gamma, error.requirement) from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,11 +237,13 @@ class Candidate:
         tube: its size.
         elastomer: its material.
         fiber_angle_beta: angle of the second family [rad].
+        fiber_angle_gamma: angle of the single fiber [rad]; 0 is straight.
     """
 
     tube: TubeSize
     elastomer: Elastomer
     fiber_angle_beta: float
+    fiber_angle_gamma: float = 0.0
 
     def actuator(self, requirement: DesignRequirement, length: float) -> Actuator:
         """Return the actuator that is made of it with a length [m]."""
@@ -207,12 +251,21 @@ class Candidate:
             tube=self.tube.cut(length),
             fibers=FiberAngles(requirement.fiber_angle_alpha, self.fiber_angle_beta),
             material=self.elastomer.law,
-            curvature_form=requirement.curvature_form,
+            curvature_form=CurvatureForm.EXACT
+            if self.fiber_angle_gamma
+            else requirement.curvature_form,
             pressure_law=self.elastomer.pressure_law,
+            single_fibers=(SingleFiber(self.fiber_angle_gamma),),
         )
 
     @property
     def label(self) -> str:
         """Name for reports: tube, material, angle."""
-        angle = math.degrees(self.fiber_angle_beta)
-        return f"{self.tube.name}, {self.elastomer.name}, beta {angle:.4g} deg"
+        return f"{self.tube.name}, {self.elastomer.name}, {self.angles}"
+
+    @property
+    def angles(self) -> str:
+        """The angles that are chosen, in words: beta, and gamma where the fiber is not straight."""
+        gamma = math.degrees(self.fiber_angle_gamma)
+        helical = f", gamma {gamma:.4g} deg" if gamma else ""
+        return f"beta {math.degrees(self.fiber_angle_beta):.4g} deg{helical}"

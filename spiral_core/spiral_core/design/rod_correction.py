@@ -120,7 +120,7 @@ def grip_figures(wrap: Wrap, turns: float) -> GripFigures:
     return GripFigures(
         radius=wrap.object_radius,
         pressure=wrap.pressure,
-        stretch=wrap.rest_shape.stretch or 1.0,
+        stretch=wrap.unloaded_shape.stretch or 1.0,
         turns=wrap.turns,
         length_needed=wrap.gripper_length_needed or 0.0,
         object_length=object_length,

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 
 from spiral_core.actuator.free import FreeActuation
@@ -86,15 +85,18 @@ def _angle(
         Constraint.STRAIN,
         Constraint.TURN_CLEARANCE,
     )
-    figures = [StepQuantity("fiber angle beta", estimate.candidate.fiber_angle_beta, "rad")]
+    chosen_angles = estimate.candidate
+    figures = [StepQuantity("fiber angle beta", chosen_angles.fiber_angle_beta, "rad")]
+    if any(requirement.fiber_angles_gamma):
+        gamma = chosen_angles.fiber_angle_gamma
+        figures.append(StepQuantity("angle of the single fiber gamma", gamma, "rad"))
     figures += _interval(estimate.largest, estimate.smallest)
     verdicts = []
     for other in _same_tube(estimates, estimate):
-        degrees = math.degrees(other.candidate.fiber_angle_beta)
         if other.smallest is not None:
-            name = f"strain at the smallest object, beta {degrees:.4g} deg"
+            name = f"strain at the smallest object, {other.candidate.angles}"
             figures.append(StepQuantity(name, other.smallest.strain, "1"))
-        verdicts.append(f"{degrees:.4g} deg {_verdict(other, tried, chosen)}")
+        verdicts.append(f"{other.candidate.angles} {_verdict(other, tried, chosen)}")
     return DesignStep(
         3,
         "fiber angle",

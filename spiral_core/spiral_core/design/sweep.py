@@ -15,6 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.design.evaluation import Evaluation, estimate_candidate, evaluate_candidate
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.requirement import Candidate, DesignRequirement, TubeSize
@@ -39,6 +40,8 @@ class SweepPoint:
         length: corrected length [m]; None likewise.
     """
 
+    __repr__ = brief_repr
+
     candidate: Candidate
     feasible: bool
     binding: Margin
@@ -58,6 +61,8 @@ class FeasibilityMap:
         room: (n, m) smallest relative margin; negative where infeasible.
         binding: n rows of m constraints, those which leave that room.
     """
+
+    __repr__ = brief_repr
 
     fiber_angles_beta: Array
     inner_radii: Array
@@ -134,9 +139,9 @@ def feasibility_map(
     for field, grid in (("fiber_angles_beta", fiber_angles_beta), ("inner_radii", inner_radii)):
         if len(grid) < 2 or not all(low < high for low, high in pairwise(grid)):
             raise InvalidInputError(field, list(grid), "at least two values, rising")
-    elastomer = requirement.elastomers[0]
+    elastomer, gamma = requirement.elastomers[0], requirement.fiber_angles_gamma[0]
     candidates = [
-        Candidate(TubeSize(f"r = {1e3 * r:.4g} mm", r, wall_thickness), elastomer, beta)
+        Candidate(TubeSize(f"r = {1e3 * r:.4g} mm", r, wall_thickness), elastomer, beta, gamma)
         for beta in replace(
             requirement, fiber_angles_beta=tuple(fiber_angles_beta)
         ).fiber_angles_beta

@@ -7,8 +7,9 @@ zero), fused multiply-adds, no care for the sign of zero. Reordering of sums is 
 that results do not depend on the compiler's taste.
 
 numba keeps a cached kernel for as long as the file that defines it is untouched, even if a kernel
-that it calls has changed in another file. Here the cache is stamped with the kernel's content
-instead: its bytecode, the constants it reads and, through their stamps, all kernels it calls.
+that it calls has changed in another file. numba names the cache's file after the kernel's qualified
+name. Here that name ends with a digest of the kernel's content: its bytecode, the constants it
+reads and, through their digests, all kernels it calls.
 """
 
 import builtins
@@ -16,7 +17,7 @@ import dis
 import hashlib
 from collections.abc import Callable
 from functools import cache
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import ParamSpec, TypeVar, cast
 
 import numba
 from numba.core.registry import CPUDispatcher
@@ -25,22 +26,22 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 FAST_MATH = {"contract", "nsz"}
+# Of the digest in a file's name: 48 bits tell all versions of a kernel apart.
+STAMP_DIGITS = 12
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """Return ``function`` compiled on first use, its machine code cached on disk."""
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)(
-        function
-    )
-    return cast("Callable[P, R]", _stamped(dispatcher))
+    compile_kernel = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
+    return cast("Callable[P, R]", compile_kernel(_stamped(function)))
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Return ``function`` compiled into its callers: where a call costs more than the work."""
-    dispatcher = numba.njit(cache=True, forceinline=True, error_model="numpy", fastmath=FAST_MATH)(
-        function
+    compile_kernel = numba.njit(
+        cache=True, forceinline=True, error_model="numpy", fastmath=FAST_MATH
     )
-    return cast("Callable[P, R]", _stamped(dispatcher))
+    return cast("Callable[P, R]", compile_kernel(_stamped(function)))
 
 
 def merged(function: Callable[P, R]) -> Callable[P, R]:
@@ -50,10 +51,8 @@ def merged(function: Callable[P, R]) -> Callable[P, R]:
     entry and a large kernel costs the compilation of that kernel once more: levels in between are
     merged.
     """
-    dispatcher = numba.njit(inline="always", error_model="numpy", fastmath=FAST_MATH, cache=True)(
-        function
-    )
-    return cast("Callable[P, R]", _stamped(dispatcher))
+    compile_kernel = numba.njit(inline="always", error_model="numpy", fastmath=FAST_MATH)
+    return cast("Callable[P, R]", compile_kernel(function))
 
 
 @cache
@@ -84,7 +83,7 @@ def _global_names(function: Callable[..., object]) -> set[str]:
     return read - vars(builtins).keys()
 
 
-def _stamped(dispatcher: Any) -> Any:  # noqa: ANN401 - numba's dispatchers are untyped
-    """Return the dispatcher, its cache valid only for this content."""
-    dispatcher._cache._cache_file._source_stamp = content_stamp(dispatcher.py_func)
-    return dispatcher
+def _stamped(function: Callable[P, R]) -> Callable[P, R]:
+    """Return the function with its content in its qualified name."""
+    function.__qualname__ = f"{function.__name__}_{content_stamp(function)[:STAMP_DIGITS]}"
+    return function

@@ -9,34 +9,15 @@ import numpy as np
 
 from spiral_core.rod._mesh import Counts
 from spiral_core.rod._profiles import (
-    floats,
     pieces,
     scalar_samples,
     sites_in,
+    uniform_numbers,
     varies,
     vector_samples,
 )
-from spiral_core.rod._system import System, Vector, discrete_strain_scale, uniform_system
+from spiral_core.rod._system import System, discrete_strain_scale, uniform_system
 from spiral_core.rod.types import Array, Rod, RodLoad
-
-
-def uniform_numbers(
-    rod: Rod, load: RodLoad
-) -> tuple[float, float, float, Vector, Vector, Vector, Vector]:
-    """Return what describes a uniform rod to the kernels: length, GJ, EI, rest strain, loads."""
-    bending, torsional = rod.bending_stiffness, rod.torsional_stiffness
-    rest, weight = rod.rest_strain, load.distributed
-    if callable(bending) or callable(torsional) or callable(rest) or callable(weight):
-        raise TypeError("a rod that varies is not described by numbers")
-    return (
-        float(rod.length),
-        float(torsional),
-        float(bending),
-        floats(rest),
-        floats(weight),
-        floats(load.tip_force),
-        floats(load.tip_moment),
-    )
 
 
 def discretize(rod: Rod, load: RodLoad, counts: Counts) -> System:

@@ -53,7 +53,8 @@ SMALLEST_STEP = 1.0 / 4096.0
 LARGEST_TURN = 1.0
 # Iterations for the descent after a fold, and for a first state.
 DESCENT_ITERATIONS = 400
-# Disturb an unstable state: rotation at the tip [rad], growing fourfold with each try.
+# Disturb an unstable state: rotation at the tip [rad], growing fourfold with each try, to the one
+# side and the other: behind a fold one of them leads back.
 DISTURBANCE = 0.01
 DISTURBANCES = 6
 # Below this fraction of EI/L, what acts across the base's axis moves a rod less than a disturbance.
@@ -76,7 +77,7 @@ WARM_ITERATIONS = 60
 LARGEST_ELEMENT_TURN = 2.0
 
 
-class Settled(NamedTuple):
+class SolvedRod(NamedTuple):
     """A state and what was found on the way to it; arrays as in ``RodState``."""
 
     solution: Solution
@@ -121,17 +122,17 @@ def with_outcome(found: Solution, outcome: int, iterations: int) -> Solution:
 
 
 @compiled
-def descend(q: Array, system: System, tolerance: float) -> Solution:
+def minimize_to_stable(q: Array, system: System, tolerance: float) -> Solution:
     """Minimize from q in place; leave a stationary state that is not stable."""
     size = DISTURBANCE
     spent = 0
     while True:
         found = minimize(q, system, tolerance, DESCENT_ITERATIONS, False)
         spent += found.iterations
-        if found.outcome != UNSTABLE or size > DISTURBANCE * 4.0**DISTURBANCES:
+        if found.outcome != UNSTABLE or abs(size) > DISTURBANCE * 4.0**DISTURBANCES:
             return with_outcome(found, found.outcome, spent)
         disturb(q, system, size)
-        size *= 4.0
+        size *= -4.0
 
 
 @compiled
@@ -180,7 +181,7 @@ def follow_over_folds(
         if found.outcome == LEFT_BRANCH and folds < MAX_FOLDS:
             folds += 1
             at = min(1.0, at + SMALLEST_STEP)
-            found = descend(q, blended(start, end, at), tolerance)
+            found = minimize_to_stable(q, blended(start, end, at), tolerance)
             spent += found.iterations
         elif found.outcome == LEFT_BRANCH:
             return folds, with_outcome(found, FOLD_LIMIT, spent)
@@ -195,8 +196,8 @@ def first_state(q: Array, start: System, end: System, tolerance: float) -> tuple
     A rod that buckles under an axial load may do so in any direction about it. Which one the path
     takes is decided by the first increment of the rest strain: there it starts then. Returns where.
     """
-    eased = descend(q, with_torsion_no_stiffer(start, EASY_TORSION), tolerance)
-    first = descend(q, start, tolerance)
+    eased = minimize_to_stable(q, with_torsion_no_stiffer(start, EASY_TORSION), tolerance)
+    first = minimize_to_stable(q, start, tolerance)
     spent = eased.iterations + first.iterations
     turned = np.empty_like(q)
     copy_nodes(q, turned)
@@ -204,7 +205,7 @@ def first_state(q: Array, start: System, end: System, tolerance: float) -> tuple
     angle = turn_about_base_axis(turned, next_to_it)
     if first.outcome == CONVERGED and not abs(angle) > LARGEST_FIRST_TURN:
         return 0.0, with_outcome(first, CONVERGED, spent)
-    found = descend(turned, next_to_it, tolerance)
+    found = minimize_to_stable(turned, next_to_it, tolerance)
     copy_nodes(turned, q)
     return SMALLEST_STEP, with_outcome(found, found.outcome, spent + found.iterations)
 
@@ -236,43 +237,43 @@ def load_slowly(system: System, tolerance: float) -> tuple[Array, int, Solution]
 
 
 @merged
-def settle(q: Array, system: System, tolerance: float) -> tuple[int, Solution]:
-    """Minimize from q, in place, on its branch; where that ends, descend and count one fold."""
+def solve_from(q: Array, system: System, tolerance: float) -> tuple[int, Solution]:
+    """Minimize from q, in place, on its branch; where it ends, find another state: one fold."""
     found = minimize(q, system, tolerance, WARM_ITERATIONS, True)
     if found.outcome == CONVERGED:
         return 0, found
     spent = found.iterations
-    found = descend(q, system, tolerance)
+    found = minimize_to_stable(q, system, tolerance)
     return 1, with_outcome(found, found.outcome, spent + found.iterations)
 
 
 @merged
-def evaluated(q: Array, system: System, folds: int, found: Solution) -> Settled:
+def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRod:
     """Return the state with orientations q; not an answer if an element turns too far."""
     positions, moments, strains, turn = shape_from_orientations(q, system)
     outcome = found.outcome
     if outcome == CONVERGED and turn > LARGEST_ELEMENT_TURN:
         outcome = UNRESOLVED
     solution = with_outcome(found, outcome, found.iterations)
-    return Settled(solution, folds, system.force, positions, moments, strains)
+    return SolvedRod(solution, folds, system.force, positions, moments, strains)
 
 
 @compiled
-def settled_state(q: Array, system: System) -> Settled:
-    """Return the state that q settles into, in place."""
-    folds, found = settle(q, system, DEFAULT_TOLERANCE)
+def solved_from(q: Array, system: System) -> SolvedRod:
+    """Return the state that q comes to rest in, in place."""
+    folds, found = solve_from(q, system, DEFAULT_TOLERANCE)
     return evaluated(q, system, folds, found)
 
 
 @compiled
-def loaded_state(coarse: System, fine: System) -> tuple[Array, Settled]:
+def loaded_state(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
     """Follow the loading path on few elements and refine at its end; on all if that fails."""
     q, folds, found = load_slowly(coarse, DEFAULT_TOLERANCE)
     spent = found.iterations
     refined = coarse.steps.shape[0] == fine.steps.shape[0]
     if found.outcome == CONVERGED and not refined:
         q = resample(q, coarse.steps, fine.steps)
-        snaps, found = settle(q, fine, DEFAULT_TOLERANCE)
+        snaps, found = solve_from(q, fine, DEFAULT_TOLERANCE)
         spent += found.iterations
         refined = snaps == 0
     if found.outcome != CONVERGED or not refined:
@@ -282,7 +283,7 @@ def loaded_state(coarse: System, fine: System) -> tuple[Array, Settled]:
 
 
 @compiled
-def settle_uniform(
+def solve_uniform_from(
     q: Array,
     length: float,
     torsional: float,
@@ -291,10 +292,10 @@ def settle_uniform(
     weight: Vector,
     tip_force: Vector,
     tip_moment: Vector,
-) -> Settled:
-    """Return the state that q (N + 1, 4) settles into, in place."""
+) -> SolvedRod:
+    """Return the state that q (N + 1, 4) comes to rest in, in place."""
     count = q.shape[0] - 1
-    return settled_state(
+    return solved_from(
         q,
         uniform_system(count, length, torsional, bending, rest, weight, tip_force, tip_moment),
     )
@@ -311,7 +312,7 @@ def load_uniform(
     weight: Vector,
     tip_force: Vector,
     tip_moment: Vector,
-) -> tuple[Array, Settled]:
+) -> tuple[Array, SolvedRod]:
     """Return orientations and state at the end of the loading path, followed on few elements."""
     return loaded_state(
         uniform_system(few, length, torsional, bending, rest, weight, tip_force, tip_moment),

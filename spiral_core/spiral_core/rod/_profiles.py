@@ -140,3 +140,22 @@ def jump(profile: Callable[[Array], Array], sites: Array) -> float | None:
 def floats(vector: Vector) -> Vector:
     """Return the components as floats: one signature for the compiled kernels."""
     return (float(vector[0]), float(vector[1]), float(vector[2]))
+
+
+def uniform_numbers(
+    rod: Rod, load: RodLoad
+) -> tuple[float, float, float, Vector, Vector, Vector, Vector]:
+    """Return what describes a uniform rod to the kernels: length, GJ, EI, rest strain, loads."""
+    bending, torsional = rod.bending_stiffness, rod.torsional_stiffness
+    rest, weight = rod.rest_strain, load.distributed
+    if callable(bending) or callable(torsional) or callable(rest) or callable(weight):
+        raise TypeError("a rod that varies is not described by numbers")
+    return (
+        float(rod.length),
+        float(torsional),
+        float(bending),
+        floats(rest),
+        floats(weight),
+        floats(load.tip_force),
+        floats(load.tip_moment),
+    )

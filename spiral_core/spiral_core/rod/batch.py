@@ -11,8 +11,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod._continuation import Settled, load_uniform
+from spiral_core.rod._continuation import SolvedRod, load_uniform
 from spiral_core.rod._mesh import path_count
 from spiral_core.rod.solve import STATUSES
 from spiral_core.rod.types import MAX_ELEMENTS, ZERO, Array, RodStatus
@@ -37,6 +38,8 @@ class RodBatch:
         iterations: (m,).
         folds: (m,).
     """
+
+    __repr__ = brief_repr
 
     statuses: tuple[RodStatus, ...]
     positions: Array
@@ -100,7 +103,7 @@ def solve_rods(
     return _batch([state for chunk in run(_solve_chunk, chunks, counts) for state in chunk])
 
 
-def _solve_chunk(rows: list[list[float]], elements: int) -> list[tuple[Array, Settled]]:
+def _solve_chunk(rows: list[list[float]], elements: int) -> list[tuple[Array, SolvedRod]]:
     """Return orientations and state of each rod of a chunk."""
     states = []
     for length, bending, torsional, *vectors in rows:
@@ -138,16 +141,16 @@ def _rows(*columns: ArrayLike) -> Array:
     return np.hstack([np.broadcast_to(array, (count, array.shape[1])) for array in arrays])
 
 
-def _batch(states: list[tuple[Array, Settled]]) -> RodBatch:
+def _batch(states: list[tuple[Array, SolvedRod]]) -> RodBatch:
     """Join the states of all rods."""
-    solutions = [settled.solution for _, settled in states]
+    solutions = [solved.solution for _, solved in states]
     return RodBatch(
         statuses=tuple(STATUSES[solution.outcome] for solution in solutions),
-        positions=np.array([settled.positions for _, settled in states]),
+        positions=np.array([solved.positions for _, solved in states]),
         orientations=np.array([q for q, _ in states]),
         energies=np.array([solution.energy for solution in solutions]),
         residuals=np.array([solution.residual for solution in solutions]),
         smallest_pivots=np.array([solution.pivot for solution in solutions]),
         iterations=np.array([solution.iterations for solution in solutions]),
-        folds=np.array([settled.folds for _, settled in states]),
+        folds=np.array([solved.folds for _, solved in states]),
     )

@@ -8,12 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod._arrays import discretize
-from spiral_core.rod._continuation import descend, evaluated
+from spiral_core.rod._continuation import evaluated, minimize_to_stable
 from spiral_core.rod.solve import (
     arc_lengths_of,
     checked_counts,
     solve_with_counts,
-    state_from_settled,
+    state_from_solved,
 )
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState
 
@@ -68,8 +68,8 @@ def find_equilibria(
     generator = np.random.default_rng(seed)
     for _ in range(starts - 1):
         q = _scrambled(first.orientations, generator)
-        found = descend(q, system, DEFAULT_TOLERANCE)
-        state = state_from_settled(arc_lengths_of(system.steps), q, evaluated(q, system, 0, found))
+        found = minimize_to_stable(q, system, DEFAULT_TOLERANCE)
+        state = state_from_solved(arc_lengths_of(system.steps), q, evaluated(q, system, 0, found))
         if state.stable and not any(_same(state, other) for other in states):
             states.append(state)
     return tuple(sorted(states, key=lambda state: state.energy))

@@ -8,14 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod._arrays import discretize
 from spiral_core.rod._continuation import (
     MAX_FOLDS,
     SMALLEST_STEP,
-    descend,
     evaluated,
     follow_branch,
+    minimize_to_stable,
 )
 from spiral_core.rod._newton import LEFT_BRANCH, minimize
 from spiral_core.rod._system import Solution, System, blended
@@ -23,7 +24,7 @@ from spiral_core.rod.solve import (
     arc_lengths_of,
     checked_counts,
     solve_with_counts,
-    state_from_settled,
+    state_from_solved,
 )
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState, RodStatus
 
@@ -42,6 +43,8 @@ class Fold:
         before: the last state of the branch that ends.
         after: the state after the snap.
     """
+
+    __repr__ = brief_repr
 
     position: float
     before: RodState
@@ -66,6 +69,8 @@ class RodPath:
         states: one for each station.
         folds: in the order met; none means that the path is one branch of stable states.
     """
+
+    __repr__ = brief_repr
 
     states: tuple[RodState, ...]
     folds: tuple[Fold, ...]
@@ -143,7 +148,7 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[Fold
         position = index + at
         at = min(1.0, at + SMALLEST_STEP)
         here = blended(begin, end, at)
-        found = descend(q, here, DEFAULT_TOLERANCE)
+        found = minimize_to_stable(q, here, DEFAULT_TOLERANCE)
         spent += found.iterations
         after = _state(q, here, 1, found)
         if after.status is not RodStatus.CONVERGED:
@@ -157,8 +162,8 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[Fold
 
 def _state(q: Array, system: System, folds: int, found: Solution) -> RodState:
     """Return the state with a copy of the orientations q."""
-    settled = evaluated(q, system, folds, found)
-    return state_from_settled(arc_lengths_of(system.steps), q.copy(), settled)
+    solved = evaluated(q, system, folds, found)
+    return state_from_solved(arc_lengths_of(system.steps), q.copy(), solved)
 
 
 def _stations(rods: object, loads: object) -> list[tuple[Rod, RodLoad]]:

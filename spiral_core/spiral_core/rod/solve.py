@@ -14,16 +14,16 @@ from functools import lru_cache
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
-from spiral_core.rod._arrays import discretize, uniform_numbers
+from spiral_core.rod._arrays import discretize
 from spiral_core.rod._continuation import (
-    Settled,
+    SolvedRod,
     load_uniform,
     loaded_state,
-    settle_uniform,
-    settled_state,
+    solve_uniform_from,
+    solved_from,
 )
 from spiral_core.rod._mesh import Counts, element_counts, path_count, path_counts, shared_counts
-from spiral_core.rod._profiles import require_continuous, varies
+from spiral_core.rod._profiles import require_continuous, uniform_numbers, varies
 from spiral_core.rod._turns import resample
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad, RodState, RodStatus
 
@@ -126,20 +126,20 @@ def checked_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
 def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: RodState | None) -> RodState:
     """Return the state reached from ``start`` or, without one, along the loading path."""
     if start is not None:
-        return _settled(rod, load, counts, start)
+        return _solved_from(rod, load, counts, start)
     if varies(rod, load):
         few = path_counts(rod, counts)
         system = discretize(rod, load, counts)
-        q, settled = loaded_state(discretize(rod, load, few), system)
-        return state_from_settled(arc_lengths_of(system.steps), q, settled)
+        q, solved = loaded_state(discretize(rod, load, few), system)
+        return state_from_solved(arc_lengths_of(system.steps), q, solved)
     numbers = uniform_numbers(rod, load)
     length, torsional, bending, rest, *_ = numbers
     few_elements = path_count(counts[0], length * math.hypot(*rest), torsional / bending)
-    q, settled = load_uniform(few_elements, counts[0], *numbers)
-    return state_from_settled(even_arc_lengths(rod.length, counts[0]), q, settled)
+    q, solved = load_uniform(few_elements, counts[0], *numbers)
+    return state_from_solved(even_arc_lengths(rod.length, counts[0]), q, solved)
 
 
-def _settled(rod: Rod, load: RodLoad, counts: Counts, start: RodState) -> RodState:
+def _solved_from(rod: Rod, load: RodLoad, counts: Counts, start: RodState) -> RodState:
     """Return the state that ``start`` settles into."""
     q = checked_orientations(start)
     count = sum(counts)
@@ -147,12 +147,12 @@ def _settled(rod: Rod, load: RodLoad, counts: Counts, start: RodState) -> RodSta
         arcs = even_arc_lengths(rod.length, count)
         if len(q) != count + 1 or start.arc_lengths is not arcs:
             q = _resampled(q, start.arc_lengths, arcs)
-        settled = settle_uniform(q, *uniform_numbers(rod, load))
-        return state_from_settled(arcs, q, settled)
+        solved = solve_uniform_from(q, *uniform_numbers(rod, load))
+        return state_from_solved(arcs, q, solved)
     system = discretize(rod, load, counts)
     arcs = arc_lengths_of(system.steps)
     q = _resampled(q, start.arc_lengths, arcs)
-    return state_from_settled(arcs, q, settled_state(q, system))
+    return state_from_solved(arcs, q, solved_from(q, system))
 
 
 def checked_orientations(start: RodState) -> Array:
@@ -183,9 +183,9 @@ def _resampled(q: Array, arcs: Array, new_arcs: Array) -> Array:
     return resample(q, np.diff(arcs), np.diff(new_arcs))
 
 
-def state_from_settled(arcs: Array, q: Array, settled: Settled) -> RodState:
+def state_from_solved(arcs: Array, q: Array, solved: SolvedRod) -> RodState:
     """Return the state with orientations q (N + 1, 4) and the evidence a kernel gave for it."""
-    solution, folds, forces, positions, moments, strains = settled
+    solution, folds, forces, positions, moments, strains = solved
     outcome, iterations, energy, residual, pivot, step, neutral = solution
     return RodState(
         STATUSES[outcome],

@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_positive, require_vector
 
@@ -188,6 +189,8 @@ class RodState:
 
     The arrays are read-only.
     """
+
+    __repr__ = brief_repr
 
     status: RodStatus
     arc_lengths: Array

@@ -18,7 +18,7 @@ from spiral_core.rod._algebra import (
     to_base,
     vector_at,
 )
-from spiral_core.rod._continuation import Settled, settle_uniform
+from spiral_core.rod._continuation import SolvedRod, solve_uniform_from
 from spiral_core.rod._system import Vector
 
 # Jacobi's method squares the rotations that are left with every sweep: three or four sweeps reach
@@ -245,7 +245,7 @@ def fitted_radius(
 
 
 @compiled
-def settle_on_object(
+def solve_on_object(
     q: Array,
     length: float,
     torsional: float,
@@ -254,9 +254,11 @@ def settle_on_object(
     weight: Vector,
     axis: Vector,
     outer_radius: float,
-) -> tuple[Settled, float, Vector]:
+) -> tuple[SolvedRod, float, Vector]:
     """Settle a gripper's orientations q, in place; return the state, r_w [m] and the axis."""
-    settled = settle_uniform(q, length, torsional, bending, rest, weight, NO_TIP_LOAD, NO_TIP_LOAD)
-    tip = settled.positions[-1]
-    radius, found = fitted_radius(q, settled.strains, tip, length, rest, axis, outer_radius)
-    return settled, radius, found
+    solved = solve_uniform_from(
+        q, length, torsional, bending, rest, weight, NO_TIP_LOAD, NO_TIP_LOAD
+    )
+    tip = solved.positions[-1]
+    radius, found = fitted_radius(q, solved.strains, tip, length, rest, axis, outer_radius)
+    return solved, radius, found

@@ -32,6 +32,13 @@ NEAR_MISS = 0.3
 NEAR_MISS_STEPS = 12
 # With fewer turns than this to spare, they may fall short between two samples.
 SCARCE_TURNS = 0.5
+# Turns change in a leap where the tangent's sine, at a place where it turns back, passes the least
+# that counts. The pressures between two samples are halved so many times: where it may pass it (it
+# is as near as it changes from one sample to the next, or as this, halved along), and where the
+# axis turns by more than this angle [rad].
+HALVINGS = 7
+GRAZE = 0.05
+AXIS_TURN = 0.4
 # Steps of the search for an extreme radius: it is then right to 1e-9 of its change between samples.
 EXTREME_STEPS = 20
 # Where a coil closes on itself, the range ends at this fraction of the tube's outer radius.
@@ -105,7 +112,7 @@ class CoiledRange:
         self._scan = scan
         self._required = scan.gripper.turns_required
         self._least = LEAST_RADIUS * scan.gripper.tube.outer_radius
-        tracks = [self._refined(scan.samples(track)) for track in scan.tracks]
+        tracks = [self._refined(self._dense(scan.samples(track))) for track in scan.tracks]
         self.samples: list[Wrap] = [wrap for track in tracks for wrap in track]
         self.branches: list[SubBranch] = []
         for track in tracks:
@@ -119,6 +126,32 @@ class CoiledRange:
         if not math.isfinite(radius):  # a straight tube
             return -1.0, BranchEnd.TURNS
         return (turns, BranchEnd.TURNS) if turns < radius else (radius, BranchEnd.CLOSED)
+
+    def _dense(self, track: list[Wrap]) -> list[Wrap]:
+        """Return the samples of a track, more of them where scarce turns may leap."""
+        dense = track[:1]
+        for below, above in pairwise(track):
+            dense += [*self._between(below, above, 0), above]
+        return dense
+
+    def _between(self, below: Wrap, above: Wrap, halvings: int) -> list[Wrap]:
+        """Return the samples between two that show how turns change there."""
+        spare = below.turns - self._required, above.turns - self._required
+        if halvings == HALVINGS or (
+            spare[0] * spare[1] > 0.0 and min(abs(spare[0]), abs(spare[1])) > SCARCE_TURNS
+        ):
+            return []
+        graze = min(abs(below.graze), abs(above.graze))
+        near = max(GRAZE * 0.5**halvings, abs(above.graze - below.graze))
+        along = math.fsum(a * b for a, b in zip(below.axis, above.axis, strict=True))
+        if not graze <= near and abs(along) > math.cos(AXIS_TURN):
+            return []
+        middle = self._scan.wrap_at(0.5 * (below.pressure + above.pressure))
+        return [
+            *self._between(below, middle, halvings + 1),
+            middle,
+            *self._between(middle, above, halvings + 1),
+        ]
 
     def _refined(self, track: list[Wrap]) -> list[Wrap]:
         """Return the samples of a track with those between that show a short part in or out."""

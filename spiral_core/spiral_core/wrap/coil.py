@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.rod.types import Array, RodState, Vector
 from spiral_core.validation import require_unit_vector
 
@@ -30,6 +31,8 @@ class Coil:
         advances: length covered along the axis, up to each node (n,) [m].
         arc_lengths: of the nodes (n,) [m].
     """
+
+    __repr__ = brief_repr
 
     axis: Vector
     helix_angle: float

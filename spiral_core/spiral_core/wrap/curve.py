@@ -4,11 +4,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NoReturn
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from spiral_core.errors import NoCoilError
-from spiral_core.rod.types import RodState
-from spiral_core.validation import require_in_range, require_positive
+from spiral_core.rod.types import Array, RodState
+from spiral_core.validation import require_finite, require_in_range, require_positive
 from spiral_core.wrap.branch import CoiledRange, SubBranch
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.refusal import no_coil, not_grippable
@@ -136,6 +140,24 @@ class WrapCurve:
             raise NoCoilError(wrap.turns, wrap.turns_required, pressure)
         return wrap.object_radius
 
+    def pressures_from_radii(self, radii: ArrayLike) -> Array:
+        """Return the pressures [Pa] that wrap radii [m], in an array of the same shape.
+
+        Raises as :meth:`wrap_for_radius`, for the first radius that cannot be wrapped.
+        """
+        return self._each(self.pressure_from_radius, "radii", radii)
+
+    def radii_from_pressures(self, pressures: ArrayLike) -> Array:
+        """Return the radii [m] that pressures [Pa] wrap; raises as :meth:`radius_from_pressure`."""
+        return self._each(self.radius_from_pressure, "pressures", pressures)
+
+    @staticmethod
+    def _each(answer: Callable[[float], float], field: str, values: ArrayLike) -> Array:
+        """Return an answer for each value."""
+        given = np.asarray(values, dtype=np.float64)
+        found = [answer(require_finite(field, value)) for value in given.ravel().tolist()]
+        return np.array(found, dtype=np.float64).reshape(given.shape)
+
     def is_coiled(self, pressure: float) -> bool:
         """Return whether a pressure [Pa] belongs to the coiled range."""
         return any(
@@ -164,7 +186,7 @@ class WrapCurve:
             return WrapRegime.OVERHANG
         if state is None:
             state = self.state_at_pressure(pressure)
-        fits, _ = wrapped_radius(self.gripper, self.gripper.rest_shape(pressure), state)
+        fits, _ = wrapped_radius(self.gripper, self.gripper.unloaded_shape(pressure), state)
         if abs(fits - radius) <= PERFECT_BAND * radius:
             return WrapRegime.PERFECT_WRAP
         # A coil that is wider than the object hangs over it, one that is tighter curls.

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.free import FreeActuation
-from spiral_core.actuator.interface import ActuationModel, RestShape
+from spiral_core.actuator.interface import ActuationModel, UnloadedShape
 from spiral_core.actuator.tube import Tube
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Rod, RodLoad, RodStiffness, Vector
 from spiral_core.validation import (
@@ -24,6 +25,14 @@ STANDARD_GRAVITY = 9.80665
 HANGING: Vector = (STANDARD_GRAVITY, 0.0, 0.0)
 # Slightly more than one complete turn: the paper's condition for a grip whatever the friction.
 DEFAULT_TURNS = 1.05
+# Coulomb's coefficient where none is given: a cautious value for latex on a smooth, dusty or damp
+# surface. Dry rubber on clean solids has 0.5 to 1; measure yours, the holding force depends on it
+# more than on anything else.
+DEFAULT_FRICTION = 0.3
+FRICTION_MAX = 10.0
+# GJ/EI of an annulus is 2/3, that of a section of fibers up to some twenty. Beyond a hundred, or
+# below a hundredth, curves of wraps take minutes.
+LARGEST_STIFFNESS_RATIO = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +43,8 @@ class Gripper:
         name: how messages call it.
         tube: the elastomer tube at rest.
         actuation: turns a pressure into the unloaded shape.
-        stiffness: bending and torsional stiffness of the tube.
+        stiffness: bending and torsional stiffness of the tube, neither more than a hundred times
+            the other.
         weight_per_length: mass times standard gravity per unstretched length [N/m], >= 0.
         pressure_max: largest gauge pressure that may be commanded [Pa], > 0 and within the
         actuation's range.
@@ -48,6 +58,8 @@ class Gripper:
     Raises:
         InvalidInputError: a value is out of its range.
     """
+
+    __repr__ = brief_repr
 
     name: str
     tube: Tube
@@ -63,6 +75,7 @@ class Gripper:
     def __post_init__(self) -> None:
         require_non_negative("weight_per_length", self.weight_per_length)
         require_positive("pressure_max", self.pressure_max)
+        _check_stiffness(self.stiffness)
         if self.pressure_max > self.actuation.pressure_limit:
             raise InvalidInputError(
                 "pressure_max",
@@ -75,19 +88,19 @@ class Gripper:
             require_unit_vector("object_axis", self.object_axis)
         require_positive("turns_required", self.turns_required)
         if self.friction_coefficient is not None:
-            require_in_range("friction_coefficient", self.friction_coefficient, 0.0, 10.0)
+            require_in_range("friction_coefficient", self.friction_coefficient, 0.0, FRICTION_MAX)
 
-    def rest_shape(self, pressure: float) -> RestShape:
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a gauge pressure [Pa], at most ``pressure_max``.
 
         Raises:
             InvalidInputError: the pressure is not in [0, ``pressure_max``].
         """
-        return self.actuation.rest_shape(
+        return self.actuation.unloaded_shape(
             require_in_range("pressure", pressure, 0.0, self.pressure_max)
         )
 
-    def rod(self, shape: RestShape) -> Rod:
+    def rod(self, shape: UnloadedShape) -> Rod:
         """Return the rod that an unloaded shape is bent from."""
         return Rod(
             length=shape.backbone_length,
@@ -96,11 +109,11 @@ class Gripper:
             rest_strain=(shape.torsion, 0.0, shape.curvature),
         )
 
-    def load(self, shape: RestShape) -> RodLoad:
+    def load(self, shape: UnloadedShape) -> RodLoad:
         """Return the gripper's weight on its rod."""
         return RodLoad(distributed=self.weight(shape))
 
-    def weight(self, shape: RestShape) -> Vector:
+    def weight(self, shape: UnloadedShape) -> Vector:
         """Return the weight per length of the backbone [N/m]; the mass stays when it stretches."""
         density = self.weight_per_length * self.tube.length / shape.backbone_length
         x, y, z = self.gravity
@@ -110,6 +123,18 @@ class Gripper:
     def with_mount(self, gravity: Vector, object_axis: Vector | None) -> Gripper:
         """Return the same gripper held otherwise: gravity [m/s^2] and axis in the base frame."""
         return replace(self, gravity=gravity, object_axis=object_axis)
+
+
+def _check_stiffness(stiffness: RodStiffness) -> None:
+    """Refuse a ratio of stiffnesses that no tube has."""
+    bending, most = stiffness.bending, LARGEST_STIFFNESS_RATIO
+    if not bending / most <= stiffness.torsional <= bending * most:
+        raise InvalidInputError(
+            "torsional",
+            stiffness.torsional,
+            f"from {bending / most:.4g} to {bending * most:.4g} N m^2, a hundredth to a hundred "
+            "times the bending stiffness; are both in the same unit?",
+        )
 
 
 def stiffness_from_actuator(actuator: Actuator) -> RodStiffness:

@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, NotGrippableError
 from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down, rounded_up
@@ -112,6 +113,8 @@ class ProfileWrap:
         pressure_of_mean: perfect wrap of the mean of the two radii [Pa].
         stations: places along the coil with their regimes at ``pressure``.
     """
+
+    __repr__ = brief_repr
 
     start: float
     end: float

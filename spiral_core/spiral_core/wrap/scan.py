@@ -15,15 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.errors import InvalidInputError, NoCoilError
 from spiral_core.rod._mesh import element_count
 from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod._profiles import floats
 from spiral_core.rod.path import RodPath, follow_path
-from spiral_core.rod.solve import even_arc_lengths, state_from_settled
+from spiral_core.rod.solve import even_arc_lengths, state_from_solved
 from spiral_core.rod.types import Array, RodState, Vector
-from spiral_core.wrap._kernels import FITTED, interpolated_orientations, settle_on_object
+from spiral_core.wrap._kernels import FITTED, interpolated_orientations, solve_on_object
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap, wrapped_radius
 
@@ -81,7 +81,7 @@ class PressureScan:
         self.gripper = gripper
         self._axis: Vector = FITTED if gripper.object_axis is None else floats(gripper.object_axis)
         pressures = sample_pressures(gripper)
-        shapes = [gripper.rest_shape(pressure) for pressure in pressures]
+        shapes = [gripper.unloaded_shape(pressure) for pressure in pressures]
         tightest = max(shapes, key=strain_of)
         self._elements = element_count(gripper.rod(tightest), gripper.load(tightest), ELEMENT_ANGLE)
         path = self._path(pressures)
@@ -119,9 +119,9 @@ class PressureScan:
             SolverError: the shape could not be certified.
         """
         gripper = self.gripper
-        shape = gripper.rest_shape(pressure)
+        shape = gripper.unloaded_shape(pressure)
         q = self.start_at(pressure) if start is None else start
-        settled, radius, axis = settle_on_object(
+        solved, radius, axis = solve_on_object(
             q,
             float(shape.backbone_length),
             float(gripper.stiffness.torsional),
@@ -131,10 +131,10 @@ class PressureScan:
             self._axis,
             float(gripper.tube.outer_radius),
         )
-        if settled.folds or settled.solution.outcome != CONVERGED:
+        if solved.folds or solved.solution.outcome != CONVERGED:
             return self._wrap(pressure, self._followed(pressure))
         arcs = even_arc_lengths(shape.backbone_length, self._elements)
-        state = state_from_settled(arcs, q, settled)
+        state = state_from_solved(arcs, q, solved)
         outer = gripper.tube.outer_radius
         return Wrap(pressure, radius, shape, state, axis, gripper.turns_required, outer)
 
@@ -176,7 +176,7 @@ class PressureScan:
 
     def _path(self, pressures: Sequence[float], start: RodState | None = None) -> RodPath:
         """Return the states at some pressures [Pa], followed from one to the next."""
-        shapes = [self.gripper.rest_shape(pressure) for pressure in pressures]
+        shapes = [self.gripper.unloaded_shape(pressure) for pressure in pressures]
         return follow_path(
             [self.gripper.rod(shape) for shape in shapes],
             [self.gripper.load(shape) for shape in shapes],
@@ -186,7 +186,7 @@ class PressureScan:
 
     def _wrap(self, pressure: float, state: RodState) -> Wrap:
         gripper = self.gripper
-        shape = gripper.rest_shape(pressure)
+        shape = gripper.unloaded_shape(pressure)
         radius, axis = wrapped_radius(gripper, shape, state)
         outer = gripper.tube.outer_radius
         return Wrap(float(pressure), radius, shape, state, axis, gripper.turns_required, outer)
@@ -198,7 +198,7 @@ def _track(solved: Sequence[tuple[float, RodState]]) -> Track:
     return Track(np.array(pressures), orientations, states)
 
 
-def strain_of(shape: RestShape) -> float:
+def strain_of(shape: UnloadedShape) -> float:
     """Return the angle that an unloaded shape turns by per length [rad/m]."""
     return math.hypot(shape.curvature, shape.torsion)
 
@@ -215,7 +215,7 @@ def sample_pressures(gripper: Gripper) -> list[float]:
         NoCoilError: no pressure bends the gripper.
     """
     fine = np.linspace(0.0, gripper.pressure_max, TABLE + 1)
-    shapes = [gripper.rest_shape(float(p)) for p in fine]
+    shapes = [gripper.unloaded_shape(float(p)) for p in fine]
     curvatures = np.array([s.curvature for s in shapes])
     if not curvatures.max() > 0.0:
         raise NoCoilError(0.0, gripper.turns_required, gripper.pressure_max)

@@ -19,10 +19,11 @@ from functools import cached_property
 
 import numpy as np
 
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
+from spiral_core.brief import brief_repr
 from spiral_core.rod.types import RodState, RodStiffness, Vector
 from spiral_core.validation import require_finite, require_positive
-from spiral_core.wrap.coil import Coil, coil_from_state
+from spiral_core.wrap.coil import LEAST_SINE, Coil, coil_from_state
 from spiral_core.wrap.gripper import Gripper
 
 # A radius within this fraction of the perfect one still counts as a perfect wrap: the scatter of
@@ -48,16 +49,18 @@ class Wrap:
     Args:
         pressure: gauge pressure [Pa].
         object_radius: radius of the cylinder that it wraps perfectly [m].
-        rest_shape: the unloaded shape.
+        unloaded_shape: the unloaded shape.
         state: the shape, with its certificate.
         axis: of that cylinder, a unit vector that points the way the coil advances.
         turns_required: turns about the object that count as a wrap.
         outer_radius: of the gripper's tube [m].
     """
 
+    __repr__ = brief_repr
+
     pressure: float
     object_radius: float
-    rest_shape: RestShape
+    unloaded_shape: UnloadedShape
     state: RodState
     axis: Vector
     turns_required: float
@@ -91,13 +94,26 @@ class Wrap:
         """Object length that those turns cover [m]; None if the gripper makes fewer."""
         return self.coil.advance_for_turns(self.turns_required)
 
+    @cached_property
+    def graze(self) -> float:
+        """How far the tangent's sine, where it turns back, is above the least that counts.
+
+        At the place that comes nearest to it; infinite without any. Where this passes zero the
+        turns change in a leap.
+        """
+        along = self.state.tangents @ np.asarray(self.axis)
+        sines = np.sqrt(np.maximum(1.0 - along * along, 0.0))
+        inner = sines[1:-1]
+        lowest = inner[(inner <= sines[:-2]) & (inner <= sines[2:])] - LEAST_SINE * sines[-1]
+        return float(lowest[np.abs(lowest).argmin()]) if lowest.size else math.inf
+
     @property
     def contact_length(self) -> float:
         """Length of gripper on its cylinder [m]: all of it, which is what perfect wrap means."""
-        return self.rest_shape.backbone_length
+        return self.unloaded_shape.backbone_length
 
 
-def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple[float, Vector]:
+def wrapped_radius(gripper: Gripper, shape: UnloadedShape, state: RodState) -> tuple[float, Vector]:
     """Return r_w [m] of a gripper in some state, and the object's axis (unit vector).
 
     Args:
@@ -122,7 +138,7 @@ def wrapped_radius(gripper: Gripper, shape: RestShape, state: RodState) -> tuple
 
 def line_force(
     stiffness: RodStiffness,
-    shape: RestShape,
+    shape: UnloadedShape,
     radius: float,
     helix_angle: float,
     outer_radius: float,

@@ -20,7 +20,7 @@ from spiral_core import (
     ShapeReading,
     TwistReading,
 )
-from spiral_gripper.reports.plots import paper_style
+from spiral_gripper.reports.style import paper_style
 
 # Name of the axis, and the factor from SI to its unit.
 _AXES: dict[type[Reading], tuple[str, float]] = {

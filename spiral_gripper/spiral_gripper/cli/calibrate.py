@@ -8,11 +8,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from spiral_gripper.cli.types import LENGTH, YAML_FILE, Quantity, json_option, plot_option
+from spiral_gripper.cli.types import (
+    LENGTH,
+    REPORT_FILE,
+    YAML_FILE,
+    Quantity,
+    json_option,
+    plot_option,
+)
 
 if TYPE_CHECKING:
     from spiral_core import SpiralError
-    from spiral_gripper.bench.command import CommandOptions
+    from spiral_gripper.bench.command import CommandOptions, CommandResult
     from spiral_gripper.bench.measurements import Measurements
     from spiral_gripper.files.description import GripperDescription
 
@@ -119,6 +126,7 @@ DRAWS_MAX: Final = 100_000
 @click.option("--no-save", is_flag=True, help="Report only: write no gripper file.")
 @json_option
 @plot_option
+@click.option("--report", type=REPORT_FILE, metavar="FILE", help="Write it to a .md or .html file.")
 def calibrate(
     gripper: str,
     files: tuple[Path, ...],
@@ -127,6 +135,7 @@ def calibrate(
     no_save: bool,
     as_json: bool,
     plot: Path | None,
+    report: Path | None,
     **options: Any,  # noqa: ANN401  # the fields of CommandOptions
 ) -> int:
     """Fit a gripper's constants to bench measurements.
@@ -139,50 +148,26 @@ def calibrate(
         raise click.UsageError("--save and --no-save exclude each other")
     from spiral_gripper.bench.command import CommandOptions, load_files
     from spiral_gripper.cli.gripper import described
+    from spiral_gripper.cli.output import say_written, write_picture
 
     stated = CommandOptions(**options)
     description = described(gripper)
     measurements = load_files(description, files, stated)
     if measured_curve:
-        _refuse_beside_curve(stated, plot)
+        _refuse_beside_curve(stated, plot, report)
         return _write_curve(description, measurements, save, no_save, as_json)
-    return _calibrate(description, measurements, stated, save, no_save, as_json, plot)
-
-
-def _calibrate(
-    description: GripperDescription,
-    measurements: list[Measurements],
-    options: CommandOptions,
-    save: Path | None,
-    no_save: bool,
-    as_json: bool,
-    plot: Path | None,
-) -> int:
-    """Fit, print, write; radii that cannot be gripped come last and do not stop the rest."""
-    from spiral_gripper.bench.command import run_command
-    from spiral_gripper.cli.output import print_json, say_written, write_picture
-
-    result = run_command(description, measurements, options)
-    best, level = result.choice.best, options.level
+    result = _calibrate(description, measurements, stated, as_json)
     refusals = [_told(error) for error in result.refusals]
-    if as_json:
-        from spiral_gripper.bench.report import calibration_as_dict
-
-        document = calibration_as_dict(result.choice, level, result.cross_validation)
-        answers = {"pressures": result.pressures, "refusals": refusals}
-        print_json({**document, "warnings": result.warnings, **answers})
-    else:
-        from spiral_gripper.bench.report import radius_lines, report_lines
-
-        click.echo("\n".join(report_lines(result.choice, level, result.cross_validation)))
-        for warning in result.warnings:
-            click.echo(f"warning: {warning}")
-        for line in radius_lines(result.pressures, level):
-            click.echo(line)
+    name, best = description.gripper.name, result.choice.best
     if plot is not None:
         from spiral_gripper.bench.residual_plot import residual_figure
 
-        write_picture(residual_figure(best, description.gripper.name), plot)
+        write_picture(residual_figure(best, name), plot)
+    if report is not None:
+        from spiral_gripper.bench.written_report import write_calibration_report
+
+        write_calibration_report(result, refusals, name, stated.level, report)
+        say_written(report)
     if not no_save:
         from spiral_gripper.bench.calibrated_file import write_calibrated_description
 
@@ -191,6 +176,35 @@ def _calibrate(
     if refusals:
         raise click.ClickException("\n".join(refusals))
     return 0
+
+
+def _calibrate(
+    description: GripperDescription,
+    measurements: list[Measurements],
+    options: CommandOptions,
+    as_json: bool,
+) -> CommandResult:
+    """Fit and print; radii that cannot be gripped do not stop the rest."""
+    from spiral_gripper.bench.command import run_command
+    from spiral_gripper.cli.output import print_json
+
+    result, level = run_command(description, measurements, options), options.level
+    if as_json:
+        from spiral_gripper.bench.report import calibration_as_dict
+
+        document = calibration_as_dict(result.choice, level, result.cross_validation)
+        refusals = [_told(error) for error in result.refusals]
+        answers = {"pressures": result.pressures, "refusals": refusals}
+        print_json({**document, "warnings": result.warnings, **answers})
+        return result
+    from spiral_gripper.bench.report import radius_lines, report_lines
+
+    click.echo("\n".join(report_lines(result.choice, level, result.cross_validation)))
+    for warning in result.warnings:
+        click.echo(f"warning: {warning}")
+    for line in radius_lines(result.pressures, level):
+        click.echo(line)
+    return result
 
 
 def _write_curve(
@@ -218,7 +232,7 @@ def _write_curve(
     return 0
 
 
-def _refuse_beside_curve(options: CommandOptions, plot: Path | None) -> None:
+def _refuse_beside_curve(options: CommandOptions, plot: Path | None, report: Path | None) -> None:
     """Refuse options of a fit where nothing is fitted."""
     given = {
         "--law": options.laws,
@@ -228,6 +242,7 @@ def _refuse_beside_curve(options: CommandOptions, plot: Path | None) -> None:
         "--radius": options.radii,
         "--draws": options.draws,
         "--plot": plot,
+        "--report": report,
     }
     for name, value in given.items():
         if value:

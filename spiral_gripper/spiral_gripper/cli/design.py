@@ -58,6 +58,11 @@ def design(
         from spiral_gripper.reports.tables import print_report
 
         print_report(result, Console())
+    if result.design is not None:
+        from spiral_gripper.files.doubts import THIN_WALL, doubts_of_size
+
+        for doubt in doubts_of_size(result.design.tube, THIN_WALL):
+            click.echo(f"warning: {doubt}", err=True)
     if save is not None:
         _save(result, save)
     if plot is not None:

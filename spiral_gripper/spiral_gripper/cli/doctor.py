@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.argument("gripper", metavar="[GRIPPER]", required=False)
 @json_option
 def doctor(gripper: str | None, as_json: bool) -> int:
-    """Check the installation, the grippers and ROS 2; say what is wrong and what mends it.
+    """Check the installation, the grippers and ROS 2; report what is wrong and how to fix it.
 
     GRIPPER is the name of a shipped gripper or the path of a description file; without it all
     shipped ones are checked. Kernels that are not compiled yet are compiled. Nothing else is

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands ``shape`` and ``wrap``: what one gripper does."""
+"""The commands ``shape``, ``wrap`` and ``grip``: what one gripper does."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +13,10 @@ import click
 
 from spiral_gripper.cli.requirement import gravity_from
 from spiral_gripper.cli.types import (
+    FORCE,
     LENGTH,
+    MASS,
+    NUMBER,
     PRESSURE,
     gripper_argument,
     json_option,
@@ -52,10 +57,10 @@ def shape(
 
         print_json(shape_as_dict(solved))
     else:
-        _print_rows(title, shape_rows(solved))
+        print_rows(title, shape_rows(solved))
     if plot is not None:
         from spiral_gripper.cli.output import write_picture
-        from spiral_gripper.reports.plots import shape_figure
+        from spiral_gripper.reports.shape_plots import shape_figure
 
         write_picture(shape_figure(solved.state, solved.gripper.tube.outer_radius, title), plot)
 
@@ -122,12 +127,102 @@ def wrap(
 
         print_json(document)
     else:
-        _print_rows(mount.name, rows)
+        print_rows(mount.name, rows)
     if plot is not None:
         from spiral_gripper.cli.output import write_picture
-        from spiral_gripper.reports.plots import shape_figure
+        from spiral_gripper.reports.shape_plots import shape_figure
 
         write_picture(shape_figure(state, mount.tube.outer_radius, title, placement), plot)
+
+
+@click.command()
+@gripper_argument
+@click.option("--radius", type=LENGTH, metavar="LENGTH", help="Radius of a cylinder.")
+@click.option(
+    "--profile",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Instead: a CSV file of the object's radius along its axis, with units in its header: "
+    "position [mm], radius [mm].",
+)
+@click.option(
+    "--friction",
+    type=NUMBER,
+    metavar="MU",
+    help="Between tube and object; by default the gripper file's, or 0.3.",
+)
+@click.option(
+    "--frictionless-closing",
+    is_flag=True,
+    help="Let friction act only once the gripper is closed: the best case.",
+)
+@click.option("--every-direction", is_flag=True, help="Sideways, twists and along gravity too.")
+@click.option("--payload", type=MASS, metavar="MASS", help="Mass of the object to carry.")
+@click.option(
+    "--force-max", type=FORCE, metavar="FORCE", help="Greatest sum of normal forces on the object."
+)
+@mount_options
+@json_option
+@plot_option
+def grip(
+    gripper: str,
+    radius: float | None,
+    profile: Path | None,
+    friction: float | None,
+    frictionless_closing: bool,
+    every_direction: bool,
+    payload: float | None,
+    force_max: float | None,
+    as_json: bool,
+    plot: Path | None,
+    **options: object,
+) -> int:
+    """Print the pressures at which GRIPPER holds an object, and the forces that it holds.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file. The object lies in
+    the coil, along --object-axis or along the coil's own direction, and the pressure rises slowly.
+    Forces are computed by moving the object until it slips, with contact and friction. Exit code 1:
+    no pressure carries the payload within the greatest force.
+    """
+    if (radius is None) == (profile is None):
+        raise click.UsageError("give either --radius or --profile")
+    if friction is not None and not 0.0 <= friction <= 10.0:
+        raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
+    from spiral_gripper.reports.grip_document import (
+        GripQuestion,
+        grip_as_dict,
+        grip_rows,
+        solve_question,
+    )
+
+    mount = mounted(described(gripper).gripper, options)
+    if payload is not None and not any(mount.gravity):
+        raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
+    question = GripQuestion(
+        mount, radius, profile, friction, frictionless_closing, every_direction, payload, force_max
+    )
+    with _progress(as_json) as progress:
+        solved = solve_question(question, progress)
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json(grip_as_dict(solved))
+    else:
+        from rich.console import Console
+
+        from spiral_gripper.reports.grip_document import print_forces
+        from spiral_gripper.reports.tables import print_rows
+
+        console = Console()
+        print_rows(f"{mount.name}, will it hold?", grip_rows(solved), console)
+        print_forces(solved, console)
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.grip_plots import grip_figure
+
+        what = f"radius {typed('radius')}" if radius is not None else str(profile)
+        write_picture(grip_figure(solved.grip, f"{mount.name} on {what}"), plot)
+    return 0 if solved.refusal is None else 1
 
 
 def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:
@@ -170,9 +265,22 @@ def require_pressure(description: GripperDescription, pressure: float) -> None:
         )
 
 
-def _print_rows(title: str, rows: list[tuple[str, str]]) -> None:
+def print_rows(title: str, rows: list[tuple[str, str]]) -> None:
+    """Print names and figures in two columns."""
     from rich.console import Console
 
-    from spiral_gripper.reports.tables import print_rows
+    from spiral_gripper.reports import tables
 
-    print_rows(title, rows, Console())
+    tables.print_rows(title, rows, Console())
+
+
+@contextmanager
+def _progress(as_json: bool) -> Iterator[Callable[[int, int], None] | None]:
+    """Show a bar on standard error, but not beside JSON."""
+    if as_json:
+        yield None
+        return
+    from spiral_gripper.cli.workers import progress_bar
+
+    with progress_bar("closing, then pulling") as moved:
+        yield moved

@@ -42,8 +42,11 @@ COMMANDS: Final = MappingProxyType(
         "design": _Entry("design", "From objects and limits to a gripper one can build."),
         "shape": _Entry("gripper", "The shape of a gripper at a pressure."),
         "wrap": _Entry("gripper", "The pressure that wraps an object, and how it holds it."),
+        "grip": _Entry("gripper", "Will it hold? Window of pressures and holding forces."),
+        "close": _Entry("closing.close", "How fast may it close? The grip in true time."),
         "calibrate": _Entry("calibrate", "From bench measurements to calibrated constants."),
         "grippers": _Entry("grippers", "Gripper files: list, show and check them."),
+        "winding-sheet": _Entry("model", "How to cut and wind a tube, with a template."),
         "model": _Entry("model", "Collision spheres and swept volume, for a robot's URDF."),
         "sweep": _Entry("sweep", "Feasibility map and Pareto set of many designs."),
         "chart": _Entry("chart", "Charts: design space, effect of gravity, regimes."),
@@ -74,7 +77,7 @@ class LazyGroup(Group):
         if entry is None:
             return None
         command: click.Command = getattr(
-            import_module(f"spiral_gripper.cli.{entry.module}"), cmd_name
+            import_module(f"spiral_gripper.cli.{entry.module}"), cmd_name.replace("-", "_")
         )
         return command
 

@@ -1,14 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``model``: a gripper as a part of a robot's description."""
+"""The commands ``model`` and ``winding-sheet``: a gripper for a robot, and for the workshop."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
 import click
 
-from spiral_gripper.cli.gripper import described, mounted
-from spiral_gripper.cli.types import LENGTH, YAML_FILE, gripper_argument, mount_options
+from spiral_gripper.cli.gripper import described, mounted, print_rows
+from spiral_gripper.cli.types import (
+    LENGTH,
+    YAML_FILE,
+    Suffixed,
+    gripper_argument,
+    mount_options,
+    typed,
+)
+
+SHEET_FILE: Final = Suffixed((".pdf", ".svg"))
 
 
 @click.command()
@@ -18,9 +28,9 @@ from spiral_gripper.cli.types import LENGTH, YAML_FILE, gripper_argument, mount_
 )
 @mount_options
 @click.option(
-    "--output", "-o", type=YAML_FILE, metavar="FILE", help="A .yaml file.  [default: printed]"
+    "--save", type=YAML_FILE, metavar="FILE", help="Write it to a .yaml file.  [default: printed]"
 )
-def model(gripper: str, radius: float, output: Path | None, **options: object) -> None:
+def model(gripper: str, radius: float, save: Path | None, **options: object) -> None:
     """Print the swept volume and the collision spheres of GRIPPER, for its URDF.
 
     GRIPPER is the name of a shipped gripper or the path of a description file. The file is read by
@@ -31,8 +41,40 @@ def model(gripper: str, radius: float, output: Path | None, **options: object) -
     from spiral_gripper.reports.robot_model import model_as_yaml, solve_model
 
     text = model_as_yaml(solve_model(mounted(described(gripper).gripper, options), radius))
-    if output is None:
+    if save is None:
         click.echo(text, nl=False)
     else:
-        write_file(output, text)
-        say_written(output)
+        write_file(save, text)
+        say_written(save)
+
+
+@click.command("winding-sheet")
+@gripper_argument
+@click.option(
+    "--end-allowance",
+    type=LENGTH,
+    metavar="LENGTH",
+    default="20 mm",
+    show_default=True,
+    help="Tube that plug and fitting take up at each end.",
+)
+@click.option("--save", type=SHEET_FILE, metavar="FILE", help="Write the template, .pdf or .svg.")
+def winding_sheet(gripper: str, end_allowance: float, save: Path | None) -> None:
+    """Print cut length, pitches and fiber lengths of GRIPPER, and write a template to wind by.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file. The template shows
+    the fibers on the unrolled tube in true size: print it at 100 %, lay it around the tube.
+    """
+    from spiral_gripper.reports.tables import winding_rows
+
+    if end_allowance < 0.0:
+        raise click.UsageError(f"--end-allowance {typed('end_allowance')} is below 0")
+    description = described(gripper)
+    name, actuator = description.gripper.name, description.actuator
+    print_rows(name, winding_rows(actuator, end_allowance))
+    if save is not None:
+        from spiral_gripper.cli.output import say_written
+        from spiral_gripper.reports.winding_sheet import write_winding_sheet
+
+        write_winding_sheet(actuator, name, end_allowance, save)
+        say_written(save)

@@ -27,7 +27,7 @@ def say_written(path: Path) -> None:
 
 def write_picture(figure: Figure, path: Path) -> None:
     """Write a picture to a file, and say so."""
-    from spiral_gripper.reports.plots import save_figure
+    from spiral_gripper.reports.style import save_figure
 
     save_figure(figure, path)
     say_written(path)

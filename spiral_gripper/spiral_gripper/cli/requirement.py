@@ -11,8 +11,10 @@ import click
 from spiral_gripper.cli.types import (
     FIBER_ANGLE,
     LENGTH,
+    MASS,
     NUMBER,
     PRESSURE,
+    SINGLE_FIBER_ANGLE,
     mount_options,
     turns_option,
     typed,
@@ -61,6 +63,14 @@ _OPTIONS: Final = (
         metavar="ANGLE",
         help="Angle of the first family. [default: 88 deg]",
     ),
+    click.option(
+        "--gamma",
+        "gammas",
+        type=SINGLE_FIBER_ANGLE,
+        multiple=True,
+        metavar="ANGLE",
+        help="Angle of the single fiber; of several the best is chosen. [default: 0 deg, straight]",
+    ),
     turns_option,
     click.option(
         "--object-length", type=LENGTH, metavar="LENGTH", help="Length the objects offer."
@@ -69,6 +79,19 @@ _OPTIONS: Final = (
     click.option("--pressure-max", type=PRESSURE, metavar="PRESSURE", help="Largest pressure."),
     click.option(
         "--strain-max", type=NUMBER, metavar="NUMBER", help="Largest axial strain: 0.3 is 30 %."
+    ),
+    click.option(
+        "--payload",
+        type=MASS,
+        metavar="MASS",
+        help="Mass of each object, to be carried twice over; computed with contact.",
+    ),
+    click.option(
+        "--friction",
+        "friction_coefficient",
+        type=NUMBER,
+        metavar="MU",
+        help="Between tube and objects, for --payload. [default: 0.3]",
     ),
     click.option(
         "--end-allowance",
@@ -102,6 +125,7 @@ def requirement_from(options: dict[str, Any]) -> DesignRequirement:
         InvalidInputError: a value is out of its range.
     """
     from spiral_core.design.requirement import DesignRequirement, Preference
+    from spiral_gripper.files.doubts import doubts_of_size
     from spiral_gripper.files.tubing import load_tubing, parse_tube_size
 
     tubing = load_tubing(options.pop("tubing"))
@@ -112,13 +136,14 @@ def requirement_from(options: dict[str, Any]) -> DesignRequirement:
         for name, value in (
             ("fiber_angles_beta", options.pop("betas")),
             ("fiber_angle_alpha", options.pop("alpha")),
+            ("fiber_angles_gamma", options.pop("gammas")),
             ("turns_required", options.pop("turns")),
             *((name, options.pop(name)) for name in _LIMITS),
             *_mount(options),
         )
         if value not in (None, ())
     }
-    return DesignRequirement(
+    requirement = DesignRequirement(
         radius_min=options.pop("radius_min"),
         radius_max=options.pop("radius_max"),
         tubes=sizes or tubing.sizes,
@@ -126,9 +151,21 @@ def requirement_from(options: dict[str, Any]) -> DesignRequirement:
         preference=Preference[preference],
         **given,
     )
+    typed_doubts = [doubt for size in sizes for doubt in doubts_of_size(size)]
+    for doubt in (*tubing.doubts, *typed_doubts):
+        click.echo(f"warning: {doubt}", err=True)
+    return requirement
 
 
-_LIMITS: Final = ("object_length", "length_max", "pressure_max", "strain_max", "end_allowance")
+_LIMITS: Final = (
+    "object_length",
+    "length_max",
+    "pressure_max",
+    "strain_max",
+    "end_allowance",
+    "payload",
+    "friction_coefficient",
+)
 
 
 def _mount(options: dict[str, Any]) -> tuple[tuple[str, Any], ...]:

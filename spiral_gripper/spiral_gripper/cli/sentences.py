@@ -27,7 +27,10 @@ _OPTIONS: Final = {
     "fiber_angle_alpha": "alpha",
     "fiber_angles_beta": "beta",
     "betas": "beta",
+    "fiber_angles_gamma": "gamma",
+    "gammas": "gamma",
     "radii": "radius",
+    "friction_coefficient": "friction",
 }
 # Larger than this in the usual unit, a number is easier to read in SI.
 _LONGEST: Final = 1e5
@@ -110,12 +113,10 @@ def _not_grippable(
 ) -> str:
     asked = _typed(error.radius, givens) or shown_in(error.radius, "m", units)
     constraint = _in_units(error.constraint, units)
-    nearest = (
-        "no radius can be gripped"
-        if error.nearest_radius is None
-        else f"the nearest radius that can is {_inward(error, units)}"
-    )
-    return f"an object of radius {asked} cannot be gripped: {constraint}; {nearest}"
+    text = f"an object of radius {asked} cannot be gripped: {constraint}"
+    if error.nearest_radius is None:
+        return text
+    return f"{text}; the nearest radius that can is {_inward(error, units)}"
 
 
 def _invalid(

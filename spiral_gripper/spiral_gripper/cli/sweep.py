@@ -14,7 +14,14 @@ import click
 
 from spiral_gripper.cli.group import Group
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
-from spiral_gripper.cli.types import LENGTH, Decorated, json_option, plot_option
+from spiral_gripper.cli.types import (
+    LENGTH,
+    NUMBER,
+    Decorated,
+    json_option,
+    plot_option,
+    unit_vector,
+)
 
 MOST_ANGLES = 181
 MOST_JOBS = 1024
@@ -69,6 +76,8 @@ def feasibility(
     betas = given or (math.radians(40.0), math.radians(85.0))
     if not min(betas) < max(betas):
         raise click.UsageError("give --beta twice, the first and the last angle, or not at all")
+    if len(cast("tuple[float, ...]", options["gammas"])) > 1:
+        raise click.UsageError("give --gamma once at most: map varies --beta and the tube")
     if options["tubes"]:
         raise click.UsageError(
             "--tube does not go with map, which varies the tube: give --tube-radius-min, "
@@ -141,6 +150,69 @@ def pareto(
         from spiral_gripper.reports.plots import pareto_figure
 
         write_picture(pareto_figure(points, best), plot)
+
+
+@sweep.command()
+@click.argument("grippers", metavar="GRIPPER...", nargs=-1, required=True)
+@click.option("--radius", "radii", type=LENGTH, multiple=True, required=True, metavar="LENGTH")
+@click.option(
+    "--friction", "frictions", type=NUMBER, multiple=True, metavar="MU", help="[default: 0.3]"
+)
+@click.option(
+    "--gravity-direction",
+    "directions",
+    type=NUMBER,
+    nargs=3,
+    multiple=True,
+    metavar="X Y Z",
+    help="A mount, in the base frame: 1 0 0 hangs. [default: the grippers' own]",
+)
+@click.option(
+    "--results",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="A .jsonl file that gets a line for each grip; what it has already is not solved again.",
+)
+@worker_options
+@json_option
+def grips(
+    grippers: tuple[str, ...],
+    radii: tuple[float, ...],
+    frictions: tuple[float, ...],
+    directions: tuple[tuple[float, float, float], ...],
+    results: Path | None,
+    jobs: int | None,
+    scheduler: str | None,
+    as_json: bool,
+) -> None:
+    """Close every GRIPPER on every object, with every friction and mount.
+
+    Options may be repeated. Forces are at each grip's recommended pressure, closed slowly.
+    """
+    if any(not 0.0 <= friction <= 10.0 for friction in frictions):
+        raise click.UsageError("--friction must be from 0 to 10")
+    from spiral_core.grip.study import grip_cases, solve_cases
+    from spiral_core.wrap.gripper import DEFAULT_FRICTION, STANDARD_GRAVITY
+    from spiral_gripper.cli.gripper import described
+    from spiral_gripper.reports.grip_study import StudyFile, case_as_dict, print_outcomes
+
+    mounts = [unit_vector("--gravity-direction", direction) for direction in directions]
+    gravities = [
+        (STANDARD_GRAVITY * x, STANDARD_GRAVITY * y, STANDARD_GRAVITY * z) for x, y, z in mounts
+    ]
+    designs = [described(name).gripper for name in grippers]
+    cases = grip_cases(designs, radii, frictions or (DEFAULT_FRICTION,), gravities or None)
+    store = StudyFile(results, cases)
+    with _workers(jobs, scheduler) as executor, _progress(as_json) as progress:
+        outcomes = solve_cases(cases, executor, progress, known=store.known, keep=store.keep)
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json([case_as_dict(*pair) for pair in zip(cases, outcomes, strict=True)])
+    else:
+        from rich.console import Console
+
+        print_outcomes(cases, outcomes, Console())
 
 
 def _workers(jobs: int | None, scheduler: str | None) -> AbstractContextManager[Executor | None]:

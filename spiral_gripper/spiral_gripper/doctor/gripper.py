@@ -63,9 +63,9 @@ class KernelCache:
     @classmethod
     def here(cls) -> KernelCache:
         """Return the state of this installation's cache."""
-        caches = [kernel._cache for kernel in _kernels()]
-        current = sum(bool(cache._cache_file._load_index()) for cache in caches)
-        return cls(len(caches), current, Path(caches[0].cache_path))
+        kernels = list(_kernels())
+        current = sum(_is_kept(kernel) for kernel in kernels)
+        return cls(len(kernels), current, Path(kernels[0].stats.cache_path))
 
 
 def check_cache(facts: Facts, cache: KernelCache | None = None) -> Finding:
@@ -162,3 +162,10 @@ def _kernels() -> Iterator[Any]:
                 continue
             if value.targetoptions.get("inline") != "always":  # else never compiled on its own
                 yield value
+
+
+def _is_kept(kernel: Any) -> bool:  # noqa: ANN401 - numba's dispatchers are untyped
+    """Return whether the machine code of a kernel, as it is now, is kept on disk."""
+    source, name = Path(kernel.py_func.__code__.co_filename), kernel.py_func.__qualname__
+    kept = Path(kernel.stats.cache_path).glob(f"*.{name}-*.nbi")
+    return any(index.stat().st_mtime >= source.stat().st_mtime for index in kept)

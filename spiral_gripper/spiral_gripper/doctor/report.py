@@ -67,7 +67,7 @@ def print_verdict(answers: Sequence[Answer], console: Console) -> None:
 
 
 def has_problem(answers: Iterable[Answer]) -> bool:
-    """Return whether anything must be mended."""
+    """Return whether anything must be fixed."""
     return any(answer.finding.mark is Mark.PROBLEM for answer in answers)
 
 

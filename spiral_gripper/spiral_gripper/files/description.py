@@ -24,6 +24,7 @@ from spiral_core import (
     Tube,
     gripper_from_actuator,
 )
+from spiral_core.brief import brief_repr
 from spiral_core.validation import require_non_negative, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, stiffness_from_actuator
 from spiral_gripper.files.catalog import find_description, read_description_text
@@ -68,6 +69,8 @@ class GripperDescription:
         written: what the file says in its fields, by dotted name, as it is written there.
         doubts: values that nobody means, most likely; a line each, with its place in the file.
     """
+
+    __repr__ = brief_repr
 
     source: Path
     description: str

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 
-from spiral_core import Actuator
-from spiral_gripper.files.document import Document
+from spiral_core import Actuator, HyperelasticLaw
+from spiral_core.design.requirement import TubeSize
+from spiral_gripper.files.document import Document, Entry
 
 # Bores from a hypodermic tube's to a fire hose's [m].
 BORES = (1.0e-4, 0.1)
@@ -27,8 +29,49 @@ def doubts_of(document: Document, actuator: Actuator, density: float) -> tuple[s
         actuator: what they describe.
         density: of the elastomer [kg/m^3].
     """
+    tube = actuator.tube
+    named = [(f"tube.{k}", v) for k, v in _of_size(tube.inner_radius, tube.wall_thickness)]
+    return _placed(document, [*named, *_of_material(actuator.material, density)])
+
+
+def doubts_of_tubing(
+    document: Document,
+    sizes: Sequence[tuple[Entry, TubeSize]],
+    law: HyperelasticLaw,
+    density: float,
+) -> tuple[str, ...]:
+    """Return the same for a tubing file.
+
+    Args:
+        document: the file's entries.
+        sizes: on offer, with their entries.
+        law: of the elastomer.
+        density: of the elastomer [kg/m^3].
+    """
+    found = [
+        f"{document.file}:{item.line}:{item.column}: {doubt}"
+        for item, size in sizes
+        for doubt in doubts_of_size(size)
+    ]
+    return (*_placed(document, list(_of_material(law, density))), *found)
+
+
+def doubts_of_size(size: TubeSize, thin_wall: float = math.inf) -> tuple[str, ...]:
+    """Return a sentence for each of a tube's dimensions that is most likely not meant.
+
+    Args:
+        size: of the tube.
+        thin_wall: ratio of wall to bore radius above which a wall counts as thick; a list may well
+            offer such tubes, but the one that is taken is in doubt above :data:`THIN_WALL`.
+    """
+    doubts = _of_size(size.inner_radius, size.wall_thickness, thin_wall)
+    return tuple(f"{name} of {size.name} {doubt}" for name, doubt in doubts)
+
+
+def _placed(document: Document, doubts: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Return doubts about fields as lines with their place and what is written there."""
     found = []
-    for name, doubt in _doubts(actuator, density):
+    for name, doubt in doubts:
         entry = document.entries.get(name)
         place = entry or document.sections[name]
         value = "" if entry is None else f" {entry.raw}"
@@ -36,17 +79,23 @@ def doubts_of(document: Document, actuator: Actuator, density: float) -> tuple[s
     return tuple(found)
 
 
-def _doubts(actuator: Actuator, density: float) -> Iterator[tuple[str, str]]:
-    """Yield the fields in doubt, and why."""
-    tube, modulus = actuator.tube, actuator.material.small_strain_modulus
-    if not BORES[0] <= tube.inner_radius <= BORES[1]:
-        yield "tube.inner_radius", "is not between 0.1 mm and 100 mm; check its unit"
-    ratio = tube.wall_thickness / tube.inner_radius
+def _of_size(
+    inner_radius: float, wall_thickness: float, thin_wall: float = THIN_WALL
+) -> Iterator[tuple[str, str]]:
+    """Yield which of a tube's dimensions [m] are in doubt, and why."""
+    if not BORES[0] <= inner_radius <= BORES[1]:
+        yield "inner_radius", "is not between 0.1 mm and 100 mm; check its unit"
+    ratio = wall_thickness / inner_radius
     if ratio > THICK_WALL:
-        yield "tube.wall_thickness", f"is {ratio:.3g} times the bore radius; check both units"
-    elif ratio > THIN_WALL:
+        yield "wall_thickness", f"is {ratio:.3g} times the bore radius; check both units"
+    elif ratio > thin_wall:
         thin = f"the model takes one strain for the whole wall, which holds up to {THIN_WALL:g}"
-        yield "tube.wall_thickness", f"is {ratio:.2g} of the bore radius: {thin}; calibrate it"
+        yield "wall_thickness", f"is {ratio:.2g} of the bore radius: {thin}; calibrate it"
+
+
+def _of_material(law: HyperelasticLaw, density: float) -> Iterator[tuple[str, str]]:
+    """Yield what of a material is in doubt, and why."""
+    modulus = law.small_strain_modulus
     if not MODULI[0] <= modulus <= MODULI[1]:
         found = f"has a Young's modulus of {modulus * 1e-6:.3g} MPa; elastomers have 0.01 to 20 MPa"
         yield "material", f"{found}; check the units of its constants"

@@ -13,6 +13,7 @@ from spiral_core.design.requirement import Elastomer, TubeSize
 from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.catalog import TUBING, find_description, read_description_text
 from spiral_gripper.files.document import Document, Entry, read_document
+from spiral_gripper.files.doubts import doubts_of_tubing
 from spiral_gripper.files.errors import Complaint
 from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS, constants_of
 from spiral_gripper.files.units import Dimension, parse_quantity
@@ -40,12 +41,14 @@ class Tubing:
         name: of the material, as reports call it.
         sizes: tubes on offer.
         elastomer: what they are made of.
+        doubts: values that nobody means, most likely; a line each, with its place in the file.
     """
 
     source: Path
     name: str
     sizes: tuple[TubeSize, ...]
     elastomer: Elastomer
+    doubts: tuple[str, ...] = ()
 
 
 def available_tubing() -> tuple[str, ...]:
@@ -100,7 +103,9 @@ def parse_tubing(text: str, source: Path) -> Tubing:
         complain_of_argument(document, error)
         document.raise_problems()
         raise
-    return Tubing(source, elastomer.name, sizes, elastomer)
+    offered = tuple(size for _, size in sizes)
+    doubts = doubts_of_tubing(document, sizes, elastomer.law, elastomer.density)
+    return Tubing(source, elastomer.name, offered, elastomer, doubts)
 
 
 def parse_tube_size(text: str) -> TubeSize:
@@ -129,8 +134,8 @@ def parse_tube_size(text: str) -> TubeSize:
         ) from None
 
 
-def _read_sizes(document: Document) -> tuple[TubeSize, ...]:
-    """Return the sizes that a document lists; what is wrong with one is noted in its place."""
+def _read_sizes(document: Document) -> tuple[tuple[Entry, TubeSize], ...]:
+    """Return the sizes that a document lists, each with its entry; what is wrong is noted."""
     entry = document.entries.get(_SIZES)
     if entry is None:
         return ()
@@ -138,8 +143,8 @@ def _read_sizes(document: Document) -> tuple[TubeSize, ...]:
         document.complain(
             Complaint.WRONG, _SIZES, entry, f"a list of {SIZE_REQUIREMENT}", entry.raw
         )
-    sizes = (_read_size(document, item) for item in entry.items)
-    return tuple(size for size in sizes if size is not None)
+    sizes = ((item, _read_size(document, item)) for item in entry.items)
+    return tuple((item, size) for item, size in sizes if size is not None)
 
 
 def _read_size(document: Document, item: Entry) -> TubeSize | None:

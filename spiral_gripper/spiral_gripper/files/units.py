@@ -64,6 +64,10 @@ class Dimension(Enum):
     ACCELERATION = ("acceleration", "m/s^2", "9.81 m/s^2", ("m/s^2", "standard_gravity"))
     FLEXURAL_STIFFNESS = ("stiffness", "N m^2", "2e-4 N m^2", ("N m^2", "N mm^2"))
     CURVATURE = ("curvature", "rad/m", "20 rad/m", ("rad/m", "deg/m"))
+    MASS = ("mass", "kg", "200 g", ("g", "kg", "lb", "oz"))
+    FORCE = ("force", "N", "2 N", ("N", "mN", "kN", "lbf", "gram_force"))
+    TIME = ("time", "s", "2 s", ("s", "ms", "min"))
+    PRESSURE_RATE = ("pressure rate", "Pa/s", "20 kPa/s", ("kPa/s", "psi/s", "bar/s", "Pa/s"))
     MASS_PER_LENGTH = ("mass per length", "kg/m", "1.5 g/m", ("g/m", "kg/m"))
 
     def __init__(

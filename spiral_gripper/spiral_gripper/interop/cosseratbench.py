@@ -2,7 +2,7 @@
 """The rod solver as a solver of cosseratbench, a benchmark of rod simulators.
 
 Its entry point is ``spiral``, as in ``cosseratbench run catenary --solver spiral``.
-Scenarios of one rod in static equilibrium are answered: ends free, pinned or clamped, loads at the
+Scenarios of one rod are answered, at rest or in motion: ends free, pinned or clamped, loads at the
 ends, cylinders and planes with friction. Everything else is declared unsupported. Rods bend, twist
 and stretch but do not shear, and friction acts at the centerline, as the references of these
 scenarios have it: with friction at its surface the capstan's rope slides at 0.95 to 0.99 of theirs.
@@ -21,6 +21,7 @@ from cosseratbench.solver import Diverged
 from numpy.typing import NDArray
 
 from spiral_core import (
+    UNDAMPED,
     Clamped,
     ContactProblem,
     ContactState,
@@ -28,6 +29,8 @@ from spiral_core import (
     Cylinder,
     ElasticRod,
     Free,
+    Inertia,
+    MotionStatus,
     Obstacle,
     Pinned,
     Plane,
@@ -35,11 +38,14 @@ from spiral_core import (
     RodLoad,
     Section,
     solve_contact,
+    solve_motion,
 )
 
 Array: TypeAlias = NDArray[np.float64]
 # A normal across every element is its own parallel transport; rounding leaves this.
 ACROSS = 1e-9
+# Motion is computed on so many elements for one, and in steps of at most this time [s].
+REFINED, LONGEST_STEP = 2, 0.005
 
 
 class SpiralSolver:
@@ -74,6 +80,8 @@ class SpiralSolver:
         """
         _refuse_unsupported(scenario)
         (rod,) = scenario.rods
+        if not scenario.quasi_static:
+            return _moved(scenario, n_elements, n_frames)
         nodes, directors = rod.nodes(n_elements), _directors(rod, n_elements)
         state = solve_contact(
             problem_of(scenario, nodes, directors), start=nodes, elements=n_elements, throw=False
@@ -92,6 +100,32 @@ class SpiralSolver:
         positions[0], across[0] = nodes, directors
         times = np.linspace(0.0, scenario.duration, n_frames)
         return Trajectory(times, (positions,), (across,))
+
+
+def _moved(scenario: posed.Scenario, n_elements: int, n_frames: int) -> Trajectory:
+    """Return how a rod moves, without damping, on twice as many elements."""
+    (rod,) = scenario.rods
+    count = REFINED * n_elements
+    nodes, directors = rod.nodes(count), _directors(rod, count)
+    problem = problem_of(scenario, nodes, directors)
+    times = np.linspace(0.0, scenario.duration, n_frames)
+    motion = solve_motion(
+        lambda _: problem,
+        Inertia.round(rod.material.density, rod.radius),
+        times.tolist(),
+        damping=UNDAMPED,
+        start=nodes,
+        longest_step=LONGEST_STEP,
+    )
+    if motion.status is not MotionStatus.COMPLETED:
+        raise Diverged(motion.status.value)
+    for frame in motion.frames:
+        _refuse_beyond_the_ends(scenario, frame.state)
+    held = rod.start is posed.EndCondition.CLAMPED
+    across = np.array([_turned(frame.state, directors, held) for frame in motion.frames])
+    kept = across[:, ::REFINED]
+    kept[0] = _directors(rod, n_elements)
+    return Trajectory(times, (motion.positions[:, ::REFINED],), (kept,))
 
 
 def problem_of(scenario: posed.Scenario, nodes: Array, directors: Array) -> ContactProblem:
@@ -129,9 +163,9 @@ def problem_of(scenario: posed.Scenario, nodes: Array, directors: Array) -> Cont
 
 
 def _refuse_unsupported(scenario: posed.Scenario) -> None:
-    """Raise NotImplementedError for what a static solver of one rod does not model."""
-    if not scenario.quasi_static:
-        raise NotImplementedError("dynamics")
+    """Raise NotImplementedError for what a solver of one rod does not model."""
+    if not scenario.quasi_static and scenario.self_contact:
+        raise NotImplementedError("dynamics with contact of a rod with itself")
     if len(scenario.rods) != 1:
         raise NotImplementedError("several rods")
     if any(scenario.rods[0].motion(end) is not None for end in posed.End):

@@ -63,6 +63,7 @@ def design_as_dict(design: Design) -> dict[str, Any]:
         },
         "fiber_angle_alpha": fibers.alpha,
         "fiber_angle_beta": fibers.beta,
+        "fiber_angle_gamma": design.fiber_angle,
         "length": design.length,
         "helix_length": design.helix_length,
         "cut_length": design.cut_length,
@@ -106,6 +107,7 @@ def point_as_dict(point: SweepPoint) -> dict[str, Any]:
         "tube": plain(point.candidate.tube),
         "material": point.candidate.elastomer.name,
         "fiber_angle_beta": point.candidate.fiber_angle_beta,
+        "fiber_angle_gamma": point.candidate.fiber_angle_gamma,
         "feasible": point.feasible,
         "pressure": point.pressure,
         "strain": point.strain,
@@ -145,6 +147,7 @@ def description_text(design: Design, name: str) -> str:
         f"  length: {_in('mm', actuator.tube.length, Dimension.LENGTH)}\n"
         f"fibers:\n  alpha: {_in('deg', actuator.fiber_pair.alpha, Dimension.ANGLE)}\n"
         f"  beta: {_in('deg', actuator.fiber_pair.beta, Dimension.ANGLE)}\n"
+        f"{_single_fiber(design)}"
         f"material:\n  law: {_law_name(design)}\n{constants}"
         f"  density: {_in('kg/m^3', design.elastomer.density, Dimension.DENSITY)}\n"
         f"model:\n  pressure_law: {actuator.pressure_law.value}\n"
@@ -157,6 +160,13 @@ def description_text(design: Design, name: str) -> str:
         f"grip:\n  turns_required: {gripper.turns_required!r}\n"
         + (f"extra_mass_per_length: {extra!r} kg/m\n" if extra > 1e-12 else "")
     )
+
+
+def _single_fiber(design: Design) -> str:
+    """Return the line of a single fiber that is not straight."""
+    if not design.fiber_angle:
+        return ""
+    return f"  single_angles: [{_in('deg', design.fiber_angle, Dimension.ANGLE)}]\n"
 
 
 def _in(unit: str, value: float, dimension: Dimension) -> str:

@@ -3,27 +3,20 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
-from collections.abc import Sequence
 from pathlib import Path
 
 from spiral_core.design.report import DesignReport, DesignStep
 from spiral_gripper.files.storage import write_file
-from spiral_gripper.reports.plots import DPI, design_figure
+from spiral_gripper.reports.page import (
+    PAGE_STYLE,
+    Rows,
+    figure_uri,
+    html_table,
+    markdown_table,
+)
+from spiral_gripper.reports.plots import design_figure
 from spiral_gripper.reports.tables import answer_rows, relaxation_text, shown
-
-_STYLE = """
-body { font-family: sans-serif; max-width: 56em; margin: 2em auto; padding: 0 1em; }
-table { border-collapse: collapse; margin: 0.6em 0; }
-td, th { border: 1px solid #ccc; padding: 0.25em 0.7em; text-align: left; }
-th { background: #f2f2f2; }
-.no { color: #b03020; }
-.ok { color: #207030; }
-img { max-width: 100%; }
-"""
-Rows = Sequence[Sequence[str]]
 
 
 def write_report(report: DesignReport, path: Path) -> None:
@@ -51,12 +44,12 @@ def markdown_report(report: DesignReport) -> str:
     parts.append("")
     for title, header, rows in _sections(report):
         parts.append(f"## {title}\n")
-        parts.append(_markdown_table(header, rows))
-    parts.append(f"![pressure against object radius]({_figure_uri(report)})\n")
+        parts.append(markdown_table(header, rows))
+    parts.append(f"![pressure against object radius]({figure_uri(design_figure(report))})\n")
     for step in report.steps:
         mark = "met" if step.satisfied else "NOT met"
         parts.append(f"## Step {step.number}: {step.title} ({mark})\n\n{step.remark}\n")
-        parts.append(_markdown_table(("quantity", "value"), _figures(step)))
+        parts.append(markdown_table(("quantity", "value"), _figures(step)))
     return "\n".join(parts)
 
 
@@ -66,7 +59,7 @@ def html_report(report: DesignReport) -> str:
     parts = [
         "<!DOCTYPE html>",
         '<html lang="en"><head><meta charset="utf-8">',
-        f"<title>Spiral gripper: design report</title><style>{_STYLE}</style></head><body>",
+        f"<title>Spiral gripper: design report</title><style>{PAGE_STYLE}</style></head><body>",
         "<h1>Spiral gripper: design report</h1>",
         f'<p class="{mark}"><strong>{html.escape(_verdict(report))}</strong></p>',
         f"<p>{html.escape(report.message)}</p>",
@@ -77,14 +70,16 @@ def html_report(report: DesignReport) -> str:
         )
         parts.append(f"<ul>{items}</ul>")
     for title, header, rows in _sections(report):
-        parts.append(f"<h2>{html.escape(title)}</h2>{_html_table(header, rows)}")
-    parts.append(f'<img alt="pressure against object radius" src="{_figure_uri(report)}">')
+        parts.append(f"<h2>{html.escape(title)}</h2>{html_table(header, rows)}")
+    parts.append(
+        f'<img alt="pressure against object radius" src="{figure_uri(design_figure(report))}">'
+    )
     for step in report.steps:
         mark, word = ("ok", "met") if step.satisfied else ("no", "not met")
         title = html.escape(f"Step {step.number}: {step.title}")
         parts.append(f'<h2>{title} <span class="{mark}">({word})</span></h2>')
         parts.append(f"<p>{html.escape(step.remark)}</p>")
-        parts.append(_html_table(("quantity", "value"), _figures(step)))
+        parts.append(html_table(("quantity", "value"), _figures(step)))
     parts.append("</body></html>\n")
     return "\n".join(parts)
 
@@ -121,6 +116,7 @@ def _requirement_rows(report: DesignReport) -> Rows:
     limits = (
         ("object length", wanted.object_length, "m"),
         ("longest gripper", wanted.length_max, "m"),
+        ("payload", wanted.payload, "kg"),
         ("largest pressure", wanted.pressure_max, "Pa"),
         ("largest strain", wanted.strain_max, "1"),
     )
@@ -136,24 +132,3 @@ def _requirement_rows(report: DesignReport) -> Rows:
 
 def _figures(step: DesignStep) -> Rows:
     return [(figure.name, shown(figure.value, figure.unit)) for figure in step.figures]
-
-
-def _figure_uri(report: DesignReport) -> str:
-    """Return the pressure-radius curve as a PNG in a data URI."""
-    buffer = io.BytesIO()
-    design_figure(report).savefig(buffer, format="png", dpi=DPI)
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
-
-
-def _markdown_table(header: Sequence[str], rows: Rows) -> str:
-    lines = ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
-    lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
-    return "\n".join(lines) + "\n"
-
-
-def _html_table(header: Sequence[str], rows: Rows) -> str:
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in header)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
-    )
-    return f"<table><tr>{head}</tr>{body}</table>"

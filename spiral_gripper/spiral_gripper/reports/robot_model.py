@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -101,6 +102,24 @@ def covering_spheres(state: RodState, outer_radius: float) -> Array:
     chord = curvature * float(lengths.max()) ** 2 / 8.0
     radius = math.hypot(outer_radius, outside) + chord
     return np.column_stack((centers, np.full(count, radius)))
+
+
+def model_as_urdf(model: RobotModel) -> str:
+    """Return a URDF of one link: the wrapped tube as spheres, to look at and to keep clear of."""
+    spheres = "".join(
+        f'    <{kind}><origin xyz="{x:.5f} {y:.5f} {z:.5f}"/>'
+        f'<geometry><sphere radius="{radius:.5f}"/></geometry></{kind}>\n'
+        for kind in ("visual", "collision")
+        for x, y, z, radius in model.spheres.tolist()
+    )
+    return (
+        '<?xml version="1.0"?>\n'
+        f"<!-- Around an object of {1e3 * model.object_radius:g} mm, {model.pressure:.0f} Pa; base"
+        f" frame, x along the tube. -->\n"
+        f"<robot name={quoteattr(model.name)}>\n"
+        f'  <link name="gripper_base">\n{spheres}  </link>\n'
+        "</robot>\n"
+    )
 
 
 def model_as_yaml(model: RobotModel) -> str:

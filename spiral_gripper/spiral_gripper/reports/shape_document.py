@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.types import RodState
 from spiral_core.wrap.gripper import Gripper
@@ -21,13 +21,13 @@ class SolvedShape:
     Args:
         gripper: as it is mounted.
         pressure: gauge pressure [Pa].
-        rest_shape: what it would be unloaded.
+        unloaded_shape: what it would be unloaded.
         state: its certified shape.
     """
 
     gripper: Gripper
     pressure: float
-    rest_shape: RestShape
+    unloaded_shape: UnloadedShape
     state: RodState
 
 
@@ -38,14 +38,14 @@ def solve_shape(gripper: Gripper, pressure: float) -> SolvedShape:
         InvalidInputError: the pressure is not in [0, the gripper's ``pressure_max``].
         SolverError: the shape could not be certified.
     """
-    rest = gripper.rest_shape(pressure)
+    rest = gripper.unloaded_shape(pressure)
     state = solve_rod(gripper.rod(rest), gripper.load(rest))
     return SolvedShape(gripper, pressure, rest, state)
 
 
 def shape_rows(shape: SolvedShape) -> list[tuple[str, str]]:
     """Return the figures of a shape as names and texts."""
-    state, rest = shape.state, shape.rest_shape
+    state, rest = shape.state, shape.unloaded_shape
     error = state.discretization_error
     tip = ", ".join(f"{1e3 * float(x):.2f}" for x in state.tip_position)
     return [
@@ -66,7 +66,7 @@ def shape_as_dict(shape: SolvedShape) -> dict[str, Any]:
         "gripper": shape.gripper.name,
         "pressure": shape.pressure,
         "gravity": list(shape.gripper.gravity),
-        **plain(shape.rest_shape),
+        **plain(shape.unloaded_shape),
         "status": plain(state.status),
         "stable": state.stable,
         "folds": state.folds,

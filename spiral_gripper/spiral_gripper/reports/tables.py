@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from spiral_core.actuator.winding import Winding
+from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.winding import Winding, windings_of
 from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.report import Design, DesignReport, DesignStep, Relaxation
 from spiral_core.design.sweep import SweepPoint
@@ -61,7 +62,7 @@ def print_report(report: DesignReport, console: Console) -> None:
 
 def relaxation_text(relaxation: Relaxation) -> str:
     """Return a sufficient change of the requirement in words."""
-    unit = {"strain_max": "1", "pressure_max": "Pa", "turns_required": "1"}.get(
+    unit = {"strain_max": "1", "pressure_max": "Pa", "turns_required": "1", "payload": "kg"}.get(
         relaxation.field, "m"
     )
     return (
@@ -86,7 +87,7 @@ def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> 
     for point in points:
         table.add_row(
             point.candidate.tube.name,
-            shown(point.candidate.fiber_angle_beta, "rad"),
+            point.candidate.angles.removeprefix("beta "),
             "" if point.pressure is None else shown(point.pressure, "Pa"),
             "" if point.strain is None else shown(point.strain, "1"),
             "" if point.length is None else shown(point.length, "m"),
@@ -98,13 +99,14 @@ def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> 
 def answer_rows(design: Design) -> list[tuple[str, str]]:
     """Return what to buy, cut and wind, and what to command, as names and figures."""
     fibers, tube = design.actuator.fiber_pair, design.tube
+    single = shown(design.fiber_angle, "rad") if design.fiber_angle else "straight"
     rows = [
         ("tube", f"{tube.name}, {design.elastomer.name}"),
         (
             "inner radius, wall",
             f"{_mm(tube.inner_radius)}, {_mm(tube.wall_thickness)}",
         ),
-        ("fiber angles", f"{shown(fibers.alpha, 'rad')}, {shown(fibers.beta, 'rad')}, straight"),
+        ("fiber angles", f"{shown(fibers.alpha, 'rad')}, {shown(fibers.beta, 'rad')}, {single}"),
         ("length (helix model)", f"{_mm(design.length)} ({_mm(design.helix_length)})"),
         ("cut length", _mm(design.cut_length)),
     ]
@@ -120,11 +122,38 @@ def answer_rows(design: Design) -> list[tuple[str, str]]:
     roll = (
         "of no matter: gravity is along the tube"
         if design.roll is None
-        else (f"gravity {shown(design.roll, 'rad')} about the tube from the straight fiber")
+        else (f"gravity {shown(design.roll, 'rad')} about the tube from the single fiber")
     )
     rows.append(("roll of the clamp", roll))
     limit = shown(design.gripper.pressure_max, "Pa")
     rows.append(("grips", f"{shown_range(design.radius_min, design.radius_max)} up to {limit}"))
+    return rows
+
+
+def winding_rows(actuator: Actuator, end_allowance: float) -> list[tuple[str, str]]:
+    """Return how to cut and wind an actuator, as names and figures.
+
+    Args:
+        actuator: the actuator.
+        end_allowance: tube that plug and fitting take up at each end [m].
+    """
+    tube = actuator.tube
+    rows = [
+        ("tube, bore x wall", f"{_mm(2.0 * tube.inner_radius)} x {_mm(tube.wall_thickness)}"),
+        ("length between the fittings", _mm(tube.length)),
+        ("cut length", _mm(tube.length + 2.0 * end_allowance)),
+    ]
+    rows += [
+        (f"winding at {shown(w.angle, 'rad')}", _winding_text(w)) for w in windings_of(actuator)
+    ]
+    for fiber in actuator.single_fibers:
+        kind = (
+            "straight fiber"
+            if fiber.angle == 0.0
+            else f"single fiber at {shown(fiber.angle, 'rad')}"
+        )
+        place = f", {shown(fiber.position, 'rad')} around the tube" if fiber.position else ""
+        rows.append((kind, f"fiber {_mm(tube.length / math.cos(fiber.angle))}{place}"))
     return rows
 
 

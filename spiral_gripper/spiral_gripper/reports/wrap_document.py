@@ -83,7 +83,7 @@ def solve_wrap(gripper: Gripper, radius: float, pressure: float | None) -> Solve
         regime = curve.regime(pressure, radius)
         force = line_force(
             gripper.stiffness,
-            gripper.rest_shape(pressure),
+            gripper.unloaded_shape(pressure),
             radius,
             wrap.helix_angle,
             gripper.tube.outer_radius,
@@ -122,7 +122,10 @@ def wrap_rows(solved: SolvedWrap) -> list[tuple[str, str]]:
         ("turns", f"{wrap.turns:.3g}, required {solved.gripper.turns_required:.3g}"),
         ("gripper length they need", _length(wrap.gripper_length_needed)),
         ("object length they cover", _length(wrap.object_length_needed)),
-        ("stretch", "" if wrap.rest_shape.stretch is None else f"{wrap.rest_shape.stretch:.5g}"),
+        (
+            "stretch",
+            "" if wrap.unloaded_shape.stretch is None else f"{wrap.unloaded_shape.stretch:.5g}",
+        ),
         ("object's middle at (x, y, z)", ", ".join(shown(x, "m") for x in placement.center)),
         ("along", "({:.3f}, {:.3f}, {:.3f})".format(*placement.axis)),
         ("free coil off the object by up to", shown(placement.largest_gap, "m")),
@@ -149,7 +152,7 @@ def wrap_as_dict(solved: SolvedWrap) -> dict[str, Any]:
         "turns_required": solved.gripper.turns_required,
         "gripper_length_needed": wrap.gripper_length_needed,
         "object_length_needed": wrap.object_length_needed,
-        "stretch": wrap.rest_shape.stretch,
+        "stretch": wrap.unloaded_shape.stretch,
         "object_axis": list(solved.placement.axis),
         "object_center": list(solved.placement.center),
         "largest_gap": solved.placement.largest_gap,

@@ -41,6 +41,7 @@ class Controls:
             self._radius = self._slider(
                 "object radius [mm]", 2.0, 80.0, 0.1, 1e3 * settings.object_radius
             )
+            self._friction = self._slider("friction", 0.0, 1.5, 0.05, settings.friction)
         with gui.add_folder("Gripper"):
             self._angles = tuple(
                 self._angle(f"fiber angle {name} [deg]", angle, -90.0, 90.0)
@@ -58,7 +59,7 @@ class Controls:
     @property
     def _sliders(self) -> tuple[Slider, ...]:
         return (
-            self.pressure, self._radius, *self._angles, self._length, self._tilt,
+            self.pressure, self._radius, self._friction, *self._angles, self._length, self._tilt,
             self._roll,
         )  # fmt: skip
 
@@ -72,6 +73,7 @@ class Controls:
             tilt=math.radians(self._tilt.value),
             roll=math.radians(self._roll.value),
             gravity=self._gravity,
+            friction=self._friction.value,
         )
 
     def set_pressure(self, pressure: float, pressure_max: float) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the studio hands out: the shape as a table and as surfaces for other programs."""
+"""What the studio hands out: shapes for tables, meshes and robots, and the description file."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ import numpy as np
 import trimesh
 
 from spiral_core.rod.types import RodState
-from spiral_gripper.studio.meshes import tube_mesh
+from spiral_gripper.files.description_text import description_text
+from spiral_gripper.reports.meshes import Solved, tube_mesh
+from spiral_gripper.reports.robot_model import model_as_urdf, model_as_yaml, solve_model
+from spiral_gripper.studio.session import Session
+from spiral_gripper.studio.settings import description_of
 
 
-def shape_csv(state: RodState, outer_radius: float) -> bytes:
-    """Return a shape as CSV, one row for each node, units in the header."""
-    del outer_radius  # a table of the centerline
+def shape_csv(state: RodState) -> bytes:
+    """Return a free shape as CSV, one row for each node, units in the header."""
     columns = np.column_stack(
         (state.arc_lengths, state.positions, state.orientations, state.strains)
     )
@@ -29,24 +32,46 @@ def shape_csv(state: RodState, outer_radius: float) -> bytes:
     return text.getvalue().encode()
 
 
-def shape_stl(state: RodState, outer_radius: float) -> bytes:
-    """Return the tube's surface as binary STL, in meters."""
-    return _exported(state, outer_radius, "stl")
-
-
-def shape_glb(state: RodState, outer_radius: float) -> bytes:
-    """Return the tube's surface as binary glTF, in meters."""
-    return _exported(state, outer_radius, "glb")
-
-
-def _exported(state: RodState, outer_radius: float, kind: str) -> bytes:
-    """Return the tube's surface in a format that trimesh writes."""
+def shape_mesh(state: Solved, outer_radius: float, kind: str) -> bytes:
+    """Return the tube's surface in meters, as ``"stl"`` or ``"glb"``."""
     mesh = tube_mesh(state, outer_radius)
     data = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(file_type=kind)
     return data if isinstance(data, bytes) else str(data).encode()
 
 
-# Suffix -> what writes it.
-FORMATS: Mapping[str, Callable[[RodState, float], bytes]] = MappingProxyType(
-    {"csv": shape_csv, "stl": shape_stl, "glb": shape_glb}
+def png(picture: np.ndarray) -> bytes:
+    """Return a picture (height, width, 3 or 4) of bytes as PNG."""
+    from matplotlib.image import imsave
+
+    content = io.BytesIO()
+    imsave(content, picture, format="png")
+    return content.getvalue()
+
+
+def _mesh(session: Session, kind: str) -> bytes:
+    """Return the surface that is shown: in contact where that is solved."""
+    return shape_mesh(session.shown(), session.gripper.tube.outer_radius, kind)
+
+
+def _model(session: Session, write: Callable[..., str]) -> bytes:
+    """Return the wrapped gripper for a robot's description."""
+    model = solve_model(session.gripper, session.settings.object_radius)
+    return write(model).encode()
+
+
+# Name on the page -> suffix of the file, and what writes it.
+EXPORTS: Mapping[str, tuple[str, Callable[[Session], bytes]]] = MappingProxyType(
+    {
+        "csv": ("csv", lambda session: shape_csv(session.shape())),
+        "stl": ("stl", lambda session: _mesh(session, "stl")),
+        "glb": ("glb", lambda session: _mesh(session, "glb")),
+        "urdf": ("urdf", lambda session: _model(session, model_as_urdf)),
+        "spheres": ("model.yaml", lambda session: _model(session, model_as_yaml)),
+        "gripper file": (
+            "yaml",
+            lambda session: description_text(
+                description_of(session.description, session.settings)
+            ).encode(),
+        ),
+    }
 )

@@ -6,16 +6,22 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import numpy as np
 import viser
 
-from spiral_core import SpiralError
+from spiral_core import RodState, SpiralError
 from spiral_gripper.files.catalog import available_grippers
-from spiral_gripper.files.description import load_description
+from spiral_gripper.files.description import GripperDescription, load_description
 from spiral_gripper.studio.chart import AXES, SERIES, chart_data, chart_scales
 from spiral_gripper.studio.controls import Controls
-from spiral_gripper.studio.exports import FORMATS
-from spiral_gripper.studio.scene import COLORINGS, Scene
+from spiral_gripper.studio.exports import EXPORTS, png
+from spiral_gripper.studio.files import FileFolder
+from spiral_gripper.studio.force_chart import FORCE_AXES, FORCE_SERIES, force_data, force_scales
+from spiral_gripper.studio.pull import FRAMES, pull_frames
+from spiral_gripper.studio.scene import COLORINGS, Scene, node_values
 from spiral_gripper.studio.session import Answer, Session
 from spiral_gripper.studio.settings import settings_of
 from spiral_gripper.studio.words import answer_text
@@ -23,7 +29,9 @@ from spiral_gripper.studio.words import answer_text
 # The approach takes this long, in so many frames a second.
 APPROACH_SECONDS = 4.0
 FRAMES_PER_SECOND = 30
+PULL_SECONDS = 3.0
 START_RADIUS = 0.02  # of the object [m]
+PNG_WIDTH, PNG_HEIGHT = 1600, 1200
 
 
 class Page:
@@ -42,6 +50,7 @@ class Page:
         self._scene = Scene(server)
         self._lock = threading.RLock()  # controls and answers call from several threads
         self._playing = threading.Event()
+        self._folder = TemporaryDirectory(prefix="studio_")  # of the file that is edited
         gui = server.gui
         gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
         names = tuple(dict.fromkeys((gripper, *available_grippers())))
@@ -49,6 +58,7 @@ class Page:
         self._words = gui.add_markdown("")
         self._to_wrap = gui.add_button("Set the wrap pressure")
         self._play = gui.add_button("Play the approach")
+        self._pull = gui.add_button("Play the pull")
         self._chart = gui.add_uplot(
             chart_data(None, START_RADIUS, 0.0),
             SERIES,
@@ -57,8 +67,17 @@ class Page:
             legend={"show": False},
             aspect=1.5,
         )
+        self._forces = gui.add_uplot(
+            force_data(None, 0.0),
+            FORCE_SERIES,
+            axes=FORCE_AXES,
+            scales=force_scales(None, 1e5),
+            legend={"show": False},
+            aspect=1.5,
+        )
         self._coloring = gui.add_dropdown("color", COLORINGS)
-        self._export = gui.add_button_group("export", (*FORMATS, "html"))
+        self._export = gui.add_button_group("export", (*EXPORTS, "html", "png"))
+        self._file = FileFolder(gui, self._load_text)
         self._controls: Controls | None = None
         self._session: Session | None = None
         self._load(gripper)
@@ -66,18 +85,35 @@ class Page:
         self._coloring.on_update(lambda _: self._refresh())
         self._to_wrap.on_click(lambda _: self._set_wrap_pressure())
         self._play.on_click(lambda _: self._approach())
-        self._export.on_click(lambda _: self._hand_out(self._export.value))
+        self._pull.on_click(lambda _: self._pull_away())
+        self._export.on_click(lambda event: self._hand_out(self._export.value, event.client))
 
     def close(self) -> None:
         """End what runs in the background."""
         self._playing.clear()
         if self._session is not None:
             self._session.close()
+        self._folder.cleanup()
 
     def _load(self, gripper: str) -> None:
         """Show another gripper, as its file describes it."""
+        self._show(load_description(gripper))
+
+    def _load_text(self, text: str) -> None:
+        """Show the gripper of an edited or a loaded file.
+
+        Raises:
+            DescriptionError: it cannot be used.
+        """
+        path = Path(self._folder.name) / "edited.yaml"
+        path.write_text(text, encoding="utf-8")
+        self._show(load_description(path))
+
+    def _show(self, description: GripperDescription) -> None:
+        """Show a gripper in place of the present one."""
         with self._lock:
-            description = load_description(gripper)
+            self._playing.clear()
+            self._file.show(description)
             settings = settings_of(description, START_RADIUS)
             if self._controls is not None and self._session is not None:
                 self._controls.remove()
@@ -106,7 +142,6 @@ class Page:
         with self._lock:
             session = self._session
             if session is not None and session.answer is answer and session.current:
-                self._scene.show_object(answer.placement)
                 self._refresh()
 
     def _refresh(self) -> None:
@@ -123,11 +158,24 @@ class Page:
             except SpiralError as error:
                 self._words.content = f"**No shape.** {error}"
                 return
-            self._scene.show_gripper(state, gripper.tube.outer_radius, self._coloring.value)
-            self._scene.show_gravity(settings.gravity_vector)
+            self._draw(session, state, answer)
             self._words.content = answer_text(answer, settings, state)
             self._chart.scales = chart_scales(answer, gripper.pressure_max)
             self._chart.data = chart_data(answer, settings.object_radius, settings.pressure)
+            self._forces.scales = force_scales(answer, gripper.pressure_max)
+            self._forces.data = force_data(answer, settings.pressure)
+
+    def _draw(self, session: Session, state: RodState, answer: Answer | None) -> None:
+        """Draw the coil in contact with a ghost of the free one; where there is none, the free."""
+        gripper, settings = session.gripper, session.settings
+        point, outer = session.contact(), session.gripper.tube.outer_radius
+        shown = state if point is None else point.state
+        pressure = settings.pressure if point is None else point.pressure
+        values = node_values(gripper, pressure, shown, self._coloring.value)
+        self._scene.show_gripper(shown, outer, values)
+        self._scene.show_ghost(None if point is None else state, outer)
+        self._scene.show_gravity(settings.gravity_vector)
+        self._scene.show_object(None if answer is None else answer.object_place())
 
     def _wrap_pressure(self) -> float | None:
         """Return the pressure of the perfect wrap [Pa], where it is known."""
@@ -166,15 +214,45 @@ class Page:
             time.sleep(1.0 / FRAMES_PER_SECOND)
         self._playing.clear()
 
-    def _hand_out(self, kind: str) -> None:
-        """Send the shape, or the whole scene, as a file to those who look."""
+    def _pull_away(self) -> None:
+        """Move the object out of the coil, away from the base; a second click stops it."""
+        session = self._session
+        answer = None if session is None or not session.current else session.answer
+        if self._playing.is_set() or session is None or answer is None or answer.grip is None:
+            self._playing.clear()
+            return
+        self._playing.set()
+        place, outer = answer.object_place(), session.gripper.tube.outer_radius
+        for frame in pull_frames(answer.grip, session.settings.pressure):
+            if not self._playing.is_set():
+                break
+            with self._lock:
+                self._scene.show_gripper(frame.state, outer, None)
+                self._scene.show_object(place, frame.displacement)
+                distance = 1e3 * float(np.linalg.norm(frame.displacement))
+                self._words.content = f"**pulled by {distance:.1f} mm: {frame.force:.2f} N**"
+            time.sleep(PULL_SECONDS / FRAMES)
+        self._playing.clear()
+        time.sleep(PULL_SECONDS / 2.0)
+        self._refresh()
+
+    def _hand_out(self, kind: str, client: viser.ClientHandle | None) -> None:
+        """Send the shape, the picture or the whole scene as a file to those who look."""
+        if self._session is None:
+            return
+        name = self._session.gripper.name
+        if kind == "png" and client is not None:  # asked of the page: no lock that it may wait for
+            picture = client.get_render(PNG_HEIGHT, PNG_WIDTH, transport_format="png")
+            client.send_file_download(f"{name}.png", png(picture), save_immediately=True)
+            return
         with self._lock:
-            if self._session is None:
+            try:
+                if kind == "html":
+                    suffix, content = "html", self._server.scene.as_html().encode()
+                else:
+                    suffix, write = EXPORTS[kind]
+                    content = write(self._session)
+            except SpiralError as error:
+                self._words.content = f"**No {kind}.** {error}"
                 return
-            name = f"{self._session.gripper.name}.{kind}"
-            if kind == "html":
-                content = self._server.scene.as_html().encode()
-            else:
-                gripper = self._session.gripper
-                content = FORMATS[kind](self._session.shape(), gripper.tube.outer_radius)
-            self._server.send_file_download(name, content, save_immediately=True)
+            self._server.send_file_download(f"{name}.{suffix}", content, save_immediately=True)

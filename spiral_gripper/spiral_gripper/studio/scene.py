@@ -8,16 +8,17 @@ import trimesh
 import viser
 from matplotlib import colormaps
 
-from spiral_core import ObjectPlacement, RodState
+from spiral_core import ContactState, Gripper, ObjectPlacement, RodState
 from spiral_core.rod.types import Array, Vector
-from spiral_gripper.studio.meshes import Mesh, tube_mesh, turned_mesh
+from spiral_gripper.reports.meshes import Mesh, Solved, tube_mesh, turned_mesh
 
 TUBE_COLOR = (200, 85, 61)
 OBJECT_COLOR = (123, 167, 180)
 # An object is drawn longer than its contact by this many of its radii at each end.
 OVERHANG = 2.0
 ARROW = 0.06  # [m] gravity at 9.81 m/s^2
-COLORINGS = ("plain", "curvature", "bending moment")
+COLORINGS = ("plain", "contact force", "curvature", "strain", "bending moment")
+GHOST_COLOR = (120, 120, 120)
 
 
 class Scene:
@@ -38,18 +39,31 @@ class Scene:
         self._camera.look_at = (0.4 * length, 0.0, 0.0)
         self._camera.position = (0.2 * length, -1.1 * length, 0.6 * length)
 
-    def show_gripper(self, state: RodState, outer_radius: float, coloring: str) -> None:
-        """Draw the tube, colored by one of :data:`COLORINGS`."""
+    def show_gripper(self, state: Solved, outer_radius: float, values: Array | None) -> None:
+        """Draw the tube, colored by values at its nodes (n,), or in one color."""
         mesh = tube_mesh(state, outer_radius)
-        self._scene.add_mesh_trimesh("/gripper", _colored(mesh, node_values(state, coloring)))
+        self._scene.add_mesh_trimesh("/gripper", _colored(mesh, values))
 
-    def show_object(self, placement: ObjectPlacement | None) -> None:
-        """Draw the object where it is wrapped, or nothing."""
+    def show_ghost(self, state: Solved | None, outer_radius: float) -> None:
+        """Draw the free coil beside the one in contact, or nothing."""
+        if state is None:
+            self._scene.remove_by_name("/free_coil")
+            return
+        mesh = tube_mesh(state, outer_radius)
+        self._scene.add_mesh_simple(
+            "/free_coil", mesh.vertices, mesh.faces, color=GHOST_COLOR, opacity=0.25
+        )
+
+    def show_object(
+        self, placement: ObjectPlacement | None, displacement: Array | None = None
+    ) -> None:
+        """Draw the object where it is wrapped, or moved from there [m]; or nothing."""
         if placement is None:
             self._scene.remove_by_name("/object")
             return
         reach = 0.5 * placement.length + OVERHANG * placement.radius
         center, axis = np.asarray(placement.center), np.asarray(placement.axis)
+        center = center if displacement is None else center + displacement
         ends = np.array((center - reach * axis, center + reach * axis))
         mesh = turned_mesh(ends, np.full(2, placement.radius))
         self._scene.add_mesh_simple(
@@ -67,10 +81,33 @@ class Scene:
         )  # fmt: skip
 
 
-def node_values(state: RodState, coloring: str) -> Array | None:
-    """Return what colors the nodes (n,); None for one color."""
-    vectors = {"curvature": state.strains, "bending moment": state.moments}.get(coloring)
-    return None if vectors is None else np.linalg.norm(vectors[:, 1:], axis=1)
+def node_values(
+    gripper: Gripper, pressure: float, state: RodState | ContactState, coloring: str
+) -> Array | None:
+    """Return what colors the nodes (n,): one of :data:`COLORINGS`; None for one color.
+
+    Args:
+        gripper: whose shape it is.
+        pressure: of the shape [Pa].
+        state: the shape, free or in contact.
+        coloring: contact force [N], curvature [1/m], largest strain of the wall (at the side away
+            from the straight fiber, which does not stretch), bending moment [N m].
+    """
+    if coloring == "contact force":
+        if not isinstance(state, ContactState):
+            return np.zeros(len(state.positions))
+        pressed: Array = state.normal_forces.sum(axis=0)
+        return pressed
+    moment: Array = np.linalg.norm(state.moments[:, 1:], axis=1)
+    if coloring == "bending moment":
+        return moment
+    rest = gripper.unloaded_shape(pressure)
+    towards = rest.curvature + state.moments[:, 2] / gripper.stiffness.bending
+    if coloring == "curvature":
+        total: Array = np.hypot(state.moments[:, 1] / gripper.stiffness.bending, towards)
+        return total
+    strain: Array = 2.0 * gripper.tube.outer_radius * np.abs(towards)
+    return strain if coloring == "strain" else None
 
 
 def _colored(mesh: Mesh, values: Array | None) -> trimesh.Trimesh:

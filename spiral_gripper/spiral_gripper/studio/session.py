@@ -10,7 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spiral_core import (
+    ContactState,
+    Grip,
     Gripper,
+    GripPoint,
+    GripWindow,
     NoCoilError,
     NotGrippableError,
     ObjectPlacement,
@@ -19,7 +23,10 @@ from spiral_core import (
     Wrap,
     WrapCurve,
     WrapRegime,
+    grip_window,
+    lay_into_coil,
     place_object,
+    solve_grip,
     solve_rod,
 )
 from spiral_core.rod.types import Array
@@ -42,6 +49,10 @@ class Answer:
         placement: where the object then lies.
         refusal: why there is no wrap.
         curve: the gripper's wraps; None where it makes no coil.
+        window: the shapes in contact, and the pressures that hold the object; None where that is
+            not known yet, or not so.
+        grip: what it holds at them; likewise.
+        no_grip: why the object is not held, where that is known.
     """
 
     settings: Settings
@@ -51,12 +62,38 @@ class Answer:
     placement: ObjectPlacement | None
     refusal: str
     curve: WrapCurve | None
+    window: GripWindow | None = None
+    grip: Grip | None = None
+    no_grip: str = ""
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether nothing more is being computed."""
+        return self.wrap is None or self.grip is not None or self.no_grip != ""
+
+    def contact_at(self, pressure: float) -> GripPoint | None:
+        """Return the solved contact next to a pressure [Pa]; None where there is none."""
+        if self.window is None or not 0.0 <= pressure <= self.window.top:
+            return None
+        return min(self.window.points, key=lambda point: abs(point.pressure - pressure))
+
+    def object_place(self) -> ObjectPlacement | None:
+        """Return where the object lies: where contact was solved with it, once it was."""
+        if self.window is None or self.placement is None:
+            return self.placement
+        setup = self.window.setup
+        x, y, z = setup.axis.tolist()
+        return replace(self.placement, center=setup.obstacle.position, axis=(x, y, z))
 
     def regime(self, pressure: float) -> WrapRegime | None:
         """Return how a pressure [Pa] holds the object; None where it is not grippable."""
         if self.curve is None or self.wrap is None:
             return None
         return self.curve.regime(pressure, self.settings.object_radius)
+
+
+class _StaleError(Exception):
+    """Nobody asks any more for what is being computed."""
 
 
 class Session:
@@ -82,6 +119,7 @@ class Session:
         self.gripper = gripper_for(description, settings)
         self.answer: Answer | None = None
         self._on_answer = on_answer
+        self._closed = False
         self._state: RodState | None = None
         self._background = ThreadPoolExecutor(1, thread_name_prefix="studio")
         self._pending: Future[None] | None = None
@@ -107,10 +145,20 @@ class Session:
         Raises:
             SolverError: no stable shape was found.
         """
-        shape = self.gripper.rest_shape(self.settings.pressure)
+        shape = self.gripper.unloaded_shape(self.settings.pressure)
         rod, load = self.gripper.rod(shape), self.gripper.load(shape)
         self._state = solve_rod(rod, load, start=self._state, estimate_error=False)
         return self._state
+
+    def contact(self) -> GripPoint | None:
+        """Return the solved contact next to the pressure that is set, where one is known."""
+        known = self.answer if self.current else None
+        return None if known is None else known.contact_at(self.settings.pressure)
+
+    def shown(self) -> RodState | ContactState:
+        """Return the shape to show: in contact where that is known, else the free coil."""
+        point = self.contact()
+        return self.shape() if point is None else point.state
 
     @property
     def current(self) -> bool:
@@ -118,7 +166,8 @@ class Session:
         return self.answer is not None and self.answer.settings == _without_pressure(self.settings)
 
     def close(self) -> None:
-        """End the background's work; what is under way is finished and dropped."""
+        """End the background's work; what is under way is dropped."""
+        self._closed = True
         self._background.shutdown(wait=False, cancel_futures=True)
 
     def _ask(self) -> None:
@@ -129,9 +178,31 @@ class Session:
         self._pending = self._background.submit(self._reply, asked, gripper)
 
     def _reply(self, asked: Settings, gripper: Gripper) -> None:
-        """Compute an answer, in the background."""
-        self.answer = answer_for(asked, gripper)
-        self._on_answer(self.answer)
+        """Compute an answer in the background, part by part, while it is asked for."""
+
+        def give(answer: Answer) -> None:
+            self.answer = answer
+            self._on_answer(answer)
+
+        def go_on(done: int, total: int) -> None:
+            del done, total
+            if self._closed or asked != _without_pressure(self.settings):
+                raise _StaleError
+
+        answer = answer_for(asked, gripper)
+        give(answer)
+        if answer.wrap is None or answer.curve is None:
+            return
+        try:
+            setup = lay_into_coil(gripper, asked.object_radius, curve=answer.curve)
+            window = grip_window(setup, progress=go_on)
+            give(replace(answer, window=window))
+            grip = solve_grip(setup, window=window, progress=go_on)
+            give(replace(answer, window=window, grip=grip))
+        except SpiralError as error:
+            give(replace(self.answer or answer, no_grip=str(error)))
+        except _StaleError:
+            return
 
 
 def answer_for(settings: Settings, gripper: Gripper) -> Answer:

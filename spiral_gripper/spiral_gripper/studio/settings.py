@@ -7,8 +7,9 @@ import math
 from dataclasses import dataclass, replace
 
 from spiral_core import FiberAngles, FreeActuation, Gripper, OneFamily
+from spiral_core.grip.setup import friction_of
 from spiral_core.rod.types import Vector
-from spiral_core.wrap.gripper import STANDARD_GRAVITY
+from spiral_core.wrap.gripper import DEFAULT_FRICTION, STANDARD_GRAVITY
 from spiral_gripper.files.description import GripperDescription
 
 
@@ -25,6 +26,7 @@ class Settings:
         roll: rotation of the mount about that axis [rad]; at 0 a tilt leans towards the straight
             fiber.
         gravity: its magnitude [m/s^2].
+        friction: Coulomb's coefficient between tube and object.
     """
 
     pressure: float
@@ -34,6 +36,7 @@ class Settings:
     tilt: float = 0.0
     roll: float = 0.0
     gravity: float = STANDARD_GRAVITY
+    friction: float = DEFAULT_FRICTION
 
     @property
     def gravity_vector(self) -> Vector:
@@ -59,11 +62,12 @@ def settings_of(description: GripperDescription, object_radius: float) -> Settin
         tilt=math.acos(max(-1.0, min(1.0, gravity[0] / size))) if size > 0.0 else 0.0,
         roll=math.atan2(gravity[2], gravity[1]),
         gravity=size,
+        friction=friction_of(description.gripper, None),
     )
 
 
 def gripper_for(description: GripperDescription, settings: Settings) -> Gripper:
-    """Return the described gripper with the settings' fibers, length and mount.
+    """Return the described gripper with the settings' fibers, length, mount and friction.
 
     A measured curve belongs to the gripper it was measured on: its fibers and its length stay.
 
@@ -87,4 +91,13 @@ def gripper_for(description: GripperDescription, settings: Settings) -> Gripper:
                 actuation=actuation,
                 pressure_max=min(gripper.pressure_max, actuation.pressure_limit),
             )
+    gripper = replace(gripper, friction_coefficient=settings.friction)
     return gripper.with_mount(settings.gravity_vector, gripper.object_axis)
+
+
+def description_of(description: GripperDescription, settings: Settings) -> GripperDescription:
+    """Return the description with the settings in place of its own values, to be saved."""
+    gripper = gripper_for(description, settings)
+    actuation = gripper.actuation
+    actuator = actuation.actuator if isinstance(actuation, FreeActuation) else description.actuator
+    return replace(description, gripper=gripper, actuator=actuator)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a Python program is told of a gripper: results and errors. No ROS."""
+"""Results and errors of the Python client. No ROS."""
 
 from __future__ import annotations
 
@@ -33,6 +33,9 @@ class WrapResult:
         turns: about the object's axis, at the wrap's pressure.
         contact_length: length of gripper that touches [m].
         line_force: normal force on the object per length of gripper [N/m].
+        holding_force_away: force that holds the object against moving along its axis, away from the
+            gripper's base, from contact and friction [N]; None: not known (yet).
+        holding_force_towards: the same towards the base [N].
         elapsed: time from the goal's acceptance to its end [s].
     """
 
@@ -45,6 +48,8 @@ class WrapResult:
     turns: float
     contact_length: float
     line_force: float
+    holding_force_away: float | None
+    holding_force_towards: float | None
     elapsed: float
 
 
@@ -88,3 +93,11 @@ class RequestRefusedError(SpiralError):
 
     def __str__(self) -> str:
         return f"{self.request} is refused: {self.message}"
+
+
+def no_node_in(namespace: str) -> str:
+    """Return the message that no gripper's node answers, and how to start one."""
+    return (
+        f"no gripper's node answers in the namespace {namespace}: start one with "
+        f"`spiral_gripper_node --ros-args -r __ns:={namespace}`, and compare ROS_DOMAIN_ID"
+    )

@@ -11,13 +11,11 @@ import time
 from types import TracebackType
 from typing import Any
 
-from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.task import Future
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
-from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_non_negative, require_positive
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import GripStatus
@@ -25,13 +23,14 @@ from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.answers import (
     NoAnswerError,
     RequestRefusedError,
-    WrapOutcome,
     WrapResult,
+    no_node_in,
 )
 from spiral_gripper_ros.client.connection import Connection
+from spiral_gripper_ros.client.goals import goal_of_wrap, result_of_wrap
 from spiral_gripper_ros.control.grasp import AbortPolicy
-from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.node.qos import LATEST
+from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.messages.qos import LATEST
 
 # is_done and status let messages arrive for so long [s].
 GLANCE = 0.1
@@ -40,15 +39,6 @@ SILENCE = 2.0
 # A node that has told so many statuses without a word about the wrap has forgotten it: it tells of
 # both with each tick.
 FORGOTTEN = 20
-_ABORT_POLICIES = {
-    None: Grasp.Goal.ABORT_DEFAULT,
-    AbortPolicy.VENT: Grasp.Goal.ABORT_VENT,
-    AbortPolicy.HOLD: Grasp.Goal.ABORT_HOLD,
-}
-_OUTCOMES = {
-    GoalStatus.STATUS_SUCCEEDED: WrapOutcome.SUCCEEDED,
-    GoalStatus.STATUS_CANCELED: WrapOutcome.CANCELED,
-}
 
 
 class SpiralGripper:
@@ -225,12 +215,7 @@ class SpiralGripper:
             NoAnswerError: the node does not answer. If the goal is accepted later, the next call
                 of this object that hears of it cancels it.
         """
-        goal = Grasp.Goal(
-            object_radius=0.0 if radius is None else require_positive("radius", radius),
-            overpressure=require_non_negative("overpressure", overpressure),
-            timeout=0.0 if timeout is None else require_positive("timeout", timeout),
-            abort_policy=_abort_policy(abort_policy),
-        )
+        goal = goal_of_wrap(radius, overpressure, timeout, abort_policy)
         self._link.require(self._grasp.server_is_ready)
         self._goal = self._result = self._feedback = None
         answer = self._grasp.send_goal_async(goal, feedback_callback=self._on_feedback)
@@ -268,7 +253,7 @@ class SpiralGripper:
         """Return how the last wrap has ended; None: there is none, or it has not ended."""
         if self._result is None or not self._result.done():
             return None
-        return _wrap_result(self._result.result())
+        return result_of_wrap(self._result.result())
 
     def wait(self, timeout: float) -> WrapResult:
         """Wait until the wrap has ended and return how.
@@ -289,7 +274,7 @@ class SpiralGripper:
                 heard = f"nothing has been heard of the node for {silence:.1f} s"
                 state = heard if silence > SILENCE else "it goes on"
                 raise NoAnswerError(f"the wrap has not ended; {state}", timeout)
-        return _wrap_result(self._result.result())
+        return result_of_wrap(self._result.result())
 
     def cancel(self) -> bool:
         """Cancel the wrap; return whether it was still running. :meth:`wait` tells how it ended.
@@ -330,36 +315,8 @@ class SpiralGripper:
         namespace = self._link.node.get_namespace()
         node = f"{namespace.rstrip('/')}/spiral_gripper"
         if not self._release.service_is_ready():
-            return (
-                f"no gripper's node answers in the namespace {namespace}: start one with "
-                f"`spiral_gripper_node --ros-args -r __ns:={namespace}`, and compare ROS_DOMAIN_ID"
-            )
+            return no_node_in(namespace)
         return (
             f"the node {node} is there but not active: `ros2 lifecycle set {node} configure`, "
             "then `activate`; its log says why if that fails"
         )
-
-
-def _abort_policy(policy: AbortPolicy | str | None) -> int:
-    """Return the goal's field for an abort policy."""
-    try:
-        return int(_ABORT_POLICIES[None if policy is None else AbortPolicy(policy)])
-    except ValueError:
-        raise InvalidInputError("abort_policy", policy, '"vent", "hold" or None') from None
-
-
-def _wrap_result(response: Any) -> WrapResult:  # noqa: ANN401
-    """Return what the answer to a question for the result says."""
-    result = response.result
-    return WrapResult(
-        outcome=_OUTCOMES.get(response.status, WrapOutcome.FAILED),
-        reason=Reason(result.reason),
-        message=result.message or "the node no longer knows the goal",
-        object_radius=result.object_radius,
-        pressure_command=result.pressure_command,
-        measured_pressure=result.measured_pressure if result.measured else None,
-        turns=result.turns,
-        contact_length=result.contact_length,
-        line_force=result.line_force,
-        elapsed=result.elapsed,
-    )

@@ -15,7 +15,7 @@ from spiral_gripper_ros.control.grasp import (
     impossible_goal,
 )
 from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
-from spiral_gripper_ros.control.grasp_log import GraspLog
+from spiral_gripper_ros.control.grasp_history import GraspHistory
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits
 from spiral_gripper_ros.control.pressure_monitor import PressureMonitor
 from spiral_gripper_ros.control.refusals import (
@@ -56,7 +56,7 @@ class GripControl(Generic[PlanT]):
         self._monitor = PressureMonitor()
         self._time = 0.0
         self._regime: WrapRegime | None = None
-        self._grasps: GraspLog[PlanT] = GraspLog()
+        self._grasps: GraspHistory[PlanT] = GraspHistory()
         self._silence = SilenceWatch()
         self._take_over = TakeOver()
 
@@ -278,7 +278,7 @@ class GripControl(Generic[PlanT]):
             self._follow()
 
     def _act_on_silence(self) -> None:
-        """Act where nothing is heard: of the client, of gravity, of a pressure to be taken over."""
+        """Act on silence: of the client, of gravity, of a pressure to be taken over."""
         limits = self._limits
         self._take_over.check(self._time, limits)
         if self._is(*_IDLE):

@@ -39,8 +39,9 @@ class RadiusGate:
             limits: jump and rate limit [m, m/s].
 
         Example:
-            >>> RadiusGate().refusal(0.0, 0.09, (0.01, 0.04), Limits(pressure_cap=1e5)).text
-            'object_radius 0.09 m is above the grippable range; the nearest that can is 0.04 m'
+            >>> refusal = RadiusGate().refusal(0.0, 0.09, (0.01, 0.04), Limits(pressure_cap=1e5))
+            >>> refusal.text.partition("; ")[2]
+            'the nearest grippable radius is 0.04 m'
         """
         return impossible_radius(radius, grippable) or self._jump(now, radius, limits)
 
@@ -82,12 +83,12 @@ def impossible_radius(radius: float, grippable: tuple[float, float]) -> Refusal 
         return Refusal(
             Reason.RADIUS_TOO_SMALL,
             f"object_radius {radius:.6g} m is below the grippable range; "
-            f"the nearest that can is {smallest:.6g} m",
+            f"the nearest grippable radius is {smallest:.6g} m",
         )
     if not radius <= largest:
         return Refusal(
             Reason.RADIUS_TOO_LARGE,
             f"object_radius {radius:.6g} m is above the grippable range; "
-            f"the nearest that can is {largest:.6g} m",
+            f"the nearest grippable radius is {largest:.6g} m",
         )
     return None

@@ -19,6 +19,11 @@ class Plan(Protocol):
         """Gauge pressure of the perfect wrap [Pa]."""
         ...
 
+    @property
+    def highest_good(self) -> float:
+        """Largest pressure of a good grip [Pa]; inf where it is not known."""
+        ...
+
 
 PlanT = TypeVar("PlanT", bound=Plan)
 PlanT_co = TypeVar("PlanT_co", bound=Plan, covariant=True)
@@ -88,6 +93,11 @@ class Snapshot(Generic[PlanT]):
     overpressure: float = 0.0
     gravity_age: float | None = None
     gravity_fault: Refusal = NOT_REFUSED
+
+    @property
+    def pressure(self) -> float:
+        """Gauge pressure of the gripper [Pa]: measured if it is known, else as commanded."""
+        return self.pressure_command if self.measured is None else self.measured.pressure
 
     def shown(self, regime: WrapRegime | None) -> WrapRegime | None:
         """Return a regime as it is shown: pressed by overpressure the wrap is still perfect."""

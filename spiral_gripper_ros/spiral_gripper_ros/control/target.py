@@ -51,7 +51,7 @@ class Target(Generic[PlanT]):
     ) -> Refusal | None:
         """Plan for ``radius`` [m] and make it the target, or return why not and change nothing.
 
-        An overpressure of 0 stands for that of ``grip_ratio``, as far as the cap leaves room.
+        An overpressure of 0 stands for that of ``grip_ratio``, within the cap and the good grips.
         """
         try:
             plan = planner.plan(radius)
@@ -62,7 +62,7 @@ class Target(Generic[PlanT]):
             return _above_cap(pressure, overpressure, limits)
         self.radius, self.plan, self._demanded = radius, plan, overpressure
         self.overpressure = overpressure or default_overpressure(
-            pressure, limits.grip_ratio, limits.pressure_cap
+            pressure, limits.grip_ratio, min(limits.pressure_cap, plan.highest_good)
         )
         self._frozen, self._outdated = None, False
         return None

@@ -23,7 +23,7 @@ def check_security(facts: Facts) -> Finding:
             (f"export {ENABLE}=true",),
         )
     if enable != "true":
-        return Finding(Mark.INFO, "off: whoever reaches the domain can command a gripper")
+        return Finding(Mark.INFO, "off: anyone who reaches the domain can command a gripper")
     enforced = facts.environ.get(STRATEGY) == "Enforce"
     keystore = facts.environ.get(KEYSTORE, "")
     enclaves = Path(keystore) / "enclaves"

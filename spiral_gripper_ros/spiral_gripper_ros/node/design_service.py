@@ -10,8 +10,8 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_gripper.reports.design_document import description_text
 from spiral_gripper_msgs.msg import DesignChange, DesignMargin, DesignStep, Winding
-from spiral_gripper_ros.node.conversions import vector_from_msg
-from spiral_gripper_ros.node.parameter_spec import GRAVITY_REQUIREMENT, gravity_problem
+from spiral_gripper_ros.messages.conversions import vector_from_msg
+from spiral_gripper_ros.parameters.spec import GRAVITY_REQUIREMENT, gravity_problem
 from spiral_gripper_ros.planning.design_question import DesignQuestion
 
 # What the service calls the fields of the core's requirement.

@@ -1,20 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tells /diagnostics how the node is, whatever it does."""
+"""Publishes the node's health on /diagnostics, in every state."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from rclpy.node import Node
 
-from spiral_gripper_ros.node.control_clock import STEADY
-from spiral_gripper_ros.node.diagnostics import Health, diagnostics_to_msg
-from spiral_gripper_ros.node.guards import log_on_error
-
-if TYPE_CHECKING:
-    from spiral_gripper_ros.node.gripper_node import GripperNode
+from spiral_gripper_ros.messages.diagnostics import Health, diagnostics_to_msg
+from spiral_gripper_ros.runtime.control_clock import STEADY
+from spiral_gripper_ros.runtime.guards import log_on_error
+from spiral_gripper_ros.runtime.runtime import Runtime
 
 # Of real time [s] (REP-107): a simulated clock that stands still must not go unnoticed.
 PERIOD = 1.0
-# A simulated clock that has not moved for this time [s] is told to people.
+# A simulated clock that has not moved for this time [s] is reported.
 LONGEST_STANDSTILL = 1.5
 
 
@@ -22,28 +20,32 @@ class Diagnosis:
     """Publishes the diagnostics once a second, as long as the node exists.
 
     Args:
-        node: the node that is diagnosed.
+        node: the ROS node that is diagnosed.
+        runtime: its gripper.
     """
 
-    def __init__(self, node: GripperNode) -> None:
+    def __init__(self, node: Node, runtime: Runtime) -> None:
         self._node = node
-        self.tell = log_on_error(node, self._tell)
+        self._runtime = runtime
+        self.tell = log_on_error(runtime.errors, self._tell)
         node.create_timer(PERIOD, self.tell, clock=STEADY)
 
     def _tell(self) -> None:
-        node = self._node
-        stands_still = node.is_active and node.time.standstill() > LONGEST_STANDSTILL
-        node.log.tell_clock(stands_still)
-        if node.inputs is not None:
-            node.inputs.hear_latched_gravity()
+        node, runtime = self._node, self._runtime
+        stands_still = runtime.is_active and runtime.clock.standstill() > LONGEST_STANDSTILL
+        runtime.log.tell_clock(stands_still)
+        runtime.follow_grips()  # an inactive node has no tick that does
         commanders = node.count_publishers("pressure_command")
-        node.log.tell_others(commanders)
+        runtime.log.tell_others(commanders)
         health = Health(
             name=node.get_fully_qualified_name(),
-            hardware_id="" if node.loaded is None else node.loaded.gripper.name,
-            internal_errors=node.errors.count,
+            hardware_id="" if runtime.loaded is None else runtime.loaded.gripper.name,
+            internal_errors=runtime.errors.count,
             clock_stands_still=stands_still,
             commanders=commanders,
+            object_problem=runtime.objects.problem,
+            object_poses_refused=runtime.objects.refused,
         )
         stamp = node.get_clock().now().to_msg()
-        node.outputs.publish_diagnostics(diagnostics_to_msg(health, node.control.snapshot(), stamp))
+        message = diagnostics_to_msg(health, runtime.control.snapshot(), stamp)
+        runtime.outputs.publish_diagnostics(message)

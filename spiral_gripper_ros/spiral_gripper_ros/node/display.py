@@ -3,22 +3,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
+from rclpy.node import Node
 from rclpy.timer import Timer
 
-from spiral_core.wrap.placement import ObjectPlacement, place_object
+from spiral_core.rod.types import RodState
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason
-from spiral_gripper_ros.node.guards import log_on_error
-from spiral_gripper_ros.node.markers import Scene, no_markers, scene_to_msg
-from spiral_gripper_ros.node.parameters import number
+from spiral_gripper_ros.messages.conversions import shown_regime
+from spiral_gripper_ros.messages.markers import Scene, no_markers, scene_to_msg
+from spiral_gripper_ros.node.robot_state import RobotState
+from spiral_gripper_ros.parameters.table import number
+from spiral_gripper_ros.planning.grip_figures import GripFigures, TubeShape
+from spiral_gripper_ros.planning.grip_follower import InUse
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
-from spiral_gripper_ros.planning.planner import WrapPlan
-from spiral_gripper_ros.robot.robot_state import RobotState
-
-if TYPE_CHECKING:
-    from spiral_gripper_ros.node.gripper_node import GripperNode
+from spiral_gripper_ros.planning.planner import GripShape, WrapPlan
+from spiral_gripper_ros.runtime.guards import log_on_error
+from spiral_gripper_ros.runtime.runtime import Runtime
 
 # A display forgets the markers of a node that is gone after so many periods without new ones.
 LIFETIME_PERIODS = 5.0
@@ -30,25 +33,26 @@ class Display:
     """Publishes ``markers`` at ``marker_rate`` while the node is active and somebody subscribes.
 
     Args:
-        node: the node whose gripper is drawn.
+        node: the ROS node that publishes.
+        runtime: the gripper that is drawn.
     """
 
-    def __init__(self, node: GripperNode) -> None:
+    def __init__(self, node: Node, runtime: Runtime) -> None:
         self._node = node
-        self.draw = log_on_error(node, self._draw)
-        self.start = log_on_error(node, self._start)
-        self.stop = log_on_error(node, self._stop)
+        self._runtime = runtime
+        self.draw = log_on_error(runtime.errors, self._draw)
+        self.start = log_on_error(runtime.errors, self._start)
+        self.stop = log_on_error(runtime.errors, self._stop)
         self._timer: Timer | None = None
         self._is_drawn = False
-        self._robot = RobotState(node)
-        self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
+        self._robot = RobotState(node, runtime)
 
     def _start(self) -> None:
         """Draw from now on, at the present ``marker_rate``; at 0 Hz delete what is drawn."""
         self._robot.start()
         self._stop_timer()
         if self._rate() > 0.0:
-            clock = self._node.time.clock
+            clock = self._runtime.clock.clock
             self._timer = self._node.create_timer(self._period(), self.draw, clock=clock)
         else:
             self._clear()
@@ -61,44 +65,55 @@ class Display:
     def _clear(self) -> None:
         self._stop_timer()
         if self._is_drawn:
-            self._node.outputs.publish_markers(no_markers(self._node.outputs.header()))
-        self._is_drawn, self._placed = False, None
+            self._runtime.outputs.publish_markers(no_markers(self._runtime.outputs.header()))
+        self._is_drawn = False
 
     def _draw(self) -> None:
-        node = self._node
-        if node.loaded is None or not node.outputs.markers_are_wanted:
+        runtime = self._runtime
+        if runtime.loaded is None or not runtime.outputs.markers_are_wanted:
             return
         message = scene_to_msg(
-            self._scene(node.loaded, node.control.snapshot()),
-            points=int(number(node.values, "backbone_points")),
+            self._scene(runtime.loaded, runtime.control.snapshot()),
+            points=int(number(runtime.values, "backbone_points")),
             lifetime=LIFETIME_PERIODS * self._period(),
-            header=node.outputs.header(),
+            header=runtime.outputs.header(),
         )
-        node.outputs.publish_markers(message)
+        runtime.outputs.publish_markers(message)
         self._is_drawn = True
 
     def _scene(self, loaded: LoadedGripper, snapshot: Snapshot[WrapPlan]) -> Scene:
         commanded, measured = loaded.shape, loaded.measured_shape
+        pressure = None if snapshot.measured is None else snapshot.measured.pressure
+        grip = self._grip(loaded, snapshot)
         return Scene(
-            commanded=None if commanded is None else commanded.state,
-            measured=None if measured is None else measured.state,
-            placement=self._placement(snapshot),
-            regime=snapshot.shown(loaded.regime),
+            commanded=_on_object(grip, snapshot.pressure_command, commanded),
+            measured=_on_object(grip, pressure, measured),
+            placement=self._placement(loaded, snapshot, grip),
+            regime=shown_regime(snapshot, loaded, loaded.regime(snapshot.pressure)),
             text=_text(snapshot),
             outer_radius=loaded.gripper.tube.outer_radius,
         )
 
-    def _placement(self, snapshot: Snapshot[WrapPlan]) -> ObjectPlacement | None:
-        """Return where the object in use is; it stays there while the gripper moves."""
-        plan = snapshot.plan
-        if plan is None or snapshot.radius is None:
+    def _grip(self, loaded: LoadedGripper, snapshot: Snapshot[WrapPlan]) -> GripFigures | None:
+        """Return the grip that was computed for the object in use, if it is known."""
+        if snapshot.radius is None or loaded.grips is None:
             return None
-        if self._placed is None or self._placed[0] is not plan:
-            self._placed = (plan, place_object(plan.wrap))
-        return self._placed[1]
+        entry = loaded.grips.entry(InUse(snapshot.radius, self._runtime.seen_object()))
+        return None if entry is None else entry.figures
+
+    def _placement(
+        self, loaded: LoadedGripper, snapshot: Snapshot[WrapPlan], grip: GripFigures | None
+    ) -> ObjectPlacement | None:
+        """Return where the object in use is: as it is seen, else where the wrap expects it."""
+        placement, seen = loaded.placement(snapshot.plan), self._runtime.seen_object()
+        if placement is not None and seen is not None:
+            return replace(placement, center=seen.center, axis=seen.axis)
+        if placement is not None and grip is not None:
+            return replace(placement, center=grip.center, axis=grip.axis)
+        return placement
 
     def _rate(self) -> float:
-        return number(self._node.values, "marker_rate")
+        return number(self._runtime.values, "marker_rate")
 
     def _period(self) -> float:
         return min(1.0 / self._rate(), LONGEST_PERIOD)
@@ -107,6 +122,16 @@ class Display:
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
         self._timer = None
+
+
+def _on_object(
+    grip: GripFigures | None, pressure: float | None, free: GripShape | None
+) -> RodState | TubeShape | None:
+    """Return the tube at a pressure [Pa]: on the object where that is solved, else the free one."""
+    held = None if grip is None or pressure is None else grip.shape(pressure)
+    if held is not None:
+        return held
+    return None if free is None else free.state
 
 
 def _text(snapshot: Snapshot[WrapPlan]) -> str:

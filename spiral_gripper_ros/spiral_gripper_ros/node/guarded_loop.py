@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from rclpy.executors import Executor, ExternalShutdownException
 
-from spiral_gripper_ros.node.guards import Guarded
+from spiral_gripper_ros.runtime.guards import ErrorLog
 
 # How long the executor may sleep before its process looks whether it was asked to stop [s].
 LONGEST_SLEEP = 0.05
@@ -17,12 +17,12 @@ class GuardedLoop:
     """Spins a node whose own callbacks raise nothing; the middleware's may.
 
     Args:
-        node: the node.
-        executor: which calls its callbacks.
+        errors: where exceptions are noted.
+        executor: calls the callbacks of the node.
     """
 
-    def __init__(self, node: Guarded, executor: Executor) -> None:
-        self._node, self._executor = node, executor
+    def __init__(self, errors: ErrorLog, executor: Executor) -> None:
+        self._errors, self._executor = errors, executor
         self._failures = 0  # in a row
 
     def turn(self) -> None:
@@ -36,7 +36,7 @@ class GuardedLoop:
         except ExternalShutdownException:
             raise
         except Exception as error:
-            self._node.errors.note("the executor", error)
+            self._errors.note("the executor", error)
             self._failures += 1
             if self._failures >= LONGEST_FAILURE:
                 raise

@@ -1,60 +1,69 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the node hears: radii, gravity, measured pressures, and signs of life of its client."""
+"""The node's subscriptions: radii, gravity, measured pressures, signs of life of its client."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from geometry_msgs.msg import Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
-from rclpy.time import Time
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Empty, Float64
 
 from spiral_gripper_msgs.msg import ObjectRadius
 from spiral_gripper_ros.control.states import Reason, Refusal
-from spiral_gripper_ros.node.conversions import frame_problem, vector_from_msg
-from spiral_gripper_ros.node.guards import vent_on_error
-from spiral_gripper_ros.node.parameter_spec import gravity_problem
-from spiral_gripper_ros.node.parameters import measured_scale, number
-from spiral_gripper_ros.node.qos import LATEST, NEWEST
-from spiral_gripper_ros.robot.estimate_age import STAMPED_RADIUS, stale_estimate
+from spiral_gripper_ros.messages.conversions import frame_problem, vector_from_msg
+from spiral_gripper_ros.messages.qos import LATEST, NEWEST
+from spiral_gripper_ros.node.estimate_age import STAMPED_RADIUS, stale_estimate
+from spiral_gripper_ros.parameters.spec import gravity_problem
+from spiral_gripper_ros.parameters.table import measured_scale, number
+from spiral_gripper_ros.runtime.control_clock import STEADY
+from spiral_gripper_ros.runtime.guards import log_on_error, vent_on_error
+from spiral_gripper_ros.runtime.runtime import Runtime
 
-if TYPE_CHECKING:
-    from spiral_gripper_ros.node.gripper_node import GripperNode
+# How often latched publishers of gravity are looked for [s].
+LATCHED_PERIOD = 1.0
 
 
 class Inputs:
-    """Subscribes while the node is configured; every message is judged by the control logic.
+    """Subscribes while the node is configured; the control logic checks every message.
 
     Args:
-        node: the node that hears.
+        node: the ROS node that subscribes.
+        runtime: the gripper.
     """
 
-    def __init__(self, node: GripperNode) -> None:
+    def __init__(self, node: Node, runtime: Runtime) -> None:
         self._node = node
+        self._runtime = runtime
         self._has_latched = False
+        self.hear_object_pose = log_on_error(runtime.errors, self._hear_object_pose)
         self._subscriptions: list[Subscription] = []
         for kind, topic, callback in (
             (Float64, "object_radius", self.hear_radius),
             (ObjectRadius, STAMPED_RADIUS, self.hear_stamped_radius),
             (Vector3Stamped, "gravity", self.hear_gravity),
             (FluidPressure, "measured_pressure", self.hear_measured),
+            (PoseStamped, "object_pose", self.hear_object_pose),
             (Empty, "keep_alive", self.hear_client),
         ):
             self._subscribe(kind, topic, callback, NEWEST)
-        self.hear_latched_gravity()
+        look = log_on_error(runtime.errors, self.hear_latched_gravity)
+        self._timer = node.create_timer(LATCHED_PERIOD, look, clock=STEADY)
+        look()
 
     def destroy(self) -> None:
-        """Hear nothing any more."""
+        """End all subscriptions."""
+        self._node.destroy_timer(self._timer)
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
 
     def hear_latched_gravity(self) -> None:
-        """Hear what was published before, once there is a publisher that keeps it for latecomers.
+        """Subscribe to latched gravity, once there is a publisher of it.
 
-        To others such a subscription would be a mismatch, of which both sides warn.
+        With any other publisher such a subscription mismatches, and both sides warn.
         """
         publishers = self._node.get_publishers_info_by_topic("gravity")
         latched = DurabilityPolicy.TRANSIENT_LOCAL
@@ -63,61 +72,83 @@ class Inputs:
             self._subscribe(Vector3Stamped, "gravity", self.hear_gravity, LATEST)
 
     def _subscribe(self, kind: Any, topic: str, callback: Any, qos: QoSProfile) -> None:  # noqa: ANN401
-        callback = vent_on_error(self._node, callback)
+        callback = vent_on_error(self._runtime, callback)
         self._subscriptions.append(self._node.create_subscription(kind, topic, callback, qos))
 
     def hear_radius(self, message: Float64) -> None:
         """Follow a radius [m] if it is good; its pressure goes out at once."""
-        node = self._node
-        if node.loaded is None or not node.is_active:
+        runtime = self._runtime
+        if runtime.loaded is None or not runtime.is_active:
             return
-        now = node.now()
-        if node.control.offer_radius(now, message.data, node.loaded.planner):
-            node.command(now)
+        now = runtime.now()
+        if runtime.control.offer_radius(now, message.data, runtime.loaded.planner):
+            runtime.command(now)
             # The next radius must not wait for the rest: that follows with the next tick, which a
             # simulated clock may never let come.
-            if node.time.is_simulated:
-                node.tell(now)
+            if runtime.clock.is_simulated:
+                runtime.tell(now)
 
     def hear_stamped_radius(self, message: ObjectRadius) -> None:
         """Follow a radius [m] that was seen not too long ago."""
-        node = self._node
-        if not node.is_active:
+        runtime = self._runtime
+        if not runtime.is_active:
             return
-        clock = node.get_clock()
-        age = clock.now() - Time.from_msg(message.header.stamp, clock_type=clock.clock_type)
-        limit = number(node.values, "radius_age_limit")
-        refusal = stale_estimate(1.0e-9 * age.nanoseconds, limit)
+        limit = number(runtime.values, "radius_age_limit")
+        refusal = stale_estimate(self._age(message.header.stamp), limit)
         if refusal is None:
             self.hear_radius(Float64(data=message.radius))
         else:
-            node.control.refuse(refusal)
+            runtime.control.refuse(refusal)
 
     def hear_measured(self, message: FluidPressure) -> None:
         """Compare a measured gauge pressure [Pa] with what is commanded."""
-        if self._node.is_active:
-            pressure = measured_scale(self._node.values).to_gauge(message.fluid_pressure)
-            self._node.control.offer_measured(self._node.now(), pressure)
+        if self._runtime.is_active:
+            pressure = measured_scale(self._runtime.values).to_gauge(message.fluid_pressure)
+            self._runtime.control.offer_measured(self._runtime.now(), pressure)
 
     def hear_gravity(self, message: Vector3Stamped) -> None:
         """Have the shapes solved anew for another gravity [m/s^2]."""
-        node = self._node
-        if node.loaded is None:
+        runtime = self._runtime
+        if runtime.loaded is None:
             return
         gravity = vector_from_msg(message.vector)
-        problem = frame_problem(
-            message.header.frame_id, str(node.values["frame_id"])
-        ) or gravity_problem(gravity)
+        frame = str(runtime.values["frame_id"])
+        problem = frame_problem("gravity", message, frame) or gravity_problem(gravity)
         if problem is not None:
-            node.control.refuse(Refusal(Reason.GRAVITY_INVALID, problem))
+            runtime.control.refuse(Refusal(Reason.GRAVITY_INVALID, problem))
             return
-        if node.is_active:
-            node.control.note_gravity(node.now(), is_heard=True)
-        node.gravity = gravity
-        node.loaded.mount.want(gravity, number(node.values, "gravity_hysteresis"))
+        if runtime.is_active:
+            runtime.control.note_gravity(runtime.now(), is_heard=True)
+        runtime.gravity = gravity
+        runtime.loaded.mount.want(gravity, number(runtime.values, "gravity_hysteresis"))
+
+    def _hear_object_pose(self, message: PoseStamped) -> None:
+        """Note where the object is; what is commanded does not depend on it."""
+        runtime = self._runtime
+        if not runtime.is_active:
+            return
+        position, turn = message.pose.position, message.pose.orientation
+        problem = frame_problem("object_pose", message, str(runtime.values["frame_id"]))
+        if problem is not None:
+            runtime.objects.refuse(problem)
+            return
+        age = self._age(message.header.stamp)
+        runtime.objects.offer(
+            vector_from_msg(position),
+            (turn.x, turn.y, turn.z, turn.w),
+            seen_at=runtime.now() - age,
+            age=age,
+            limit=number(runtime.values, "object_pose_timeout"),
+        )
+
+    def _age(self, stamp: Any) -> float:  # noqa: ANN401
+        """Return the time since a stamp [s]; negative: it is ahead of the node's clock."""
+        now = int(self._node.get_clock().now().nanoseconds)
+        # A stamp may be negative, which is no time of rclpy's.
+        return 1.0e-9 * float(now - 10**9 * stamp.sec - stamp.nanosec)
 
     def hear_client(self, message: Empty) -> None:
         """Note a sign of life of the client."""
         del message
-        if self._node.is_active:
-            self._node.control.keep_alive(self._node.now())
+        if self._runtime.is_active:
+            self._runtime.control.keep_alive(self._runtime.now())

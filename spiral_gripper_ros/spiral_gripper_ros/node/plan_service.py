@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -18,16 +19,20 @@ from spiral_core.validation import (
     require_positive,
     require_vector,
 )
-from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.gripper import FRICTION_MAX, Gripper
 from spiral_core.wrap.placement import place_object
 from spiral_core.wrap.wrap import Wrap
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 from spiral_gripper_ros.control.target import default_overpressure
-from spiral_gripper_ros.node.conversions import backbone_to_msg, vector_from_msg, vector_to_msg
-from spiral_gripper_ros.node.parameter_spec import gravity_problem
-from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, planner_for
+from spiral_gripper_ros.messages.conversions import backbone_to_msg, vector_from_msg, vector_to_msg
+from spiral_gripper_ros.messages.grip import grip_to_msg
+from spiral_gripper_ros.parameters.spec import gravity_problem
+from spiral_gripper_ros.planning.grip_figures import GripQuestion
+from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
+from spiral_gripper_ros.planning.object_pose import object_line
+from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, WrapPlan, planner_for
 
 # The fields of `plan_wrap` that `plan_wraps` lists.
 _LISTED = (
@@ -38,7 +43,7 @@ _LISTED = (
     "turns",
     "contact_length",
     "line_force",
-    "holding_force",
+    "grip",
 )
 # Planners for other mounts, by gravity and axis: some tens of milliseconds each.
 _Planners: TypeAlias = dict[tuple[float, ...], AnyPlanner]
@@ -55,6 +60,11 @@ class PlanContext:
         grip_ratio: pressure of a grip, as a multiple of the wrap pressure, unless the request says.
         points: largest number of poses of the shape.
         header: stamp and frame of the shape.
+        is_wanted: tells whether a long answer is still awaited.
+        table_grip: returns the grip on a radius [m] that is wrapped at a pressure [Pa] by the tip
+            criterion, at another pressure [Pa], if it is known; for the present mount.
+        solve_grip: returns the grip on one object, in seconds.
+        now: time that the age of grips is counted to [s].
     """
 
     planner: AnyPlanner
@@ -63,6 +73,10 @@ class PlanContext:
     grip_ratio: float
     points: int
     header: Any
+    is_wanted: Callable[[], bool]
+    table_grip: Callable[[float, float, float], GripAnswer | None]
+    solve_grip: Callable[[GripQuestion], GripEntry]
+    now: float
 
 
 def answer_plan_wrap(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
@@ -94,10 +108,12 @@ def answer_plan_wraps(request: Any, response: Any, context: PlanContext) -> Any:
         return refuse_all(request, response, Reason.INVALID_REQUEST, f"{text}, got {len(axes)}")
     planners: _Planners = {}
     for index, radius in enumerate(radii):
+        if not context.is_wanted():
+            break
         one = PlanWrap.Request(
             object_radius=radius,
             object_length=request.object_length,
-            friction_coefficient=request.friction_coefficient,
+            payload=request.payload,
             overpressure=request.overpressure,
             object_axis=axes[index : index + 1],
             gravity=request.gravity,
@@ -161,29 +177,46 @@ def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners
         raise _RefusedError(refusal)
     overpressure = require_non_negative("overpressure", request.overpressure)
     length = require_non_negative("object_length", request.object_length)
-    friction = require_in_range("friction_coefficient", request.friction_coefficient, 0.0, 10.0)
+    require_in_range("friction_coefficient", request.friction_coefficient, 0.0, FRICTION_MAX)
+    require_non_negative("payload", request.payload)
     planner = _planner_of(request, context, planners)
     if isinstance(planner, NoPlanner):
         planner.plan(radius)
     response.radius_min, response.radius_max = planner.radius_range
-    wrap = planner.plan(radius).wrap
+    plan = planner.plan(radius)
+    wrap, highest = plan.wrap, plan.highest_good
     _fill_wrap(response, wrap, context)
     _check_length(length, response.object_length_needed)
     overpressure = overpressure or default_overpressure(
-        wrap.pressure, context.grip_ratio, context.pressure_cap
+        wrap.pressure, context.grip_ratio, min(context.pressure_cap, highest)
     )
     response.pressure = _capped(wrap.pressure + overpressure, context)
     response.line_force = planner.line_force(wrap, response.pressure)
-    coefficient = friction if friction > 0.0 else planner.gripper.friction_coefficient
-    response.holding_force_known = coefficient is not None
-    if coefficient is not None:
-        response.holding_force = coefficient * max(response.line_force, 0.0) * wrap.contact_length
+    answer = _grip(request, response.pressure, plan, context)
+    response.grip = grip_to_msg(answer, context.now, request.payload, planner.gravity)
     response.success = True
     response.nearest_radius = radius
     response.message = (
         f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa; "
         f"the free coil is up to {response.largest_gap:.3g} m off the object"
     )
+
+
+def _grip(request: Any, pressure: float, plan: WrapPlan, context: PlanContext) -> GripAnswer | None:  # noqa: ANN401
+    """Return what holds the object: computed for it if that is asked for, else of the table."""
+    if not request.compute_grip:
+        is_other = request.gravity or request.object_axis or request.friction_coefficient > 0.0
+        if is_other:
+            return None
+        return context.table_grip(request.object_radius, plan.pressure, pressure)
+    pose = None
+    if request.object_pose:
+        position, turn = request.object_pose[0].position, request.object_pose[0].orientation
+        pose = object_line(vector_from_msg(position), (turn.x, turn.y, turn.z, turn.w))
+    question = GripQuestion(
+        plan.gripper, request.object_radius, request.friction_coefficient or None, pose
+    )
+    return context.solve_grip(question).answer(pressure, at_pose=pose is not None)
 
 
 def _check_length(available: float, needed: float) -> None:

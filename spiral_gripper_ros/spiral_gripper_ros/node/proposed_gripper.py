@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from spiral_core.errors import SpiralError
 from spiral_gripper import GripperDescription, load_description
-from spiral_gripper_ros.node.parameter_spec import ParameterValue
+from spiral_gripper_ros.parameters.spec import ParameterValue
 
 
 class ProposedGripper:

@@ -3,17 +3,17 @@
 
 from __future__ import annotations
 
-from spiral_gripper_ros.node.parameter_spec import ParameterSpec
-from spiral_gripper_ros.node.parameters import PARAMETERS
+from spiral_gripper_ros.parameters.spec import ParameterSpec
+from spiral_gripper_ros.parameters.table import PARAMETERS
 
 _HEAD = """\
 usage: spiral_gripper_node [--help] [--ros-args -p NAME:=VALUE ... -r FROM:=TO ...]
 
 A lifecycle node that turns object radii into the pressure of the perfect wrap.
 
-  hears      object_radius [m], gravity [m/s^2], measured_pressure [Pa gauge, optional]
-  commands   pressure_command [Pa gauge]
-  shows      status, backbone, measured_backbone, markers, /diagnostics
+  subscribes object_radius [m], gravity [m/s^2], measured_pressure [Pa gauge, optional]
+  publishes  pressure_command [Pa gauge]
+             status, backbone, measured_backbone, markers, /diagnostics
   serves     release, rearm, plan_wrap, design_gripper; actions: grasp and, with control_msgs,
              gripper_cmd and parallel_gripper_cmd
 
@@ -24,7 +24,7 @@ parameters (with their defaults):
 """
 _TAIL = """\
 
-While it runs, `ros2 param describe` tells more of each parameter, and `ros2 node info` of topics.
+`ros2 param describe` describes each parameter of the running node; `ros2 node info` lists topics.
 """
 
 

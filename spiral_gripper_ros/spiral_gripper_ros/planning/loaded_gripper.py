@@ -8,10 +8,15 @@ from concurrent.futures import Executor
 from spiral_core.errors import SpiralError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription, load_description
 from spiral_gripper_ros.planning.followed_shape import FollowedShape
+from spiral_gripper_ros.planning.grip_figures import GripFigures
+from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
+from spiral_gripper_ros.planning.grip_table import GripAnswer
 from spiral_gripper_ros.planning.mount_follower import MountFollower
+from spiral_gripper_ros.planning.object_pose import SeenObject
 from spiral_gripper_ros.planning.planner import (
     AnyPlanner,
     GripperPlanner,
@@ -43,6 +48,9 @@ class LoadedGripper:
         self._commanded = FollowedShape(step=0.0)
         self._measured = FollowedShape(step=MEASURED_STEP)
         self._is_measured = False
+        self.grips: GripFollower | None = None
+        self._contact: GripFigures | None = None
+        self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
 
     @classmethod
     def ready(cls, name_or_path: str, gravity: tuple[float, ...], pool: Executor) -> LoadedGripper:
@@ -85,7 +93,10 @@ class LoadedGripper:
     @property
     def planner(self) -> AnyPlanner:
         """The planner for the present gravity."""
-        return self.mount.planner
+        planner = self.mount.planner
+        if self.grips is not None and isinstance(planner, GripperPlanner):
+            planner.highest_good = self.grips.highest_good
+        return planner
 
     @property
     def is_loading(self) -> bool:
@@ -104,10 +115,51 @@ class LoadedGripper:
         return self._measured.shape
 
     @property
-    def regime(self) -> WrapRegime | None:
-        """How the object in use is held, as far as is known: measured, else as commanded."""
-        shape = self.measured_shape if self._is_measured else self.shape
+    def is_regime_from_contact(self) -> bool:
+        """Whether regimes are those of the contact, because the object's place is known."""
+        return self._contact is not None
+
+    def regime(self, pressure: float | None = None) -> WrapRegime | None:
+        """Return how the object in use is held, as far as is known: measured, else as commanded.
+
+        Args:
+            pressure: at which it is held [Pa], for the regime of the contact.
+        """
+        return self.regime_of(self.measured_shape if self._is_measured else self.shape, pressure)
+
+    def regime_of(self, shape: GripShape | None, pressure: float | None) -> WrapRegime | None:
+        """Return the regime of a shape: of the contact at its pressure [Pa], else of its tip."""
+        if self._contact is not None and pressure is not None:
+            return self._contact.regime(pressure)
         return None if shape is None else shape.regime
+
+    def follow_grips(
+        self, now: float, count: int, radius: float | None, seen: SeenObject | None
+    ) -> None:
+        """Take the grips that are ready, and have those solved that are not.
+
+        Args:
+            now: time [s].
+            count: radii of the table of grips; 0: none is solved.
+            radius: of the object in use [m], or None.
+            seen: where it is, or None.
+        """
+        self._contact = None
+        if self.grips is None:
+            return
+        in_use = None if radius is None else InUse(radius, seen)
+        self.grips.follow(now, self.mount.gravity, self.planner.radius_range, count, in_use)
+        if in_use is not None and seen is not None:
+            entry = self.grips.entry(in_use)
+            self._contact = None if entry is None else entry.figures
+
+    def grip(
+        self, plan: WrapPlan | None, radius: float | None, seen: SeenObject | None, pressure: float
+    ) -> GripAnswer | None:
+        """Return the grip on an object at a pressure [Pa], from contact; None: it is not known."""
+        if self.grips is None or plan is None or radius is None:
+            return None
+        return self.grips.answer(InUse(radius, seen), plan.pressure, pressure)
 
     def line_force(self, plan: WrapPlan | None, pressure: float) -> float | None:
         """Return the force per length on a plan's object at a pressure [N/m], if it is known."""
@@ -117,6 +169,26 @@ class LoadedGripper:
             return self.planner.line_force(plan.wrap, pressure)
         except SpiralError:  # a pressure beyond the description
             return None
+
+    def placement(self, plan: WrapPlan | None) -> ObjectPlacement | None:
+        """Return where a plan's object is in the free coil; None without a plan."""
+        if plan is None:
+            return None
+        if self._placed is None or self._placed[0] is not plan:
+            self._placed = (plan, place_object(plan.wrap))
+        return self._placed[1]
+
+    def table_grip(self, radius: float, tip_pressure: float, pressure: float) -> GripAnswer | None:
+        """Return the grip on a radius [m] at a pressure [Pa] that the table says, if it does.
+
+        Args:
+            radius: of the object [m].
+            tip_pressure: of its wrap by the tip criterion [Pa].
+            pressure: gauge [Pa].
+        """
+        if self.grips is None:
+            return None
+        return self.grips.answer(InUse(radius), tip_pressure, pressure)
 
     def update_shape(self, pressure: float, radius: float | None) -> bool:
         """Solve the commanded shape at a pressure [Pa] if that is news; return whether it is."""

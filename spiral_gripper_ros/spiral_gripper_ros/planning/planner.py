@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn
 
-from spiral_core.actuator.interface import RestShape
+from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.errors import SpiralError
 from spiral_core.rod.types import RodState, Vector
 from spiral_core.wrap.curve import WrapCurve
@@ -45,11 +47,13 @@ class WrapPlan:
         wrap: the core's answer.
         gripper: that it is for, as it is mounted.
         solve_time: time that the answer took [s].
+        highest_good: largest pressure of a good grip [Pa], by contact; inf where it is not known.
     """
 
     wrap: Wrap
     gripper: Gripper
     solve_time: float
+    highest_good: float = math.inf
 
     @property
     def pressure(self) -> float:
@@ -64,7 +68,7 @@ class WrapPlan:
     @property
     def line_force(self) -> float:
         """Normal force per length of gripper at the perfect wrap [N/m]."""
-        return _line_force(self.gripper, self.wrap, self.wrap.rest_shape)
+        return _line_force(self.gripper, self.wrap, self.wrap.unloaded_shape)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +92,10 @@ class GripperPlanner:
     Args:
         gripper: as it is mounted, with its gravity.
 
+    Attributes:
+        highest_good: largest pressure of a good grip on a radius [m] that is wrapped at a pressure
+            [Pa] by the tip criterion; inf where it is not known.
+
     Raises:
         SpiralError: the gripper coils nowhere, or a shape could not be certified.
     """
@@ -95,6 +103,7 @@ class GripperPlanner:
     def __init__(self, gripper: Gripper) -> None:
         self.gripper = gripper
         self.curve = WrapCurve(gripper)
+        self.highest_good: Callable[[float, float], float] = lambda radius, tip: math.inf
 
     @property
     def gravity(self) -> Vector:
@@ -110,11 +119,12 @@ class GripperPlanner:
         """Return the perfect wrap of a radius [m]; raise the core's error if there is none."""
         start = time.perf_counter()
         wrap = self.curve.wrap_for_radius(radius)
-        return WrapPlan(wrap, self.gripper, time.perf_counter() - start)
+        highest = self.highest_good(radius, wrap.pressure)
+        return WrapPlan(wrap, self.gripper, time.perf_counter() - start, highest)
 
     def line_force(self, wrap: Wrap, pressure: float) -> float:
         """Return the normal force per length on the object of ``wrap`` at a pressure [N/m]."""
-        return _line_force(self.gripper, wrap, self.gripper.rest_shape(pressure))
+        return _line_force(self.gripper, wrap, self.gripper.unloaded_shape(pressure))
 
     def shape(self, pressure: float, radius: float | None) -> GripShape:
         """Return the shape at any pressure [Pa] and how it holds an object of ``radius`` [m]."""
@@ -172,7 +182,7 @@ def planner_for(gripper: Gripper, gravity: Vector) -> AnyPlanner:
     return planner
 
 
-def _line_force(gripper: Gripper, wrap: Wrap, shape: RestShape) -> float:
+def _line_force(gripper: Gripper, wrap: Wrap, shape: UnloadedShape) -> float:
     """Return the force [N/m] with which a gripper of some rest shape presses on its object."""
     return line_force(
         gripper.stiffness, shape, wrap.object_radius, wrap.helix_angle, gripper.tube.outer_radius

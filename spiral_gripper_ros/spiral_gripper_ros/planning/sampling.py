@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.rod.types import RodState
+from spiral_gripper_ros.planning.grip_figures import TubeShape
 
 
-def picked_nodes(state: RodState, points: int) -> NDArray[np.intp]:
+def picked_nodes(state: RodState | TubeShape, points: int) -> NDArray[np.intp]:
     """Return the indices of at most ``points`` >= 2 nodes, evenly spread, the ends always."""
     return _evenly(len(state.positions), points)
 

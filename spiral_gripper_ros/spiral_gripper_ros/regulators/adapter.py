@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The adapter's decisions: what a device is sent, and what is told of it. No ROS."""
+"""The adapter's decisions: what is sent to a device, and what is reported of it. No ROS."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from enum import Enum
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.pressure_monitor import impossible_pressure
+from spiral_gripper_ros.parameters.pressure_scale import PressureScale
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import LinkError, PressureDevice
-from spiral_gripper_ros.regulators.pressure_scale import PressureScale
 
 # How often a vent is sent at the end, if it fails.
 VENT_ATTEMPTS = 5

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from typing import Final
 
 from spiral_core.errors import InvalidInputError
-from spiral_gripper_ros.node.parameter_spec import ParameterSpec, ParameterValue
-from spiral_gripper_ros.node.parameters import number
+from spiral_gripper_ros.parameters.pressure_scale import UNITS, PressureScale, Reference
+from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.regulators.adapter import require_representable
 from spiral_gripper_ros.regulators.line_protocol import require_line_number
 from spiral_gripper_ros.regulators.modbus_device import (
@@ -17,7 +18,6 @@ from spiral_gripper_ros.regulators.modbus_device import (
     ModbusDevice,
     RegisterMap,
 )
-from spiral_gripper_ros.regulators.pressure_scale import UNITS, PressureScale, Reference
 from spiral_gripper_ros.regulators.serial_device import SerialDevice
 
 TOPIC, SERIAL, MODBUS = "topic", "serial", "modbus"

@@ -13,8 +13,8 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, Header
 
-from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
-from spiral_gripper_ros.node.parameters import number
+from spiral_gripper_ros.parameters.declared import DeclaredParameters
+from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.regulators.adapter import Link, RegulatorAdapter
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import PressureDevice
@@ -126,6 +126,8 @@ class RegulatorNode(Node):  # type: ignore[misc]
             return DiagnosticStatus.WARN, adapter.link.value
         if adapter.watch.problem:
             return DiagnosticStatus.WARN, adapter.watch.problem
+        if adapter.watch.is_waiting:
+            return DiagnosticStatus.OK, "connected, vented: waiting for the first pressure_command"
         if adapter.watch.is_silent(time.monotonic()):
             return DiagnosticStatus.WARN, "no pressure_command: vented"
         return DiagnosticStatus.OK, "passes commands on"

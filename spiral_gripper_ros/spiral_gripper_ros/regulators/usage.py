@@ -11,7 +11,7 @@ usage: spiral_gripper_regulator [--help] [--ros-args -p NAME:=VALUE ... -r FROM:
 An adapter from the gripper node to a pressure regulator: topics of its driver, a serial line, or
 Modbus TCP.
 
-  hears      pressure_command [Pa gauge]
+  subscribes pressure_command [Pa gauge]
   publishes  measured_pressure [Pa gauge], /diagnostics
 
 examples:

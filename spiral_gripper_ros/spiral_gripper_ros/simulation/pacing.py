@@ -62,12 +62,12 @@ class Pacing:
         return passed
 
 
-class Every:
+class RateGate:
     """Says when something that is done with a rate is due.
 
     Example:
-        >>> every = Every()
-        >>> [every.due(now, rate=2.0) for now in (0.0, 0.1, 0.5, 0.9, 1.0)]
+        >>> gate = RateGate()
+        >>> [gate.due(now, rate=2.0) for now in (0.0, 0.1, 0.5, 0.9, 1.0)]
         [True, False, True, False, True]
     """
 

@@ -9,8 +9,8 @@ from typing import Final
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.storage import FileError, read_text
-from spiral_gripper_ros.node.parameter_spec import ParameterSpec, ParameterValue
-from spiral_gripper_ros.node.parameters import number
+from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors
 from spiral_gripper_ros.simulation.radius_source import (
     LARGEST_VARIATION,
@@ -54,6 +54,13 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         5.0,
         "How stiff the gripper's material really is, as a multiple of what is described.",
         read_only=True,
+    ),
+    _number(
+        "object_load",
+        0.0,
+        0.0,
+        1000.0,
+        "Force that pulls at the object along gravity [N], its weight in the air; 0: none.",
     ),
     ParameterSpec(
         "fault",

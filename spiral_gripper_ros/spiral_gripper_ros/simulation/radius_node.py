@@ -9,8 +9,8 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from std_msgs.msg import Float64
 
-from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
-from spiral_gripper_ros.node.parameters import number
+from spiral_gripper_ros.parameters.declared import DeclaredParameters
+from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.simulation.parameters import (
     RADIUS_PARAMETERS,
     estimator_errors,
@@ -25,7 +25,7 @@ RADIUS_NODE = "radius_source"
 class RadiusNode(Node):  # type: ignore[misc]
     """Publishes `object_radius` as an estimator with errors would.
 
-    Time is let pass from outside, by :meth:`step`.
+    The caller advances its time with :meth:`step`.
 
     Args:
         middle_radius: what a radius that is not given stands for [m].

@@ -13,9 +13,9 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
-from spiral_gripper_ros.node.declared_parameters import DeclaredParameters
-from spiral_gripper_ros.node.parameters import number
-from spiral_gripper_ros.simulation.pacing import Every
+from spiral_gripper_ros.parameters.declared import DeclaredParameters
+from spiral_gripper_ros.parameters.table import number
+from spiral_gripper_ros.simulation.pacing import RateGate
 from spiral_gripper_ros.simulation.parameters import (
     REGULATOR_PARAMETERS,
     regulator_model,
@@ -39,7 +39,7 @@ def injection_service(fault: Fault) -> str:
 class RegulatorNode(Node):  # type: ignore[misc]
     """Hears `pressure_command`, publishes `measured_pressure`; its faults can be injected.
 
-    Time is let pass from outside, by :meth:`step`.
+    The caller advances its time with :meth:`step`.
 
     Args:
         options: passed on to rclpy's node.
@@ -55,7 +55,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         self.regulator = SimulatedRegulator(
             regulator_model(self.values), int(number(self.values, "seed"))
         )
-        self._measuring, self._diagnosing = Every(), Every()
+        self._measuring, self._diagnosing = RateGate(), RateGate()
         self._measured = self.create_publisher(FluidPressure, "measured_pressure", MEASUREMENTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_subscription(Float64, "pressure_command", self._on_command, COMMANDS)

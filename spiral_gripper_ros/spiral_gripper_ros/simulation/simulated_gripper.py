@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from spiral_core.actuator.interface import ActuationModel, RestShape
+from spiral_core.actuator.interface import ActuationModel, UnloadedShape
 from spiral_core.errors import ActuationLimit, NotGrippableError, SolverError
 from spiral_core.rod.types import RodState, RodStiffness
 from spiral_core.validation import require_positive
@@ -30,6 +30,7 @@ class Grip(Enum):
     CURLING = "curling"
     NOT_GRIPPABLE = "not grippable"  # the object is outside the range of radii
     OVERPRESSURE = "overpressure"  # beyond what the gripper's model reaches
+    SLIPPED = "slipped"  # more pulls at the object than holds it
     UNKNOWN = "unknown"  # no certified shape was found
 
 
@@ -50,11 +51,11 @@ class ScaledActuation:
         """What ends the range at ``pressure_limit``."""
         return self.described.limit
 
-    def rest_shape(self, pressure: float) -> RestShape:
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a gauge pressure [Pa]."""
         # A pressure at the very limit must not get past it by rounding.
         scaled = min(pressure / self.stiffness_factor, self.described.pressure_limit)
-        return self.described.rest_shape(scaled)
+        return self.described.unloaded_shape(scaled)
 
 
 def stiffened(gripper: Gripper, stiffness_factor: float) -> Gripper:
@@ -88,6 +89,11 @@ class SimulatedGripper:
 
     def __init__(self, described: Gripper, stiffness_factor: float = 1.0) -> None:
         self._curve = WrapCurve(stiffened(described, stiffness_factor))
+
+    @property
+    def gripper(self) -> Gripper:
+        """The gripper as it really is."""
+        return self._curve.gripper
 
     @property
     def middle_radius(self) -> float:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -13,8 +14,10 @@ from rclpy.executors import Executor
 from rosgraph_msgs.msg import Clock
 
 from spiral_gripper import load_gripper
-from spiral_gripper_ros.node.parameters import number
-from spiral_gripper_ros.simulation.pacing import STEP, Every, Pacing
+from spiral_gripper_ros.parameters.table import number
+from spiral_gripper_ros.planning.grip_worker import GripProcess
+from spiral_gripper_ros.simulation.object_hold import ObjectHold
+from spiral_gripper_ros.simulation.pacing import STEP, Pacing, RateGate
 from spiral_gripper_ros.simulation.radius_node import RadiusNode
 from spiral_gripper_ros.simulation.regulator_node import RegulatorNode
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
@@ -22,7 +25,7 @@ from spiral_gripper_ros.simulation.truth import Truth
 
 
 class Simulator:
-    """A regulator, a gripper and an estimator of radii, with one time.
+    """A regulator, a gripper and an estimator of radii, on one clock.
 
     Args:
         executor: that runs the nodes.
@@ -40,7 +43,10 @@ class Simulator:
             load_gripper(str(values["gripper"])), number(values, "stiffness_factor")
         )
         self._radii = RadiusNode(gripper.middle_radius, **options)
-        self._truth, self._telling = Truth(self._regulator, gripper), Every()
+        process, pool = GripProcess(), ThreadPoolExecutor(1, thread_name_prefix="grips")
+        hold = ObjectHold(gripper.gripper, process.answer, pool)
+        self._regulator.context.on_shutdown(process.end)
+        self._truth, self._telling = Truth(self._regulator, gripper, hold), RateGate()
         publishes_clock = bool(values["publish_clock"])
         self._pacing = Pacing(publishes_clock)
         self._clock = (
@@ -50,6 +56,7 @@ class Simulator:
             STEP, self._on_tick, clock=RclpyClock(clock_type=ClockType.STEADY_TIME)
         )
         self.nodes = (self._regulator, self._radii)
+        self.executor = executor
         for node in self.nodes:
             executor.add_node(node)
 
@@ -63,8 +70,10 @@ class Simulator:
         self._radii.step(now)
         if self._telling.due(now, number(self._regulator.values, "truth_rate")):
             self._truth.publish(
+                now,
                 self._regulator.regulator.pressure,
                 self._radii.estimator.true_radius(),
+                number(self._regulator.values, "object_load"),
                 self._regulator.header(stamp),
             )
 

@@ -13,7 +13,8 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 
 from spiral_core.rod.types import RodState
-from spiral_gripper_ros.node.conversions import backbone_to_msg
+from spiral_gripper_ros.messages.conversions import backbone_to_msg
+from spiral_gripper_ros.simulation.object_hold import ObjectHold
 from spiral_gripper_ros.simulation.simulated_gripper import Grip, SimulatedGripper
 
 BACKBONE_POINTS = 50
@@ -30,10 +31,11 @@ class Truth:
     Args:
         node: whose topics these are.
         gripper: the gripper as it really is.
+        hold: whether the object stays in it.
     """
 
-    def __init__(self, node: Node, gripper: SimulatedGripper) -> None:
-        self._gripper = gripper
+    def __init__(self, node: Node, gripper: SimulatedGripper, hold: ObjectHold) -> None:
+        self._gripper, self._hold = gripper, hold
         self._solved_pressure, self._solved_grip = math.nan, Grip.UNKNOWN
         self._solved_radius: float | None = None
         self._solved_shape: RodState | None = None
@@ -42,12 +44,21 @@ class Truth:
         self._grip = node.create_publisher(String, "simulated/grip", TRUTH)
         self._backbone = node.create_publisher(PoseArray, "simulated/backbone", TRUTH)
 
-    def publish(self, pressure: float, radius: float | None, header: Any) -> None:  # noqa: ANN401
+    def publish(
+        self,
+        now: float,
+        pressure: float,
+        radius: float | None,
+        load: float,
+        header: Any,  # noqa: ANN401
+    ) -> None:
         """Publish what is so now.
 
         Args:
+            now: time [s].
             pressure: in the gripper [Pa].
             radius: of the object [m]; None: there is none, published as 0.
+            load: force that pulls at the object along gravity [N].
             header: of the stamped messages.
         """
         self._pressure.publish(FluidPressure(header=header, fluid_pressure=pressure))
@@ -56,6 +67,7 @@ class Truth:
             self._solved_pressure, self._solved_radius = pressure, radius
             self._solved_shape = self._gripper.shape(pressure)
             self._solved_grip = self._gripper.grip(pressure, radius, self._solved_shape)
-        self._grip.publish(String(data=self._solved_grip.value))
+        grip = self._hold.judge(now, self._solved_grip, radius, pressure, load)
+        self._grip.publish(String(data=grip.value))
         if self._solved_shape is not None:
             self._backbone.publish(backbone_to_msg(self._solved_shape, BACKBONE_POINTS, header))

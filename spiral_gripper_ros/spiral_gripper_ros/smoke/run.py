@@ -18,12 +18,12 @@ from spiral_core.errors import SpiralError
 from spiral_gripper import load_gripper
 from spiral_gripper.doctor.checks import Answer
 from spiral_gripper_ros.client import NoAnswerError, SpiralGripper, WrapOutcome
-from spiral_gripper_ros.node.stop_signals import StopSignals
-from spiral_gripper_ros.node_process import NODE, SIMULATOR, NodeProcess
-from spiral_gripper_ros.simulation.injection import local_discovery
+from spiral_gripper_ros.process.node_process import NODE, SIMULATOR, NodeProcess
+from spiral_gripper_ros.process.stop_signals import StopSignals
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.smoke.listener import SmokeListener
 from spiral_gripper_ros.smoke.verdict import VENTED, SmokeRecord, verdicts
+from spiral_gripper_ros.tools.injection import local_discovery
 
 # A first start compiles the solver: half a minute, some minutes on a slow machine.
 START_TIMEOUT = 300.0
@@ -94,8 +94,8 @@ class _Smoke:
         self._is_measured = fault != Fault.LOST_LINK.value
         self._say(f"starting node and simulator of {gripper}, below {self._namespace}")
         with ExitStack() as stack:
-            ears = SmokeListener(self._namespace)
-            stack.callback(ears.close)
+            listener = SmokeListener(self._namespace)
+            stack.callback(listener.destroy_node)
             # There is an object, but no estimate of its radius: only the goal says what to wrap.
             settings = {"gripper": gripper, "fault": fault, "dropout_probability": 1.0}
             processes = {
@@ -107,17 +107,17 @@ class _Smoke:
                     ("node", NODE, {"gripper": gripper}),
                 )
             }
-            with SpiralGripper(self._namespace, ANSWER_TIMEOUT) as hands:
-                if self._wait_until_active(hands, ears, processes):
-                    self._grasp(hands, ears)
-                    self._release(hands, ears)
+            with SpiralGripper(self._namespace, ANSWER_TIMEOUT) as client:
+                if self._wait_until_active(client, listener, processes):
+                    self._grasp(client, listener)
+                    self._release(client, listener)
             for name in ("node", "simulator"):
                 self._record.exit_codes[name] = processes[name].stop()
-                ears.hear(LATE)
-            self._record.commands = ears.commands
+                listener.spin(LATE)
+            self._record.commands = listener.commands
 
     def _wait_until_active(
-        self, hands: SpiralGripper, ears: SmokeListener, processes: dict[str, NodeProcess]
+        self, client: SpiralGripper, listener: SmokeListener, processes: dict[str, NodeProcess]
     ) -> bool:
         """Wait for the node and the simulator; return whether they came."""
         start = time.monotonic()
@@ -127,11 +127,11 @@ class _Smoke:
                 self._record.answer = f"the {ended[0]} has ended by itself"
                 return False
             try:
-                hands.wait_until_active(PROGRESS_PERIOD)
+                client.wait_until_active(PROGRESS_PERIOD)
             except NoAnswerError as error:
                 self._record.answer = str(error.missing)
                 continue
-            missing = self._missing(hands, ears)
+            missing = self._missing(client, listener)
             if missing is None:
                 self._record.active_after = time.monotonic() - start
                 self._record.answer = ""
@@ -140,29 +140,29 @@ class _Smoke:
             self._record.answer = missing
         return False
 
-    def _missing(self, hands: SpiralGripper, ears: SmokeListener) -> str | None:
+    def _missing(self, client: SpiralGripper, listener: SmokeListener) -> str | None:
         """Return what is not heard yet, of what a grasp is judged by."""
-        if not ears.hear(PROGRESS_PERIOD, lambda: ears.radius is not None):
+        if not listener.spin(PROGRESS_PERIOD, lambda: listener.radius is not None):
             return "nothing is heard of the simulated object"
-        status = hands.status
+        status = client.status
         if self._is_measured and (status is None or not status.measured):
             return "the node hears no measured_pressure"
         return None
 
-    def _grasp(self, hands: SpiralGripper, ears: SmokeListener) -> None:
+    def _grasp(self, client: SpiralGripper, listener: SmokeListener) -> None:
         """Wrap the simulated object, hold it for a while, and look at everything."""
         record = self._record
-        record.radius = ears.radius
+        record.radius = listener.radius
         start = time.monotonic()
         try:
-            if not hands.wrap(record.radius, timeout=GRASP_TIMEOUT):
-                result = hands.result()
+            if not client.wrap(record.radius, timeout=GRASP_TIMEOUT):
+                result = client.result()
                 record.answer = "the goal is refused" if result is None else result.message
                 return
-            while not hands.is_done():
-                ears.hear(PROGRESS_PERIOD)
-                self._say(_progress(record.radius, hands, ears))
-            result = hands.wait(ANSWER_TIMEOUT)
+            while not client.is_done():
+                listener.spin(PROGRESS_PERIOD)
+                self._say(_progress(record.radius, client, listener))
+            result = client.wait(ANSWER_TIMEOUT)
         except SpiralError as error:
             record.answer = str(error)
             return
@@ -170,34 +170,36 @@ class _Smoke:
             record.wrapped_after = time.monotonic() - start
         record.answer = result.message
         self._say(result.message)
-        ears.hear(HOLD_TIME)
-        status = hands.status
+        listener.spin(HOLD_TIME)
+        status = client.status
         record.says_wrapped = status is not None and bool(status.wrapped)
-        record.grip, record.poses = ears.grip, ears.poses
-        record.measured = ears.measured
-        record.command = ears.commands[-1] if ears.commands else None
+        record.grip, record.poses = listener.grip, listener.poses
+        record.measured = listener.measured
+        record.command = listener.commands[-1] if listener.commands else None
 
-    def _release(self, hands: SpiralGripper, ears: SmokeListener) -> None:
+    def _release(self, client: SpiralGripper, listener: SmokeListener) -> None:
         """Vent, and wait until the measured pressure says so."""
         start = time.monotonic()
         try:
-            hands.release()
+            client.release()
         except SpiralError as error:
             self._record.release_answer = str(error)
             return
-        if ears.hear(RELEASE_TIMEOUT, lambda: ears.measured is not None and ears.measured < VENTED):
+        if listener.spin(
+            RELEASE_TIMEOUT, lambda: listener.measured is not None and listener.measured < VENTED
+        ):
             self._record.vented_after = time.monotonic() - start
             self._say(f"vented after {self._record.vented_after:.1f} s")
-        self._record.measured_at_end = ears.measured
+        self._record.measured_at_end = listener.measured
 
 
-def _progress(radius: float | None, hands: SpiralGripper, ears: SmokeListener) -> str:
+def _progress(radius: float | None, client: SpiralGripper, listener: SmokeListener) -> str:
     """Return a line of how far the grasp is."""
-    target, command = 0.0, ears.commands[-1] if ears.commands else 0.0
-    feedback = hands.feedback()
+    target, command = 0.0, listener.commands[-1] if listener.commands else 0.0
+    feedback = client.feedback()
     if feedback is not None:
         target = feedback.pressure_target
-    measured = "nothing" if ears.measured is None else f"{ears.measured * 1e-3:.1f} kPa"
+    measured = "nothing" if listener.measured is None else f"{listener.measured * 1e-3:.1f} kPa"
     return (
         f"grasping {(radius or 0.0) * 1e3:.1f} mm: {command * 1e-3:.1f} of {target * 1e-3:.1f} kPa "
         f"commanded, {measured} measured"

@@ -1,33 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact and friction at the nodes: what an obstacle adds to a Newton step.
-
-With gap g, normal N, normal force lambda and slip s of the contact point from its anchor:
-
-- contact, softly: lambda sigma = mu, with the slack sigma = g (an interior-point method), or
-  sharply: either g = 0 or lambda = 0 (an active-set method);
-- friction: tau = mu_f lambda s / w, with w = eps / (1 - |s| / (4 eps)) while the node sticks,
-  |s| < 2 eps, and w = |s| when it slides: Coulomb's law with an elastic slip eps that is a
-  millionth of the rod's radius at the end. The equation w tau = mu_f lambda s is linearized in both
-  tau and s, and symmetrized, as for the total variation (Chan, Golub, Mulet, SIAM J. Sci. Comput.
-  20, 1999): it converges from afar and never is indefinite.
-"""
+"""Contact and friction at the nodes: the unknowns, and what an obstacle adds to a Newton step."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.rod.contact._quaternions import matrices, skews
+from spiral_core.rod.contact._laws import (
+    ACTIVE,
+    EXCESS,
+    GRIP,
+    HEADING,
+    RESULTS,
+    SLIP,
+    STICK_SLIPS,
+    STICKS,
+    STIFFNESS,
+    TARGET,
+    TAU,
+    TINY,
+    TO_BOUNDARY,
+    contact_terms,
+)
+from spiral_core.rod.contact._quaternions import matrices
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.types import Array
-
-# A node sticks while its slip is below this many elastic slips.
-STICK_SLIPS = 2.0
-# A step goes at most this fraction of the way to where a slack or a normal force vanishes.
-TO_BOUNDARY = 0.99
-TINY = 1e-300
 
 
 @dataclass(slots=True, eq=False)
@@ -65,6 +65,13 @@ class Iterate:
         )
 
 
+class NodalTerms(Protocol):
+    """What a step in time adds to the energy, a sum over the nodes."""
+
+    def add(self, x: Iterate, gradient: Array, tangent: Array) -> None:
+        """Add the gradient (N + 1, 6) and Hessian (N + 1, 6, 6) at x to the given ones."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Anchors:
     """Where friction measures slip from, for each obstacle and node.
@@ -78,6 +85,24 @@ class Anchors:
     points: Array
     arms: Array
     lever: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """How far nodes may go from where they were before an iteration is given up.
+
+    Args:
+        origin: (N + 1, 3) where they were [m].
+        limits: (N + 1,) [m].
+    """
+
+    origin: Array
+    limits: Array
+
+    def left(self, positions: Array) -> bool:
+        """Return whether a node is beyond its limit."""
+        moves = np.sum((positions - self.origin) ** 2, axis=1)
+        return bool(np.any(moves > self.limits**2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +131,16 @@ def distances(obstacle: Obstacle, points: Array, radius: float) -> tuple[Array, 
     turn = matrices(np.array([obstacle.orientation]))[0]
     gap, normal, bend = obstacle.shape.distance((points - np.asarray(obstacle.position)) @ turn)
     return gap - radius, normal @ turn.T, turn @ bend @ turn.T
+
+
+def widen(
+    x: Iterate, obstacles: tuple[Obstacle, ...], radius: float, width: float, barrier: float
+) -> None:
+    """Put slacks and normal forces well inside the barrier of this width [m]."""
+    for j, obstacle in enumerate(obstacles):
+        gap, _, _ = distances(obstacle, x.p, radius)
+        x.slack[j] = np.maximum(gap, width)
+        x.normal[j] = np.maximum(x.normal[j], barrier / x.slack[j])
 
 
 def slip_of(x: Iterate, anchors: Anchors, j: int, normal: Array) -> Array:
@@ -150,7 +185,7 @@ def carried(
 
 
 class Contact:
-    """One obstacle's terms at an iterate, for the nodes that may touch."""
+    """One obstacle's terms at an iterate."""
 
     def __init__(
         self,
@@ -158,122 +193,93 @@ class Contact:
         j: int,
         obstacle: Obstacle,
         radius: float,
-        touchable: NDArray[np.intp],
+        touchable: Array,
         anchors: Anchors,
-        law: Law,
     ) -> None:
-        gap, normal, bend = distances(obstacle, x.p, radius)
-        self.obstacle, self.j, self.law = obstacle, j, law
-        self.index = touchable
-        self.gap, self.direction = gap[touchable], normal[touchable]
-        self.force, self.slack = x.normal[j, touchable], x.slack[j, touchable]
-        count = len(touchable)
-        if law.sharp:
-            self.active = self.force > law.stiffness * self.gap
-            self.stiffness = np.where(self.active, 1.0 / law.compliance, 0.0)
-            self.excess = np.where(self.active, self.gap / law.compliance, self.force)
-        else:
-            self.active = self.force > law.stiffness * self.slack
-            self.stiffness = self.force / self.slack
-            self.excess = self.force - law.barrier / self.slack
-            self.excess += self.stiffness * (self.gap - self.slack)
-        pairs = self.direction[:, :, None] * self.direction[:, None, :]
-        self.gradient, self.drive = np.zeros((count, 6)), np.zeros((count, 6))
-        self.tangent = np.zeros((count, 6, 6))
-        self.gradient[:, 3:] = -self.force[:, None] * self.direction
-        self.drive[:, 3:] = (self.excess - self.force)[:, None] * self.direction
-        self.tangent[:, 3:, 3:] = self.stiffness[:, None, None] * pairs
-        self.tangent[:, 3:, 3:] -= self.force[:, None, None] * bend[touchable]
+        self.x, self.j, self.anchors, self.touchable = x, j, anchors, touchable
+        self.gap, self.normal, self.bend = distances(obstacle, x.p, radius)
+        self.mu = obstacle.friction
         self.rubs = obstacle.friction > 0.0
-        if self.rubs:
-            self._add_friction(x, anchors, pairs)
+        self.rows = np.zeros((len(x.p), RESULTS))
 
-    def _add_friction(self, x: Iterate, anchors: Anchors, pairs: Array) -> None:
-        """Add friction's gradient, what it is to become, and its stiffness."""
-        law, index, direction = self.law, self.index, self.direction
-        turn, arm = matrices(x.q[index]), anchors.arms[self.j, index]
-        away = np.einsum("nij,nj->ni", turn, arm) + x.p[index] - anchors.points[self.j, index]
-        slip = away - direction * np.sum(away * direction, axis=1)[:, None]
-        tau = x.friction[self.j, index]
-        tau = tau - direction * np.sum(tau * direction, axis=1)[:, None]
-        limit = self.obstacle.friction * np.maximum(self.force, 0.0)
-        size = np.sqrt(np.sum(tau * tau, axis=1))
-        tau = tau * (limit / np.maximum(np.maximum(size, limit), TINY))[:, None]
-        size = np.sqrt(np.sum(slip * slip, axis=1))
-        self.sticks = size < STICK_SLIPS * law.slip
-        yielded = 1.0 - 0.25 * np.minimum(size / law.slip, STICK_SLIPS)
-        width = np.where(self.sticks, law.slip / yielded, size)
-        rate = np.where(self.sticks, 0.25 / yielded**2, 1.0)
-        along = slip / np.maximum(size, TINY)[:, None]
-        across = tau / np.maximum(limit, TINY)[:, None]
-        outer = across[:, :, None] * (rate[:, None] * along)[:, None, :]
-        heading = slip / width[:, None]
-        plane = np.eye(3) - pairs
-        self.friction, self.slip, self.heading = tau, slip, heading
-        self.target = limit[:, None] * heading
-        self.grip = (limit / width)[:, None, None] * (
-            plane - 0.5 * (outer + outer.transpose(0, 2, 1))
-        )
-        # Friction acts where the rod touches now; what slips is the point that touched before.
-        moved, pushed = np.zeros((len(index), 3, 6)), np.zeros((len(index), 3, 6))
-        moved[:, :, 3:] = pushed[:, :, 3:] = plane
-        here = -anchors.lever * np.einsum("nji,nj->ni", turn, direction)
-        pushed[:, :, :3] = -plane @ turn @ skews(here)
-        moved[:, :, :3] = -plane @ turn @ skews(arm) if law.coupled else pushed[:, :, :3]
-        self.moved, levered = moved, pushed.transpose(0, 2, 1)
-        self.gradient += np.einsum("nij,nj->ni", levered, tau)
-        self.drive += np.einsum("nij,nj->ni", levered, self.target)
-        self.tangent += levered @ self.grip @ moved
-        if law.coupled:
-            torque = np.einsum("nij,nj->ni", levered[:, :3], tau)
-            self.tangent[:, :3, :3] += skews(torque)
-            pull = self.obstacle.friction * np.einsum("nij,nj->ni", levered, heading)
-            self.tangent[:, :, 3:] -= (
-                self.stiffness[:, None, None] * pull[:, :, None] * direction[:, None, :]
-            )
-            self.drive -= self.excess[:, None] * pull
+    def add(self, law: Law, true: Array, drive: Array, tangent: Array) -> None:
+        """Add to the gradient, to what drives the step, and to the Hessian."""
+        x, j, anchors = self.x, self.j, self.anchors
+        self.sharp = law.sharp
+        numbers = (law.sharp, law.barrier, law.slip, law.stiffness, law.compliance, law.coupled)
+        contact_terms(
+            np.array((*numbers, self.mu, anchors.lever)), self.touchable, self.gap, self.normal,
+            self.bend, x.q, x.p, anchors.arms[j], anchors.points[j], x.normal[j], x.slack[j],
+            x.friction[j], self.rows, true, drive, tangent,
+        )  # fmt: skip
+
+    @property
+    def active(self) -> NDArray[np.bool_]:
+        """Whether a node touches (N + 1,)."""
+        active: NDArray[np.bool_] = self.rows[:, ACTIVE] > 0.0
+        return active
+
+    @property
+    def sticks(self) -> NDArray[np.bool_]:
+        """Whether a node touches and sticks (N + 1,)."""
+        sticks: NDArray[np.bool_] = self.active & (self.rows[:, STICKS] > 0.0)
+        return sticks
+
+    @property
+    def slip(self) -> Array:
+        """Slip of the contact points since the increment began (N + 1, 3) [m]."""
+        return self.rows[:, SLIP:]
 
     def fractions(self, step: Array) -> tuple[float, float]:
         """Take a Newton step (N + 1, 6) and return how much of it slacks and forces allow."""
-        approach = np.sum(self.direction * step[self.index, 3:], axis=1)
-        self.force_step = -self.excess - self.stiffness * approach
-        self.slack_step = approach + self.gap - self.slack
-        if self.law.sharp or not len(self.index):
+        x, j, may = self.x, self.j, self.touchable
+        approach = np.einsum("ni,ni->n", self.normal, step[:, 3:])
+        self.force_step = -(self.rows[:, EXCESS] + self.rows[:, STIFFNESS] * approach) * may
+        self.slack_step = (approach + self.gap - x.slack[j]) * may
+        if self.sharp:
             return 1.0, 1.0
-        primal = float(np.max(-self.slack_step / self.slack))
-        dual = float(np.max(-self.force_step / self.force))
+        safe = np.maximum(x.normal[j], TINY)
+        primal = float(np.max(-self.slack_step / x.slack[j]))
+        dual = float(np.max(np.where(may > 0.0, -self.force_step / safe, 0.0)))
         return (
             min(1.0, TO_BOUNDARY / max(primal, TINY)),
             min(1.0, TO_BOUNDARY / max(dual, TINY)),
         )
 
-    def update(self, x: Iterate, step: Array, primal: float, dual: float) -> None:
-        """Write the contact's part of the step into x."""
-        x.normal[self.j, self.index] = self.force + dual * self.force_step
-        x.slack[self.j, self.index] = self.slack + primal * self.slack_step
+    def update(self, coupled: bool, step: Array, primal: float, dual: float) -> None:
+        """Write the contact's part of the step into the iterate."""
+        x, j = self.x, self.j
+        x.normal[j] += dual * self.force_step
+        x.slack[j] += primal * self.slack_step
         if self.rubs:
-            new = self.target + np.einsum("nij,njk,nk->ni", self.grip, self.moved, step[self.index])
-            if self.law.coupled:
-                new += self.obstacle.friction * self.force_step[:, None] * self.heading
-            x.friction[self.j, self.index] = self.friction + dual * (new - self.friction)
+            grip = self.rows[:, GRIP:SLIP].reshape(-1, 3, 6)
+            new = self.rows[:, TARGET:HEADING] + (grip @ step[:, :, None])[:, :, 0]
+            if coupled:
+                new += (self.mu * self.force_step)[:, None] * self.rows[:, HEADING:GRIP]
+            old = self.rows[:, TAU:TARGET]
+            x.friction[j] = old + dual * (new - old)
 
     def residual(self, length: float, force: float, barrier: float, tolerance: float) -> float:
         """Return how far the contact's laws are from holding, as a fraction of length and force."""
-        if not len(self.index):
+        may, active = self.touchable > 0.0, self.active
+        gap, pressing = self.gap[may], self.x.normal[self.j, may]
+        if not len(gap):
             return 0.0
-        if self.law.sharp:
+        if self.sharp:
+            touching = active[may]
             worst = max(
-                np.abs(self.gap[self.active]).max(initial=0.0) / length,
-                np.abs(self.force[~self.active]).max(initial=0.0) / force,
-                -self.gap.min() / length,
-                -self.force.min() / force,
+                np.abs(gap[touching]).max(initial=0.0) / length,
+                np.abs(pressing[~touching]).max(initial=0.0) / force,
+                -gap.min() / length,
+                -pressing.min() / force,
             )
         else:
+            slack = self.x.slack[self.j, may]
             worst = max(
-                np.abs(self.gap - self.slack).max() / length,
-                0.5 * tolerance * np.max(self.force * self.slack) / barrier,
+                np.abs(gap - slack).max() / length,
+                0.5 * tolerance * np.max(pressing * slack) / barrier,
             )
         if self.rubs:
-            off = np.abs(self.friction - self.target)[self.active]
+            off = np.abs(self.rows[:, TAU:TARGET] - self.rows[:, TARGET:HEADING])[active]
             worst = max(worst, off.max(initial=0.0) / force)
         return float(worst)

@@ -4,23 +4,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core.rod.contact._contact import Anchors, Iterate, carried, distances
+from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, distances
 from spiral_core.rod.contact._mesh import Arrays, between
-from spiral_core.rod.contact._newton import CONVERGED, Drag, Newton, Solution, last_slip
-from spiral_core.rod.contact._quaternions import turn_between, turned
+from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution, last_slip
+from spiral_core.rod.contact._quaternions import matrices, turn_between, turned
 from spiral_core.rod.types import Array
 
 # In one increment a node moves by at most this fraction of an obstacle's arc, or its distance from
 # it, so that it cannot change sides; and of the rod's length, so that a jump is seen as one.
 LARGEST_ARC = 0.5
 LARGEST_MOVE = 0.1
+# An iteration on whose way a node is so many times as far is given up.
+TOO_FAR = 3.0
 # Increments grow up to this many times where they are easy.
 GROWTH = 1.6
 EASY_PASSES = 14
+# Two changes are proportional up to this fraction.
+ALIKE = 0.05
 # The branch has ended where no increment longer than this succeeds.
 SMALLEST_INCREMENT = 1.0 / 4096.0
 # Steps of the motion after a fold, how their drag changes, and after how many lengths of the rod
@@ -50,6 +54,29 @@ class Point:
     solution: Solution
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Drag:
+    """Resistance to leaving a state: a step of the overdamped motion away from it.
+
+    Args:
+        weight: per node, against displacement [N/m].
+        rest: the state.
+        arm: length by which rotations count as displacements [m].
+    """
+
+    weight: float
+    rest: Iterate
+    arm: float
+
+    def add(self, x: Iterate, gradient: Array, tangent: Array) -> None:
+        """Add gradient and Hessian at x."""
+        turning, every = self.weight * self.arm**2, np.arange(6)
+        gradient[:, :3] += turning * turn_between(self.rest.q, x.q)
+        gradient[:, 3:] += self.weight * (x.p - self.rest.p)
+        tangent[:, every[:3], every[:3]] += turning
+        tangent[:, every[3:], every[3:]] += self.weight
+
+
 def largest_moves(here: Point) -> Array:
     """Return how far each node may move in an increment (N + 1,) [m].
 
@@ -64,6 +91,25 @@ def largest_moves(here: Point) -> Array:
     return moves
 
 
+def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
+    """Return the largest move of a node as a fraction of what it may, up to a problem and a place.
+
+    A node may not change sides of an obstacle: its move is seen from the obstacle, wherever that
+    goes meanwhile.
+    """
+    moves = np.sqrt(np.sum((positions - here.x.p) ** 2, axis=1))
+    fraction = float(moves.max()) / (LARGEST_MOVE * arrays.length)
+    for old, new in zip(here.arrays.obstacles, arrays.obstacles, strict=True):
+        gap, _, _ = distances(old, here.x.p, arrays.radius)
+        first, last = (matrices(np.array([one.orientation]))[0] for one in (old, new))
+        before = (here.x.p - np.asarray(old.position)) @ first
+        after = (positions - np.asarray(new.position)) @ last
+        arc = LARGEST_ARC * (old.shape.feature_radius + arrays.radius)
+        moves = np.sqrt(np.sum((after - before) ** 2, axis=1))
+        fraction = max(fraction, float(np.max(moves / np.maximum(arc, gap))))
+    return fraction
+
+
 def attempt(
     here: Point, arrays: Arrays, guess: Iterate, drag: float = 0.0
 ) -> tuple[Iterate, Anchors, Solution, float]:
@@ -75,10 +121,11 @@ def attempt(
     anchors = carried(
         here.x, here.anchors, here.arrays.obstacles, arrays.obstacles, arrays.lever, slip
     )
-    newton = Newton(arrays, guess, anchors, Drag(drag, here.x.copy()) if drag else None)
-    solution = newton.run(LARGEST_MOVE * arrays.length)
-    moves = np.sqrt(np.sum((guess.p - here.x.p) ** 2, axis=1))
-    return guess, anchors, solution, float(np.max(moves / largest_moves(here)))
+    resistance = Drag(drag, here.x.copy(), arrays.step) if drag else None
+    newton = Newton(arrays, guess, anchors, resistance)
+    limits = largest_moves(here)
+    solution = newton.run(LARGEST_MOVE * arrays.length, Reach(here.x.p, TOO_FAR * limits))
+    return guess, anchors, solution, moved_fraction(here, arrays, guess.p)
 
 
 def advance(
@@ -110,6 +157,42 @@ def advance(
             return
 
 
+def continued(before: Point | None, here: Point, end: Arrays) -> Point | None:
+    """Return ``before``, its place counted as if it lay on the way from ``here`` to ``end``.
+
+    None unless this way leads on in the direction of the last one: the same quantities change, in
+    the same proportions.
+    """
+    if before is None:
+        return None
+    last, now = _change(before.arrays, here.arrays), _change(here.arrays, end)
+    square = float(last @ last)
+    ratio = float(last @ now) / square if square > 0.0 else 0.0
+    if not ratio > 0.0 or not np.abs(now - ratio * last).max() <= ALIKE * np.abs(now).max():
+        return None
+    return replace(before, at=here.at - 1.0 / ratio)
+
+
+def _change(first: Arrays, last: Arrays) -> Array:
+    """Return how much the quantities differ that a way may change, each in a scale of its own."""
+    bending, length = first.bending, first.length
+    force = bending / length**2
+    parts = [
+        (last.own - first.own)[:, (0, 3)] / bending,
+        (last.own[:, 4, :2] - first.own[:, 4, :2]) * (length / bending),
+        (last.half - first.half) / force,
+        (last.nodal - first.nodal) / np.repeat((force * length, force), 3),
+        (last.end_positions - first.end_positions) / length,
+        last.end_orientations - first.end_orientations,
+    ]
+    for a, b in zip(first.obstacles, last.obstacles, strict=True):
+        parts.append((np.array(b.position) - np.array(a.position)) / length)
+        parts.append(
+            np.array((*b.orientation, b.friction)) - np.array((*a.orientation, a.friction))
+        )
+    return np.concatenate([part.ravel() for part in parts])
+
+
 def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
     """Return the state expected at ``at`` from the last two."""
     x = here.x.copy()
@@ -134,7 +217,7 @@ def slide(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
     and the positions (N + 1, 3) that it passed.
     """
     unit = arrays.force_scale / arrays.length
-    drag = 1e-2 * unit
+    drag = unit
     trail = [here.x.p]
     rests = 0
     for _ in range(SLIDE_STEPS):

@@ -10,21 +10,28 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spiral_core.rod.contact._contact import TINY, Anchors, Contact, Iterate, Law, distances
-from spiral_core.rod.contact._elimination import newton_pass
+from spiral_core.rod.contact._contact import (
+    Anchors,
+    Contact,
+    Iterate,
+    Law,
+    NodalTerms,
+    Reach,
+    widen,
+)
+from spiral_core.rod.contact._elimination import assemble, eliminate
+from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
-from spiral_core.rod.contact._quaternions import matrices, skews, turn_between, turned
+from spiral_core.rod.contact._quaternions import matrices, skews, turned
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
 
 # Outcomes.
 CONVERGED, ITERATION_LIMIT, NOT_FINITE, UNSTABLE = range(4)
 
 MAX_PASSES = 60
-# Passes of the quick attempt, doubled if the residual is this small by then.
+# The quick attempt goes on for so many passes after the residual was last halved.
 QUICK_PASSES = 6
-QUICK_RESIDUAL = 1e-3
 # Largest rotation of a node in one step [rad].
 MAX_ROTATION = 0.7
 # Compliances left to what is rigid, as fractions of an element's own; they change the way to the
@@ -73,19 +80,6 @@ class Solution:
     contacts: tuple[Contact, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Drag:
-    """Resistance to leaving a state: a step of the overdamped motion away from it.
-
-    Args:
-        weight: per node, against displacement [N/m].
-        rest: the state.
-    """
-
-    weight: float
-    rest: Iterate
-
-
 def last_slip(arrays: Arrays) -> float:
     """Return the elastic slip of friction in a solution [m]."""
     return LAST_SLIP * max(arrays.radius, 1e-3 * arrays.length)
@@ -95,9 +89,10 @@ class Newton:
     """One solve of a problem, from an iterate that is changed in place."""
 
     def __init__(
-        self, arrays: Arrays, x: Iterate, anchors: Anchors, drag: Drag | None = None
+        self, arrays: Arrays, x: Iterate, anchors: Anchors, added: NodalTerms | None = None
     ) -> None:
-        self.arrays, self.x, self.anchors, self.drag = arrays, x, anchors, drag
+        self.arrays, self.x, self.anchors, self.added = arrays, x, anchors, added
+        self.tolerance = DEFAULT_TOLERANCE
         count, h = arrays.count, arrays.step
         self.force = arrays.force_scale
         self.moment = max(arrays.bending / arrays.length, self.force * h)
@@ -122,11 +117,12 @@ class Newton:
         self.step, self.force_step = np.zeros((count + 1, 6)), np.zeros((count, 3))
         self.gradient, self.chord = np.zeros((count + 1, 6)), np.zeros((count, 3))
         self.moments = np.zeros((count + 1, 3))
+        self.hessians, self.gradients = np.empty((count, 9, 9)), np.empty((count, 9))
 
-    def _hold_ends(self) -> NDArray[np.intp]:
-        """Put the ends where they are held; return the nodes that may touch an obstacle."""
+    def _hold_ends(self) -> Array:
+        """Put the ends where they are held; return 1 for nodes that may touch (N + 1,)."""
         arrays, x = self.arrays, self.x
-        free = np.ones(arrays.count + 1, dtype=bool)
+        free = np.ones(arrays.count + 1)
         for side, node in ((0, 0), (1, -1)):
             hold = arrays.end_free[side]
             if not hold[:3, :3].any():
@@ -134,68 +130,81 @@ class Newton:
             away = arrays.end_positions[side] - x.p[node]
             x.p[node] += away - hold[3:, 3:] @ away
             free[node] = hold[3:, 3:].any()
-        return np.nonzero(free)[0]
+        return free
 
-    def run(self, max_move: float) -> Solution:
+    def run(self, max_move: float, reach: Reach | None = None) -> Solution:
         """Iterate to the equilibrium; nodes move at most ``max_move`` [m] in a step."""
         start = self.x.copy()
         quick = True
-        blocked = 0
+        blocked = patience = 0
+        best = np.inf
         solution = self._pass()
         first = self._first_guess(solution)
         for passes in range(1, MAX_PASSES):
-            ended = self._ended(solution)
-            if ended is not None:
-                self.x.sharp = self.law.sharp
-                return replace(solution, outcome=ended, passes=passes)
-            late = passes > QUICK_PASSES and not solution.residual < QUICK_RESIDUAL
-            failing = late or passes > 2 * QUICK_PASSES or not solution.pivot > 0.0
-            if quick and passes == 1 and not self.law.sharp:
-                self.law = replace(self.law, sharp=True, coupled=self.rubs)
-            elif quick and failing and self.arrays.obstacles:
+            if not np.isfinite(solution.residual):
+                return replace(solution, outcome=NOT_FINITE, passes=passes)
+            if self._settled(solution):
+                solution = self._certified(solution)
+                if solution.pivot > 0.0:
+                    self.x.sharp = self.law.sharp
+                    return replace(solution, outcome=CONVERGED, passes=passes)
+            patience = QUICK_PASSES if solution.residual < 0.5 * best else patience - 1
+            best = min(best, solution.residual)
+            left = reach is not None and reach.left(self.x.p)
+            failing = left or patience == 0 or not solution.pivot > 0.0
+            if quick and failing and self.arrays.obstacles:
                 quick = False
                 self._restart(start, *first)
-            elif solution.pivot > 0.0:
+            elif solution.pivot > 0.0 and not left:
                 primal, dual = self._advance(solution, max_move)
                 if not self.law.sharp:
                     blocked = blocked + 1 if min(primal, dual) < BLOCKED else 0
                     blocked = self._sink(solution, min(primal, dual), blocked, first)
+                self._couple(solution)
             else:
                 return replace(solution, outcome=UNSTABLE, passes=passes)
             solution = self._pass()
         return replace(solution, outcome=ITERATION_LIMIT, passes=MAX_PASSES)
 
-    def _ended(self, solution: Solution) -> int | None:
-        """Return the outcome if the iteration has ended; couple friction near the end."""
-        if not np.isfinite(solution.residual):
-            return NOT_FINITE
+    def _settled(self, solution: Solution) -> bool:
+        """Return whether the equations hold, with the contact's last barrier and elastic slip."""
         law = self.law
-        last = law.sharp or law.barrier == self.last_barrier
-        converged = solution.residual < DEFAULT_TOLERANCE and law.slip == self.last_slip and last
-        near = law.slip == self.last_slip and solution.residual < COUPLING_RESIDUAL
-        near = near and self.shift == 0.0
-        coupled = self.rubs and near and not converged
-        if converged and not law.coupled and self.shift == 0.0 and solution.pivot > 0.0:
-            return CONVERGED
-        if coupled != law.coupled:
-            self.law = replace(law, coupled=coupled)
-        return None
+        last = law.slip == self.last_slip and (law.sharp or law.barrier == self.last_barrier)
+        return last and self.shift == 0.0 and solution.residual < self.tolerance
+
+    def _couple(self, solution: Solution) -> None:
+        """Let friction follow the normal force in the next pass, near the end."""
+        near = self.law.slip == self.last_slip and solution.residual < COUPLING_RESIDUAL
+        self.law = replace(self.law, coupled=self.rubs and near and self.shift == 0.0)
+
+    def _certified(self, solution: Solution) -> Solution:
+        """Return the solution with the smallest pivot of its symmetric Hessian."""
+        if not self.law.coupled:
+            return solution
+        self.law = replace(self.law, coupled=False)
+        drive, tangent = self._loads()
+        for contact in solution.contacts:
+            contact.add(self.law, drive.copy(), drive, tangent)
+        step, force = self.step.copy(), self.force_step.copy()
+        pivot = self._eliminate(drive, tangent)
+        self.step[:], self.force_step[:] = step, force
+        return replace(solution, pivot=pivot)
 
     def _first_guess(self, solution: Solution) -> tuple[float, float, float]:
         """Return width [m], barrier [N m] and slip [m] with which a thorough iteration begins."""
         length = self.arrays.length
         reach = 0.0
         for contact in solution.contacts:
-            if len(contact.index):
-                moved = np.sum(contact.direction * self.step[contact.index, 3:], axis=1)
-                reach = max(reach, float(-(contact.gap + moved).min()))
+            moved = np.einsum("ni,ni->n", contact.normal, self.step[:, 3:])
+            reach = max(reach, float(-((contact.gap + moved) * self.touchable).min()))
         width = min(max(reach, 1e-5 * length), 0.05 * length)
         barrier = 0.01 * self.force * width * min(1.0, max(solution.residual, 0.1))
         move = float(np.sqrt(np.max(np.sum(self.step[:, 3:] ** 2, axis=1))))
         slip = max(0.1 * min(move, 0.01 * length), 10.0 * self.last_slip)
         for contact in solution.contacts:
-            if contact.rubs and contact.force.any():
-                square = np.sum(contact.slip[contact.force > 0.0] ** 2, axis=1)
+            if contact.rubs:
+                pressed = contact.touchable * self.x.normal[contact.j] > 0.0
+                square = np.sum(contact.slip[pressed] ** 2, axis=1)
                 slip = max(slip, 0.1 * float(np.sqrt(square.max(initial=0.0))))
         return width, barrier, slip
 
@@ -204,28 +213,19 @@ class Newton:
         for name in ("q", "p", "n", "normal", "slack", "friction"):
             getattr(self.x, name)[:] = getattr(start, name)
         self.law = replace(self.law, sharp=False, barrier=barrier, slip=slip, coupled=False)
-        self._widen(width)
-
-    def _widen(self, width: float) -> None:
-        """Put slacks and normal forces well inside the barrier of this width."""
-        for j, obstacle in enumerate(self.arrays.obstacles):
-            gap, _, _ = distances(obstacle, self.x.p, self.arrays.radius)
-            self.x.slack[j] = np.maximum(gap, width)
-            self.x.normal[j] = np.maximum(self.x.normal[j], self.law.barrier / self.x.slack[j])
+        widen(self.x, self.arrays.obstacles, self.arrays.radius, width, self.law.barrier)
 
     def _sink(
         self, solution: Solution, fraction: float, blocked: int, first: tuple[float, float, float]
     ) -> int:
         """Set the barrier and slip of the next pass from how the last step went."""
-        pairs = [
-            self.x.normal[c.j, c.index] * self.x.slack[c.j, c.index] for c in solution.contacts
-        ]
-        mean = float(np.mean(np.concatenate(pairs)))
+        pairs = self.x.normal * self.x.slack * self.touchable
+        mean = float(np.sum(pairs)) / (len(pairs) * float(np.sum(self.touchable)))
         law = self.law
         if blocked == 2:
             width = min(3.0 * first[0], 0.1 * self.arrays.length)
             self.law = replace(law, barrier=10.0 * mean)
-            self._widen(width)
+            widen(self.x, self.arrays.obstacles, self.arrays.radius, width, self.law.barrier)
             return 0
         barrier = max(self.last_barrier, mean * max(0.02, (1.0 - fraction) ** 2))
         slip = law.slip
@@ -239,13 +239,16 @@ class Newton:
         arrays, x, law = self.arrays, self.x, self.law
         drive, tangent = self._loads()
         true = drive.copy()
-        contacts = []
-        for j, obstacle in enumerate(arrays.obstacles):
-            contact = Contact(x, j, obstacle, arrays.radius, self.touchable, self.anchors, law)
-            contacts.append(contact)
-            true[contact.index] += contact.gradient
-            drive[contact.index] += contact.drive
-            tangent[contact.index] += contact.tangent
+        contacts = tuple(
+            Contact(x, j, obstacle, arrays.radius, self.touchable, self.anchors)
+            for j, obstacle in enumerate(arrays.obstacles)
+        )
+        for contact in contacts:
+            contact.add(law, true, drive, tangent)
+        energy = assemble(
+            x.q, x.p, x.n, arrays.half, arrays.own, self.hessians, self.gradients, self.chord,
+            self.moments,
+        )  # fmt: skip
         unit = self.force / arrays.length / arrays.count
         self.shift = 0.1 * self.shift if self.shift > 1e-2 * unit else 0.0
         diagonal = np.arange(6)
@@ -254,12 +257,8 @@ class Newton:
             if self.shift:
                 shifted = tangent.copy()
                 shifted[:, diagonal, diagonal] += self.shift * self.mass
-            energy, pivot = newton_pass(
-                x.q, x.p, x.n, arrays.half, arrays.own, self.compliance, drive, shifted,
-                arrays.end_free, arrays.step, law.coupled,
-                self.step, self.force_step, self.gradient, self.chord, self.moments,
-            )  # fmt: skip
-            if pivot > 0.0 or not np.isfinite(pivot) or (law.sharp and arrays.obstacles):
+            pivot = self._eliminate(drive, shifted)
+            if pivot > 0.0 or not np.isfinite(pivot) or (law.sharp and contacts):
                 break
             if self.shift > 1e9 * unit:
                 break
@@ -267,11 +266,20 @@ class Newton:
         gradient = self.gradient - drive + true
         residual = self._residual(gradient, contacts)
         return Solution(
-            UNSTABLE, 0, energy, residual, pivot, gradient, self.moments.copy(), tuple(contacts)
+            UNSTABLE, 0, energy, residual, pivot, gradient, self.moments.copy(), contacts
         )
 
+    def _eliminate(self, drive: Array, tangent: Array) -> float:
+        """Write the steps that a gradient and a Hessian at the nodes give; return the pivot."""
+        arrays = self.arrays
+        return eliminate(
+            self.hessians, self.gradients, self.x.n, arrays.half, self.chord, self.compliance,
+            drive, tangent, arrays.end_free, arrays.step, self.law.coupled, self.step,
+            self.force_step, self.gradient,
+        )  # fmt: skip
+
     def _loads(self) -> tuple[Array, Array]:
-        """Return gradient and Hessian of the nodal loads, of the drag and against free spinning."""
+        """Return gradient and Hessian of loads at the nodes and of what is added."""
         arrays, x = self.arrays, self.x
         count = arrays.count
         gradient, tangent = np.zeros((count + 1, 6)), np.zeros((count + 1, 6, 6))
@@ -284,15 +292,11 @@ class Newton:
         neutral = NEUTRAL * arrays.bending / arrays.length / count
         tangent[:, diagonal, diagonal] += neutral
         tangent[:, 3 + diagonal, 3 + diagonal] += neutral / arrays.length**2
-        if self.drag is not None:
-            rest = self.drag.rest
-            away = np.hstack((turn_between(rest.q, x.q), x.p - rest.p))
-            gradient += self.drag.weight * self.mass * away
-            every = np.arange(6)
-            tangent[:, every, every] += self.drag.weight * self.mass
+        if self.added is not None:
+            self.added.add(x, gradient, tangent)
         return gradient, tangent
 
-    def _residual(self, gradient: Array, contacts: list[Contact]) -> float:
+    def _residual(self, gradient: Array, contacts: tuple[Contact, ...]) -> float:
         """Return the largest imbalance that is not a reaction at an end."""
         inner = gradient.copy()
         inner[0] = self.arrays.end_free[0] @ inner[0]
@@ -304,7 +308,7 @@ class Newton:
             float(np.abs(self.chord).max()) / length,
         ]
         worst += [
-            c.residual(length, self.force, self.last_barrier, DEFAULT_TOLERANCE) for c in contacts
+            c.residual(length, self.force, self.last_barrier, self.tolerance) for c in contacts
         ]
         return float(np.max(worst))
 
@@ -322,5 +326,5 @@ class Newton:
         x.p += primal * step[:, 3:]
         x.n += dual * self.force_step
         for contact in solution.contacts:
-            contact.update(x, step, primal, dual)
+            contact.update(self.law.coupled, step, primal, dual)
         return primal, dual

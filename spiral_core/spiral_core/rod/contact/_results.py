@@ -72,13 +72,11 @@ def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
     for j, obstacle in enumerate(arrays.obstacles):
         gaps[j], normal, _ = distances(obstacle, x.p, arrays.radius)
         contact = point.solution.contacts[j]
-        normal_forces[j, contact.index] = x.normal[j, contact.index]
+        normal_forces[j] = x.normal[j] * contact.touchable
         forces[j] = normal_forces[j][:, None] * normal
         if contact.rubs:
-            forces[j, contact.index] -= x.friction[j, contact.index]
-            sticking[j, contact.index] = contact.sticks & contact.active
-        else:
-            sticking[j] = False
+            forces[j] -= x.friction[j] * contact.touchable[:, None]
+            sticking[j] = contact.sticks
     return normal_forces, gaps, forces, sticking
 
 

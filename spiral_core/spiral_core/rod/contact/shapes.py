@@ -6,14 +6,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_finite, require_positive
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Array: TypeAlias = NDArray[np.float64]
 # Distance (n,), its gradient (n, 3) and Hessian (n, 3, 3), in the shape's frame.
@@ -115,6 +119,14 @@ class Cone:
         return self.radius
 
 
+@lru_cache(maxsize=32)
+def _spline(heights: tuple[float, ...], radii: tuple[float, ...]) -> CubicSpline:
+    """Return the natural cubic spline through the given points."""
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(heights, radii, bc_type="natural")
+
+
 @dataclass(frozen=True, slots=True)
 class Profile:
     """A body of revolution about the z axis, r(z) a cubic spline, beyond its ends a cone.
@@ -159,9 +171,7 @@ class Profile:
 
     def _curve(self, heights: Array) -> tuple[Array, Array, Array]:
         """Return r, r' and r'' at the heights."""
-        from scipy.interpolate import CubicSpline
-
-        spline = CubicSpline(self.heights, self.radii, bc_type="natural")
+        spline = _spline(tuple(self.heights), tuple(self.radii))
         inside = np.clip(heights, self.heights[0], self.heights[-1])
         slope = spline(inside, 1)
         bend = np.where(heights == inside, spline(inside, 2), 0.0)

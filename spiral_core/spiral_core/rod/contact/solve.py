@@ -14,7 +14,14 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod.contact._contact import Iterate, carried, distances
-from spiral_core.rod.contact._increments import Point, advance, attempt, beyond, slide
+from spiral_core.rod.contact._increments import (
+    Point,
+    advance,
+    attempt,
+    beyond,
+    continued,
+    slide,
+)
 from spiral_core.rod.contact._mesh import Arrays, discretize, element_count
 from spiral_core.rod.contact._newton import UNSTABLE, Solution
 from spiral_core.rod.contact._results import state_from_point
@@ -23,8 +30,9 @@ from spiral_core.rod.contact.problem import ContactProblem
 from spiral_core.rod.contact.state import ContactEvent, ContactPath, ContactState, ContactStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array
 
-# An increment of the way between two stations at the most, if nothing else is asked for.
-DEFAULT_INCREMENT = 0.25
+# With friction the state that a rod reaches depends on its way there: from the straight rod the
+# loads, and then the rest strain, come on in increments of at most this fraction.
+FRICTION_INCREMENT = 0.1
 # A path with more events than this is given up.
 MAX_EVENTS = 64
 
@@ -76,14 +84,14 @@ def solve_contact(
     """
     if isinstance(start, ContactState):
         path = follow_contact([problem], start=start, elements=elements)
-        state = path.states[-1] if path.states else path.events[-1].after
+        state = path.states[-1] if path.states else path.events[-1].last
         return _checked(state, throw)
     count = _count([problem], elements)
     arrays = discretize(problem, count)
     if start is None:
         return _checked(_from_straight(problem, arrays), throw)
     x = from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
-    here = _unsolved(arrays, x)
+    here = unsolved(arrays, x)
     there, rests, trail = slide(here, arrays)
     status = None if rests else ContactStatus.NOT_HELD
     state = state_from_point(_tried(there), there.solution.passes, status)
@@ -95,7 +103,8 @@ def follow_contact(
     *,
     start: ContactState | None = None,
     elements: int | None = None,
-    largest_increment: float = DEFAULT_INCREMENT,
+    largest_increment: float = 1.0,
+    stop_at_event: bool = False,
 ) -> ContactPath:
     """Return the states of a rod whose loads, shape, ends or obstacles change from one to the next.
 
@@ -109,7 +118,10 @@ def follow_contact(
         problems: the stations; the same rod length, kinds of ends and obstacles in all of them.
         start: the state that the first way begins at; None solves the first station from scratch.
         elements: for all stations; None takes the start's, or enough for all of them.
-        largest_increment: of the way between two stations, in (0, 1].
+        largest_increment: of the way between two stations, in (0, 1]. With friction the states
+            depend on the way: give stations, or increments, as close as the slip needs.
+        stop_at_event: whether to end at the first event, without following the rod's motion after
+            it: the event's ``after`` is None.
 
     Returns:
         A state for each station that was reached, and the events on the way.
@@ -130,17 +142,18 @@ def follow_contact(
         start = solve_contact(stations.pop(0), elements=_count(problems, elements))
         states.append(start)
     here = _point_of(start, elements)
-    before: Point | None = None
+    before = start._before
     for index, problem in enumerate(stations):
         end = discretize(problem, here.arrays.count)
         if len(end.arc_lengths) != len(here.arrays.arc_lengths):
             raise InvalidInputError(
                 "problems", problem, "the same breaks and point loads throughout"
             )
-        reached, before, spent = _travel(here, before, end, largest_increment, index, events)
+        ways = (largest_increment, stop_at_event)
+        reached, before, spent = _travel(here, before, end, ways, index, events)
         if reached is None:
             return ContactPath(tuple(states), tuple(events))
-        states.append(state_from_point(reached, spent))
+        states.append(replace(state_from_point(reached, spent), _before=before))
         here = replace(reached, at=0.0)
     return ContactPath(tuple(states), tuple(events))
 
@@ -149,17 +162,20 @@ def _travel(
     here: Point,
     before: Point | None,
     end: Arrays,
-    largest: float,
+    ways: tuple[float, bool],
     index: int,
     events: list[ContactEvent],
 ) -> tuple[Point | None, Point | None, int]:
     """Go from a point to the next station, over the events on the way; None if the rod is lost.
 
-    ``before`` is the point passed before, its place counted from here; the same is returned.
+    ``before`` is the point passed before; the same is returned. ``ways`` holds the largest
+    increment and whether to end at an event.
     """
+    largest, stop = ways
     first = here.arrays
     spent = 0
     here = replace(here, at=0.0)
+    before = continued(before, here, end)
     while here.at < 1.0:
         ended = False
         for point in advance(here, end, largest, first, before):
@@ -172,6 +188,9 @@ def _travel(
             break
         at, arrays = beyond(here, end, first)
         last = state_from_point(here, spent)
+        if stop:
+            events.append(ContactEvent(index + here.at, last, None))
+            return None, None, spent
         there, rests, trail = slide(here, arrays)
         used = there.solution.passes
         spent += used
@@ -185,14 +204,13 @@ def _travel(
         after = replace(state_from_point(here, used), trail=np.array(trail))
         events.append(ContactEvent(position, last, after))
         before = None
-    earlier = None if before is None else replace(before, at=before.at - 1.0)
-    return here, earlier, spent
+    return here, before, spent
 
 
 def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
     """Return the state reached from the straight rod, along its loading path."""
     x, first = straight(problem, arrays)
-    here = _unsolved(first, x)
+    here = unsolved(first, x)
     for obstacle in arrays.obstacles:
         gap, _, _ = distances(obstacle, x.p[1:], arrays.radius)
         if not gap.min() > -1e-3 * max(arrays.radius, 1e-3 * arrays.length):
@@ -201,16 +219,18 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
     loaded = replace(arrays, own=first.own, rest_energy=first.rest_energy)
     events: list[ContactEvent] = []
     spent = 0
+    rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
+    largest = FRICTION_INCREMENT if rubs else 1.0
     for end in (loaded, arrays):
-        reached, _, used = _travel(here, None, end, DEFAULT_INCREMENT, 0, events)
+        reached, _, used = _travel(here, None, end, (largest, False), 0, events)
         spent += used
         if reached is None:
-            return replace(events[-1].after, iterations=spent)
+            return replace(events[-1].last, iterations=spent)
         here = reached
     return state_from_point(here, spent)
 
 
-def _unsolved(arrays: Arrays, x: Iterate) -> Point:
+def unsolved(arrays: Arrays, x: Iterate) -> Point:
     """Return a point whose equilibrium has not been looked for."""
     anchors = carried(x, None, arrays.obstacles, arrays.obstacles, arrays.lever, 0.0)
     nothing = Solution(

@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._increments import Point
@@ -90,6 +91,8 @@ class ContactState:
             state [m]; empty if it did not.
     """
 
+    __repr__ = brief_repr
+
     status: ContactStatus
     arc_lengths: Array
     positions: Array
@@ -110,6 +113,8 @@ class ContactState:
     trail: Array = field(default_factory=lambda: np.empty((0, 0, 3)), repr=False)
     # What the next increment starts from.
     _point: Point | None = field(default=None, repr=False)
+    # The point passed before it, to extrapolate from.
+    _before: Point | None = field(default=None, repr=False)
 
     @property
     def stable(self) -> bool:
@@ -145,6 +150,9 @@ class ContactState:
         if self._point is not None:
             scale = self._point.arrays.bending / self._point.arrays.length**2
         touching: Array = self.normal_forces > TOUCH * np.maximum(largest, scale)[:, None]
+        if self._point is not None:
+            for j, contact in enumerate(self._point.solution.contacts):
+                touching[j] &= contact.active
         return touching
 
     @property
@@ -181,18 +189,29 @@ class ContactEvent:
     Args:
         position: where, as a station's index plus the fraction of the way to the next one.
         before: the last state of the branch that ends.
-        after: where the rod comes to rest; not converged if it does not.
+        after: where the rod comes to rest; not converged if it does not; None if its motion was not
+            followed.
     """
+
+    __repr__ = brief_repr
 
     position: float
     before: ContactState
-    after: ContactState
+    after: ContactState | None
+
+    @property
+    def last(self) -> ContactState:
+        """Where the rod is after it, as far as that is known."""
+        return self.before if self.after is None else self.after
 
     @property
     def contact_lost(self) -> float:
-        """Length of contact that the event costs, over all obstacles [m]; negative if gained."""
-        lost = np.sum(self.before.contact_lengths) - np.sum(self.after.contact_lengths)
-        return float(lost)
+        """Length of contact that the event costs, over all obstacles [m]; negative if gained.
+
+        All of it where the rod's motion was not followed.
+        """
+        after = 0.0 if self.after is None else np.sum(self.after.contact_lengths)
+        return float(np.sum(self.before.contact_lengths) - after)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -203,6 +222,8 @@ class ContactPath:
         states: one for each station reached; fewer than stations if the rod was lost on the way.
         events: folds and losses, in the order met.
     """
+
+    __repr__ = brief_repr
 
     states: tuple[ContactState, ...]
     events: tuple[ContactEvent, ...]

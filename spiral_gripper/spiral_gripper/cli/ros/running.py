@@ -14,7 +14,7 @@ from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import require_namespace
 from spiral_gripper.cli.types import LENGTH, NUMBER, PRESSURE, Decorated, json_option
 
-SIDE = "client.commands"
+SIDE = "tools.commands"
 
 
 def _namespace(context: click.Context, parameter: click.Parameter, value: str) -> str:

@@ -61,7 +61,7 @@ def simulate(
     from spiral_gripper.files.description import load_gripper
 
     load_gripper(gripper)  # a bad description is refused before anything is started
-    session = load_ros_side("simulation.session")
+    session = load_ros_side("tools.simulate")
     settings = {"radius": radius, "recording": recording, "estimate_noise": noise, "fault": fault}
     given: dict[str, object] = {
         name: value for name, value in settings.items() if value is not None
@@ -81,7 +81,7 @@ def simulate(
 def inject(fault: str, namespace: str) -> int:
     """Set the FAULT of the simulation that runs in a namespace: none repairs it."""
     _check(None, None, namespace)
-    return int(load_ros_side("simulation.injection").inject(namespace, fault))
+    return int(load_ros_side("tools.injection").inject(namespace, fault))
 
 
 def _check(radius: float | None, noise: float | None, namespace: str | None) -> None:

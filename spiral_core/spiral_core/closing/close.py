@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A gripper that closes on an object at a rate: what happens on the way, and what holds then."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spiral_core.actuator.fibers import FiberAngles, fiber_derivatives
+from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.volume import volume_from_jet
+from spiral_core.closing.course import PressureCourse
+from spiral_core.errors import InvalidInputError
+from spiral_core.grip.holding import HoldingForce, Pull, holding_force
+from spiral_core.grip.point import GripPoint
+from spiral_core.grip.setup import GripSetup
+from spiral_core.rod.contact.problem import ContactProblem
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
+from spiral_core.rod.motion.inertia import Damping, Inertia
+from spiral_core.rod.motion.motion import Frame, contact_fraction
+from spiral_core.rod.motion.solve import motion_frames
+from spiral_core.validation import require_in_range, require_positive
+from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
+
+# Frames of a closing.
+FRAMES = 120
+# Wrapped once this part of the final contact is there for good; settled once no node is faster
+# than this fraction of the length per second for good.
+WRAPPED, SETTLED = 0.9, 0.02
+# Stations of the slow closing that a fast one is compared with.
+SLOW_STATIONS = 40
+KEEP = 0.9
+
+Progress = Callable[[int, int], None]
+
+
+def inertia_of(gripper: Gripper) -> Inertia:
+    """Return the inertia of a gripper's tube with all that is wound on it.
+
+    Raises:
+        InvalidInputError: its weight is not known (zero).
+    """
+    mass = require_positive("weight_per_length", gripper.weight_per_length) / STANDARD_GRAVITY
+    tube = gripper.tube
+    return Inertia(mass, 0.25 * mass * (tube.outer_radius**2 + tube.inner_radius**2))
+
+
+def enclosed_volume(gripper: Gripper, pressure: float) -> float:
+    r"""Return the volume of air in a gripper [m^3] at a gauge pressure [Pa].
+
+    .. math:: V = \pi r_i^2 L \lambda_1 \lambda_2^2
+
+    with the stretches of the actuator model; the volume at rest where the model knows none, or
+    has one family of fibers.
+    """
+    tube = gripper.tube
+    rest = math.pi * tube.inner_radius**2 * tube.length
+    stretch, actuation = gripper.unloaded_shape(pressure).stretch, gripper.actuation
+    if stretch is None or not isinstance(actuation, FreeActuation):
+        return rest
+    fibers = actuation.actuator.fibers
+    if not isinstance(fibers, FiberAngles):
+        return rest
+    return rest * volume_from_jet(stretch, fiber_derivatives(fibers, stretch)).ratio
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimedClosing:
+    """A closing in time, as far as it was computed.
+
+    Args:
+        setup: the gripper and its object.
+        course: the pressure that was asked for.
+        frames: from the beginning on, at least one.
+    """
+
+    setup: GripSetup
+    course: PressureCourse
+    frames: tuple[Frame, ...]
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the whole course was computed."""
+        return self.frames[-1].time >= self.course.duration
+
+    @property
+    def contact_fractions(self) -> tuple[float, ...]:
+        """Part of the tube that touches the object, in each frame."""
+        return tuple(contact_fraction(frame.state) for frame in self.frames)
+
+    @property
+    def time_to_touch(self) -> float | None:
+        """When the tube first touches the object beyond its base [s]; None if it never does."""
+        touched = [
+            f.time for f, c in zip(self.frames, self.contact_fractions, strict=True) if c > 0
+        ]
+        return touched[0] if touched else None
+
+    @property
+    def time_to_wrap(self) -> float | None:
+        """From when on 90 % of the final contact is there [s]; None without contact."""
+        fractions = self.contact_fractions
+        if not fractions[-1] > 0.0:
+            return None
+        return self._since([c >= WRAPPED * fractions[-1] for c in fractions])
+
+    @property
+    def settling_time(self) -> float | None:
+        """From when on the tube rests: no node above 2 % of its length per second [s]."""
+        allowed = SETTLED * float(self.frames[0].state.arc_lengths[-1])
+        speeds = [np.linalg.norm(f.velocities, axis=1).max() for f in self.frames]
+        return self._since([bool(speed <= allowed) for speed in speeds])
+
+    @property
+    def point(self) -> GripPoint:
+        """The grip at the end."""
+        last = self.frames[-1]
+        return GripPoint(self.course.at(last.time), self.setup, last.state)
+
+    def holding_force(self, pull: Pull = Pull.AWAY) -> HoldingForce:
+        """Return what then holds the object against being moved, slowly."""
+        return holding_force(self.point, pull)
+
+    def _since(self, good: list[bool]) -> float | None:
+        """Return the time from which on every frame is good; None if the last one is not."""
+        bad = [i for i, one in enumerate(good) if not one]
+        first = bad[-1] + 1 if bad else 0
+        return self.frames[first].time if first < len(good) else None
+
+
+def closing_frames(
+    setup: GripSetup,
+    course: PressureCourse,
+    *,
+    damping: Damping | None = None,
+    count: int = FRAMES,
+) -> Iterator[Frame]:
+    """Yield the frames of a gripper that closes on an object, as they are computed.
+
+    The tube hangs at rest at first, at the course's first pressure, with the object in place.
+
+    Args:
+        setup: gripper, object, friction.
+        course: the pressure in the tube.
+        damping: None is that of a silicone tube in air.
+        count: frames, even in time, at least two.
+
+    Raises:
+        InvalidInputError: the pressure leaves the gripper's range, or a value is not valid.
+        SolverError: the hanging tube could not be certified.
+    """
+    require_in_range("pressures", max(course.pressures), 0.0, setup.gripper.pressure_max)
+    require_in_range("count", count, 2, 100_000)
+
+    def problem(time: float) -> ContactProblem:
+        return setup.closing_problem(course.at(time))
+
+    return motion_frames(
+        problem,
+        inertia_of(setup.gripper),
+        np.linspace(0.0, course.duration, count).tolist(),
+        damping=damping,
+        elements=setup.element_count,
+    )
+
+
+def close_on(
+    setup: GripSetup,
+    course: PressureCourse,
+    *,
+    damping: Damping | None = None,
+    progress: Progress | None = None,
+) -> TimedClosing:
+    """Return a closing in time; see :func:`closing_frames`."""
+    frames = []
+    for frame in closing_frames(setup, course, damping=damping):
+        frames.append(frame)
+        if progress is not None:
+            progress(len(frames), FRAMES)
+    return TimedClosing(setup, course, tuple(frames))
+
+
+def slow_closing(setup: GripSetup, pressure: float) -> GripPoint:
+    """Return the grip after closing so slowly that inertia does not matter.
+
+    Raises:
+        SolverError: the states could not be followed to this pressure.
+    """
+    start = solve_contact(setup.closing_problem(0.0), elements=setup.element_count)
+    stations = np.linspace(0.0, pressure, SLOW_STATIONS + 1)[1:]
+    path = follow_contact([setup.closing_problem(float(p)) for p in stations], start=start)
+    if len(path.states) < len(stations):
+        raise InvalidInputError("pressure", pressure, "one at which the closed gripper rests")
+    return GripPoint(pressure, setup, path.states[-1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RateAdvice:
+    """What closing at several rates leaves of the slowly closed grip.
+
+    Args:
+        slow: holding force after closing slowly [N].
+        rates: looked at, decreasing [Pa/s].
+        forces: holding force after closing at each [N]; NaN where the closing was not completed.
+        closings: at each.
+        fastest: largest rate from which on downwards every one keeps 90 %; None if none does.
+    """
+
+    slow: float
+    rates: tuple[float, ...]
+    forces: tuple[float, ...]
+    closings: tuple[TimedClosing, ...]
+    fastest: float | None
+
+
+def advise_rate(
+    setup: GripSetup,
+    pressure: float,
+    rates: Sequence[float],
+    *,
+    wait: float = 2.0,
+    damping: Damping | None = None,
+    progress: Progress | None = None,
+) -> RateAdvice:
+    """Return the fastest of some rates that keeps 90 % of the slowly closed grip.
+
+    Args:
+        setup: gripper, object, friction.
+        pressure: to close to [Pa].
+        rates: [Pa/s], any order.
+        wait: at the pressure before the grip is judged [s].
+        damping: None is that of a silicone tube in air.
+        progress: called with frames done and all.
+    """
+    falling = sorted((require_positive("rates", rate) for rate in rates), reverse=True)
+    if not falling:
+        raise InvalidInputError("rates", rates, "one or more rates")
+    slow = holding_force(slow_closing(setup, pressure)).force
+    closings, forces = [], []
+    for i, rate in enumerate(falling):
+
+        def moved(done: int, total: int, before: int = i) -> None:
+            if progress is not None:
+                progress(before * total + done, len(falling) * total)
+
+        course = PressureCourse.ramp(rate, pressure, wait)
+        closing = close_on(setup, course, damping=damping, progress=moved)
+        closings.append(closing)
+        forces.append(closing.holding_force().force if closing.is_complete else math.nan)
+    fastest = None
+    for rate, force in zip(reversed(falling), reversed(forces), strict=True):
+        if not force >= KEEP * slow:
+            break
+        fastest = rate
+    return RateAdvice(slow, tuple(falling), tuple(forces), tuple(closings), fastest)

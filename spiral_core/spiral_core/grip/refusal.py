@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Why a gripper does not hold an object, and the nearest one that it holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.grip.window import GripWindow, WindowEnd, grip_window
+from spiral_core.rod.contact.shapes import Cylinder
+from spiral_core.wrap.curve import WrapCurve
+
+# The nearest radius is looked for in steps of this fraction of the object's, outwards.
+RADIUS_STEP = 0.08
+RADIUS_TRIES = 6
+
+
+def not_held(window: GripWindow) -> NotGrippableError:
+    """Return the refusal of a window without a perfect wrap: why, and the nearest radius held."""
+    setup = window.setup
+    radius = float(setup.obstacle.shape.feature_radius)
+    best = min(window.points, key=lambda point: point.tip_gap)
+    gap = best.tip_gap
+    ends = {
+        WindowEnd.LOST: "the coil lets go before its tip touches",
+        WindowEnd.LIMIT: "the tip does not touch up to the pressure limit",
+        WindowEnd.SELF_CONTACT: "turns of the tube touch each other before the tip touches it",
+        WindowEnd.NOT_FOLLOWED: "the closing tube finds no rest",
+    }
+    reason = (
+        f"{ends[window.end]}; it comes nearest at {best.pressure:.6g} Pa, {gap:.4g} m from the "
+        "surface"
+    )
+    return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup))
+
+
+def nearest_held_radius(setup: GripSetup) -> float | None:
+    """Return the nearest radius that is held [m], of a cylinder that was laid into the coil.
+
+    Radii above and below are tried in turn, in steps of 8 %. None if none of them is held, or the
+    object is none that was laid into the coil.
+    """
+    shape = setup.obstacle.shape
+    if setup.tip_pressure is None or not isinstance(shape, Cylinder):
+        return None
+    curve = WrapCurve(replace(setup.gripper, object_axis=None))
+    for number in range(1, RADIUS_TRIES + 1):
+        for factor in (1.0 + number * RADIUS_STEP, 1.0 - number * RADIUS_STEP):
+            radius = factor * shape.radius
+            if not curve.radius_min <= radius <= curve.radius_max:
+                continue
+            try:
+                other = lay_into_coil(
+                    setup.gripper,
+                    radius,
+                    friction=setup.obstacle.friction,
+                    closing=setup.closing,
+                    curve=curve,
+                )
+                if grip_window(other).onset_wrap is not None:
+                    return radius
+            except SpiralError:
+                continue
+    return None

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is gripped, where it lies, and how the gripper closes on it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact.problem import ContactProblem, ElasticRod, Section
+from spiral_core.rod.contact.shapes import Cylinder, Profile, Shape
+from spiral_core.rod.types import MAX_ELEMENTS, Array, Vector
+from spiral_core.validation import require_in_range, require_positive
+from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import DEFAULT_FRICTION, FRICTION_MAX, Gripper
+from spiral_core.wrap.placement import ObjectPlacement, place_object
+from spiral_core.wrap.profile import ObjectProfile, wrap_for_profile
+from spiral_core.wrap.wrap import Wrap
+
+# Elements of the rod: at least so many, and none longer than this fraction of the arc on which the
+# tube's axis goes around the object.
+LEAST_ELEMENTS = 60
+ELEMENT_ARC = 0.4
+# Between the base and an object that the coil would put inside of it [outer radii of the tube].
+CLEARANCE = 0.02
+
+
+class Closing(Enum):
+    """Whether the object's surface resists while the gripper closes; the value says it in words."""
+
+    SLOW = "closed slowly, with friction"
+    FRICTIONLESS = "closed without friction: the best case"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class GripSetup:
+    """A gripper, an object in its place, and how the one closes on the other.
+
+    The pressure rises slowly from the hanging tube, with the object in place. The object is rigid
+    and does not move while the gripper closes.
+
+    Args:
+        gripper: the gripper as it is mounted; its base is at the origin, the tube leaves along +x.
+        obstacle: the object's shape at its place, with its coefficient of friction.
+        closing: with friction, or without.
+        elements: of the rod; None takes enough for the object, at least 60.
+        tip_pressure: of the perfect wrap by the criterion at the free coil's tip [Pa], to compare;
+            None where it is not known.
+
+    Raises:
+        InvalidInputError: a value is not of its kind, or out of its range.
+    """
+
+    gripper: Gripper
+    obstacle: Obstacle
+    closing: Closing = Closing.SLOW
+    elements: int | None = None
+    tip_pressure: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, kind in (("gripper", Gripper), ("obstacle", Obstacle), ("closing", Closing)):
+            if not isinstance(getattr(self, name), kind):
+                raise InvalidInputError(name, getattr(self, name), f"a {kind.__name__}")
+        require_in_range("friction", self.obstacle.friction, 0.0, FRICTION_MAX)
+        if self.elements is not None:
+            require_in_range("elements", self.elements, 2, MAX_ELEMENTS)
+            if type(self.elements) is not int:
+                raise InvalidInputError("elements", self.elements, "a whole number")
+        if self.tip_pressure is not None:
+            require_positive("tip_pressure", self.tip_pressure)
+
+    def __repr__(self) -> str:
+        obstacle = self.obstacle
+        x, y, z = (1e3 * component for component in obstacle.position)
+        return (
+            f"GripSetup({self.gripper.name!r} on {obstacle.shape!r} at ({x:.1f}, {y:.1f}, {z:.1f}) "
+            f"mm, friction {obstacle.friction:g}, {self.closing.value})"
+        )
+
+    @property
+    def element_count(self) -> int:
+        """Elements of the rod."""
+        if self.elements is not None:
+            return self.elements
+        arc = self.obstacle.shape.feature_radius + self.gripper.tube.outer_radius
+        return max(LEAST_ELEMENTS, math.ceil(self.gripper.tube.length / (ELEMENT_ARC * arc)))
+
+    @property
+    def axis(self) -> Array:
+        """Direction of the object's own z axis (3,), a unit vector in the base frame."""
+        x, y, z, w = self.obstacle.orientation
+        return np.array((2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)))
+
+    def problem(self, pressure: float, obstacle: Obstacle | None = None) -> ContactProblem:
+        """Return the contact problem at a pressure [Pa], with friction.
+
+        Args:
+            pressure: gauge pressure, at most the gripper's limit.
+            obstacle: the object elsewhere; None leaves it in its place.
+        """
+        gripper = self.gripper
+        shape = gripper.unloaded_shape(pressure)
+        stiffness = gripper.stiffness
+        rod = ElasticRod(
+            length=shape.backbone_length,
+            section=Section((stiffness.torsional, stiffness.bending, stiffness.bending)),
+            radius=gripper.tube.outer_radius,
+            rest_strain=(shape.torsion, 0.0, shape.curvature),
+        )
+        obstacles = (self.obstacle if obstacle is None else obstacle,)
+        return ContactProblem(rod, gripper.load(shape), obstacles=obstacles)
+
+    def closing_problem(self, pressure: float) -> ContactProblem:
+        """Return the problem at a pressure [Pa] while the gripper closes."""
+        if self.closing is Closing.SLOW:
+            return self.problem(pressure)
+        return self.problem(pressure, replace(self.obstacle, friction=0.0))
+
+
+def lay_into_coil(
+    gripper: Gripper,
+    radius: float,
+    *,
+    shape: Shape | None = None,
+    friction: float | None = None,
+    closing: Closing = Closing.SLOW,
+    elements: int | None = None,
+    curve: WrapCurve | None = None,
+) -> GripSetup:
+    """Return the setup whose object lies where the free coil would wrap it.
+
+    The object's axis is the gripper's ``object_axis`` or, if that is None, the one that fits the
+    coil at the pressure of the perfect wrap; its center is where that coil touches it best. Where
+    the base would then lie inside of the object, the object is moved away from it.
+
+    Args:
+        gripper: the gripper as it is mounted.
+        radius: of the object, where it is to be gripped [m].
+        shape: the object's, about its z axis, z = 0 in the middle of the coil; None is a cylinder.
+        friction: Coulomb's coefficient; None takes the gripper's own or
+            :data:`DEFAULT_FRICTION`.
+        closing: with friction, or without.
+        elements: of the rod; None takes enough.
+        curve: the gripper's wraps about the axis that fits its coil, where they are known already.
+
+    Raises:
+        InvalidInputError: the radius is not positive, or friction not in [0, 10].
+        NotGrippableError: no pressure coils the gripper to this radius; carries the nearest radius
+            that can be wrapped.
+        NoCoilError: the gripper makes no coil.
+        SolverError: a shape could not be certified.
+    """
+    require_positive("radius", radius)
+    fitted = WrapCurve(replace(gripper, object_axis=None)) if curve is None else curve
+    wrap = fitted.wrap_for_radius(radius)
+    placement = place_object(_about(wrap, gripper.object_axis))
+    body = Cylinder(radius) if shape is None else shape
+    center = _clear_of_base(placement, gripper.tube.outer_radius)
+    obstacle = Obstacle.along(body, center, placement.axis, friction_of(gripper, friction))
+    return GripSetup(gripper, obstacle, closing, elements, wrap.pressure)
+
+
+def lay_profile_into_coil(
+    gripper: Gripper,
+    profile: ObjectProfile,
+    *,
+    friction: float | None = None,
+    closing: Closing = Closing.SLOW,
+) -> GripSetup:
+    """Return the setup of an object whose radius varies along its axis.
+
+    The coil covers it where :func:`wrap_for_profile` puts it; there the profile becomes smooth, a
+    cubic spline through its samples.
+
+    Args:
+        gripper: the gripper as it is mounted.
+        profile: radii along the object's axis, which points the way the coil advances.
+        friction: see :func:`lay_into_coil`.
+        closing: with friction, or without.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+        NotGrippableError: the object cannot be wrapped anywhere.
+        SolverError: a shape could not be certified.
+    """
+    curve = WrapCurve(replace(gripper, object_axis=None))
+    wrap = wrap_for_profile(curve, profile)
+    middle = 0.5 * (wrap.start + wrap.end)
+    positions, radii = np.asarray(profile.positions), np.asarray(profile.radii)
+    shape = Profile(tuple((positions - middle).tolist()), tuple(radii.tolist()))
+    return lay_into_coil(
+        gripper,
+        profile.radius_at(middle),
+        shape=shape,
+        friction=friction,
+        closing=closing,
+        curve=curve,
+    )
+
+
+def friction_of(gripper: Gripper, friction: float | None) -> float:
+    """Return a coefficient of friction: the one given, the gripper's own or the default.
+
+    Raises:
+        InvalidInputError: it is not in [0, 10].
+    """
+    if friction is None:
+        own = gripper.friction_coefficient
+        friction = DEFAULT_FRICTION if own is None else own
+    return require_in_range("friction", friction, 0.0, FRICTION_MAX)
+
+
+def _about(wrap: Wrap, axis: Vector | None) -> Wrap:
+    """Return a wrap about a given axis, which points the way the coil advances."""
+    if axis is None:
+        return wrap
+    sign = 1.0 if float(np.dot(axis, wrap.axis)) >= 0.0 else -1.0
+    x, y, z = (sign * component for component in axis)
+    return replace(wrap, axis=(x, y, z))
+
+
+def _clear_of_base(placement: ObjectPlacement, outer_radius: float) -> Vector:
+    """Return the object's center [m], moved square to its axis until the base lies outside."""
+    center, axis = np.asarray(placement.center), np.asarray(placement.axis)
+    across = center - (center @ axis) * axis
+    distance = float(np.linalg.norm(across))
+    needed = placement.radius + (1.0 + CLEARANCE) * outer_radius
+    if 0.0 < distance < needed:
+        center = center + (needed / distance - 1.0) * across
+    x, y, z = center.tolist()
+    return (x, y, z)

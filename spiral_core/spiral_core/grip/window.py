@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closing on an object: at which pressures it is wrapped, and when the grip is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import pairwise
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
+from spiral_core.grip.point import GripPoint, wraps
+from spiral_core.grip.setup import GripSetup
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
+from spiral_core.rod.contact.state import ContactPath, ContactState, ContactStatus
+from spiral_core.rod.types import Array
+from spiral_core.validation import require_in_range
+
+# Where the pressure stops on its way, as fractions of the tip criterion's; without one, and above
+# the last of them, even steps.
+BEFORE_WRAP = (0.3, 0.6, 0.75, 0.85, 0.9, 0.94)
+STEP = 0.04
+STEPS_OF_LIMIT = 32
+# Pressures of the window are located to this fraction of themselves.
+PRESSURE_TOLERANCE = 2e-3
+# A loss of more than this fraction of what touches is the loss of the grip.
+LOST_FRACTION = 0.5
+
+Progress = Callable[[int, int], None]
+
+
+class WindowEnd(Enum):
+    """What ends a rising pressure; the value says it in words."""
+
+    LOST = "the coil unwinds and lets go"
+    LIMIT = "the gripper's pressure limit"
+    SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
+    NOT_FOLLOWED = "the tube finds no rest that could be certified"
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class GripWindow:
+    """What a rising pressure does to a gripper with an object in its way.
+
+    Args:
+        setup: the gripper and its object.
+        points: the states met, by rising pressure; the last is the last that holds.
+        onset_wrap: lowest pressure at which the tip touches the object, and more than a few nodes
+            with it: the perfect wrap [Pa]; None if there is none.
+        onset_curling: pressure above it at which the end bridges more than a tenth of the tube's
+            outer radius [Pa]; None if it does not.
+        loss: pressure at which the grip is lost: a fold, the coil unwinds [Pa]; None if it is not.
+        end: what ended the path.
+    """
+
+    setup: GripSetup
+    points: tuple[GripPoint, ...]
+    onset_wrap: float | None
+    onset_curling: float | None
+    loss: float | None
+    end: WindowEnd
+
+    def __repr__(self) -> str:
+        wrap, curling, loss, tip = (
+            "none" if value is None else f"{1e-3 * value:.2f} kPa"
+            for value in (self.onset_wrap, self.onset_curling, self.loss, self.setup.tip_pressure)
+        )
+        return (
+            f"GripWindow(wrapped from {wrap} (tip criterion: {tip}), curling from {curling}, "
+            f"lost at {loss}; {self.setup.closing.value})"
+        )
+
+    @property
+    def pressures(self) -> Array:
+        """Pressures of the points (n,) [Pa]."""
+        return np.array([point.pressure for point in self.points])
+
+    @property
+    def contact_lengths(self) -> Array:
+        """Lengths in contact at the points (n,) [m]."""
+        return np.array([point.contact_length for point in self.points])
+
+    @property
+    def normal_forces(self) -> Array:
+        """Sums of the normal forces at the points (n,) [N]."""
+        return np.array([point.normal_force for point in self.points])
+
+    @property
+    def top(self) -> float:
+        """Highest pressure at which the grip was found to hold [Pa]."""
+        return self.points[-1].pressure
+
+    def at(self, pressure: float) -> GripPoint:
+        """Return the grip at a pressure [Pa] of the path, closed from the point below it.
+
+        Raises:
+            InvalidInputError: the pressure lies outside of the path that was followed.
+            SolverError: no certified state was found.
+        """
+        require_in_range("pressure", pressure, self.points[0].pressure, self.top)
+        below = [point for point in self.points if point.pressure <= pressure][-1]
+        if below.pressure == pressure:
+            return below
+        point, path = _raised(below, pressure)
+        if point is None:
+            last = path.events[-1].last if path.events else path.states[-1]
+            raise SolverError(last.status, last.residual, last.iterations)
+        return point
+
+
+def grip_window(
+    setup: GripSetup,
+    pressures: Sequence[float] | Array | None = None,
+    progress: Progress | None = None,
+) -> GripWindow:
+    """Return what a pressure that rises from nothing does, up to the gripper's limit or the loss.
+
+    Args:
+        setup: the gripper and its object.
+        pressures: at which to look (n,) [Pa], increasing; None takes steps of a few percent. The
+            window's pressures are located between them.
+        progress: called with the number of steps done and the number there are, after each.
+
+    Raises:
+        InvalidInputError: pressures do not increase within (0, limit].
+        NotGrippableError: the object lies in the way of the tube without pressure.
+        SolverError: that tube has no certified shape.
+    """
+    points = [GripPoint(0.0, setup, _hanging(setup))]
+    onset = curling = loss = None
+    end = WindowEnd.LIMIT
+    stations = _stations(setup, pressures)
+    for count, pressure in enumerate(stations, start=1):
+        here = points[-1]
+        point, path = _raised(here, pressure, wrapped=onset is not None)
+        loss = _lost_at(here, pressure, path)
+        if loss is not None or point is None:
+            end = WindowEnd.LOST if loss is not None else _why(path)
+            break
+        if onset is None and point.is_wrapped:
+            onset = _located(here, point, _is_wrapped)
+        if onset is not None and curling is None and point.is_curled:
+            curling = max(onset, _located(here, point, _is_curled))
+        points.append(point)
+        if progress is not None:
+            progress(count, len(stations))
+    return GripWindow(setup, tuple(points), onset, curling, loss, end)
+
+
+def _hanging(setup: GripSetup) -> ContactState:
+    """Return the tube without pressure, beside the object.
+
+    Raises:
+        NotGrippableError: the object lies in its way.
+        SolverError: it has no certified shape.
+    """
+    problem = setup.closing_problem(0.0)
+    state = solve_contact(problem, elements=setup.element_count, throw=False)
+    if state.status is ContactStatus.CONVERGED:
+        return state
+    if state.status is not ContactStatus.INSIDE_OBSTACLE:
+        raise SolverError(state.status, state.residual, state.iterations)
+    reason = (
+        "the tube without pressure runs through where the object lies; move the object, or lay it "
+        "along the tube (object_axis)"
+    )
+    radius = float(setup.obstacle.shape.feature_radius)
+    raise NotGrippableError(radius, reason, float(state.gaps.min()), None)
+
+
+def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> list[float]:
+    """Return the pressures to stop at [Pa], increasing, checked."""
+    limit = setup.gripper.pressure_max
+    tip = setup.tip_pressure
+    if pressures is not None:
+        given = [float(pressure) for pressure in pressures]
+        rises = all(b > a for a, b in pairwise([0.0, *given]))
+        if not (given and rises and given[-1] <= limit):
+            raise InvalidInputError("pressures", pressures, f"increasing in (0, {limit:.6g}] Pa")
+        return given
+    if tip is None:
+        return list(np.linspace(0.0, limit, STEPS_OF_LIMIT + 1)[1:].tolist())
+    rising = [fraction * tip for fraction in BEFORE_WRAP]
+    rising += np.arange(BEFORE_WRAP[-1] * tip + STEP * tip, limit, STEP * tip).tolist()
+    return [pressure for pressure in rising if pressure < limit] + [limit]
+
+
+def _raised(
+    point: GripPoint, pressure: float, *, wrapped: bool = False
+) -> tuple[GripPoint | None, ContactPath]:
+    """Raise the pressure from a point; None if the tube finds no rest there.
+
+    Before the wrap the tube may snap onto the object, and is followed. Once wrapped, the end of the
+    branch is the end of the grip.
+    """
+    problem = point.setup.closing_problem(pressure)
+    path = follow_contact([problem], start=point.state, stop_at_event=wrapped)
+    if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
+        return None, path
+    return GripPoint(pressure, point.setup, path.states[-1]), path
+
+
+def _why(path: ContactPath) -> WindowEnd:
+    """Return why a path could not be followed."""
+    last = path.states[-1] if path.states else path.events[-1].last
+    touches = last.status is ContactStatus.SELF_CONTACT
+    return WindowEnd.SELF_CONTACT if touches else WindowEnd.NOT_FOLLOWED
+
+
+def _lost_at(before: GripPoint, pressure: float, path: ContactPath) -> float | None:
+    """Return the pressure at which an event on the way to another one lost the grip.
+
+    An event whose motion was not followed counts as a loss.
+    """
+    for event in path.events:
+        held = float(event.before.contact_lengths[0])
+        moves_on = event.last.status is ContactStatus.NOT_HELD
+        if wraps(event.before) and (moves_on or event.contact_lost > LOST_FRACTION * held):
+            return before.pressure + event.position * (pressure - before.pressure)
+    return None
+
+
+def _is_wrapped(point: GripPoint) -> bool:
+    return point.is_wrapped
+
+
+def _is_curled(point: GripPoint) -> bool:
+    return point.is_wrapped and point.is_curled
+
+
+def _located(low: GripPoint, high: GripPoint, happened: Callable[[GripPoint], bool]) -> float:
+    """Return the pressure between two points from which on something has happened [Pa]."""
+    top = high.pressure
+    while top - low.pressure > PRESSURE_TOLERANCE * top:
+        middle, _ = _raised(low, 0.5 * (low.pressure + top))
+        if middle is None:
+            break
+        if happened(middle):
+            top = middle.pressure
+        else:
+            low = middle
+    return top

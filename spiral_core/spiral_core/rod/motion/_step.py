@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One step in time: generalized-alpha where the rod is free, implicit Euler where it touches.
+
+Both are a minimization: of the energy plus an inertia that is quadratic about a target. Derived in
+``docs/derivations/motion.md``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spiral_core.rod.contact._contact import Iterate, carried, distances
+from spiral_core.rod.contact._increments import Point, largest_moves, moved_fraction
+from spiral_core.rod.contact._mesh import Arrays
+from spiral_core.rod.contact._newton import CONVERGED, Newton, last_slip
+from spiral_core.rod.contact._quaternions import matrices, turned
+from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.motion._terms import (
+    StepTerms,
+    coordinates,
+    drag_factor,
+    masses,
+    node_lengths,
+    step_terms,
+    stiffened,
+    strains,
+)
+from spiral_core.rod.motion.inertia import Damping, Inertia
+from spiral_core.rod.types import Array
+
+# Spectral radius at infinite frequency of the generalized-alpha method (Chung, Hulbert, J. Appl.
+# Mech. 60, 1993); with constraints of positions it stays of second order (Arnold, Bruels,
+# Multibody Syst. Dyn. 18, 2007).
+SPECTRAL_RADIUS = 0.8
+ALPHA_M = (2.0 * SPECTRAL_RADIUS - 1.0) / (SPECTRAL_RADIUS + 1.0)
+ALPHA_F = SPECTRAL_RADIUS / (SPECTRAL_RADIUS + 1.0)
+GAMMA = 0.5 + ALPHA_F - ALPHA_M
+BETA = 0.25 * (1.0 + ALPHA_F - ALPHA_M) ** 2
+# Imbalance at which a step is solved, and, where impacts of many nodes let the iteration come no
+# nearer, accepted: fractions of the scales of static forces and lengths.
+TOLERANCE, ACCEPTED = 1e-7, 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """A rod at a time, and what the next step needs of its past.
+
+    Args:
+        time: [s].
+        point: the unknowns, the problem and the evidence.
+        y: coordinates (N + 1, 9).
+        rate: their first derivatives (N + 1, 9) [1/s].
+        mean: the method's averaged accelerations (N + 1, 9) [1/s^2].
+        last: accelerations (N + 1, 9) [1/s^2].
+        strain: what the elements' material remembers, with the first and second derivative that
+            the method uses (3, N, 6).
+        started: whether accelerations are known.
+    """
+
+    time: float
+    point: Point
+    y: Array
+    rate: Array
+    mean: Array
+    last: Array
+    strain: Array
+    started: bool = True
+
+
+def at_rest(time: float, point: Point, velocity: Array | None = None) -> Moment:
+    """Return a rod that begins to move from a state, with velocities of its nodes (N + 1, 3)."""
+    y = coordinates(point.x)
+    rate = np.zeros_like(y)
+    if velocity is not None:
+        rate[:, :3] = velocity
+    zero = np.zeros_like(y)
+    strain = np.zeros((3, len(y) - 1, 6))
+    strain[0] = strains(point.x, point.arrays, point.arrays)
+    return Moment(time, point, y, rate, zero, zero, strain, started=False)
+
+
+def touching(x: Iterate) -> NDArray[np.bool_]:
+    """Return which nodes touch an obstacle (N + 1,)."""
+    touches: NDArray[np.bool_] = np.any(x.normal > 0.0, axis=0)
+    return touches
+
+
+def advanced(
+    here: Moment, arrays: Arrays, duration: float, inertia: Inertia, damping: Damping
+) -> tuple[Moment | None, float]:
+    """Take a step to the problem that ``arrays`` states.
+
+    Returns the rod after it, or None if the step was not solved or a node moved too far; and the
+    estimated error of the positions in this step [m].
+    """
+    smooth = ~touching(here.point.x) & here.started
+    target, scale = _target(here, duration, smooth)
+    back, past = _backward(here.y, here.rate, here.mean, duration, smooth[:, None])
+    guess = _predicted(here, duration)
+    solved = arrays
+    if damping.retardation_time > 0.0:
+        between, past_strain = _backward(
+            here.strain[0], here.strain[1], here.strain[2], duration, _both(smooth)
+        )
+        solved = stiffened(arrays, damping.retardation_time / between, past_strain)
+    terms = step_terms(
+        masses(arrays, inertia), scale, target, damping, back, past,
+        _air(here, arrays, duration, damping.air),
+    )  # fmt: skip
+    point = _solve(here.point, solved, guess, terms)
+    if point is None:
+        return None, np.inf
+    after = _after(here, point, arrays, duration, smooth, target, scale)
+    return after, _error(here, after, duration, smooth)
+
+
+def _target(
+    here: Moment, duration: float, smooth: NDArray[np.bool_]
+) -> tuple[Array, NDArray[np.float64]]:
+    """Return where the nodes would be without forces, and time squared per acceleration."""
+    h = duration
+    gain = BETA * h * h / (1.0 - ALPHA_M)
+    euler = here.y + h * here.rate
+    alpha = euler + h * h * (0.5 - BETA) * here.mean
+    alpha += gain * (ALPHA_F * here.last - ALPHA_M * here.mean)
+    chosen = smooth[:, None]
+    scale = np.where(chosen, gain * (1.0 - ALPHA_F), h * h)
+    return np.where(chosen, alpha, euler), scale
+
+
+def _both(smooth: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the elements both of whose nodes are chosen (N, 1)."""
+    both: NDArray[np.bool_] = (smooth[:-1] & smooth[1:])[:, None]
+    return both
+
+
+def _backward(
+    value: Array, rate: Array, mean: Array, duration: float, smooth: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """Return b (n, 1) and z such that (value - z) / b is the rate at the end of the step."""
+    h = duration
+    back = BETA * h / GAMMA
+    newmark = value + (h - back) * rate + h * ((0.5 - BETA) * h - (1.0 - GAMMA) * back) * mean
+    return np.where(smooth, back, h), np.where(smooth, newmark, value)
+
+
+def _predicted(here: Moment, duration: float) -> Iterate:
+    """Return the state expected at the end of the step."""
+    x = here.point.x.copy()
+    still = touching(x)[:, None]
+    x.p += np.where(still, 0.0, duration * (here.rate + 0.5 * duration * here.mean)[:, :3])
+    spin = _spin(here)
+    x.q[:] = turned(x.q, np.where(still, 0.0, duration * spin))
+    return x
+
+
+def _spin(here: Moment) -> Array:
+    """Return the angular velocities in the material frame (N + 1, 3) [rad/s]."""
+    turn = matrices(here.point.x.q)
+    second = np.einsum("nji,nj->ni", turn, here.rate[:, 3:6])
+    third = np.einsum("nji,nj->ni", turn, here.rate[:, 6:9])
+    # d_2' = w x d_2 = (-w_z, 0, w_x), d_3' = w x d_3 = (w_y, -w_x, 0)
+    return np.column_stack((0.5 * (second[:, 2] - third[:, 1]), third[:, 0], -second[:, 0]))
+
+
+def _air(here: Moment, arrays: Arrays, duration: float, air: float) -> Array:
+    """Return force over velocity of the air on each node (N + 1, 3, 3) [N s/m]."""
+    if not air > 0.0:
+        return np.zeros((len(here.y), 3, 3))
+    along = matrices(here.point.x.q)[:, :, 0]
+    across = np.eye(3) - along[:, :, None] * along[:, None, :]
+    velocity = here.rate[:, :3] + duration * here.mean[:, :3]
+    speed = np.sqrt(np.sum(np.einsum("nij,nj->ni", across, velocity) ** 2, axis=1))
+    factor = drag_factor(speed, 2.0 * arrays.radius, air) * node_lengths(arrays)
+    drag: Array = factor[:, None, None] * across
+    return drag
+
+
+def _solve(here: Point, arrays: Arrays, guess: Iterate, terms: StepTerms) -> Point | None:
+    """Minimize; from where the rod is if not from the guess. None if neither works."""
+    anchors = carried(
+        here.x, here.anchors, here.arrays.obstacles, arrays.obstacles, arrays.lever,
+        last_slip(arrays),
+    )  # fmt: skip
+    largest = largest_moves(here)
+    for x in (guess, here.x.copy()):
+        newton = Newton(arrays, x, anchors, terms)
+        newton.tolerance = TOLERANCE
+        solution = newton.run(float(largest.max()))
+        near = solution.pivot > 0.0 and solution.residual < ACCEPTED
+        if (solution.outcome == CONVERGED or near) and moved_fraction(here, arrays, x.p) <= 1.0:
+            return Point(here.at, arrays, x, anchors, solution)
+    return None
+
+
+def _after(
+    here: Moment,
+    point: Point,
+    arrays: Arrays,
+    duration: float,
+    smooth: NDArray[np.bool_],
+    target: Array,
+    scale: NDArray[np.float64],
+) -> Moment:
+    """Return the rates at the end of a step; contact takes the velocity at which nodes met it."""
+    h = duration
+    y = coordinates(point.x)
+    last = (y - target) / scale
+    mean = ((1.0 - ALPHA_F) * last + ALPHA_F * here.last - ALPHA_M * here.mean) / (1.0 - ALPHA_M)
+    touches = touching(point.x)
+    chosen = (smooth & ~touches)[:, None]
+    back, past = _backward(here.y, here.rate, here.mean, h, chosen)
+    rate = (y - past) / back
+    mean = np.where(chosen, mean, last)
+    struck = touches & ~touching(here.point.x)
+    if struck.any():
+        _stop(rate, struck, here.point.arrays.obstacles, arrays, point.x, h)
+    mean[touches] = last[touches] = 0.0
+    strain = _strained(here, strains(point.x, point.arrays, arrays), h, _both(chosen[:, 0]))
+    point = replace(point, at=here.time + h, arrays=arrays)
+    return Moment(here.time + h, point, y, rate, mean, last, strain)
+
+
+def _strained(here: Moment, strain: Array, duration: float, smooth: NDArray[np.bool_]) -> Array:
+    """Return the elements' strains at the end of a step, with both derivatives (3, N, 6)."""
+    h = duration
+    value, old, mean = here.strain
+    back, past = _backward(value, old, mean, h, smooth)
+    rate = (strain - past) / back
+    newmark = (strain - value - h * old) / (BETA * h * h) - (0.5 - BETA) / BETA * mean
+    return np.stack((strain, rate, np.where(smooth, newmark, (rate - old) / h)))
+
+
+def _stop(
+    rate: Array,
+    struck: NDArray[np.bool_],
+    before: tuple[Obstacle, ...],
+    arrays: Arrays,
+    x: Iterate,
+    duration: float,
+) -> None:
+    """Give nodes that have met an obstacle its velocity across the surface: no rebound."""
+    for j, (old, new) in enumerate(zip(before, arrays.obstacles, strict=True)):
+        hit = np.nonzero(struck & (x.normal[j] > 0.0))[0]
+        _, normal, _ = distances(new, x.p[hit], arrays.radius)
+        first, last = (matrices(np.array([one.orientation]))[0] for one in (old, new))
+        local = (x.p[hit] - np.asarray(new.position)) @ last
+        surface = (x.p[hit] - local @ first.T - np.asarray(old.position)) / duration
+        excess = np.sum((rate[hit, :3] - surface) * normal, axis=1)
+        rate[hit, :3] -= excess[:, None] * normal
+
+
+def _error(here: Moment, after: Moment, duration: float, smooth: NDArray[np.bool_]) -> float:
+    """Return the estimated error of the positions [m]; impacts are not judged."""
+    jump = np.abs(after.mean - here.mean)[:, :3]
+    free = smooth & ~touching(after.point.x)
+    error = abs(BETA - 1.0 / 6.0) * duration**2 * jump[free].max(initial=0.0)
+    return float(error)

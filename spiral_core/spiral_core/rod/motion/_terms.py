@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What one step in time adds to the energy: inertia, damping of the material, drag.
+
+Positions and the two directors across the rod are the coordinates y (N + 1, 9) of the nodes, and
+their inertia is diagonal. Derived in ``docs/derivations/motion.md``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spiral_core.rod.contact._contact import Iterate
+from spiral_core.rod.contact._mesh import Arrays
+from spiral_core.rod.contact._quaternions import matrices, skews
+from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Damping, Inertia
+from spiral_core.rod.types import Array
+
+TINY = 1e-300
+
+
+def coordinates(x: Iterate) -> Array:
+    """Return positions and directors across the rod (N + 1, 9)."""
+    turn = matrices(x.q)
+    return np.hstack((x.p, turn[:, :, 1], turn[:, :, 2]))
+
+
+def node_lengths(arrays: Arrays) -> Array:
+    """Return the length that each node stands for (N + 1,) [m]."""
+    steps = np.diff(arrays.arc_lengths)
+    lengths: Array = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+    return lengths
+
+
+def masses(arrays: Arrays, inertia: Inertia) -> Array:
+    """Return the inertia of the coordinates (N + 1, 9) [kg, kg m^2]."""
+    per_length = np.repeat((inertia.mass, inertia.rotary), (3, 6))
+    inertias: Array = node_lengths(arrays)[:, None] * per_length
+    return inertias
+
+
+def strains(x: Iterate, arrays: Arrays, elastic: Arrays) -> Array:
+    r"""Return the strains that an element's material remembers (N, 6) [1/m, 1/m^2].
+
+    They are those at which the damping that :func:`stiffened` adds exerts nothing: with the
+    element's own u and :math:`s = K^{-1} G` of :mod:`spiral_core.rod.contact._element`,
+
+    .. math:: w = \tfrac{h^2}{12} (K (s \times u) + w \times s + K'^T s), \quad
+        u - K^{-1} w, \quad s - K^{-1} (u \times w + K' K^{-1} w)
+    """
+    a, b = x.q[:-1], x.q[1:]
+    v, w = a[:, :3], a[:, 3:]
+    turn = w * b[:, :3] - b[:, 3:] * v - np.cross(v, b[:, :3])
+    s = np.sum(turn * turn, axis=1)[:, None]
+    factor = 1.0 + s * (1.0 / 6.0 + s * (3.0 / 40.0 + s * (5.0 / 112.0)))
+    strain = 2.0 * factor * turn / np.diff(arrays.arc_lengths)[:, None]
+    own, frames = arrays.own, matrices(x.q)
+    moment = np.einsum("nij,nj->ni", own[:, 0], strain) - own[:, 4, 0]
+    change = np.einsum("nij,nj->ni", own[:, 1], strain) - own[:, 4, 1] + np.cross(strain, moment)
+    for frame, load in ((frames[:-1], x.n + arrays.half), (frames[1:], x.n - arrays.half)):
+        inner = np.einsum("nji,nj->ni", frame, load)
+        stretch = np.einsum("nij,nj->ni", own[:, 3], inner)
+        stretch[:, 0] += 1.0
+        change += 0.5 * np.cross(stretch, inner)
+    slope = np.einsum("nij,nj->ni", own[:, 2], change)
+    return _remembered(elastic, strain, slope)
+
+
+def _remembered(elastic: Arrays, strain: Array, slope: Array) -> Array:
+    """Return mean strain and slope as the material remembers them."""
+    stiffness, rate, flexible = (elastic.own[:, i] for i in range(3))
+    small = (np.diff(elastic.arc_lengths) ** 2 / 12.0)[:, None]
+    known = np.einsum("nij,nj->ni", stiffness, np.cross(slope, strain))
+    known += np.einsum("nji,nj->ni", rate, slope)
+    system = np.eye(3) + small[:, :, None] * skews(slope)
+    moment = np.linalg.solve(system, (small * known)[:, :, None])[:, :, 0]
+    less = np.einsum("nij,nj->ni", flexible, moment)
+    turning = np.cross(strain, moment) + np.einsum("nij,nj->ni", rate, less)
+    return np.hstack((strain - less, slope - np.einsum("nij,nj->ni", flexible, turning)))
+
+
+def stiffened(arrays: Arrays, ratio: Array, strain: Array) -> Arrays:
+    """Return the rod with ratio K (u - strain) added to its moments, ratio (N, 1) = T / duration.
+
+    A Kelvin-Voigt material over a step is a stiffer elastic one with another rest strain.
+
+    Args:
+        arrays: the elastic rod.
+        ratio: for each element.
+        strain: mean strains and slopes (N, 6).
+    """
+    own = arrays.own.copy()
+    every = ratio[:, :, None]
+    own[:, 4, :2] += every * np.einsum("nkij,nj->nki", own[:, :2], strain[:, :3])
+    own[:, 4, 1] -= ratio * np.einsum("nij,nj->ni", own[:, 0], strain[:, 3:])
+    own[:, :2] *= 1.0 + every[:, None]
+    own[:, 2] /= 1.0 + every
+    return replace(arrays, own=own)
+
+
+def drag_factor(speed: Array, diameter: float, air: float) -> Array:
+    """Return force over speed of air per length of rod (n,) [N s/m^2], across the rod."""
+    reynolds = AIR_DENSITY * speed * diameter / AIR_VISCOSITY
+    coefficient = 1.0 + 10.0 / np.maximum(np.cbrt(reynolds * reynolds), TINY)
+    factor: Array = 0.5 * air * AIR_DENSITY * diameter * coefficient * speed
+    return np.where(speed > 0.0, factor, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepTerms:
+    """A quadratic about targets: w/2 (y - z)^2 and (p - r) . A (p - r) / 2.
+
+    Args:
+        weight: w (N + 1, 9) [N/m, N m].
+        target: z (N + 1, 9).
+        drag: A (N + 1, 3, 3) [N/m].
+        rest: r (N + 1, 3) [m].
+    """
+
+    weight: Array
+    target: Array
+    drag: Array
+    rest: Array
+
+    def add(self, x: Iterate, gradient: Array, tangent: Array) -> None:
+        """Add gradient and Hessian at x, by rotations in the material frame and displacements."""
+        weight, target = self.weight, self.target
+        every = np.arange(3)
+        gradient[:, 3:] += weight[:, :3] * (x.p - target[:, :3])
+        gradient[:, 3:] += np.einsum("nij,nj->ni", self.drag, x.p - self.rest)
+        tangent[:, 3 + every, 3 + every] += weight[:, :3]
+        tangent[:, 3:, 3:] += self.drag
+        turn = matrices(x.q)
+        for axis, first in ((1, 3), (2, 6)):
+            seen = np.einsum("nji,nj->ni", turn, target[:, first : first + 3])
+            seen *= weight[:, first : first + 1]
+            ahead, behind = (axis + 1) % 3, (axis + 2) % 3
+            # e x b, the unit vector e along the axis
+            gradient[:, ahead] += seen[:, behind]
+            gradient[:, behind] -= seen[:, ahead]
+            tangent[:, every, every] += seen[:, axis : axis + 1]
+            tangent[:, axis, :3] -= 0.5 * seen
+            tangent[:, :3, axis] -= 0.5 * seen
+
+
+def step_terms(
+    inertia: Array,
+    scale: NDArray[np.float64],
+    target: Array,
+    damping: Damping,
+    duration: Array,
+    rest: Array,
+    drag: Array,
+) -> StepTerms:
+    """Return the terms of a step.
+
+    Args:
+        inertia: of the coordinates (N + 1, 9).
+        scale: time squared that turns accelerations into displacements (N + 1, 1) [s^2].
+        target: where the nodes would be without forces (N + 1, 9).
+        damping: its drag rate counts here.
+        duration: by which a displacement from ``rest`` becomes a velocity (N + 1, 1) [s].
+        rest: coordinates from which velocities are measured (N + 1, 9).
+        drag: force over velocity of the air (N + 1, 3, 3) [N s/m].
+    """
+    moved, resisted = inertia / scale, inertia * (damping.drag_rate / duration)
+    weight = moved + resisted
+    middle = (moved * target + resisted * rest) / weight
+    return StepTerms(weight, middle, drag / duration[:, :, None], rest[:, :3])

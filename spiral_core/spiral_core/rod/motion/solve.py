@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Solve a rod in time: steps that adapt to their error, and to what happens in them.
+
+The method is derived in ``docs/derivations/motion.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.contact._elimination import newton_pass
+from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact._mesh import Arrays, discretize
+from spiral_core.rod.contact._results import state_from_point
+from spiral_core.rod.contact._start import from_centerline
+from spiral_core.rod.contact.problem import ContactProblem
+from spiral_core.rod.contact.solve import solve_contact, unsolved
+from spiral_core.rod.contact.state import ContactState, ContactStatus
+from spiral_core.rod.motion._step import Moment, advanced, at_rest
+from spiral_core.rod.motion._terms import masses
+from spiral_core.rod.motion.inertia import Damping, Inertia
+from spiral_core.rod.motion.motion import EventKind, Frame, Motion, MotionEvent, MotionStatus
+from spiral_core.rod.types import Array
+from spiral_core.validation import require_finite, require_positive
+
+# Error of a step's positions, as a fraction of the rod's length.
+DEFAULT_TOLERANCE = 1e-5
+DEFAULT_LONGEST_STEP = 0.01
+# The first step after a state of which no accelerations are known [of the longest step].
+FIRST_STEP = 0.02
+# A step grows and shrinks by at most this factor; the error goes with its cube.
+GROWTH, SHRINKING, SAFETY = 1.5, 0.2, 0.85
+# Shortest step, as a fraction of the longest one.
+SHORTEST = 1e-5
+# An event is located to this duration [of the longest step], and not again for as long as this.
+EVENT_WIDTH, EVENT_PAUSE = 0.03, 20.0
+# Impacts excite vibrations of single elements, which the method damps and no one asks for: once
+# the rod has touched, errors shorten steps to this fraction of the longest one only.
+AFTER_TOUCH = 0.2
+
+Problem = Callable[[float], ContactProblem]
+
+
+def solve_motion(
+    problem: Problem,
+    inertia: Inertia,
+    times: Sequence[float],
+    *,
+    damping: Damping | None = None,
+    start: ContactState | Array | None = None,
+    elements: int | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    longest_step: float = DEFAULT_LONGEST_STEP,
+) -> Motion:
+    r"""Return how a rod moves while its loads, rest strain, ends and obstacles change in time.
+
+    .. math:: m \ddot p = n' + w + f_c, \qquad \text{moments likewise, with } d(p) \ge r
+        \text{ and Coulomb friction}
+
+    Each step minimizes the energy of :func:`~spiral_core.rod.contact.solve.solve_contact` plus
+    inertia and damping. Of second order in time where the rod is free; nodes that touch go by the
+    implicit Euler method and meet obstacles without rebound.
+
+    Args:
+        problem: rod, ends, loads and obstacles at a time [s]; the same kinds of ends and shapes of
+            obstacles at all times.
+        inertia: of the rod.
+        times: of the frames, increasing; the motion begins at the first [s].
+        damping: None is that of a silicone tube in air.
+        start: where the rod is at rest at first: a state, or a centerline (n, 3) [m] along the rod,
+            from which it is let go; None is the static state of the problem then.
+        elements: how many; None takes those of the start, or one for each leg of the centerline.
+        tolerance: error of a step, as a fraction of the length.
+        longest_step: [s].
+
+    Returns:
+        The frames, and whether the last time was reached.
+
+    Raises:
+        InvalidInputError: an argument, or a problem at some time, is not valid.
+        SolverError: there is no static state to begin with.
+
+    Example:
+        A tube let go at the horizontal falls.
+
+        >>> from spiral_core import ElasticRod, RodLoad, Section
+        >>> rod = ElasticRod(0.3, Section((2e-4, 3e-4, 3e-4)), radius=5e-3)
+        >>> heavy = ContactProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.28)))
+        >>> weightless = solve_contact(ContactProblem(rod), elements=20)
+        >>> tube = Inertia(mass=0.0285, rotary=3e-7)
+        >>> motion = solve_motion(lambda time: heavy, tube, (0.0, 0.1), start=weightless)
+        >>> bool(-0.1 < motion.positions[-1, -1, 2] < -0.02)
+        True
+    """
+    frames = tuple(
+        motion_frames(
+            problem, inertia, times, damping=damping, start=start, elements=elements,
+            tolerance=tolerance, longest_step=longest_step,
+        )
+    )  # fmt: skip
+    complete = len(frames) == len(times)
+    return Motion(MotionStatus.COMPLETED if complete else MotionStatus.STALLED, frames)
+
+
+def motion_frames(
+    problem: Problem,
+    inertia: Inertia,
+    times: Sequence[float],
+    *,
+    damping: Damping | None = None,
+    start: ContactState | Array | None = None,
+    elements: int | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    longest_step: float = DEFAULT_LONGEST_STEP,
+) -> Iterator[Frame]:
+    """Yield the frames of :func:`solve_motion` as they are computed; fewer if it stalls."""
+    moments = tuple(require_finite("times", time) for time in times)
+    if not moments or any(not b > a for a, b in pairwise(moments)):
+        raise InvalidInputError("times", times, "one or more increasing times")
+    require_positive("tolerance", tolerance)
+    require_positive("longest_step", longest_step)
+    first = _problem_at(problem, moments[0])
+    point = _start(first, start, elements)
+    run = _Run(
+        problem, inertia, damping or Damping(), tolerance * point.arrays.length, longest_step,
+        at_rest(moments[0], replace(point, at=moments[0])),
+    )  # fmt: skip
+    yield run.frame()
+    for time in moments[1:]:
+        if not run.reach(time):
+            return
+        yield run.frame()
+
+
+def _start(
+    first: ContactProblem, start: ContactState | Array | None, elements: int | None
+) -> Point:
+    """Return where the rod begins, under the first problem."""
+    if start is None:
+        start = solve_contact(first, elements=elements)
+    if not isinstance(start, ContactState):
+        points = np.asarray(start, dtype=np.float64)
+        arrays = discretize(first, len(points) - 1 if elements is None else elements)
+        return unsolved(arrays, from_centerline(first, arrays, points))
+    if start._point is None or start.status is not ContactStatus.CONVERGED:
+        raise InvalidInputError("start", start.status, "a converged state")
+    count = start._point.arrays.count
+    if elements not in (None, count):
+        raise InvalidInputError("elements", elements, f"those of the start, {count}")
+    return replace(start._point, arrays=discretize(first, count))
+
+
+def _problem_at(problem: Problem, time: float) -> ContactProblem:
+    """Return the problem at a time; refuse what is none."""
+    found = problem(time)
+    if not isinstance(found, ContactProblem):
+        raise InvalidInputError("problem", found, "a function from a time to a ContactProblem")
+    return found
+
+
+class _Run:
+    """A motion while it is computed."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        inertia: Inertia,
+        damping: Damping,
+        allowed: float,
+        longest: float,
+        moment: Moment,
+    ) -> None:
+        self.problem, self.inertia, self.damping = problem, inertia, damping
+        self.allowed, self.longest, self.here = allowed, longest, moment
+        self.step, self.steps, self.error = FIRST_STEP * longest, 0, 0.0
+        self.events: list[MotionEvent] = []
+        self.residual = moment.point.solution.residual
+        self.quiet_until, self.touched = -np.inf, bool(np.any(moment.point.x.normal > 0.0))
+
+    def reach(self, time: float) -> bool:
+        """Step to a time exactly; return whether it was reached."""
+        while self.here.time < time:
+            left = time - self.here.time
+            parts = max(1, int(np.ceil(left / self.step - 1e-9)))
+            # two even steps rather than a long one and a short one
+            duration = left / parts if parts <= 2 else self.step
+            at = time if parts == 1 else self.here.time + duration
+            if not self._try(at, duration) and self.step < SHORTEST * self.longest:
+                return False
+        return True
+
+    def _try(self, at: float, duration: float) -> bool:
+        """Take a step if it is good enough; choose the next one's length."""
+        arrays = self._arrays(at)
+        after, error = advanced(self.here, arrays, duration, self.inertia, self.damping)
+        if after is None:
+            self.step = 0.3 * duration
+            return False
+        ratio = (self.allowed / max(error, 1e-3 * self.allowed)) ** (1.0 / 3.0)
+        factor = float(np.clip(SAFETY * ratio, SHRINKING, GROWTH))
+        if error > 2.0 * self.allowed and duration > self._least(duration):
+            self.step = max(duration * factor, self._least(duration))
+            return False
+        changes = _changes(self.here, after)
+        locating = changes and at > self.quiet_until
+        if locating and duration > EVENT_WIDTH * self.longest:
+            self.step = max(0.4 * duration, 0.9 * EVENT_WIDTH * self.longest)
+            return False
+        if locating:
+            self.quiet_until = at + EVENT_PAUSE * self.longest
+        self.touched = self.touched or bool(changes)
+        self.events += [MotionEvent(kind, j, at, duration) for kind, j in changes]
+        self.here, self.steps, self.error = (
+            replace(after, time=at),
+            self.steps + 1,
+            self.error + error,
+        )
+        self.residual = max(self.residual, after.point.solution.residual)
+        self.step = min(self.longest, duration * factor)
+        return True
+
+    def _least(self, duration: float) -> float:
+        """Return the length below which errors do not shorten a step [s]."""
+        if self.touched:
+            return min(GROWTH * duration, AFTER_TOUCH * self.longest)
+        return 10.0 * SHORTEST * self.longest
+
+    def _arrays(self, time: float) -> Arrays:
+        """Return the problem at a time, on the mesh of the start."""
+        before = self.here.point.arrays
+        found = _problem_at(self.problem, time)
+        arrays = discretize(found, before.count)
+        same = len(arrays.arc_lengths) == len(before.arc_lengths)
+        shapes = [one.shape for one in arrays.obstacles] == [o.shape for o in before.obstacles]
+        held = bool(np.all(arrays.end_free == before.end_free))
+        if not (same and shapes and held):
+            requirement = "as many breaks, kinds of ends and shapes of obstacles at all times"
+            raise InvalidInputError("problem", found, requirement)
+        return arrays
+
+    def frame(self) -> Frame:
+        """Return the rod where it is, and the events since the last frame."""
+        here = self.here
+        state = state_from_point(here.point, here.point.solution.passes, ContactStatus.CONVERGED)
+        weights = masses(here.point.arrays, self.inertia)
+        frame = Frame(
+            time=here.time,
+            state=replace(state, energy=_energy(here)),
+            velocities=here.rate[:, :3].copy(),
+            kinetic_energy=0.5 * float(np.sum(weights * here.rate * here.rate)),
+            steps=self.steps,
+            error=self.error,
+            residual=self.residual,
+            events=tuple(self.events),
+        )
+        self.events, self.residual = [], 0.0
+        return frame
+
+
+def _changes(here: Moment, after: Moment) -> list[tuple[EventKind, int]]:
+    """Return what happens to the contacts in a step."""
+    found = []
+    for j in range(len(after.point.arrays.obstacles)):
+        before, now = here.point.x.normal[j] > 0.0, after.point.x.normal[j] > 0.0
+        if now.any() and not before.any():
+            found.append((EventKind.TOUCH, j))
+        elif before.any() and not now.any():
+            found.append((EventKind.LOSS, j))
+        elif now.any() and _sticks(here, j) and not _sticks(after, j):
+            found.append((EventKind.SLIP, j))
+    return found
+
+
+def _sticks(moment: Moment, j: int) -> bool:
+    """Return whether every node in contact with an obstacle sticks."""
+    contacts = moment.point.solution.contacts
+    if not contacts or not contacts[j].rubs:
+        return False
+    contact = contacts[j]
+    return bool(np.all(contact.sticks[contact.active]))
+
+
+def _energy(moment: Moment) -> float:
+    """Return elastic energy and potential of the loads, without inertia and damping [J]."""
+    arrays, x = moment.point.arrays, moment.point.x
+    count = arrays.count
+    bare = np.zeros((count + 1, 6))
+    energy, _ = newton_pass(
+        x.q, x.p, x.n, arrays.half, arrays.own, np.full(count, 1e-9), bare,
+        np.zeros((count + 1, 6, 6)), arrays.end_free, arrays.step, True, bare.copy(),
+        np.zeros((count, 3)), bare.copy(), np.zeros((count, 3)), np.zeros((count + 1, 3)),
+    )  # fmt: skip
+    return energy + arrays.rest_energy - float(np.sum(arrays.nodal[:, 3:] * x.p))

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``close``: a gripper closes on an object in true time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from spiral_gripper.cli.gripper import described, mounted, require_pressure
+from spiral_gripper.cli.types import (
+    LENGTH,
+    NUMBER,
+    PRESSURE,
+    PRESSURE_RATE,
+    TIME,
+    gripper_argument,
+    json_option,
+    mount_options,
+    plot_option,
+    typed,
+)
+
+ANIMATION_SUFFIXES = (".gif",)
+
+
+@click.command()
+@gripper_argument
+@click.option("--radius", type=LENGTH, required=True, metavar="LENGTH", help="Of a cylinder.")
+@click.option(
+    "--rate", type=PRESSURE_RATE, required=True, metavar="RATE", help="At which the pressure rises."
+)
+@click.option(
+    "--pressure",
+    type=PRESSURE,
+    metavar="PRESSURE",
+    help="To close to; by default 1.15 of the pressure of the perfect wrap.",
+)
+@click.option(
+    "--wait", type=TIME, default="2 s", show_default=True, help="At the pressure, before judging."
+)
+@click.option("--friction", type=NUMBER, metavar="MU", help="Default: the gripper file's, or 0.3.")
+@click.option(
+    "--retardation-time",
+    type=TIME,
+    default="16 ms",
+    show_default=True,
+    help="Damping of the material; silicone and latex 5 to 50 ms.",
+)
+@click.option(
+    "--advise", is_flag=True, help="Also find the fastest rate that keeps 90 % of the slow grip."
+)
+@click.option(
+    "--animate",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write the closing in true time to a .gif file.",
+)
+@mount_options
+@json_option
+@plot_option
+def close(
+    gripper: str,
+    radius: float,
+    rate: float,
+    pressure: float | None,
+    wait: float,
+    friction: float | None,
+    retardation_time: float,
+    advise: bool,
+    animate: Path | None,
+    as_json: bool,
+    plot: Path | None,
+    **options: object,
+) -> int:
+    """Let GRIPPER close on a cylinder, the pressure rising at a rate; print what that gives.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file. The tube has mass
+    and damping, and turns that touch early stick: a fast closing may hold a fraction of what a slow
+    one holds. Ctrl-C ends the computation and prints what has been computed. Exit code 1: the
+    closing was not computed to its end.
+    """
+    if friction is not None and not 0.0 <= friction <= 10.0:
+        raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
+    if animate is not None and animate.suffix.lower() not in ANIMATION_SUFFIXES:
+        raise click.UsageError(f"--animate writes .gif files, got {animate.name}")
+    from spiral_core.rod.motion.inertia import Damping
+    from spiral_gripper.cli.workers import progress_bar
+    from spiral_gripper.reports.closing.document import (
+        CloseQuestion,
+        close_as_dict,
+        close_rows,
+        solve_close,
+    )
+
+    description = described(gripper)
+    mount = mounted(description.gripper, options)
+    if pressure is not None:
+        require_pressure(description, pressure)
+    question = CloseQuestion(
+        mount, radius, rate, pressure, wait, friction, Damping(retardation_time), advise
+    )
+    with progress_bar("closing") as moved:
+        solved = solve_close(question, moved)
+    if as_json:
+        from spiral_gripper.cli.output import print_json
+
+        print_json(close_as_dict(solved))
+    else:
+        from rich.console import Console
+
+        from spiral_gripper.reports.tables import print_rows
+
+        print_rows(
+            f"{mount.name} closes on radius {typed('radius')} at {typed('rate')}",
+            close_rows(solved),
+            Console(),
+        )
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.closing.plots import close_figure
+
+        write_picture(close_figure(solved.closing), plot)
+    if animate is not None:
+        from spiral_gripper.cli.output import say_written
+        from spiral_gripper.reports.closing.plots import write_animation
+
+        write_animation(solved.closing, animate)
+        say_written(animate)
+    return 0 if solved.closing.is_complete else 1

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One name for every picture: ``plot`` takes a result and draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from spiral_core import (
+    DesignReport,
+    FeasibilityMap,
+    Grip,
+    Gripper,
+    RegimeChart,
+    Wrap,
+    WrapCurve,
+    place_object,
+    regime_chart,
+)
+from spiral_core.errors import InvalidInputError
+from spiral_gripper.reports.grip_plots import grip_figure
+from spiral_gripper.reports.plots import design_figure, feasibility_figure, regime_figure
+from spiral_gripper.reports.shape_plots import shape_figure
+
+# The part of the largest radius at which a curve's chart begins.
+_SMALLEST = 0.25
+
+
+def plot(result: object) -> Figure:
+    """Return a picture of a result, units on its axes; ``figure.savefig`` writes it.
+
+    Args:
+        result: a Grip (force against pressure, the coil on its object), a Wrap (the free coil from
+            two sides), a WrapCurve or a RegimeChart (pressure against radius), a Gripper (its
+            WrapCurve), a DesignReport, or a FeasibilityMap.
+
+    Raises:
+        InvalidInputError: there is no picture of a value of this kind.
+
+    Example:
+        >>> from spiral_core import WrapCurve
+        >>> from spiral_gripper import load_gripper
+        >>> figure = plot(WrapCurve(load_gripper("paper_design_70")))
+        >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
+        ('object radius [mm]', 'pressure [kPa]')
+    """
+    for kind, draw in _PICTURES.items():
+        if isinstance(result, kind):
+            return draw(result)
+    known = ", ".join(kind.__name__ for kind in _PICTURES)
+    raise InvalidInputError("result", type(result).__name__, f"one of {known}")
+
+
+def _wrap(wrap: Wrap) -> Figure:
+    title = f"{1e3 * wrap.object_radius:.4g} mm at {1e-3 * wrap.pressure:.4g} kPa"
+    return shape_figure(wrap.state, wrap.outer_radius, title, place_object(wrap))
+
+
+def _curve(curve: WrapCurve) -> Figure:
+    smallest = max(curve.radius_min, _SMALLEST * curve.radius_max)
+    return regime_figure(regime_chart(curve, smallest, curve.radius_max), curve.gripper.name)
+
+
+_PICTURES: dict[type, Callable[[Any], Figure]] = {
+    Grip: lambda grip: grip_figure(grip, grip.setup.gripper.name),
+    Wrap: _wrap,
+    WrapCurve: _curve,
+    Gripper: lambda gripper: _curve(WrapCurve(gripper)),
+    RegimeChart: lambda chart: regime_figure(chart, "pressure against radius"),
+    DesignReport: design_figure,
+    FeasibilityMap: feasibility_figure,
+}

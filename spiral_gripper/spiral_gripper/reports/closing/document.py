@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A closing in true time as rows for people and as plain data for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from spiral_core.closing.close import (
+    FRAMES,
+    RateAdvice,
+    TimedClosing,
+    advise_rate,
+    closing_frames,
+    inertia_of,
+)
+from spiral_core.closing.course import PressureCourse
+from spiral_core.grip.holding import HoldingForce, Pull
+from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.motion.frequencies import Modes, vibration_modes
+from spiral_core.rod.motion.inertia import Damping
+from spiral_core.wrap.gripper import Gripper
+from spiral_gripper.reports.tables import shown
+
+# Pressure that a grip is closed to, over that of the perfect wrap.
+BEYOND_WRAP = 1.15
+# Rates that advice looks at, as times in which the pressure rises [s].
+RISES = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+
+
+@dataclass(frozen=True, slots=True)
+class CloseQuestion:
+    """What is asked of a gripper.
+
+    Args:
+        gripper: as it is mounted.
+        radius: of a cylinder [m].
+        rate: of the pressure [Pa/s].
+        pressure: to close to [Pa]; None is a little beyond the perfect wrap.
+        wait: at the pressure [s].
+        friction: coefficient; None takes the gripper's or the default.
+        damping: of the tube.
+        advise: whether other rates are looked at too.
+    """
+
+    gripper: Gripper
+    radius: float
+    rate: float
+    pressure: float | None
+    wait: float
+    friction: float | None
+    damping: Damping
+    advise: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SolvedClose:
+    """A question and its answer.
+
+    Args:
+        question: what was asked.
+        pressure: closed to [Pa].
+        closing: in time, as far as it was computed.
+        forces: what holds then, for a complete closing; else empty.
+        hanging: vibrations of the tube as it hangs, without pressure.
+        advice: on the rate, where it was asked for.
+    """
+
+    question: CloseQuestion
+    pressure: float
+    closing: TimedClosing
+    forces: tuple[HoldingForce, ...]
+    hanging: Modes
+    advice: RateAdvice | None
+
+
+def solve_close(
+    question: CloseQuestion, progress: Callable[[int, int], None] | None = None
+) -> SolvedClose:
+    """Return how a gripper closes; after an interrupt what was computed until then.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+        NotGrippableError: no pressure coils the gripper to this radius.
+    """
+    setup = lay_into_coil(question.gripper, question.radius, friction=question.friction)
+    pressure = question.pressure
+    if pressure is None:
+        wrapped = setup.tip_pressure or question.gripper.pressure_max
+        pressure = min(BEYOND_WRAP * wrapped, question.gripper.pressure_max)
+    course = PressureCourse.ramp(question.rate, pressure, question.wait)
+    closing = _interruptible(setup, course, question.damping, progress)
+    forces: tuple[HoldingForce, ...] = ()
+    advice = None
+    if closing.is_complete:
+        forces = tuple(closing.holding_force(pull) for pull in (Pull.AWAY, Pull.TOWARDS))
+        if question.advise:
+            rates = [pressure / rise for rise in RISES]
+            advice = advise_rate(
+                setup, pressure, rates, wait=question.wait, damping=question.damping,
+                progress=progress,
+            )  # fmt: skip
+    rod = setup.closing_problem(0.0)
+    free = type(rod)(rod.rod, rod.load)
+    modes = vibration_modes(
+        solve_contact(free, elements=setup.element_count), inertia_of(question.gripper), 2
+    )
+    return SolvedClose(question, pressure, closing, forces, modes, advice)
+
+
+def _interruptible(
+    setup: GripSetup,
+    course: PressureCourse,
+    damping: Damping,
+    progress: Callable[[int, int], None] | None,
+) -> TimedClosing:
+    """Return a closing; Ctrl-C keeps what was computed, once there is anything."""
+    frames = []
+    try:
+        for frame in closing_frames(setup, course, damping=damping):
+            frames.append(frame)
+            if progress is not None:
+                progress(len(frames), FRAMES)
+    except KeyboardInterrupt:
+        if not frames:
+            raise
+    return TimedClosing(setup, course, tuple(frames))
+
+
+def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
+    """Return the figures of a closing as names and texts."""
+    closing, point = solved.closing, solved.closing.point
+    rows = [
+        ("pressure", f"to {shown(solved.pressure, 'Pa')}"),
+        ("friction coefficient", f"{closing.setup.obstacle.friction:.3g}"),
+    ]
+    if not closing.is_complete:
+        ended = closing.frames[-1].time
+        rows.append(("NOT COMPLETE", f"computed {ended:.2f} s of {closing.course.duration:.2f} s"))
+    rows += [
+        ("touches after", _seconds(closing.time_to_touch)),
+        ("wrapped after", _seconds(closing.time_to_wrap)),
+        ("at rest after", _seconds(closing.settling_time)),
+        ("in contact", f"{100.0 * closing.contact_fractions[-1]:.0f} % of the tube"),
+        ("turns", f"{point.turns:.2f}"),
+        ("presses with", f"{point.normal_force:.3g} N in all"),
+    ]
+    names = {Pull.AWAY: "holds away from the base", Pull.TOWARDS: "holds towards the base"}
+    rows += [(names[one.pull], f"{one.force:.3g} N") for one in solved.forces]
+    if solved.advice is not None:
+        rows.append(("closed slowly it holds", f"{solved.advice.slow:.3g} N"))
+        pairs = zip(solved.advice.rates, solved.advice.forces, strict=True)
+        rows += [(f"  at {shown(rate, 'Pa')}/s", f"{force:.3g} N") for rate, force in pairs]
+        fastest = solved.advice.fastest
+        said = "none of these" if fastest is None else f"{shown(fastest, 'Pa')}/s"
+        rows.append(("fastest that keeps 90 %", said))
+    settling = solved.hanging.settling_times(solved.question.damping)[0]
+    rows += [
+        ("hanging tube swings at", f"{solved.hanging.frequencies[0]:.3g} Hz"),
+        ("  to 5 % within, air left out", _seconds(float(settling))),
+    ]
+    return rows
+
+
+def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
+    """Return a closing as plain data, in SI units."""
+    closing, point = solved.closing, solved.closing.point
+    advice = solved.advice
+    return {
+        "gripper": solved.question.gripper.name,
+        "object_radius": solved.question.radius,
+        "rate": solved.question.rate,
+        "pressure": solved.pressure,
+        "friction": closing.setup.obstacle.friction,
+        "complete": closing.is_complete,
+        "time_to_touch": closing.time_to_touch,
+        "time_to_wrap": closing.time_to_wrap,
+        "settling_time": closing.settling_time,
+        "contact_fraction": closing.contact_fractions[-1],
+        "turns": point.turns,
+        "normal_force": point.normal_force,
+        "holding_forces": {one.pull.name.lower(): one.force for one in solved.forces},
+        "advice": None
+        if advice is None
+        else {
+            "slow_holding_force": advice.slow,
+            "rates": advice.rates,
+            "holding_forces": advice.forces,
+            "fastest_rate": advice.fastest,
+        },
+        "hanging_frequency": float(solved.hanging.frequencies[0]),
+        "hanging_settling_time": float(solved.hanging.settling_times(solved.question.damping)[0]),
+        "frames": [
+            {
+                "time": frame.time,
+                "pressure": closing.course.at(frame.time),
+                "contact_fraction": fraction,
+                "tip": frame.state.tip_position,
+            }
+            for frame, fraction in zip(closing.frames, closing.contact_fractions, strict=True)
+        ],
+    }
+
+
+def _seconds(time: float | None) -> str:
+    """Return a time as text."""
+    return "not within this time" if time is None else f"{time:.2f} s"

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of a closing in true time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TypeAlias
+
+import numpy as np
+from matplotlib.animation import PillowWriter
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from spiral_core.closing.close import TimedClosing
+from spiral_core.grip.point import GripPoint
+from spiral_gripper.files.storage import write_file
+from spiral_gripper.reports.grip_plots import draw_coil
+from spiral_gripper.reports.shape_plots import VIEWS
+from spiral_gripper.reports.style import COLORS, panels, paper_style
+
+# Of an animation: pictures per second, dots per inch, and the most pictures.
+PICTURE_RATE, DOTS, MOST_PICTURES = 12.5, 80, 250
+
+# Of both axes [mm].
+Limits: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+
+
+@paper_style()
+def close_figure(closing: TimedClosing) -> Figure:
+    """Return contact and pressure, and the tip's speed, against time."""
+    figure, (left, right) = panels(2)
+    times = [frame.time for frame in closing.frames]
+    left.plot(times, [100.0 * c for c in closing.contact_fractions], color=COLORS[1])
+    left.set(xlabel="time [s]", ylabel="in contact [% of the tube]")
+    beside = left.twinx()
+    beside.plot(times, [1e-3 * closing.course.at(t) for t in times], ":", color=COLORS[2])
+    beside.set_ylabel("pressure [kPa]", color=COLORS[2])
+    speeds = [float(np.linalg.norm(frame.velocities[-1])) for frame in closing.frames]
+    right.plot(times, speeds, color=COLORS[0])
+    right.set(xlabel="time [s]", ylabel="speed of the tip [m/s]")
+    return figure
+
+
+@paper_style()
+def write_animation(closing: TimedClosing, path: Path) -> None:
+    """Write a closing in true time as an animated picture.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    last = closing.frames[-1].time
+    count = min(MOST_PICTURES, max(2, round(last * PICTURE_RATE)), len(closing.frames))
+    chosen = np.rint(np.linspace(0, len(closing.frames) - 1, count)).astype(int)
+    limits = _limits(closing)
+    figure = Figure(figsize=(6.0, 3.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    writer = PillowWriter(fps=max(1, round(count / max(last, 1e-3))))
+    with TemporaryDirectory() as folder:
+        written = Path(folder) / "closing.gif"
+        with writer.saving(figure, str(written), DOTS):
+            for index in chosen:
+                _draw_frame(figure, closing, int(index), limits)
+                writer.grab_frame()
+        write_file(path, written.read_bytes())
+
+
+def _draw_frame(figure: Figure, closing: TimedClosing, index: int, limits: Limits) -> None:
+    """Draw one frame, in both views."""
+    frame = closing.frames[index]
+    pressure = closing.course.at(frame.time)
+    point = GripPoint(pressure, closing.setup, frame.state)
+    figure.clear()
+    figure.suptitle(f"{frame.time:.2f} s, {1e-3 * pressure:.1f} kPa")
+    for number, view in enumerate(VIEWS, start=1):
+        axes = figure.add_subplot(1, len(VIEWS), number)
+        draw_coil(axes, point, view)
+        axes.set(xlim=limits[0], ylim=limits[1])
+
+
+def _limits(closing: TimedClosing) -> Limits:
+    """Return limits that hold every frame: across and along the hanging tube [mm]."""
+    positions = 1e3 * np.array([frame.state.positions for frame in closing.frames])
+    reach = float(np.abs(positions[:, :, 1:]).max()) + 30.0
+    down = float(positions[:, :, 0].max()) + 30.0
+    return (-reach, reach), (-down, 30.0 - float(positions[:, :, 0].min()))

@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A grip as rows for people and as plain data for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from spiral_core.errors import NotGrippableError
+from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip, solve_grip
+from spiral_core.grip.holding import HoldingForce, Pull, is_twist
+from spiral_core.grip.point import GripPoint
+from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
+from spiral_core.wrap.gripper import Gripper
+from spiral_gripper.reports.design_document import plain
+from spiral_gripper.reports.tables import shown
+from spiral_gripper.reports.wrap_document import read_profile
+
+# Where a pull is to, in few words.
+_PULLS = {
+    Pull.AWAY: "away from the base",
+    Pull.TOWARDS: "towards the base",
+    Pull.SIDEWAYS: "sideways",
+    Pull.TWIST_LEFT: "twist, left-handed",
+    Pull.TWIST_RIGHT: "twist, right-handed",
+    Pull.DOWN: "along gravity",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class GripQuestion:
+    """What is asked of a gripper.
+
+    Args:
+        gripper: as it is mounted.
+        radius: of a cylinder [m], or None.
+        profile: of an object, a CSV file, or None.
+        friction: coefficient; None takes the gripper's or the default.
+        frictionless: whether friction acts only once it is closed.
+        every_direction: whether the object is moved in all directions.
+        payload: mass to carry [kg], or None.
+        force_max: greatest sum of normal forces [N], or None.
+    """
+
+    gripper: Gripper
+    radius: float | None
+    profile: Path | None
+    friction: float | None
+    frictionless: bool
+    every_direction: bool
+    payload: float | None
+    force_max: float | None
+
+    @property
+    def pulls(self) -> tuple[Pull, ...]:
+        """Ways of moving the object that are looked at."""
+        if self.every_direction:
+            weightless = not any(self.gripper.gravity)
+            return tuple(pull for pull in Pull if not (weightless and pull is Pull.DOWN))
+        loaded = (Pull.DOWN,) if self.payload is not None else ()
+        return (Pull.AWAY, Pull.TOWARDS, *loaded)
+
+
+@dataclass(frozen=True, slots=True)
+class SolvedGrip:
+    """A question and its answer.
+
+    Args:
+        question: what was asked.
+        grip: the answer.
+        recommended: pressure to command [Pa]; None if none meets the conditions.
+        point: the grip there, or at the middle of the recommended range.
+        refusal: why no pressure meets the conditions, or None.
+    """
+
+    question: GripQuestion
+    grip: Grip
+    recommended: float | None
+    point: GripPoint
+    refusal: str | None
+
+
+def solve_question(
+    question: GripQuestion, progress: Callable[[int, int], None] | None = None
+) -> SolvedGrip:
+    """Return how a gripper holds an object.
+
+    Raises:
+        InvalidInputError: a value is out of its range, or the profile's file cannot be used.
+        NotGrippableError: the object is not held at any pressure.
+    """
+    grip = solve_grip(_setup(question), question.pulls, progress=progress)
+    refusal = recommended = None
+    try:
+        recommended = grip.recommended_pressure(question.payload, force_max=question.force_max)
+    except NotGrippableError as error:
+        refusal = error.constraint
+    at = grip.recommended_pressure() if recommended is None else recommended
+    return SolvedGrip(question, grip, recommended, grip.window.at(at), refusal)
+
+
+def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
+    """Return the figures of a grip as names and texts."""
+    question, grip, point = solved.question, solved.grip, solved.point
+    window, setup = grip.window, grip.setup
+    rows = [
+        ("object radius", shown(setup.obstacle.shape.feature_radius, "m")),
+        ("friction coefficient", f"{setup.obstacle.friction:.3g}"),
+        ("how it closes", setup.closing.value),
+        ("wrapped from", _against_tip(grip)),
+        ("end curls from", _or_not(window.onset_curling)),
+        ("lost at", f"{_or_not(window.loss)} ({window.end.value})"),
+    ]
+    if solved.refusal is not None:
+        rows.append(("NOT HELD", solved.refusal))
+    rows += [
+        ("recommended pressure", _or_not(solved.recommended)),
+        (f"at {shown(point.pressure, 'Pa')}", point.regime.value),
+        ("  in contact", f"{shown(point.contact_length, 'm')}, {point.turns:.3g} turns"),
+        ("  presses with", f"{point.normal_force:.3g} N in all"),
+        ("  pressure on the object", f"up to about {shown(point.contact_pressure, 'Pa')}"),
+        ("  mount carries", _reaction(point)),
+    ]
+    rows += [(f"  holds {_PULLS[pull]}", _held(grip, pull, point.pressure)) for pull in grip.forces]
+    if question.payload is not None:
+        ratio = float(
+            np.interp(point.pressure, grip.pressures, grip.payload_ratio(question.payload))
+        )
+        rows.append(
+            (
+                f"  payload {question.payload:.4g} kg",
+                f"{ratio:.2f} x held, {PAYLOAD_SAFETY:g} wanted",
+            )
+        )
+    rows += [
+        ("object's middle at (x, y, z)", ", ".join(shown(x, "m") for x in setup.obstacle.position)),
+        ("along", "({:.3f}, {:.3f}, {:.3f})".format(*setup.axis)),
+    ]
+    return rows
+
+
+def print_forces(solved: SolvedGrip, console: Console) -> None:
+    """Print contact and holding forces against pressure, a line each."""
+    grip = solved.grip
+    table = Table(title="holding force against pressure", title_justify="left")
+    columns = ["pressure [kPa]", "regime", "in contact [mm]", "presses with [N]"]
+    columns += [f"{_PULLS[pull]} [{'N mm' if is_twist(pull) else 'N'}]" for pull in grip.forces]
+    for column in columns:
+        table.add_column(column, justify="left" if column == "regime" else "right")
+    for number, point in enumerate(grip.points):
+        held = [_figure(grip.forces[pull][number]) for pull in grip.forces]
+        table.add_row(
+            f"{1e-3 * point.pressure:.4g}",
+            point.regime.value,
+            f"{1e3 * point.contact_length:.0f}",
+            f"{point.normal_force:.3g}",
+            *held,
+        )
+    console.print(table)
+    if any(each.is_lower_bound for found in grip.forces.values() for each in found):
+        console.print(">: a lower bound, the force was still rising where the pull ended")
+
+
+def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
+    """Return a grip for programs, in SI."""
+    question, grip, point = solved.question, solved.grip, solved.point
+    window, setup = grip.window, grip.setup
+    names = {pull: f"holding_{_kind(pull)}_{pull.name.lower()}" for pull in grip.forces}
+    document: dict[str, Any] = {
+        "gripper": setup.gripper.name,
+        "object_radius": setup.obstacle.shape.feature_radius,
+        "object_center": list(setup.obstacle.position),
+        "object_axis": setup.axis.tolist(),
+        "friction": setup.obstacle.friction,
+        "closing": setup.closing.name.lower(),
+        "elements": setup.element_count,
+        "tip_criterion": setup.tip_pressure,
+        "onset_wrap": window.onset_wrap,
+        "onset_curling": window.onset_curling,
+        "loss": window.loss,
+        "end": window.end.name.lower(),
+        "recommended_range": list(grip.recommended_range),
+        "recommended_pressure": solved.recommended,
+        "refusal": solved.refusal,
+        "pressures": grip.pressures.tolist(),
+        "contact_length": grip.contact_length.tolist(),
+        "turns": [each.turns for each in grip.points],
+        "normal_force": grip.normal_force.tolist(),
+        "contact_pressure": grip.contact_pressure.tolist(),
+        "base_reaction": [each.base_reaction.tolist() for each in grip.points],
+        "at_recommended": {
+            "pressure": point.pressure,
+            "arc_length": point.state.arc_lengths.tolist(),
+            "line_force": point.line_force.tolist(),
+            "positions": point.state.positions.tolist(),
+        },
+    }
+    for pull, name in names.items():
+        document[name] = grip.force(pull).tolist()
+        document[f"{name}_displacement"] = [each.displacement for each in grip.forces[pull]]
+        document[f"{name}_stiffness"] = [each.stiffness for each in grip.forces[pull]]
+        document[f"{name}_end"] = [each.end.name.lower() for each in grip.forces[pull]]
+    if question.payload is not None:
+        document["payload"] = question.payload
+        document["payload_ratio"] = grip.payload_ratio(question.payload).tolist()
+    checked: dict[str, Any] = plain(document)
+    return checked
+
+
+def _setup(question: GripQuestion) -> GripSetup:
+    closing = Closing.FRICTIONLESS if question.frictionless else Closing.SLOW
+    if question.profile is not None:
+        profile = read_profile(question.profile)
+        return lay_profile_into_coil(
+            question.gripper, profile, friction=question.friction, closing=closing
+        )
+    radius = float(question.radius or 0.0)
+    return lay_into_coil(question.gripper, radius, friction=question.friction, closing=closing)
+
+
+def _kind(pull: Pull) -> str:
+    return "torque" if is_twist(pull) else "force"
+
+
+def _or_not(pressure: float | None) -> str:
+    return "no pressure" if pressure is None else shown(pressure, "Pa")
+
+
+def _against_tip(grip: Grip) -> str:
+    """Return the onset of the wrap, and how far the tip criterion is from it."""
+    tip = grip.setup.tip_pressure
+    text = shown(grip.onset_wrap, "Pa")
+    if tip is None:
+        return text
+    percent = 100.0 * (grip.onset_wrap / tip - 1.0)
+    return f"{text}, {percent:+.1f} % from the tip criterion's {shown(tip, 'Pa')}"
+
+
+def _reaction(point: GripPoint) -> str:
+    force, moment = point.base_reaction[:3], point.base_reaction[3:]
+    return f"{np.linalg.norm(force):.3g} N, {1e3 * np.linalg.norm(moment):.3g} N mm"
+
+
+def _held(grip: Grip, pull: Pull, pressure: float) -> str:
+    """Return what is held against a pull at a pressure, between those computed."""
+    force = float(np.interp(pressure, grip.pressures, grip.force(pull)))
+    nearest = grip.forces[pull][int(np.argmin(np.abs(grip.pressures - pressure)))]
+    if is_twist(pull):
+        at = shown(nearest.displacement, "rad")
+        return f"{1e3 * force:.3g} N mm, peak at {at}"
+    stiffness = 1e-3 * nearest.stiffness
+    return (
+        f"{force:.3g} N, peak at {shown(nearest.displacement, 'm')}, {stiffness:.2g} N/mm at first"
+    )
+
+
+def _figure(held: HoldingForce) -> str:
+    mark = "> " if held.is_lower_bound else ""
+    return f"{mark}{(1e3 if is_twist(held.pull) else 1.0) * held.force:.3g}"

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of grips: force against pressure with the window, and the coil on its object."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from spiral_core.grip.grip import Grip
+from spiral_core.grip.holding import Pull, is_twist
+from spiral_core.grip.point import GripPoint
+from spiral_core.rod.types import Vector
+from spiral_gripper.reports.shaded import (
+    OBJECT_RINGS,
+    Surface,
+    draw_surfaces,
+    tube_surface,
+    turned_surface,
+)
+from spiral_gripper.reports.shape_plots import VIEWS
+from spiral_gripper.reports.style import (
+    COLORS,
+    CURLING_COLOR,
+    PERFECT_COLOR,
+    paper_style,
+    style_axes,
+)
+
+_LABELS = {
+    Pull.AWAY: "away from the base",
+    Pull.TOWARDS: "towards the base",
+    Pull.SIDEWAYS: "sideways",
+    Pull.DOWN: "along gravity",
+}
+
+
+@paper_style()
+def grip_figure(grip: Grip, title: str) -> Figure:
+    """Return force against pressure with the window shaded, and the coil on the object."""
+    figure = Figure(figsize=(7.6, 3.4), layout="constrained")
+    figure.suptitle(
+        f"{title}; friction {grip.setup.obstacle.friction:g}, {grip.setup.closing.value}"
+    )
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0))
+    left, right = (figure.add_subfigure(cell) for cell in (grid[0], grid[1]))
+    axes = left.add_subplot()
+    draw_forces(axes, grip)
+    axes.legend(loc="upper left", fontsize=6.5)
+    point = grip.window.at(grip.recommended_pressure())
+    for number, view in enumerate(VIEWS, start=1):
+        draw_coil(right.add_subplot(1, 2, number), point, view)
+    right.suptitle(f"{1e-3 * point.pressure:.1f} kPa: {point.regime.value}")
+    return figure
+
+
+def draw_forces(axes: Axes, grip: Grip) -> None:
+    """Draw holding forces and the normal force against pressure, the window behind them."""
+    shade_window(axes, grip)
+    pressures = 1e-3 * grip.pressures
+    straight = [pull for pull in grip.forces if not is_twist(pull)]
+    for number, pull in enumerate(straight):
+        axes.plot(
+            pressures, grip.force(pull), "o-", ms=3, color=COLORS[number], label=_LABELS[pull]
+        )
+    window = grip.window
+    axes.plot(
+        1e-3 * window.pressures,
+        window.normal_forces,
+        ":",
+        color="#888888",
+        label="normal force, sum",
+    )
+    axes.set(xlabel="pressure [kPa]", ylabel="force [N]")
+    axes.set_xlim(0.0, 1.02e-3 * (window.loss or window.top))
+    axes.set_ylim(0.0, None)
+    style_axes(axes)
+
+
+def shade_window(axes: Axes, grip: Grip) -> None:
+    """Shade overhang, perfect wrap and curling; mark the tip criterion's pressure and the loss."""
+    window = grip.window
+    end = window.loss or window.top
+    curling = window.onset_curling or end
+    for low, high, color, label in (
+        (grip.onset_wrap, curling, PERFECT_COLOR, "wrapped"),
+        (curling, end, CURLING_COLOR, "end curls"),
+    ):
+        axes.axvspan(1e-3 * low, 1e-3 * high, color=color, alpha=0.2, lw=0.0, label=label)
+    tip = grip.setup.tip_pressure
+    if tip is not None:
+        axes.axvline(1e-3 * tip, color=COLORS[0], ls="--", lw=0.8, label="tip criterion")
+    if window.loss is not None:
+        axes.axvline(1e-3 * window.loss, color=COLORS[2], lw=1.2, label="lost")
+
+
+def draw_coil(axes: Axes, point: GripPoint, view: tuple[str, Vector, Vector]) -> None:
+    """Draw a tube on its object, to scale, seen with these directions to the right and upwards."""
+    name, right, up = view
+    surfaces = [tube_surface(point.state, point.outer_radius), object_surface(point)]
+    draw_surfaces(axes, surfaces, right, up)
+    axes.set(xlabel=f"{name} [mm]", ylabel="x [mm]")
+    axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
+
+
+def object_surface(point: GripPoint) -> Surface:
+    """Return the object's surface as far as the tube reaches, and a little beyond."""
+    setup = point.setup
+    axis, center = setup.axis, np.asarray(setup.obstacle.position)
+    heights = (point.state.positions - center) @ axis
+    margin = 4.0 * point.outer_radius
+    low, high = float(heights.min()) - margin, float(heights.max()) + margin
+    radii = [surface_radius(point, height) for height in np.linspace(low, high, OBJECT_RINGS)]
+    return turned_surface(np.stack((center + low * axis, center + high * axis)), np.array(radii))
+
+
+def surface_radius(point: GripPoint, height: float) -> float:
+    """Return the object's radius at a height along its axis [m], from its signed distance."""
+    shape = point.setup.obstacle.shape
+    radius = float(shape.feature_radius)
+    for _ in range(20):
+        gap, _, _ = shape.distance(np.array([[radius, 0.0, height]]))
+        radius = max(radius - float(gap[0]), 0.0)
+    return radius

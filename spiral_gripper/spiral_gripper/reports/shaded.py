@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Surfaces as shaded pictures: parallel projection, near faces over far ones."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
+
+from spiral_core.rod.types import Array, Vector
+from spiral_gripper.reports.meshes import SIDES, Mesh, Solved, tube_mesh, turned_mesh
+
+TUBE_COLOR, FIBER_COLOR, OBJECT_COLOR = "#c8553d", "#40201a", "#9dbfc9"
+# Rings along an object: faces as short as the tube's, so that they are drawn in the right order.
+OBJECT_RINGS = 90
+# Light from above the viewer's left shoulder (right, up, towards the viewer).
+LIGHT = np.array((-0.35, 0.55, 0.76))
+
+
+class Surface(NamedTuple):
+    """Triangles and their colors.
+
+    Attributes:
+        triangles: corners (k, 3, 3) in the base frame [m], counterclockwise from outside.
+        colors: (k, 3) red, green, blue in [0, 1].
+    """
+
+    triangles: Array
+    colors: Array
+
+
+def tube_surface(state: Solved, radius: float, color: str = TUBE_COLOR) -> Surface:
+    """Return a tube of this outer radius [m], its straight fiber dark."""
+    mesh = tube_mesh(state, radius)
+    surface = _surface(mesh, color)
+    on_side = mesh.faces.max(axis=1) < len(state.positions) * SIDES
+    fiber = on_side & np.isin(mesh.faces % SIDES, (0, 1, SIDES - 1)).all(axis=1)
+    surface.colors[fiber] = to_rgb(FIBER_COLOR)
+    return surface
+
+
+def cylinder_surface(ends: Array, radius: float, color: str = OBJECT_COLOR) -> Surface:
+    """Return a cylinder of a radius between two points (2, 3) [m]."""
+    return turned_surface(ends, np.full(OBJECT_RINGS, radius), color)
+
+
+def turned_surface(ends: Array, radii: Array, color: str = OBJECT_COLOR) -> Surface:
+    """Return a body of revolution: radii (n,) at equal distances between two points (2, 3) [m]."""
+    return _surface(turned_mesh(ends, radii, sides=4 * SIDES), color)
+
+
+def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector) -> None:
+    """Draw surfaces in millimeters, seen with these directions to the right and upwards.
+
+    Args:
+        axes: whose data are millimeters to the right and upwards.
+        surfaces: they may hide parts of each other.
+        right: unit vector in the base frame.
+        up: likewise, orthogonal to ``right``.
+    """
+    view = np.array((right, up, np.cross(right, up)))
+    triangles = np.concatenate([surface.triangles for surface in surfaces]) @ view.T
+    colors = np.concatenate([surface.colors for surface in surfaces])
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    seen = (normals[:, 2] > 0.0) & (lengths > 0.0)
+    triangles, colors = triangles[seen], colors[seen]
+    light = 0.5 + 0.5 * np.clip(normals[seen] @ LIGHT / lengths[seen], 0.0, 1.0)
+    order = np.argsort(triangles[:, :, 2].mean(axis=1))
+    faces = np.clip(light[:, None] * colors, 0.0, 1.0)[order]
+    flat = 1e3 * triangles[order, :, :2]
+    # Edges of the face's own color hide the seams between faces.
+    axes.add_collection(
+        PolyCollection(list(flat), facecolors=faces, edgecolors=faces, linewidths=0.3)
+    )
+    low, high = flat.min(axis=(0, 1)), flat.max(axis=(0, 1))
+    room = 0.04 * float((high - low).max())
+    axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
+    axes.set_aspect("equal", adjustable="box")
+
+
+def _surface(mesh: Mesh, color: str) -> Surface:
+    triangles = mesh.vertices[mesh.faces]
+    return Surface(triangles, np.tile(to_rgb(color), (len(triangles), 1)))

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shapes as pictures, to scale, with the object that the gripper holds."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from spiral_core.rod.types import Array, Vector
+from spiral_core.wrap.placement import ObjectPlacement
+from spiral_gripper.reports.meshes import Solved
+from spiral_gripper.reports.shaded import cylinder_surface, draw_surfaces, tube_surface
+from spiral_gripper.reports.style import COLORS, paper_style
+
+# Points on the rim of a drawn cylinder.
+RIM_POINTS = 73
+# An object is drawn longer than its contact by this many of its radii at each end.
+OVERHANG = 1.5
+# Seen from the side: name of the axis to the right, right, up; x, along the tube, points down.
+VIEWS: tuple[tuple[str, Vector, Vector], ...] = (
+    ("y", (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)),
+    ("z", (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0)),
+)
+
+
+@paper_style()
+def shape_figure(
+    state: Solved,
+    outer_radius: float,
+    title: str,
+    placement: ObjectPlacement | None = None,
+    *,
+    in_contact: bool = False,
+) -> Figure:
+    """Return a shape from two sides, to scale: the base's x points down, as a gripper hangs.
+
+    A free coil does not feel the object: it is then a dashed outline, where it must lie.
+
+    Args:
+        state: the shape.
+        outer_radius: of the tube [m].
+        title: the gripper's name and the pressure.
+        placement: of the object that the coil holds.
+        in_contact: whether the shape was solved with the object, which is then drawn as a body.
+    """
+    figure = Figure(figsize=(3.5, 3.4), layout="constrained")
+    figure.suptitle(title, wrap=True)
+    surfaces = [tube_surface(state, outer_radius)]
+    if placement is not None and in_contact:
+        surfaces.append(cylinder_surface(_ends(placement), placement.radius))
+    for number, (name, right, up) in enumerate(VIEWS):
+        axes = figure.add_subplot(1, 2, 1 + number)
+        draw_surfaces(axes, surfaces, right, up)
+        if placement is not None and not in_contact:
+            rims = 1e3 * _rims(placement) @ np.array((right, up)).T
+            _draw_outline(axes, rims, label=None if number else "object (contact not solved)")
+        axes.set(xlabel=f"{name} [mm]", ylabel="x [mm]")
+        axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
+    if placement is not None and not in_contact:
+        figure.legend(loc="outside lower center")
+    return figure
+
+
+def _ends(cylinder: ObjectPlacement) -> Array:
+    """Return where the drawn object begins and ends (2, 3) [m]."""
+    half = (0.5 * cylinder.length + OVERHANG * cylinder.radius) * np.asarray(cylinder.axis)
+    ends: Array = np.asarray(cylinder.center) + np.stack((-half, half))
+    return ends
+
+
+def _rims(cylinder: ObjectPlacement) -> Array:
+    """Return points on both end circles of the drawn object (2, m, 3) [m]."""
+    axis = np.asarray(cylinder.axis)
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    across /= np.linalg.norm(across)
+    angle = np.linspace(0.0, 2.0 * np.pi, RIM_POINTS)[:, None]
+    circle = cylinder.radius * (np.cos(angle) * across + np.sin(angle) * np.cross(axis, across))
+    rims: Array = _ends(cylinder)[:, None] + circle
+    return rims
+
+
+def _draw_outline(axes: Axes, rims: Array, label: str | None) -> None:
+    """Draw the outline of a cylinder whose end circles are seen as (2, m, 2), dashed."""
+    along = rims[1, 0] - rims[0, 0]
+    sides = rims @ np.array((-along[1], along[0]))
+    first, last = np.argmin(sides[0]), np.argmax(sides[0])
+    body = np.stack((rims[0, first], rims[1, first], rims[1, last], rims[0, last]))
+    for outline in (body, rims[0], rims[1]):
+        axes.add_patch(
+            Polygon(outline, fill=False, edgecolor=COLORS[0], ls=(0, (4, 3)), lw=0.8, label=label)
+        )
+        label = None
+    low, high = rims.min(axis=(0, 1)), rims.max(axis=(0, 1))
+    axes.dataLim.update_from_data_xy(np.stack((low, high)))
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    axes.set(xlim=(min(left, low[0] - 2.0), max(right, high[0] + 2.0)))
+    axes.set(ylim=(min(bottom, low[1] - 2.0), max(top, high[1] + 2.0)))

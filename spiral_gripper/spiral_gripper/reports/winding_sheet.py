@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A template to wind a tube by: its fibers unrolled in true size, to be laid around it."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+
+from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.winding import windings_of
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.types import Array
+from spiral_gripper.files.storage import write_file
+from spiral_gripper.reports.style import COLORS, paper_style
+from spiral_gripper.reports.tables import winding_rows
+
+# What A4 and US letter have in common [mm], and the strips' place on it.
+PAGE_WIDTH, PAGE_HEIGHT, MARGIN = 210.0, 279.0, 12.0
+STRIP_LENGTH = 200.0
+STRIP_GAP = 8.0
+RULER = 100.0
+MILLIMETERS_PER_INCH = 25.4
+FAMILY_STYLES = ((COLORS[1], 0.25), (COLORS[2], 0.8))
+FIBER_STYLE = ("black", 1.4)
+
+
+def unrolled_line(
+    angle: float, start: float, around: float, length: float
+) -> list[tuple[Array, Array]]:
+    """Return a fiber on the unrolled surface as pieces that end where it passes the seam.
+
+    Seen from outside, the tube's axis upwards; a right-handed fiber rises to the right.
+
+    Args:
+        angle: from the axis [rad], positive is right-handed.
+        start: place around the tube at the lower end, in [0, around).
+        around: circumference, in the unit of ``start`` and ``length``.
+        length: of the tube.
+
+    Returns:
+        For each piece its places around the tube (2,), in [0, around], and along it (2,).
+
+    Example:
+        >>> pieces = unrolled_line(math.radians(45.0), start=2.0, around=3.0, length=4.0)
+        >>> [tuple(round(float(x), 6) for x in across) for across, _ in pieces]
+        [(2.0, 3.0), (0.0, 3.0)]
+    """
+    reach = start + length * math.tan(angle)
+    seams = np.arange(
+        math.floor(min(start, reach) / around) + 1, math.ceil(max(start, reach) / around)
+    )
+    crossings = around * (seams if reach >= start else seams[::-1])
+    across = np.concatenate(([start], crossings, [reach]))
+    along = np.concatenate(
+        ([0.0], (crossings - start) / math.tan(angle) if seams.size else [], [length])
+    )
+    sheets = around * np.floor(0.5 * (across[:-1] + across[1:]) / around)
+    return [
+        (across[k : k + 2] - sheets[k], along[k : k + 2])
+        for k in range(len(sheets))
+        if along[k + 1] > along[k]
+    ]
+
+
+def winding_figures(actuator: Actuator, name: str, end_allowance: float) -> list[Figure]:
+    """Return the pages: the figures of the winding, a ruler to check the print, the template.
+
+    The template is cut into strips of at most 200 mm that follow one another along the tube.
+
+    Args:
+        actuator: the actuator.
+        name: of the gripper.
+        end_allowance: tube that plug and fitting take up at each end [m].
+
+    Raises:
+        InvalidInputError: a family at 90 degrees cannot be wound; a tube too thick for the page.
+    """
+    around = 2e3 * math.pi * actuator.tube.outer_radius
+    width = PAGE_WIDTH - 2.0 * MARGIN
+    if around > width:
+        diameter = 2e3 * actuator.tube.outer_radius
+        raise InvalidInputError("outer diameter [mm]", diameter, f"at most {width / math.pi:.4g}")
+    if any(winding.pitch < 1e-4 for winding in windings_of(actuator)):
+        raise InvalidInputError("fiber angle", "90 degrees", "less: it has no pitch to wind")
+    length = 1e3 * actuator.tube.length
+    starts = np.arange(0.0, length, STRIP_LENGTH).tolist()
+    each = max(1, int((width + STRIP_GAP) / (around + STRIP_GAP)))
+    groups = [starts[k : k + each] for k in range(0, len(starts), each)]
+    return [_page(actuator, name, end_allowance, group, around) for group in groups]
+
+
+def write_winding_sheet(actuator: Actuator, name: str, end_allowance: float, path: Path) -> None:
+    """Write the sheet; the suffix decides the format (.pdf, .svg).
+
+    Raises:
+        InvalidInputError: as :func:`winding_figures`, or an SVG would have several pages.
+        FileError: it cannot be written.
+    """
+    pages = winding_figures(actuator, name, end_allowance)
+    content = io.BytesIO()
+    with paper_style():
+        if path.suffix.lower() == ".pdf":
+            with PdfPages(content, metadata={"CreationDate": None}) as file:
+                for page in pages:
+                    file.savefig(page)
+        elif len(pages) == 1:
+            pages[0].savefig(content, format="svg", metadata={"Date": None})
+        else:
+            raise InvalidInputError("pages of an SVG", len(pages), "1; write a .pdf")
+    write_file(path, content.getvalue())
+
+
+@paper_style()
+def _page(
+    actuator: Actuator, name: str, end_allowance: float, starts: list[float], around: float
+) -> Figure:
+    """Return one page with the strips that begin at these places along the tube [mm]."""
+    size = (PAGE_WIDTH / MILLIMETERS_PER_INCH, PAGE_HEIGHT / MILLIMETERS_PER_INCH)
+    figure = Figure(figsize=size)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(0.0, PAGE_WIDTH), ylim=(0.0, PAGE_HEIGHT))
+    axes.set_axis_off()
+    top = PAGE_HEIGHT - MARGIN
+    axes.text(MARGIN, top, f"{name}: winding sheet, print at 100 %", fontsize=11, va="top")
+    for number, (label, text) in enumerate(winding_rows(actuator, end_allowance)):
+        height = top - 8.0 - 4.2 * number
+        axes.text(MARGIN, height, label, va="top")
+        axes.text(MARGIN + 52.0, height, text, va="top")
+    axes.plot([MARGIN, MARGIN + RULER], [MARGIN] * 2, color="black", lw=0.8, marker="|", ms=8)
+    axes.text(MARGIN + RULER + 3.0, MARGIN, "must measure 100 mm", va="center")
+    for place, start in enumerate(starts):
+        left = MARGIN + place * (around + STRIP_GAP)
+        end = min(start + STRIP_LENGTH, 1e3 * actuator.tube.length)
+        x, y = np.array([0, around, around, 0, 0]), np.array([0, 0, 1, 1, 0]) * (end - start)
+        axes.plot(left + x, 1.8 * MARGIN + y, color="gray", lw=0.4)
+        axes.text(left, 1.8 * MARGIN - 3.5, f"{start:.4g} to {end:.4g} mm", fontsize=7)
+        for across, along, (color, thickness) in _lines(actuator, around):
+            seen = _between(across, along, start, end)
+            if seen is not None:
+                axes.plot(left + seen[0], 1.8 * MARGIN + seen[1] - start, color=color, lw=thickness)
+    return figure
+
+
+def _lines(actuator: Actuator, around: float) -> list[tuple[Array, Array, tuple[str, float]]]:
+    """Return every fiber's pieces with their style; the first single fiber is in the middle."""
+    length = 1e3 * actuator.tube.length
+    families = zip(windings_of(actuator), FAMILY_STYLES, strict=False)
+    fibers = [(winding.angle, 0.5 * around, style) for winding, style in families]
+    first = actuator.single_fibers[0].position if actuator.single_fibers else 0.0
+    for fiber in actuator.single_fibers:
+        turned = (0.5 + (fiber.position - first) / (2.0 * math.pi)) % 1.0
+        fibers.append((fiber.angle, turned * around, FIBER_STYLE))
+    return [
+        (*piece, style)
+        for angle, start, style in fibers
+        for piece in unrolled_line(angle, start, around, length)
+    ]
+
+
+def _between(across: Array, along: Array, low: float, high: float) -> tuple[Array, Array] | None:
+    """Return the part of a straight piece whose place along the tube lies between two, or None."""
+    if along[1] <= low or along[0] >= high:
+        return None
+    kept = np.clip(along, low, high)
+    return np.interp(kept, along, across), kept

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pull, to be played: an object that is moved out of the coil, and the coil that follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from spiral_core import ContactState, Grip, Pull, follow_contact
+from spiral_core.grip.holding import pull_direction
+from spiral_core.rod.types import Array
+
+# Frames of the pull, up to the displacement of the largest force and this much farther.
+FRAMES = 24
+BEYOND = 1.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PullFrame:
+    """One moment of a pull.
+
+    Args:
+        displacement: of the object (3,) [m], base frame.
+        state: of the tube.
+        force: that resists [N].
+    """
+
+    displacement: Array
+    state: ContactState
+    force: float
+
+
+def pull_frames(grip: Grip, pressure: float, pull: Pull = Pull.AWAY) -> list[PullFrame]:
+    """Return the moments of a pull at the solved pressure next to one [Pa].
+
+    It ends early where the coil lets go.
+    """
+    number = int(np.argmin(np.abs(grip.pressures - pressure)))
+    point, held = grip.points[number], grip.forces[pull][number]
+    direction = pull_direction(point, pull)
+    setup, state = point.setup, point.state
+    frames = [PullFrame(np.zeros(3), state, -float(state.on_obstacle().force @ direction))]
+    start = np.asarray(setup.obstacle.position)
+    for distance in np.linspace(0.0, BEYOND * held.displacement, FRAMES)[1:]:
+        x, y, z = (start + distance * direction).tolist()
+        moved = replace(setup.obstacle, position=(x, y, z))
+        path = follow_contact([setup.problem(point.pressure, moved)], start=state)
+        if not path.states or path.events:
+            break
+        state = path.states[-1]
+        force = -float(state.on_obstacle().force @ direction)
+        frames.append(PullFrame(distance * direction, state, force))
+    return frames

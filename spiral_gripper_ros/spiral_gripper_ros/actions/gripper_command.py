@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A parallel gripper's commands, understood as this gripper can: no ROS.
+
+The opening of a parallel gripper becomes the diameter of the object that is wrapped; from some
+opening on it means release. What a spiral gripper cannot do is refused, not bent into shape.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from spiral_core.errors import SpiralError
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.control.target import default_overpressure
+from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
+
+# The overpressure that keeps a max_effort is found to this [Pa].
+OVERPRESSURE_STEP = 1.0
+# As good as none [Pa]: 0 stands for that of the default grip.
+LEAST_OVERPRESSURE = 1.0e-6
+
+
+class Release(Enum):
+    """The wish to let go."""
+
+    RELEASE = "release"
+
+
+@dataclass(frozen=True, slots=True)
+class OpeningCommand:
+    """What a parallel gripper would be told; any float.
+
+    Args:
+        position: opening [m].
+        max_effort: largest force allowed on the object [N]; 0: no limit.
+    """
+
+    position: float
+    max_effort: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class GripperReading:
+    """What a parallel gripper would say of itself.
+
+    Args:
+        position: diameter that the gripper wraps at its pressure, or its opening if it wraps
+            none [m].
+        effort: force on the object, summed over the contact, as predicted [N]; 0: it holds none.
+    """
+
+    position: float
+    effort: float
+
+
+def command_from_joint(
+    position: Sequence[float], effort: Sequence[float]
+) -> OpeningCommand | Refusal:
+    """Return the command of a joint's state, or why it is none.
+
+    Args:
+        position: one opening [m].
+        effort: the largest force [N], or nothing.
+
+    Example:
+        >>> command_from_joint([0.04], [])
+        OpeningCommand(position=0.04, max_effort=0.0)
+        >>> command_from_joint([0.02, 0.02], []).text
+        'command must have one position and at most one effort, got 2 and 0'
+    """
+    if len(position) != 1 or len(effort) > 1:
+        given = f"got {len(position)} and {len(effort)}"
+        text = f"command must have one position and at most one effort, {given}"
+        return Refusal(Reason.INVALID_REQUEST, text)
+    return OpeningCommand(float(position[0]), float(effort[0]) if len(effort) else 0.0)
+
+
+def goal_from_command(
+    command: OpeningCommand, opening: float, planner: AnyPlanner, limits: Limits
+) -> GraspGoal | Release | Refusal:
+    """Return what a command has this gripper do, or why it cannot.
+
+    The pressure of a wrap follows from the diameter, and the force from the pressure. A
+    ``max_effort`` below the force of the default grip lowers its overpressure; one below the force
+    of the bare wrap can only be refused.
+
+    Args:
+        command: what a parallel gripper would be told.
+        opening: position from which on it means release [m].
+        planner: answers for the gripper; it may refuse the diameter, which is told when the goal
+            is started.
+        limits: those of the default grip.
+    """
+    position, limit = command.position, command.max_effort
+    if not math.isfinite(position):
+        text = f"position must be a finite number, got {position}"
+        return Refusal(Reason.RADIUS_NOT_FINITE, text)
+    if not position > 0.0:
+        text = f"position must be the object's diameter, > 0, got {position:.6g} m"
+        return Refusal(Reason.RADIUS_NOT_POSITIVE, text)
+    if not (math.isfinite(limit) and limit >= 0.0):
+        text = f"max_effort must be a non-negative finite number, got {limit:.6g} N"
+        return Refusal(Reason.INVALID_REQUEST, text)
+    if position >= opening:
+        return Release.RELEASE
+    overpressure = 0.0
+    if limit > 0.0:
+        try:
+            plan = planner.plan(0.5 * position)
+        except SpiralError:
+            return GraspGoal(0.5 * position)  # refused for that reason when it is started
+        force = contact_force(plan, planner, plan.pressure)
+        if force > limit:
+            text = (
+                f"wrapping {position:.4g} m presses on the object with {force:.3g} N in all, "
+                f"more than max_effort = {limit:.6g} N"
+            )
+            return Refusal(Reason.INVALID_REQUEST, text)
+        overpressure = _overpressure_within(limit, plan, planner, limits)
+    # As the controllers of ros2_control: a goal that is canceled or fails holds what it has.
+    return GraspGoal(0.5 * position, overpressure, abort_policy=AbortPolicy.HOLD)
+
+
+def _overpressure_within(
+    limit: float, plan: WrapPlan, planner: AnyPlanner, limits: Limits
+) -> float:
+    """Return the overpressure [Pa] whose force keeps a limit [N]; 0 if the default grip does."""
+    low = 0.0
+    high = default_overpressure(
+        plan.pressure, limits.grip_ratio, min(limits.pressure_cap, plan.highest_good)
+    )
+    if contact_force(plan, planner, plan.pressure + high) <= limit:
+        return 0.0
+    while high - low > OVERPRESSURE_STEP:
+        middle = 0.5 * (low + high)
+        keeps = contact_force(plan, planner, plan.pressure + middle) <= limit
+        low, high = (middle, high) if keeps else (low, middle)
+    return max(low, LEAST_OVERPRESSURE)
+
+
+def contact_force(plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -> float:
+    """Return the normal force on the object of a plan, summed over the contact [N].
+
+    Args:
+        plan: how the object is wrapped.
+        planner: answers for the gripper.
+        pressure: gauge pressure [Pa].
+    """
+    if not isinstance(planner, GripperPlanner):
+        return 0.0
+    return max(planner.line_force(plan.wrap, pressure), 0.0) * plan.wrap.contact_length
+
+
+def wrapped_diameter(pressure: float, opening: float, planner: AnyPlanner | None) -> float:
+    """Return the diameter of what a pressure wraps [m].
+
+    Args:
+        pressure: gauge pressure [Pa].
+        opening: what is returned below the pressures that wrap anything [m].
+        planner: answers for the gripper.
+    """
+    if not isinstance(planner, GripperPlanner):
+        return opening
+    curve = planner.curve
+    if not pressure >= curve.pressure_min:
+        return opening
+    if pressure >= curve.pressure_max:
+        return 2.0 * curve.radius_min
+    try:
+        return 2.0 * curve.radius_from_pressure(pressure)
+    except SpiralError:  # no certified shape there: what it wraps is not known
+        return opening

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Packing and unpacking of messages; nothing is decided here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
+from rclpy.serialization import serialize_message
+
+from spiral_core.rod.types import RodState, Vector
+from spiral_core.wrap.placement import ObjectPlacement
+from spiral_core.wrap.wrap import WrapRegime
+from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement
+from spiral_gripper_ros.planning.planner import GripperPlanner, WrapPlan
+from spiral_gripper_ros.planning.sampling import picked_nodes
+
+REGIMES = {
+    None: GripStatus.REGIME_UNKNOWN,
+    WrapRegime.OVERHANG: GripStatus.REGIME_OVERHANG,
+    WrapRegime.PERFECT_WRAP: GripStatus.REGIME_PERFECT_WRAP,
+    WrapRegime.CURLING: GripStatus.REGIME_CURLING,
+}
+# What people read of a message's regime.
+REGIME_NAMES = {
+    number: "-" if regime is None else regime.value for regime, number in REGIMES.items()
+}
+
+# Refusals of other inputs than radii.
+_NO_RADII = (Reason.GRAVITY_INVALID, Reason.PRESSURE_INVALID)
+
+
+def vector_from_msg(message: Vector3 | Point) -> Vector:
+    """Return the components of a message."""
+    return (message.x, message.y, message.z)
+
+
+def frame_problem(name: str, message: Any, own: str) -> str | None:  # noqa: ANN401
+    """Return what is wrong with the frame of a stamped input, or None; unnamed is the own one."""
+    frame_id = message.header.frame_id
+    if frame_id in ("", own):
+        return None
+    return f"{name} must be given in the frame {own!r} (or an unnamed one), got {frame_id!r}"
+
+
+def vector_to_msg(vector: Sequence[float]) -> Vector3:
+    """Return the message of three components."""
+    x, y, z = vector
+    return Vector3(x=x, y=y, z=z)
+
+
+def backbone_to_msg(state: RodState, points: int, header: Any) -> PoseArray:  # noqa: ANN401
+    """Return a rod's shape as poses from base to tip.
+
+    Args:
+        state: the shape; its material frame is the pose's frame as it is.
+        points: largest number of poses, >= 2; nodes are picked evenly, the ends always.
+        header: stamp and frame of the message.
+    """
+    picked = picked_nodes(state, points)
+    positions = state.positions[picked].tolist()
+    orientations = state.orientations[picked].tolist()
+    poses = [
+        Pose(
+            position=Point(x=p[0], y=p[1], z=p[2]),
+            orientation=Quaternion(x=q[0], y=q[1], z=q[2], w=q[3]),
+        )
+        for p, q in zip(positions, orientations, strict=True)
+    ]
+    return PoseArray(header=header, poses=poses)
+
+
+def backbone_to_bytes(state: RodState, points: int, header: Any) -> bytes:  # noqa: ANN401
+    """Return :func:`backbone_to_msg` as it is sent.
+
+    In CDR a sequence of poses is their number and the array itself. To make fifty Python objects
+    of them and to serialize those takes 0.25 ms, this a thirtieth.
+    """
+    picked = picked_nodes(state, points)
+    poses = np.hstack((state.positions[picked], state.orientations[picked]))
+    start = bytes(serialize_message(PoseArray(header=header)))[:-4]  # without the number, 0
+    aligned = -len(start) % 8  # the array begins at a multiple of 8, counted from the fifth byte on
+    return start + np.uint32(len(poses)).tobytes() + bytes(aligned) + poses.tobytes()
+
+
+def status_to_msg(
+    snapshot: Snapshot[WrapPlan],
+    loaded: LoadedGripper,
+    pressure_cap: float,
+    header: Any,  # noqa: ANN401
+) -> GripStatus:
+    """Return the status message; what is not known is 0, so that every number is finite.
+
+    Args:
+        snapshot: what is commanded, and why.
+        loaded: the gripper, with its shapes up to date.
+        pressure_cap: largest pressure that is ever commanded [Pa].
+        header: stamp and frame of the message.
+    """
+    message = GripStatus(
+        header=header,
+        state=int(snapshot.state),
+        reason=int(snapshot.refusal.reason),
+        reason_text=snapshot.refusal.text,
+        radius_age=snapshot.radius_age or 0.0,
+        pressure_target=snapshot.pressure_target,
+        overpressure=snapshot.overpressure,
+        gravity_age=snapshot.gravity_age or 0.0,
+        pressure_command=snapshot.pressure_command,
+        wrapped=snapshot.wrapped,
+        radii_accepted=snapshot.accepted,
+        radii_refused=sum(
+            count for reason, count in snapshot.refused.items() if reason not in _NO_RADII
+        ),
+    )
+    lowest, highest = loaded.planner.radius_range
+    if math.isfinite(highest):
+        message.radius_min, message.radius_max = lowest, highest
+    message.regime_from_contact = loaded.is_regime_from_contact
+    if loaded.shape is not None:
+        regime = loaded.regime_of(loaded.shape, snapshot.pressure_command)
+        message.regime = REGIMES[shown_regime(snapshot, loaded, regime)]
+        message.tip = _tip(loaded.shape.state)
+    _fill_measured(message, snapshot, loaded)
+    if snapshot.plan is not None and snapshot.radius is not None:
+        _fill_plan(message, snapshot.plan, snapshot.radius)
+        message.line_force = _line_force(snapshot.plan, snapshot.pressure_target, loaded)
+        message.pressure_margin = pressure_cap - snapshot.pressure_target
+    return message
+
+
+def shown_regime(
+    snapshot: Snapshot[WrapPlan], loaded: LoadedGripper, regime: WrapRegime | None
+) -> WrapRegime | None:
+    """Return a regime as it is shown: by the tip alone, overpressure is no curling yet."""
+    return regime if loaded.is_regime_from_contact else snapshot.shown(regime)
+
+
+def fill_object(
+    message: GripStatus, seen: SeenObject, age: float, expected: ObjectPlacement | None
+) -> None:
+    """Write where the object is seen, and how far that is from where a wrap expects it."""
+    message.object_pose_known = True
+    message.object_pose_age = age
+    if expected is not None:
+        message.object_offset, message.object_tilt = misplacement(seen, expected)
+
+
+def _fill_measured(
+    message: GripStatus, snapshot: Snapshot[WrapPlan], loaded: LoadedGripper
+) -> None:
+    """Write what the measured pressure says."""
+    message.pressure_fault = int(snapshot.pressure_fault.reason)
+    message.pressure_fault_text = snapshot.pressure_fault.text
+    if snapshot.measured is None:
+        return
+    message.measured = True
+    message.measured_pressure = snapshot.measured.pressure
+    message.measured_age = snapshot.measured.age
+    if loaded.measured_shape is not None:
+        regime = loaded.regime_of(loaded.measured_shape, snapshot.measured.pressure)
+        message.measured_regime = REGIMES[shown_regime(snapshot, loaded, regime)]
+        message.measured_tip = _tip(loaded.measured_shape.state)
+
+
+def _fill_plan(message: GripStatus, plan: WrapPlan, radius: float) -> None:
+    """Write the figures of the wrap that is aimed for."""
+    wrap = plan.wrap
+    message.object_radius = radius
+    message.valid = wrap.state.stable
+    message.turns = wrap.turns
+    message.contact_length = wrap.contact_length
+    message.gripper_length_needed = wrap.gripper_length_needed or 0.0
+    message.object_length_needed = wrap.object_length_needed or 0.0
+    message.turns_margin = plan.turns_margin
+    message.solve_time = plan.solve_time
+    if message.radius_max > 0.0:
+        message.radius_margin = min(radius - message.radius_min, message.radius_max - radius)
+
+
+def _line_force(plan: WrapPlan, target: float, loaded: LoadedGripper) -> float:
+    """Return the normal force per length [N/m], overpressure included."""
+    if target > plan.pressure and isinstance(loaded.planner, GripperPlanner):
+        return loaded.planner.line_force(plan.wrap, target)
+    return plan.line_force
+
+
+def _tip(state: RodState) -> Point:
+    x, y, z = state.tip_position.tolist()
+    return Point(x=x, y=y, z=z)

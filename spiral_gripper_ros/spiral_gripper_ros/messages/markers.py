@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What RViz draws: the tube as commanded and as it is, its straight fiber, the object, a text."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.wrap.placement import ObjectPlacement
+from spiral_core.wrap.wrap import WrapRegime
+from spiral_gripper_ros.planning.grip_figures import TubeShape
+from spiral_gripper_ros.planning.sampling import picked_nodes
+
+# One marker in each namespace, with id 0.
+TUBE, MEASURED_TUBE, FIBER, OBJECT, TEXT = NAMESPACES = (
+    "tube",
+    "measured_tube",
+    "straight_fiber",
+    "object",
+    "state",
+)
+
+BLUE = (0.30, 0.55, 0.90, 1.0)
+PALE_BLUE = (0.30, 0.55, 0.90, 0.35)
+VIOLET = (0.60, 0.30, 0.75, 1.0)
+BLACK = (0.10, 0.10, 0.10, 1.0)
+WHITE = (1.0, 1.0, 1.0, 1.0)
+# Of the object: how it is held.
+REGIME_COLORS = {
+    None: (0.60, 0.60, 0.60, 0.6),
+    WrapRegime.OVERHANG: (0.95, 0.75, 0.10, 0.8),
+    WrapRegime.PERFECT_WRAP: (0.20, 0.70, 0.30, 0.8),
+    WrapRegime.CURLING: (0.85, 0.25, 0.20, 0.8),
+}
+# The fiber's width and the text's height, as fractions of the tube's diameter.
+FIBER_WIDTH = 0.15
+TEXT_HEIGHT = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What there is to draw; None is not drawn.
+
+    Args:
+        commanded: shape at the commanded pressure.
+        measured: shape at the measured pressure.
+        placement: where the object in use is.
+        regime: how it is held, as far as is known.
+        text: state and pressure, for people.
+        outer_radius: of the tube [m].
+    """
+
+    commanded: RodState | TubeShape | None
+    measured: RodState | TubeShape | None
+    placement: ObjectPlacement | None
+    regime: WrapRegime | None
+    text: str
+    outer_radius: float
+
+
+def scene_to_msg(scene: Scene, points: int, lifetime: float, header: Any) -> MarkerArray:  # noqa: ANN401
+    """Return the markers of a scene.
+
+    Every message stands alone: it adds what there is and deletes what there is not, so that a
+    display that misses some is right again with the next.
+
+    Args:
+        scene: what there is.
+        points: largest number of points of a line, >= 2.
+        lifetime: time [s] after which a display forgets them, should the node be gone.
+        header: stamp and frame of the markers.
+    """
+    markers = {
+        TUBE: _tube(scene.commanded, scene, points, BLUE if scene.measured is None else PALE_BLUE),
+        MEASURED_TUBE: _tube(scene.measured, scene, points, VIOLET),
+        FIBER: _fiber(scene.measured or scene.commanded, scene, points),
+        OBJECT: _object(scene.placement, scene.regime),
+        TEXT: _text(scene),
+    }
+    return MarkerArray(
+        markers=[
+            _finished(marker, namespace, lifetime, header) for namespace, marker in markers.items()
+        ]
+    )
+
+
+def no_markers(header: Any) -> MarkerArray:  # noqa: ANN401
+    """Return the message that deletes every marker."""
+    return MarkerArray(
+        markers=[_finished(None, namespace, 0.0, header) for namespace in NAMESPACES]
+    )
+
+
+def _finished(marker: Marker | None, namespace: str, lifetime: float, header: Any) -> Marker:  # noqa: ANN401
+    """Return a marker with what all have in common; None becomes its deletion."""
+    if marker is None:
+        return Marker(header=header, ns=namespace, id=0, action=Marker.DELETE)
+    fraction, whole = math.modf(lifetime)
+    marker.header, marker.ns, marker.id, marker.action = header, namespace, 0, Marker.ADD
+    marker.lifetime = Duration(sec=int(whole), nanosec=int(fraction * 1e9))
+    marker.frame_locked = True
+    return marker
+
+
+def _tube(
+    state: RodState | TubeShape | None, scene: Scene, points: int, color: tuple[float, ...]
+) -> Marker | None:
+    if state is None:
+        return None
+    nodes = state.positions[picked_nodes(state, points)]
+    return _line(nodes, 2.0 * scene.outer_radius, color)
+
+
+def _fiber(state: RodState | TubeShape | None, scene: Scene, points: int) -> Marker | None:
+    if state is None:
+        return None
+    picked = picked_nodes(state, points)
+    outside = state.positions[picked] + scene.outer_radius * _y_axes(state.orientations[picked])
+    return _line(outside, FIBER_WIDTH * 2.0 * scene.outer_radius, BLACK)
+
+
+def _line(points: Array, width: float, color: tuple[float, ...]) -> Marker:
+    return Marker(
+        type=Marker.LINE_STRIP,
+        pose=Pose(orientation=Quaternion(w=1.0)),
+        scale=Vector3(x=width),
+        color=_color(color),
+        points=[Point(x=x, y=y, z=z) for x, y, z in points.tolist()],
+    )
+
+
+def _object(placement: ObjectPlacement | None, regime: WrapRegime | None) -> Marker | None:
+    if placement is None:
+        return None
+    x, y, z = placement.center
+    diameter = 2.0 * placement.radius
+    return Marker(
+        type=Marker.CYLINDER,
+        pose=Pose(position=Point(x=x, y=y, z=z), orientation=_turned_from_z(placement.axis)),
+        scale=Vector3(x=diameter, y=diameter, z=placement.length),
+        color=_color(REGIME_COLORS[regime]),
+    )
+
+
+def _text(scene: Scene) -> Marker | None:
+    """Return the text, before the clamped end where no shape hides it."""
+    if not scene.text:
+        return None
+    diameter = 2.0 * scene.outer_radius
+    return Marker(
+        type=Marker.TEXT_VIEW_FACING,
+        pose=Pose(position=Point(x=-3.0 * diameter), orientation=Quaternion(w=1.0)),
+        scale=Vector3(z=TEXT_HEIGHT * diameter),
+        color=_color(WHITE),
+        text=scene.text,
+    )
+
+
+def _color(components: tuple[float, ...]) -> ColorRGBA:
+    red, green, blue, alpha = components
+    return ColorRGBA(r=red, g=green, b=blue, a=alpha)
+
+
+def _y_axes(orientations: Array) -> Array:
+    """Return the material y axes (n, 3) of orientations (n, 4), scalar last."""
+    x, y, z, w = orientations.T
+    axes: Array = np.stack(
+        (2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)), axis=1
+    )
+    return axes
+
+
+def _turned_from_z(direction: Vector) -> Quaternion:
+    """Return the shortest rotation that turns the z axis into a unit vector."""
+    x, y, z = direction
+    w = math.sqrt(max(0.5 * (1.0 + z), 0.0))
+    if w < 1e-6:  # against the z axis: half a turn about x
+        return Quaternion(x=1.0, w=0.0)
+    return Quaternion(x=-0.5 * y / w, y=0.5 * x / w, w=w)

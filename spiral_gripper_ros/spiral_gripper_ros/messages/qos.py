@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Qualities of service of the node's topics, with their reasons."""
+
+from __future__ import annotations
+
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+
+# Newest wins: what came before the newest estimate is of no use to anyone. Best effort hears
+# reliable publishers and best-effort ones.
+NEWEST = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.BEST_EFFORT,
+    durability=DurabilityPolicy.VOLATILE,
+)
+# Late subscribers get the newest message too: a display that starts after the node.
+LATEST = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+# A regulator that requests liveliness is notified by the middleware when no command has come for
+# this time [s], whether the node was killed, hangs, was deactivated or its simulated clock stands
+# still: twice the period of the slowest publish_rate.
+COMMAND_LEASE = 2.0
+# Liveliness by topic: only a command counts as a sign of life, not a process that merely exists.
+# No deadline: an inactive node is silent on purpose, so that another may command, and a deadline
+# that is broken on purpose promises nothing.
+COMMAND = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+    liveliness_lease_duration=Duration(seconds=COMMAND_LEASE),
+)

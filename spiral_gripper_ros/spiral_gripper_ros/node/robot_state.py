@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frames of tip and object, the object's pose and the joint's position, for the rest of a robot."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, TransformStamped
+from rclpy.node import Node
+from rclpy.timer import Timer
+from sensor_msgs.msg import JointState
+
+from spiral_core.wrap.placement import ObjectPlacement
+from spiral_gripper_ros.actions.gripper_command import wrapped_diameter
+from spiral_gripper_ros.parameters.table import number
+from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.runtime.guards import log_on_error
+from spiral_gripper_ros.runtime.runtime import Runtime
+
+BASE = "gripper_base"
+# A timer cannot wait for any time [s].
+LONGEST_PERIOD = 3600.0
+
+
+def prefix_of(frame_id: str) -> str:
+    """Return the prefix of a gripper's links and joints, as in ``urdf/spiral_gripper.xacro``.
+
+    Example:
+        >>> prefix_of("left_gripper_base"), prefix_of("gripper_base"), prefix_of("tool0")
+        ('left_', '', 'tool0_')
+    """
+    return frame_id.removesuffix(BASE) if frame_id.endswith(BASE) else f"{frame_id}_"
+
+
+def pose_along(placement: ObjectPlacement) -> Pose:
+    """Return the pose of an object: its center, z along its axis."""
+    ax, ay, az = placement.axis
+    # The shortest turn from z to the axis; half a turn about x if it points the other way.
+    quaternion = np.array((-ay, ax, 0.0, 1.0 + az))
+    size = float(np.linalg.norm(quaternion))
+    x, y, z, w = (quaternion / size).tolist() if size > 1e-9 else (1.0, 0.0, 0.0, 0.0)
+    px, py, pz = placement.center
+    return Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
+class RobotState:
+    """Publishes at ``robot_state_rate`` while the node is active; at 0 Hz nothing.
+
+    ``/tf`` needs tf2_msgs: without it the frames are left out.
+
+    Args:
+        node: the ROS node that publishes.
+        runtime: the gripper whose state is published.
+    """
+
+    def __init__(self, node: Node, runtime: Runtime) -> None:
+        self._node = node
+        self._runtime = runtime
+        self._timer: Timer | None = None
+        self._publishers: dict[str, Any] = {}
+        self._frames: Any = None
+        self.tell = log_on_error(runtime.errors, self._tell)
+
+    def start(self) -> None:
+        """Publish from now on, at the present rate."""
+        self.stop()
+        rate = number(self._runtime.values, "robot_state_rate")
+        if rate > 0.0:
+            self._connect()
+            clock = self._runtime.clock.clock
+            period = min(1.0 / rate, LONGEST_PERIOD)
+            self._timer = self._node.create_timer(period, self.tell, clock=clock)
+
+    def stop(self) -> None:
+        """Publish no more."""
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+        self._timer = None
+
+    def _connect(self) -> None:
+        if self._publishers:
+            return
+        node = self._node
+        self._publishers["joint"] = node.create_publisher(JointState, "joint_states", 10)
+        self._publishers["object"] = node.create_publisher(PoseStamped, "wrapped_object_pose", 10)
+        try:
+            self._frames = importlib.import_module("tf2_msgs.msg").TFMessage
+            self._publishers["frames"] = node.create_publisher(self._frames, "/tf", 100)
+        except Exception as error:  # not installed, or built for another Python
+            node.get_logger().info(f"/tf is not published, tf2_msgs cannot be used: {error}")
+
+    def _tell(self) -> None:
+        runtime, loaded = self._runtime, self._runtime.loaded
+        if loaded is None:
+            return
+        header = runtime.outputs.header()
+        prefix, poses = prefix_of(header.frame_id), {}
+        shape = loaded.measured_shape or loaded.shape
+        if shape is not None:
+            x, y, z = shape.state.tip_position.tolist()
+            qx, qy, qz, qw = shape.state.orientations[-1].tolist()
+            poses["tip"] = Pose(
+                position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw)
+            )
+        placement = loaded.placement(runtime.control.snapshot().plan)
+        if placement is not None:
+            poses["object"] = pose_along(placement)
+            self._publishers["object"].publish(PoseStamped(header=header, pose=poses["object"]))
+        self._publishers["joint"].publish(self._joint(loaded, header, prefix))
+        if self._frames is not None:
+            transforms = [
+                _transform(header, f"{prefix}gripper_{name}", pose) for name, pose in poses.items()
+            ]
+            self._publishers["frames"].publish(self._frames(transforms=transforms))
+
+    def _joint(self, loaded: LoadedGripper, header: Any, prefix: str) -> JointState:  # noqa: ANN401
+        runtime, seen = self._runtime, self._runtime.control.snapshot()
+        pressure = seen.pressure_command if seen.measured is None else seen.measured.pressure
+        opening = number(runtime.values, "gripper_command_open")
+        position = wrapped_diameter(pressure, opening, loaded.planner)
+        state = JointState(header=header, name=[f"{prefix}spiral_gripper_opening"])
+        state.position = [position if math.isfinite(position) else opening]
+        return state
+
+
+def _transform(header: Any, child: str, pose: Pose) -> TransformStamped:  # noqa: ANN401
+    message = TransformStamped(header=header, child_frame_id=child)
+    place = message.transform.translation
+    place.x, place.y, place.z = pose.position.x, pose.position.y, pose.position.z
+    message.transform.rotation = pose.orientation
+    return message

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of parameters on a real node: declared, read, and guarded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+
+from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.parameters.table import PARAMETERS, refusal_of_values
+
+# What stands for a vector that is not set: files and `ros2 param` can say it, and dump it.
+UNSET_VECTOR = (math.nan, math.nan, math.nan)
+
+
+class DeclaredParameters:
+    """Declares the table on a node and keeps bad values out.
+
+    Args:
+        node: a node whose parameters these become.
+        changed: called with the names after good values were set.
+        judge: says why proposed values that the table allows cannot be used, or None if they can;
+            not asked about the values given at start.
+        table: the parameters.
+
+    Raises:
+        ValueError: a value given at start (file or command line) is bad; the message says why.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        changed: Callable[[set[str]], None],
+        *,
+        judge: Callable[[dict[str, ParameterValue]], str | None] = lambda proposed: None,
+        table: Sequence[ParameterSpec] = PARAMETERS,
+    ) -> None:
+        self._node = node
+        self._changed = changed
+        self._judge = judge
+        self._table = table
+        for spec in table:
+            node.declare_parameter(spec.name, _ros_default(spec.default), _descriptor(spec))
+        problem = self._refusal(self.values())
+        if problem is not None:
+            raise ValueError(problem)
+        node.add_on_set_parameters_callback(self._on_set)
+        node.add_post_set_parameters_callback(self._report)
+
+    def values(self) -> dict[str, ParameterValue]:
+        """Return the value of every parameter in the table."""
+        return {
+            spec.name: _plain_value(self._node.get_parameter(spec.name).value)
+            for spec in self._table
+        }
+
+    def _refusal(self, proposed: dict[str, ParameterValue]) -> str | None:
+        return refusal_of_values(proposed, table=self._table)
+
+    def _on_set(self, parameters: Iterable[Any]) -> SetParametersResult:
+        own = {spec.name for spec in self._table}
+        proposed = {p.name: _plain_value(p.value) for p in parameters if p.name in own}
+        problem = self._refusal(proposed) or self._judge(proposed)
+        return SetParametersResult(successful=problem is None, reason=problem or "")
+
+    def _report(self, parameters: Iterable[Any]) -> None:
+        self._changed({parameter.name for parameter in parameters})
+
+
+def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(
+        name=spec.name,
+        description=spec.description,
+        read_only=spec.read_only,
+        additional_constraints=f"one of {', '.join(spec.choices)}" if spec.choices else "",
+    )
+    if spec.low is not None and spec.high is not None:
+        if isinstance(spec.default, float):
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=spec.low, to_value=spec.high)
+            ]
+        else:
+            descriptor.integer_range = [
+                IntegerRange(from_value=int(spec.low), to_value=int(spec.high), step=1)
+            ]
+    return descriptor
+
+
+def _ros_default(value: ParameterValue) -> Any:  # noqa: ANN401
+    """Return a default for rclpy, which cannot tell the type of an empty array: it is all NaN."""
+    return list(UNSET_VECTOR) if value == () else value
+
+
+def _plain_value(value: Any) -> ParameterValue:  # noqa: ANN401
+    """Return a value with arrays as tuples of floats; that which stands for "not set" is empty."""
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    components = tuple(float(component) for component in value)
+    return () if len(components) == 3 and all(map(math.isnan, components)) else components

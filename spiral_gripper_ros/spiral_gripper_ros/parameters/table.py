@@ -1,0 +1,325 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node's parameters: one table, from which they are declared, checked and documented."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from spiral_core.errors import InvalidInputError
+from spiral_gripper_ros.control.grasp import AbortPolicy
+from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.parameters.pressure_scale import PressureScale, Reference
+from spiral_gripper_ros.parameters.spec import (
+    GRAVITY_LIMIT,
+    ParameterSpec,
+    ParameterValue,
+    choice_spec,
+    number_spec,
+    unmet_requirement,
+)
+
+_LIMITS = Limits(pressure_cap=1.0)
+
+PARAMETERS: tuple[ParameterSpec, ...] = (
+    ParameterSpec(
+        "gripper",
+        "paper_design_70",
+        "Gripper description: the name of a shipped one, or the path of a file; another one vents "
+        "first and is followed after rearm.",
+    ),
+    ParameterSpec(
+        "frame_id",
+        "gripper_base",
+        "Frame of every stamped message: the clamped end, x along the tube.",
+        read_only=True,
+    ),
+    ParameterSpec(
+        "autostart",
+        True,
+        "Configure and activate at start; false leaves that to a lifecycle manager.",
+        read_only=True,
+    ),
+    ParameterSpec(
+        "gravity",
+        (),
+        "Gravity in the base frame [m/s^2], 3 numbers, until the topic says otherwise; "
+        "[.nan, .nan, .nan]: as in the gripper description.",
+    ),
+    number_spec(
+        "gravity_hysteresis",
+        0.1,
+        0.0,
+        GRAVITY_LIMIT,
+        "The shapes are solved anew when gravity has changed by more than this [m/s^2].",
+    ),
+    number_spec(
+        "pressure_cap",
+        0.0,
+        0.0,
+        1.0e6,
+        "Largest gauge pressure ever commanded [Pa]; 0: the gripper description's limit, which "
+        "also bounds any other value.",
+    ),
+    number_spec(
+        "pressure_rate_up",
+        _LIMITS.pressure_rate_up,
+        1.0e2,
+        1.0e7,
+        "Fastest rise of the command [Pa/s].",
+    ),
+    number_spec(
+        "pressure_rate_down",
+        _LIMITS.pressure_rate_down,
+        1.0e2,
+        1.0e7,
+        "Fastest fall of the command [Pa/s]; a vent ignores it.",
+    ),
+    number_spec(
+        "radius_timeout",
+        _LIMITS.radius_timeout,
+        0.01,
+        3600.0,
+        "Age of the last usable radius at which the policy acts [s].",
+    ),
+    number_spec(
+        "radius_age_limit",
+        0.5,
+        0.001,
+        3600.0,
+        "An object_radius_stamped whose stamp is farther from now than this [s] is refused.",
+    ),
+    number_spec(
+        "object_pose_timeout",
+        1.0,
+        0.01,
+        3600.0,
+        "An object_pose whose stamp is farther from now than this [s] is not used.",
+    ),
+    choice_spec(
+        "radius_timeout_policy",
+        _LIMITS.timeout_policy,
+        "What happens then: hold the pressure, vent at once, or ramp_down.",
+    ),
+    number_spec(
+        "radius_rate_limit",
+        _LIMITS.radius_rate_limit,
+        1.0e-4,
+        10.0,
+        "Fastest believable change of the radius [m/s].",
+    ),
+    number_spec(
+        "radius_jump_limit",
+        _LIMITS.radius_jump_limit,
+        1.0e-5,
+        1.0,
+        "A radius farther than this [m] from what radius_rate_limit allows is refused.",
+    ),
+    number_spec(
+        "radius_hysteresis",
+        _LIMITS.radius_hysteresis,
+        0.0,
+        0.1,
+        "The command changes when the radius has moved by more than this [m].",
+    ),
+    number_spec(
+        "grasp_timeout",
+        _LIMITS.grasp_timeout,
+        0.1,
+        600.0,
+        "Longest time until the wrap of a grasp goal is reached [s], unless the goal says.",
+    ),
+    choice_spec(
+        "grasp_abort_policy",
+        _LIMITS.grasp_abort_policy,
+        "What a grasp goal that fails or is canceled does: vent, or hold the pressure of then.",
+    ),
+    number_spec(
+        "measured_pressure_timeout",
+        _LIMITS.measured_pressure_timeout,
+        0.01,
+        3600.0,
+        "Age of the last usable measured_pressure at which it counts as lost [s].",
+    ),
+    choice_spec(
+        "measured_pressure_reference",
+        Reference.GAUGE,
+        "What measured_pressure is counted from; drivers that follow sensor_msgs say absolute.",
+    ),
+    number_spec(
+        "ambient_pressure",
+        101325.0,
+        5.0e4,
+        1.2e5,
+        "Absolute pressure of the air around [Pa]; for a measured_pressure that is absolute.",
+    ),
+    number_spec(
+        "pressure_settle_time",
+        _LIMITS.pressure_settle_time,
+        0.0,
+        60.0,
+        "The measured pressure may lag behind the command by this [s].",
+    ),
+    number_spec(
+        "pressure_tolerance",
+        _LIMITS.pressure_tolerance,
+        10.0,
+        1.0e6,
+        "Largest difference of measured and commanded pressure that is no fault [Pa].",
+    ),
+    choice_spec(
+        "pressure_fault_policy",
+        _LIMITS.pressure_fault_policy,
+        "What such a fault does: report it, or vent until rearm; a running grasp fails either way.",
+    ),
+    number_spec(
+        "grip_ratio",
+        1.1,
+        1.0,
+        HIGHEST_GRIP_RATIO,
+        "Pressure of a grip, as a multiple of the pressure of the bare wrap, which presses on the "
+        "object with next to nothing; pressure_cap bounds it.",
+    ),
+    number_spec(
+        "keep_alive_timeout",
+        0.0,
+        0.0,
+        3600.0,
+        "A grip is vented when no keep_alive has come for this time [s]; 0: none is expected.",
+    ),
+    number_spec(
+        "gravity_timeout",
+        0.0,
+        0.0,
+        3600.0,
+        "Age of a heard gravity at which it is stale [s]; 0: it never is.",
+    ),
+    choice_spec(
+        "gravity_timeout_policy",
+        _LIMITS.gravity_timeout_policy,
+        "What happens then: report it, or vent until rearm.",
+    ),
+    ParameterSpec(
+        "activation",
+        "vent",
+        "Start from 0 Pa (vent), or let the first measured_pressure stand until a radius or a goal "
+        "comes (take_over).",
+        choices=("vent", "take_over"),
+    ),
+    ParameterSpec(
+        "exit_with_parent",
+        False,
+        "Vent and end when the process that started this one ends: ros2 run, ros2 launch.",
+        read_only=True,
+    ),
+    number_spec(
+        "gripper_command_open",
+        0.1,
+        0.001,
+        10.0,
+        "A gripper action's position [m] at or above which it means: open (release).",
+    ),
+    ParameterSpec(
+        "gripper_cmd_type",
+        "GripperCommand",
+        "Type of the action gripper_cmd, of control_msgs; parallel_gripper_cmd is offered beside "
+        "the first.",
+        choices=("GripperCommand", "ParallelGripperCommand"),
+        read_only=True,
+    ),
+    number_spec(
+        "publish_rate",
+        50.0,
+        1.0,
+        500.0,
+        "Rate of pressure_command and status while active, and of the ramp [Hz].",
+    ),
+    number_spec("payload", 0.0, 0.0, 100.0, "Mass of the object [kg] unless a goal says; 0: none."),
+    ParameterSpec("grip_radii", 6, "Radii of the table of grips; 0: no grip is computed.", 0, 50),
+    number_spec("marker_rate", 5.0, 0.0, 50.0, "Rate of markers while active [Hz]; 0: none."),
+    number_spec(
+        "robot_state_rate",
+        0.0,
+        0.0,
+        50.0,
+        "Rate of joint_states, wrapped_object_pose and /tf while active [Hz]; 0: none.",
+    ),
+    ParameterSpec(
+        "backbone_points",
+        50,
+        "Largest number of poses in backbone, base and tip included.",
+        low=2,
+        high=1000,
+    ),
+)
+
+
+def refusal_of_values(
+    proposed: Mapping[str, ParameterValue],
+    *,
+    table: Sequence[ParameterSpec] = PARAMETERS,
+) -> str | None:
+    """Return why these values cannot be set, or None if they can.
+
+    Args:
+        proposed: new values by name; names that are not in the table are not judged.
+        table: what they may be.
+
+    Example:
+        >>> refusal_of_values({"radius_timeout": float("nan")})
+        'radius_timeout must be a number from 0.01 to 3600, got nan'
+    """
+    known = {spec.name: spec for spec in table}
+    for name, value in proposed.items():
+        spec = known.get(name)
+        if spec is None:
+            continue
+        requirement = unmet_requirement(spec, value)
+        if requirement is not None:
+            return str(InvalidInputError(name, value, requirement))
+    return None
+
+
+def limits_from_values(values: Mapping[str, ParameterValue], pressure_max: float) -> Limits:
+    """Return the control logic's limits for checked parameter values.
+
+    Args:
+        values: a value for every parameter in the table.
+        pressure_max: the gripper's own limit [Pa]; no parameter can raise the cap above it.
+    """
+    cap = number(values, "pressure_cap")
+    return Limits(
+        pressure_cap=min(cap, pressure_max) if cap > 0.0 else pressure_max,
+        pressure_rate_up=number(values, "pressure_rate_up"),
+        pressure_rate_down=number(values, "pressure_rate_down"),
+        radius_timeout=number(values, "radius_timeout"),
+        timeout_policy=TimeoutPolicy(values["radius_timeout_policy"]),
+        radius_rate_limit=number(values, "radius_rate_limit"),
+        radius_jump_limit=number(values, "radius_jump_limit"),
+        radius_hysteresis=number(values, "radius_hysteresis"),
+        grasp_timeout=number(values, "grasp_timeout"),
+        grasp_abort_policy=AbortPolicy(values["grasp_abort_policy"]),
+        measured_pressure_timeout=number(values, "measured_pressure_timeout"),
+        pressure_settle_time=number(values, "pressure_settle_time"),
+        pressure_tolerance=number(values, "pressure_tolerance"),
+        pressure_fault_policy=FaultPolicy(values["pressure_fault_policy"]),
+        grip_ratio=number(values, "grip_ratio"),
+        keep_alive_timeout=number(values, "keep_alive_timeout"),
+        gravity_timeout=number(values, "gravity_timeout"),
+        gravity_timeout_policy=FaultPolicy(values["gravity_timeout_policy"]),
+    )
+
+
+def number(values: Mapping[str, ParameterValue], name: str) -> float:
+    """Return a number among checked values."""
+    value = values[name]
+    if not isinstance(value, (int, float)):
+        raise InvalidInputError(name, value, "a number")
+    return float(value)
+
+
+def measured_scale(values: Mapping[str, ParameterValue]) -> PressureScale:
+    """Return how `measured_pressure` states a pressure, for checked parameter values."""
+    return PressureScale(
+        reference=Reference(values["measured_pressure_reference"]),
+        ambient_pressure=number(values, "ambient_pressure"),
+    )

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a grip on one object is, computed with contact and friction, as plain values. No ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from spiral_core.errors import NotGrippableError
+from spiral_core.grip.holding import Pull, holding_force
+from spiral_core.grip.point import GripPoint
+from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.grip.window import grip_window
+from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact.shapes import Cylinder
+from spiral_core.rod.types import Array, Vector
+from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.wrap import WrapRegime
+
+# Holding forces are looked for at so many pressures, from a little below the wrap to the last that
+# holds: each takes about a second.
+FORCE_PRESSURES = 4
+BELOW_WRAP = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class GripQuestion:
+    """What is to be gripped: a cylinder.
+
+    Args:
+        gripper: as it is mounted, with its gravity.
+        radius: of the object [m], > 0.
+        friction: Coulomb's coefficient between tube and object; None: the gripper's own, or the
+            cautious default of :func:`spiral_core.grip.setup.friction_of`.
+        pose: a point of the object's axis [m] and its direction; None: laid into the free coil.
+    """
+
+    gripper: Gripper
+    radius: float
+    friction: float | None = None
+    pose: tuple[Vector, Vector] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TubeShape:
+    """A tube that lies on an object, to be drawn.
+
+    Args:
+        positions: of its nodes (n, 3) [m].
+        orientations: of its material frames (n, 4), scalar last.
+    """
+
+    positions: Array
+    orientations: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GripFigures:
+    """The grip on an object while the pressure rises slowly, the object in place.
+
+    Args:
+        tip_pressure: of the perfect wrap by the criterion at the free coil's tip [Pa].
+        onset_wrap: lowest pressure of the perfect wrap [Pa].
+        onset_curling: pressure at which the tip lifts off again [Pa]; None: it does not.
+        loss: pressure at which the grip is lost, the coil unwinds [Pa]; None: it is not.
+        top: largest pressure at which the grip was found to hold [Pa].
+        friction: coefficient used.
+        pressures: of the path (n,) [Pa].
+        contact_lengths, normal_forces: at those (n,) [m], [N].
+        force_pressures: at which holding forces were computed (m,) [Pa].
+        away, towards: the largest force that holds the object against moving along its axis, away
+            from the base and towards it (m,) [N].
+        down: the same along gravity (m,) [N]; zeros without gravity.
+        positions, orientations: the tube's nodes at the pressures of the path (n, nodes, 3) [m],
+            (n, nodes, 4), scalar last.
+        center, axis: of the object [m], in the base frame.
+    """
+
+    tip_pressure: float
+    onset_wrap: float
+    onset_curling: float | None
+    loss: float | None
+    top: float
+    friction: float
+    pressures: Array
+    contact_lengths: Array
+    normal_forces: Array
+    force_pressures: Array
+    away: Array
+    towards: Array
+    down: Array
+    positions: Array
+    orientations: Array
+    center: Vector
+    axis: Vector
+
+    def regime(self, pressure: float) -> WrapRegime:
+        """Return how the object is held at a pressure [Pa] that has risen from nothing."""
+        if pressure < self.onset_wrap or (self.loss is not None and pressure >= self.loss):
+            return WrapRegime.OVERHANG
+        curls = self.onset_curling is not None and pressure >= self.onset_curling
+        return WrapRegime.CURLING if curls else WrapRegime.PERFECT_WRAP
+
+    def shape(self, pressure: float) -> TubeShape | None:
+        """Return the tube on the object, blended between the pressures of the path [Pa]."""
+        if not 0.0 <= pressure <= self.top:
+            return None
+        above = max(int(np.searchsorted(self.pressures, pressure)), 1)
+        low, high = self.pressures[above - 1 : above + 1]
+        part = (pressure - low) / (high - low)
+        positions, turns = (
+            (1.0 - part) * each[above - 1] + part * each[above]
+            for each in (self.positions, self.orientations)
+        )
+        return TubeShape(positions, turns / np.linalg.norm(turns, axis=1, keepdims=True))
+
+
+def solve_figures(question: GripQuestion) -> GripFigures:
+    """Return the grip that a question asks for; takes some seconds.
+
+    Raises:
+        NotGrippableError: no pressure wraps the object.
+        SpiralError: a value is out of its range, or a state could not be certified.
+    """
+    window = grip_window(_setup(question))
+    if window.onset_wrap is None:
+        reason = f"closing on it, the tip never touches: {window.end.value}"
+        raise NotGrippableError(question.radius, reason, 0.0, None)
+    pressures = np.linspace(BELOW_WRAP * window.onset_wrap, window.top, FORCE_PRESSURES)
+    points = [window.at(float(pressure)) for pressure in pressures]
+    has_gravity = any(question.gripper.gravity)
+    setup = window.setup
+    return GripFigures(
+        tip_pressure=setup.tip_pressure or 0.0,
+        onset_wrap=window.onset_wrap,
+        onset_curling=window.onset_curling,
+        loss=window.loss,
+        top=window.top,
+        friction=setup.obstacle.friction,
+        pressures=window.pressures,
+        contact_lengths=window.contact_lengths,
+        normal_forces=window.normal_forces,
+        force_pressures=pressures,
+        away=_forces(points, Pull.AWAY),
+        towards=_forces(points, Pull.TOWARDS),
+        down=_forces(points, Pull.DOWN) if has_gravity else np.zeros(FORCE_PRESSURES),
+        positions=np.array([point.state.positions for point in window.points]),
+        orientations=_aligned([point.state.orientations for point in window.points]),
+        center=_vector(setup.obstacle.position),
+        axis=_vector(setup.axis),
+    )
+
+
+def _setup(question: GripQuestion) -> GripSetup:
+    gripper, radius = question.gripper, question.radius
+    laid = lay_into_coil(gripper, radius, friction=question.friction)
+    if question.pose is None:
+        return laid
+    center, axis = question.pose
+    obstacle = Obstacle.along(Cylinder(radius), center, axis, laid.obstacle.friction)
+    tip_pressure = WrapCurve(gripper).pressure_from_radius(radius)
+    return GripSetup(gripper, obstacle, laid.closing, tip_pressure=tip_pressure)
+
+
+def _forces(points: list[GripPoint], pull: Pull) -> Array:
+    return np.array([holding_force(point, pull).force for point in points])
+
+
+def _aligned(orientations: list[Array]) -> Array:
+    """Return quaternions (n, nodes, 4) whose signs do not change along the path."""
+    turns = np.array(orientations)
+    for before, after in pairwise(turns):
+        after[np.einsum("ij,ij->i", before, after) < 0.0] *= -1.0
+    return turns
+
+
+def _vector(components: Array | Vector) -> Vector:
+    x, y, z = (float(component) for component in components)
+    return (x, y, z)

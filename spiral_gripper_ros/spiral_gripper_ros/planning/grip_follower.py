@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Has grips solved in the background: a table over the radii, and the object in use. No ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass
+
+from spiral_core.errors import SpiralError
+from spiral_core.rod.types import Vector
+from spiral_core.wrap.gripper import Gripper
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
+from spiral_gripper_ros.planning.grip_table import (
+    GripAnswer,
+    GripEntry,
+    blended_answer,
+    blended_window,
+    highest_good,
+    neighbors,
+    table_radii,
+)
+from spiral_gripper_ros.planning.object_pose import SeenObject
+
+# The table's radii keep this fraction away from the ends of the range, where nothing is held.
+MARGIN = 0.03
+# Grips stand while gravity is within this of theirs [m/s^2]: a tenth of it.
+GRAVITY_TOLERANCE = 1.0
+# A grip on the object in use stands while the radius is within this fraction of its own, and the
+# object within these [m], [rad] of its place.
+RADIUS_TOLERANCE = 0.01
+PLACE_TOLERANCE = 0.002
+TURN_TOLERANCE = 0.05
+# The object in use is computed once it has been the same for this time [s].
+SETTLING = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class InUse:
+    """The object in use.
+
+    Args:
+        radius: [m].
+        seen: where it is, or None: laid into the coil.
+    """
+
+    radius: float
+    seen: SeenObject | None = None
+
+    def is_like(self, other: InUse | None) -> bool:
+        """Return whether a grip on the one stands for the other."""
+        if other is None or (self.seen is None) is not (other.seen is None):
+            return False
+        if not abs(self.radius - other.radius) <= RADIUS_TOLERANCE * self.radius:
+            return False
+        return self.seen is None or other.seen is None or _is_near(self.seen, other.seen)
+
+
+class GripFollower:
+    """Keeps the table of grips and the grip on the object in use up to date, one at a time.
+
+    Args:
+        gripper: as described.
+        gravity: that is present [m/s^2].
+        solve: answers a question, in seconds; called in the background.
+        pool: runs the background work.
+    """
+
+    def __init__(
+        self,
+        gripper: Gripper,
+        gravity: Vector,
+        solve: Callable[[GripQuestion], GripFigures],
+        pool: Executor,
+    ) -> None:
+        self._gripper, self._gravity = gripper, gravity
+        self._solve, self._pool = solve, pool
+        self._count = 0
+        self._radii: tuple[float, ...] = ()
+        self._table: dict[int, GripEntry | None] = {}
+        self._in_use: tuple[InUse, GripEntry | None] | None = None
+        self._wanted: InUse | None = None
+        self._wanted_at = 0.0
+        self._job: tuple[int | InUse, Future[GripFigures]] | None = None
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """How many radii of the table are done, and how many it has."""
+        return len(self._table), len(self._radii)
+
+    def follow(
+        self,
+        now: float,
+        gravity: Vector,
+        radius_range: tuple[float, float],
+        count: int,
+        in_use: InUse | None,
+    ) -> None:
+        """Take what is done and start what is to be done.
+
+        Args:
+            now: time [s], never decreasing.
+            gravity: that is present [m/s^2].
+            radius_range: of the radii that can be wrapped [m].
+            count: of the table's radii; 0: nothing is computed.
+            in_use: the object in use.
+        """
+        self._take(now)
+        if math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE:
+            self._gravity = gravity
+            self._forget()
+        low, high = radius_range
+        if count != self._count or (count > 1 and not self._radii and math.isfinite(high)):
+            self._forget()
+            self._count = count
+            if count > 1 and math.isfinite(high):
+                self._radii = table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count)
+        if in_use is None or not in_use.is_like(self._wanted):
+            self._wanted, self._wanted_at = in_use, now
+        if self._job is None and count:
+            self._start(now)
+
+    def answer(self, in_use: InUse, tip_pressure: float, pressure: float) -> GripAnswer | None:
+        """Return the grip on an object at a pressure [Pa], or None where it is not known.
+
+        Args:
+            in_use: the object.
+            tip_pressure: of its wrap by the tip criterion [Pa].
+            pressure: gauge [Pa].
+        """
+        entry = self.entry(in_use)
+        if entry is not None:
+            return entry.answer(pressure, at_pose=in_use.seen is not None)
+        around = self._around(in_use.radius) if in_use.seen is None else None
+        if around is None:
+            return None
+        return blended_answer(*around, in_use.radius, tip_pressure, pressure)
+
+    def highest_good(self, radius: float, tip_pressure: float) -> float:
+        """Return the largest pressure of a good grip on a radius [Pa]; inf: it is not known."""
+        around = self._around(radius)
+        if around is None:
+            return math.inf
+        return highest_good(*blended_window(*around, radius, tip_pressure))
+
+    def entry(self, in_use: InUse) -> GripEntry | None:
+        """Return the grip that was computed for this very object, or None."""
+        if self._in_use is None or not in_use.is_like(self._in_use[0]):
+            return None
+        return self._in_use[1]
+
+    def _around(self, radius: float) -> tuple[list[float], list[GripEntry]] | None:
+        """Return the two radii of the table around one, and their grips, if both are held."""
+        places = neighbors(self._radii, radius)
+        if places is None:
+            return None
+        entries = [entry for i in places if (entry := self._table.get(i)) is not None]
+        return ([self._radii[i] for i in places], entries) if len(entries) == 2 else None
+
+    def _forget(self) -> None:
+        self._table.clear()
+        self._radii, self._in_use = (), None
+        self._job = None  # whatever it answers is for what was
+
+    def _take(self, now: float) -> None:
+        if self._job is None or not self._job[1].done():
+            return
+        (what, job), self._job = self._job, None
+        entry: GripEntry | None = None
+        try:
+            entry = GripEntry(job.result(), now)
+        except SpiralError:  # this object is not held, or its grip not certified
+            pass
+        finally:
+            if isinstance(what, InUse):
+                self._in_use = (what, entry)
+            else:
+                self._table[what] = entry
+
+    def _start(self, now: float) -> None:
+        wanted = self._wanted
+        known = self._in_use is not None and wanted is not None and wanted.is_like(self._in_use[0])
+        if wanted is not None and not known and now - self._wanted_at >= SETTLING:
+            self._ask(wanted, wanted.radius, wanted.seen)
+            return
+        for index in _from_the_middle(len(self._radii)):
+            if index not in self._table:
+                self._ask(index, self._radii[index], None)
+                return
+
+    def _ask(self, what: int | InUse, radius: float, seen: SeenObject | None) -> None:
+        mounted = self._gripper.with_mount(self._gravity, self._gripper.object_axis)
+        pose = None if seen is None else (seen.center, seen.axis)
+        self._job = (
+            what,
+            self._pool.submit(self._solve, GripQuestion(mounted, radius, None, pose)),
+        )
+
+
+def _from_the_middle(count: int) -> list[int]:
+    """Return the places of a table, the middle first: neighbors are done together."""
+    return sorted(range(count), key=lambda i: abs(2 * i - count + 1))
+
+
+def _is_near(one: SeenObject, other: SeenObject) -> bool:
+    near = math.dist(one.center, other.center) <= PLACE_TOLERANCE
+    along = abs(math.fsum(a * b for a, b in zip(one.axis, other.axis, strict=True)))
+    return near and along >= math.cos(TURN_TOLERANCE)

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Grips in a process of their own, which ends with the node. No ROS.
+
+A grip takes seconds of Python, which would keep even another thread from the control loop.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from importlib import import_module
+from typing import IO, BinaryIO
+
+from spiral_core.errors import SpiralError
+from spiral_gripper_ros.planning.design_worker import give_way
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion, solve_figures
+
+
+class GripEndedError(SpiralError):
+    """The process that computes grips has ended.
+
+    Args:
+        why: for people.
+    """
+
+    def __init__(self, why: str) -> None:
+        super().__init__(f"no grip: {why}")
+
+
+class GripProcess:
+    """Computes one grip after the other in a process that is started with the first question."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._has_ended = False
+        self._lock = threading.Lock()
+
+    def answer(self, question: GripQuestion) -> GripFigures:
+        """Return the grip that a question asks for; blocks until it is there.
+
+        Raises:
+            SpiralError: the object cannot be held, a state could not be certified, or the process
+                has ended.
+        """
+        process = self._started()
+        try:
+            pickle.dump(question, process.stdin)  # type: ignore[arg-type]
+            process.stdin.flush()  # type: ignore[union-attr]
+            outcome = pickle.load(process.stdout)  # type: ignore[arg-type]
+        except (OSError, EOFError, pickle.UnpicklingError, ValueError):
+            self._stop()
+            raise GripEndedError("its process has ended") from None
+        if isinstance(outcome, Exception):
+            raise outcome
+        figures: GripFigures = outcome
+        return figures
+
+    def end(self) -> None:
+        """End the process at once, from any thread; it is not started again."""
+        self._has_ended = True
+        self._stop()
+
+    def _started(self) -> subprocess.Popen[bytes]:
+        with self._lock:
+            if self._has_ended:
+                raise GripEndedError("the node has ended")
+            if self._process is None:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", __name__],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    start_new_session=True,  # Ctrl-C reaches every process of a terminal
+                )
+            return self._process
+
+    def _stop(self) -> None:
+        with self._lock:
+            process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    _close(pipe)
+
+
+def _close(pipe: IO[bytes]) -> None:
+    """Close a pipe whose other end may be gone."""
+    with suppress(OSError):
+        pipe.close()
+
+
+def main() -> None:
+    """Answer the questions on standard input, on standard output, until that is closed."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever else is printed
+    give_way()
+    questions: queue.SimpleQueue[GripQuestion] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(sys.stdin.buffer, questions), daemon=True).start()
+    while True:
+        pickle.dump(_outcome(questions.get()), answers)
+        answers.flush()
+
+
+def _read(pipe: BinaryIO, questions: queue.SimpleQueue[GripQuestion]) -> None:
+    """Take questions until the process that asks has gone; then end."""
+    try:
+        while True:
+            questions.put(pickle.load(pipe))
+    finally:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _outcome(question: GripQuestion) -> GripFigures | Exception:
+    try:
+        return solve_figures(question)
+    except Exception as error:
+        return error
+
+
+if __name__ == "__main__":  # by its full name: what it answers is pickled
+    import_module("spiral_gripper_ros.planning.grip_worker").main()

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the object is, as somebody sees it: judged, with its age, beside where a wrap expects it.
+
+No ROS.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.types import Vector
+from spiral_core.wrap.placement import ObjectPlacement
+
+# The norm of a quaternion may differ from 1 by this much: single precision, and digits of a file.
+NORM_TOLERANCE = 1e-3
+# Farther from the base than this [m] no object is within reach of any gripper.
+LARGEST_DISTANCE = 1e3
+
+
+@dataclass(frozen=True, slots=True)
+class SeenObject:
+    """An object at its place, in the base frame.
+
+    Args:
+        center: any point of its axis [m].
+        axis: direction of its axis, a unit vector; which of the two does not matter.
+        seen_at: when it was there [s].
+    """
+
+    center: Vector
+    axis: Vector
+    seen_at: float
+
+
+class ObjectWatch:
+    """Remembers the newest usable pose of the object.
+
+    Attributes:
+        problem: why the newest pose is not used; empty: it is, or none has come.
+        refused: poses that were not used.
+    """
+
+    def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget everything."""
+        self._seen: SeenObject | None = None
+        self.problem, self.refused = "", 0
+
+    def offer(
+        self,
+        center: Vector,
+        quaternion: tuple[float, ...],
+        seen_at: float,
+        age: float,
+        limit: float,
+    ) -> None:
+        """Take a pose whose z axis is the object's axis, if it is usable; else the last one stands.
+
+        Args:
+            center: position [m].
+            quaternion: orientation, x y z w.
+            seen_at: its stamp as a time [s] of the clock that :meth:`seen` is asked with.
+            age: time since then [s].
+            limit: largest age [s], on either side of now.
+
+        Example:
+            >>> watch = ObjectWatch()
+            >>> watch.offer((0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), seen_at=5.0, age=0.1, limit=1.0)
+            >>> watch.seen(5.5, limit=1.0).axis, watch.seen(6.5, limit=1.0)
+            ((0.0, 0.0, 1.0), None)
+        """
+        problem = _pose_problem(center, quaternion) or _age_problem(age, limit)
+        if problem:
+            self.refuse(problem)
+        else:
+            self.problem, self._seen = "", SeenObject(center, _z_axis(quaternion), seen_at)
+
+    def refuse(self, problem: str) -> None:
+        """Note that a pose is not used, and why."""
+        self.problem = problem
+        self.refused += 1
+
+    def seen(self, now: float, limit: float) -> SeenObject | None:
+        """Return where the object is at a time [s], if that is known since ``limit`` [s]."""
+        if self._seen is None or not now - self._seen.seen_at <= limit:
+            return None
+        return self._seen
+
+
+def object_line(center: Vector, quaternion: tuple[float, ...]) -> tuple[Vector, Vector]:
+    """Return a point of an object's axis [m] and its direction, from the object's pose.
+
+    Raises:
+        InvalidInputError: it is no pose.
+    """
+    problem = _pose_problem(center, quaternion)
+    if problem:
+        raise InvalidInputError("object_pose", (center, quaternion), problem)
+    return center, _z_axis(quaternion)
+
+
+def misplacement(seen: SeenObject, expected: ObjectPlacement) -> tuple[float, float]:
+    """Return how far an object's axis is from where a wrap expects it.
+
+    Returns:
+        The distance [m] of the seen axis, a line, from the middle of what the wrap covers, and
+        the angle [rad] between the two axes, at most a right one.
+
+    Example:
+        >>> expected = ObjectPlacement((0.1, 0.0, 0.0), (0.0, 0.0, 1.0), 0.02, 0.1, 0.0)
+        >>> misplacement(SeenObject((0.1, 0.003, 0.5), (0.0, 0.0, -1.0), 0.0), expected)
+        (0.003, 0.0)
+    """
+    between = tuple(a - b for a, b in zip(expected.center, seen.center, strict=True))
+    across = _cross(seen.axis, expected.axis)
+    along = math.fsum(a * b for a, b in zip(seen.axis, expected.axis, strict=True))
+    offset = math.hypot(*_cross(seen.axis, between))
+    return offset, math.atan2(math.hypot(*across), abs(along))
+
+
+def _z_axis(quaternion: tuple[float, ...]) -> Vector:
+    size = math.hypot(*quaternion)
+    x, y, z, w = (component / size for component in quaternion)
+    return (2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y))
+
+
+def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def _pose_problem(center: Vector, quaternion: tuple[float, ...]) -> str:
+    if not (all(map(math.isfinite, center)) and math.hypot(*center) <= LARGEST_DISTANCE):
+        return (
+            "the position of object_pose must be 3 finite numbers within "
+            f"{LARGEST_DISTANCE:g} m, got {center}"
+        )
+    finite = all(map(math.isfinite, quaternion))
+    if not (finite and abs(math.hypot(*quaternion) - 1.0) <= NORM_TOLERANCE):
+        return f"the orientation of object_pose must be a unit quaternion, got {quaternion}"
+    return ""
+
+
+def _age_problem(age: float, limit: float) -> str:
+    if math.isfinite(age) and abs(age) <= limit:
+        return ""
+    how = f"{age:.3g} s old" if age > 0.0 else f"{-age:.3g} s ahead of this clock"
+    return f"object_pose is {how}, more than object_pose_timeout = {limit:g} s"

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``spiral_gripper_regulator``: the process of the adapter; the last thing it sends is a vent."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
+
+from spiral_gripper_ros.process.program import run
+
+if TYPE_CHECKING:
+    from spiral_gripper_ros.process.stop_signals import StopSignals
+    from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
+
+# How long the executor may sleep before it looks whether it was asked to stop [s].
+LONGEST_SLEEP = 0.05
+# Between attempts to send the last vent [s].
+VENT_PAUSE = 0.1
+
+
+class RegulatorProgram:
+    """The adapter's node; it ends with a vent."""
+
+    executable = "spiral_gripper_regulator"
+
+    def usage(self) -> str:
+        """Return the help text."""
+        from spiral_gripper_ros.regulators.usage import usage
+
+        return usage()
+
+    def make(self) -> RegulatorNode:
+        """Make the node."""
+        from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
+
+        return RegulatorNode()
+
+    def nodes(self, node: RegulatorNode) -> Sequence[RegulatorNode]:
+        """Return the node."""
+        return (node,)
+
+    def parameters(self) -> Collection[str]:
+        """Return the names of its parameters."""
+        from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
+
+        return [spec.name for spec in REGULATOR_PARAMETERS]
+
+    def spin(self, node: RegulatorNode, signals: StopSignals) -> int:
+        """Pass commands on until a stop is requested; 1 if the last vent was not answered."""
+        from rclpy.executors import SingleThreadedExecutor
+
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        try:
+            signals.defer()
+            while not signals.requested:
+                executor.spin_once(timeout_sec=LONGEST_SLEEP)
+        finally:
+            signals.defer()
+            vented = node.adapter.vent(lambda: time.sleep(VENT_PAUSE))
+            if not vented:
+                node.get_logger().error(f"the last vent was not answered: {node.adapter.problem}")
+            executor.shutdown()
+            node.destroy_node()
+        return 0 if vented else 1
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the adapter until SIGINT or SIGTERM; return the process's exit code."""
+    return run(RegulatorProgram(), args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Work that takes longer than a callback may: a thread each for gravity, plans and designs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+import rclpy.executors
+import rclpy.task
+
+from spiral_core.design.report import DesignReport
+from spiral_gripper import GripperDescription
+from spiral_gripper_ros.planning.design_question import DesignQuestion
+from spiral_gripper_ros.planning.design_worker import DesignProcess
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
+from spiral_gripper_ros.planning.grip_worker import GripProcess
+
+
+class Background:
+    """No question delays the commands, a change of gravity or another kind of question."""
+
+    def __init__(self) -> None:
+        self.gravity = ThreadPoolExecutor(1, thread_name_prefix="gravity")
+        self._plans = ThreadPoolExecutor(1, thread_name_prefix="plans")
+        self._batches = ThreadPoolExecutor(1, thread_name_prefix="batches")
+        self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
+        self._grip_process = GripProcess()
+        self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
+        self._design: DesignProcess | None = None
+        self._has_ended = False
+
+    def ask(
+        self, executor: rclpy.executors.Executor, question: Callable[[], Any]
+    ) -> rclpy.task.Future:
+        """Return a future of rclpy, to be awaited, for the answer of ``question``.
+
+        Args:
+            executor: the executor that awaits it; it is woken when the answer is there.
+            question: called in the background.
+        """
+        return _awaitable(executor, self._plans.submit(question))
+
+    def ask_batch(
+        self, executor: rclpy.executors.Executor, question: Callable[[], Any]
+    ) -> rclpy.task.Future:
+        """Return :meth:`ask` for a question that takes long: others do not wait behind it."""
+        return _awaitable(executor, self._batches.submit(question))
+
+    def solve_grip(self, question: GripQuestion) -> GripFigures:
+        """Return a grip, in seconds; called in a thread of ``grips``.
+
+        Raises:
+            SpiralError: the object cannot be held, or the node has ended.
+        """
+        return self._grip_process.answer(question)
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether no answer is wanted any more: a question that takes long gives up."""
+        return self._has_ended
+
+    async def design(
+        self,
+        executor: rclpy.executors.Executor,
+        question: DesignQuestion,
+        description: GripperDescription,
+    ) -> DesignReport:
+        """Return the report of a design, computed in a process of its own.
+
+        Args:
+            executor: the executor that awaits it.
+            question: what is asked.
+            description: of the node's gripper, for what the question leaves open.
+
+        Raises:
+            SpiralError: the question cannot be answered, or the design was ended.
+        """
+        process = self._design = DesignProcess()
+        job = self._designs.submit(process.answer, question, description)
+        try:
+            report: DesignReport = await _awaitable(executor, job)
+        finally:
+            self._design = None
+        return report
+
+    def cancel_design(self, why: str) -> bool:
+        """End the design that is being computed; return whether there was one."""
+        process = self._design
+        if process is not None:
+            process.end(why)
+        return process is not None
+
+    def end(self) -> None:
+        """Drop what has not been started; a design and a batch that are being computed end."""
+        self._has_ended = True
+        for pool in (self.gravity, self._plans, self._batches, self.grips, self._designs):
+            pool.shutdown(wait=False, cancel_futures=True)
+        self._grip_process.end()
+        self.cancel_design("the node has ended")
+
+
+def _awaitable(executor: rclpy.executors.Executor, job: Future[Any]) -> rclpy.task.Future:
+    """Return a future of rclpy that takes over a job's outcome and wakes the executor."""
+    answer = rclpy.task.Future(executor=executor)
+
+    def hand_over(done: Future[Any]) -> None:
+        error = done.exception()
+        if error is None:
+            answer.set_result(done.result())
+        else:
+            answer.set_exception(error)
+        executor.wake()
+
+    job.add_done_callback(hand_over)
+    return answer

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The clock that the control loop lives by."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from spiral_gripper_ros.runtime.guards import ErrorLog, log_on_error
+
+STEADY = Clock(clock_type=ClockType.STEADY_TIME)
+
+
+class ControlClock:
+    """A clock that no correction of the wall clock disturbs, or the simulated one.
+
+    Which of them is decided at each activation, by the parameter ``use_sim_time``. While a
+    simulated clock stands still no time passes: nothing is ramped, no time-out acts, no command is
+    sent.
+
+    Args:
+        node: the ROS node whose clock it is.
+        errors: where exceptions in callbacks of the clock are noted.
+    """
+
+    def __init__(self, node: Node, errors: ErrorLog) -> None:
+        self._node = node
+        self._errors = errors
+        self.clock = STEADY
+        self._guarded: list[Any] = []
+        self._last = 0.0
+        self._moved_at = 0.0
+
+    def guard(self) -> None:
+        """Let bad samples of /clock (negative ones, say) be logged instead of raised by rclpy."""
+        for subscription in self._node.subscriptions:
+            if subscription.topic_name == "/clock" and subscription not in self._guarded:
+                subscription.callback = log_on_error(self._errors, subscription.callback)
+                self._guarded.append(subscription)
+
+    def choose(self) -> None:
+        """Use the simulated clock if ``use_sim_time`` is set, else the steady one."""
+        self.guard()
+        simulated = self._node.get_parameter("use_sim_time").value
+        self.clock = self._node.get_clock() if simulated else STEADY
+        self._last, self._moved_at = self.now(), _real_time()
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether it is the simulated clock."""
+        return self.clock is not STEADY
+
+    def now(self) -> float:
+        """Return the time [s]."""
+        return _seconds(self.clock) if self.is_simulated else _real_time()
+
+    def standstill(self) -> float:
+        """Return for how long this has been found to return the same time [s of real time]."""
+        now = self.now()
+        if now != self._last:
+            self._last, self._moved_at = now, _real_time()
+        return _real_time() - self._moved_at
+
+
+def _real_time() -> float:
+    """Return the time of ``STEADY`` [s]; asked directly it costs a twentieth."""
+    return time.monotonic()
+
+
+def _seconds(clock: Clock) -> float:
+    return float(clock.now().nanoseconds) * 1e-9

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The operator's log: one line for each change, at a bounded rate."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Any, Protocol
+
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.states import Reason, State
+
+# This many changes are logged at once, then one each period [s]; of more, only the last state.
+BURST = 5
+PERIOD = 1.0
+
+_WORDS = {
+    State.INACTIVE: "inactive, vented",
+    State.WAITING: "waiting for an object_radius",
+    State.TRACKING: "following object_radius",
+    State.HOLDING: "holding",
+    State.RAMPING_DOWN: "ramping down",
+    State.VENTED: "vented",
+    State.RELEASED: "released, vented",
+    State.FAULT: "fault, vented",
+    State.GRASPING: "grasping",
+    State.TAKEN_OVER: "holding the measured pressure",
+}
+# States that only somebody's act ends: they cannot chatter, and the next line may come late.
+_LASTING = {State.INACTIVE, State.RELEASED, State.FAULT}
+# Reasons that are somebody's wish, or the order of things.
+_EXPECTED = {
+    Reason.NONE,
+    Reason.NO_RADIUS,
+    Reason.NOT_ACTIVE,
+    Reason.RELEASED,
+    Reason.RECONFIGURED,
+    Reason.GRASP_CANCELED,
+    Reason.GRASP_REPLACED,
+    Reason.TAKEN_OVER,
+}
+
+
+class Logger(Protocol):
+    """What is needed of a logger."""
+
+    def info(self, text: str) -> object:
+        """Log what is as expected."""
+        ...
+
+    def warning(self, text: str) -> object:
+        """Log what an operator should look at."""
+        ...
+
+    def error(self, text: str) -> object:
+        """Log what an operator must deal with."""
+        ...
+
+
+class EventLog:
+    """Logs changes of state, reason, pressure fault, hold and clock.
+
+    Args:
+        logger: of the node.
+    """
+
+    def __init__(self, logger: Logger) -> None:
+        self._logger = logger
+        self._grip = _Channel((State.INACTIVE, Reason.NOT_ACTIVE, None))
+        self._fault = _Channel(Reason.NONE)
+        self._wrapped = _Channel(False)
+        self._clock_stands_still = False
+        self._commanders = 1
+        self._gravity = _Channel(Reason.NONE)
+
+    def tell(self, now: float, snapshot: Snapshot[Any]) -> None:
+        """Log what has changed since the last call, at a time [s] that never decreases."""
+        pinned = snapshot.radius if snapshot.state is State.GRASPING else None
+        grip = (snapshot.state, snapshot.refusal.reason, pinned)
+        if self._grip.is_due(now, grip, at_once=snapshot.state in _LASTING):
+            self._say_grip(snapshot)
+        fault = snapshot.pressure_fault
+        if self._fault.is_due(now, fault.reason):
+            if fault.reason is Reason.NONE:
+                self._logger.info("measured_pressure is as commanded again")
+            else:
+                self._logger.error(fault.text)
+        if self._gravity.is_due(now, snapshot.gravity_fault.reason):
+            text = snapshot.gravity_fault.text
+            self._logger.warning(text or "gravity is heard again")
+        if self._wrapped.is_due(now, snapshot.wrapped):
+            if snapshot.wrapped:
+                self._logger.info(f"the object is wrapped at {_kilopascal(snapshot)}")
+            else:
+                self._logger.info("no object is wrapped any more")
+
+    def tell_clock(self, stands_still: bool) -> None:
+        """Log that the simulated clock has stopped, or runs again."""
+        if stands_still == self._clock_stands_still:
+            return
+        self._clock_stands_still = stands_still
+        if stands_still:
+            self._logger.warning("/clock stands still: so does the command (use_sim_time is set)")
+        else:
+            self._logger.info("/clock runs again")
+
+    def tell_range(self, name: str, radius_range: tuple[float, float], cap: float) -> None:
+        """Log which radii [m] a loaded gripper can grip, and the cap in force [Pa]."""
+        low, high = radius_range
+        self._logger.info(
+            f"{name}: grips radii from {1e3 * low:.4g} to {1e3 * high:.4g} mm, "
+            f"with at most {1e-3 * cap:.4g} kPa"
+        )
+
+    def tell_unusable(self, text: str) -> None:
+        """Log why a requested gripper cannot be used."""
+        self._logger.error(text)
+
+    def tell_others(self, publishers: int) -> None:
+        """Warn if more than one node commands the regulator, once for each number of them."""
+        if publishers > max(self._commanders, 1):
+            self._logger.warning(
+                f"{publishers} nodes publish pressure_command here: the regulator obeys them all"
+            )
+        self._commanders = publishers
+
+    def tell_limits(self, limits: Limits) -> None:
+        """Log what bounds the commands from now on, and what happens when inputs stop."""
+        up, down = 1e-3 * limits.pressure_rate_up, 1e-3 * limits.pressure_rate_down
+        self._logger.info(
+            f"active: at most {1e-3 * limits.pressure_cap:.4g} kPa, {up:.4g} kPa/s up, "
+            f"{down:.4g} kPa/s down, grip_ratio {limits.grip_ratio:.4g}; when radii stop: "
+            f"{limits.timeout_policy.value}, at a pressure fault: "
+            f"{limits.pressure_fault_policy.value}, when a grasp fails: "
+            f"{limits.grasp_abort_policy.value}"
+        )
+
+    def _say_grip(self, snapshot: Snapshot[Any]) -> None:
+        """Log the line of a state; each level from a place of its own, as rclpy demands."""
+        line = _grip_line(snapshot)
+        if snapshot.state is State.FAULT:
+            self._logger.error(line)
+        elif snapshot.refusal.reason in _EXPECTED:
+            self._logger.info(line)
+        else:
+            self._logger.warning(line)
+
+
+class _Channel:
+    """One quantity: whether its change is logged now."""
+
+    def __init__(self, first: Hashable) -> None:
+        self._told = first
+        self._credit = float(BURST)
+        self._now = 0.0
+
+    def is_due(self, now: float, state: Hashable, *, at_once: bool = False) -> bool:
+        """Return whether ``state`` is logged at ``now`` [s]: it is new, and the rate allows it.
+
+        ``at_once``: whatever the rate.
+        """
+        self._credit = min(self._credit + max(now - self._now, 0.0) / PERIOD, float(BURST))
+        self._now = now
+        if state == self._told or not (at_once or self._credit >= 1.0):
+            return False
+        self._told = state
+        self._credit = max(self._credit - 1.0, 0.0)
+        return True
+
+
+def _grip_line(snapshot: Snapshot[Any]) -> str:
+    text = _WORDS[snapshot.state]
+    if snapshot.state in (State.TRACKING, State.GRASPING) and snapshot.radius is not None:
+        text += f", radius {1000.0 * snapshot.radius:.4g} mm, target {_target(snapshot)}"
+    if snapshot.state in (State.HOLDING, State.RAMPING_DOWN):
+        text += f" at {_kilopascal(snapshot)}"
+    return f"{text}: {snapshot.refusal.text}" if snapshot.refusal.text else text
+
+
+def _target(snapshot: Snapshot[Any]) -> str:
+    return f"{1e-3 * snapshot.pressure_target:.4g} kPa"
+
+
+def _kilopascal(snapshot: Snapshot[Any]) -> str:
+    return f"{1e-3 * snapshot.pressure_command:.4g} kPa"

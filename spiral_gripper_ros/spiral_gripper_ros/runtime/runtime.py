@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The running gripper: what services, actions, inputs, display and diagnosis work with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import cast
+
+from rclpy.lifecycle import LifecycleNode
+
+from spiral_gripper import GripperDescription
+from spiral_gripper_msgs.msg import Grip
+from spiral_gripper_ros.control.grip_control import GripControl
+from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg
+from spiral_gripper_ros.messages.grip import grip_to_msg
+from spiral_gripper_ros.parameters.spec import ParameterValue
+from spiral_gripper_ros.parameters.table import limits_from_values, number
+from spiral_gripper_ros.planning.grip_figures import GripQuestion
+from spiral_gripper_ros.planning.grip_follower import GripFollower
+from spiral_gripper_ros.planning.grip_table import GripEntry
+from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
+from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
+from spiral_gripper_ros.planning.planner import NoPlanner, WrapPlan
+from spiral_gripper_ros.runtime.background import Background
+from spiral_gripper_ros.runtime.control_clock import ControlClock
+from spiral_gripper_ros.runtime.event_log import EventLog
+from spiral_gripper_ros.runtime.guards import ErrorLog, log_on_error
+from spiral_gripper_ros.runtime.outputs import Outputs
+
+NOT_CONFIGURED = "the node has no gripper yet: configure it first"
+# What may be commanded while no gripper is loaded [Pa]; nothing is: the node is inactive.
+NO_GRIPPER_PRESSURE = 1.0
+
+
+class Runtime:
+    """One gripper, its control logic and what carries the decisions out.
+
+    Args:
+        node: the ROS node whose publishers, clock and logger are used.
+        values: of the node's parameters.
+
+    Attributes:
+        values: of the parameters, now.
+        limits: what bounds the commands.
+        control: decides what is commanded.
+        clock: time of the control loop.
+        loaded: the gripper; None before the node is configured.
+        gravity: heard, or of the parameter [m/s^2]; () as described.
+        outputs: the publishers.
+        background: threads for what takes longer than a callback may.
+        objects: where the object has been seen.
+        log: what operators read.
+        errors: exceptions caught so far.
+        is_active: whether the control loop runs.
+        not_configured: why there is no gripper.
+        on_published: called after each publication of a command and its status.
+    """
+
+    def __init__(self, node: LifecycleNode, values: Mapping[str, ParameterValue]) -> None:
+        self.values = values
+        self.loaded: LoadedGripper | None = None
+        self.gravity: tuple[float, ...] = ()
+        self.limits = self._limits()
+        self.control: GripControl[WrapPlan] = GripControl(self.limits)
+        self.errors = ErrorLog(node.get_logger())
+        self.clock = ControlClock(node, self.errors)
+        self.outputs = Outputs(node, str(values["frame_id"]))
+        self.background = Background()
+        self.objects = ObjectWatch()
+        self.log = EventLog(node.get_logger())
+        self.is_active = False
+        self.not_configured = NOT_CONFIGURED
+        self.on_published: Callable[[], None] = lambda: None
+        self.tell = log_on_error(self.errors, self._tell)
+
+    # --- the gripper ---------------------------------------------------------------------------
+
+    def load(self) -> None:
+        """Load the gripper that the parameters name and solve its whole range once.
+
+        Raises:
+            SpiralError: the description cannot be used, or the gripper cannot coil.
+        """
+        self.gravity = self._given_gravity()
+        self.loaded = LoadedGripper.ready(
+            str(self.values["gripper"]), self.gravity, self.background.gravity
+        )
+        self._prepare_grips()
+        self.use_limits()
+
+    def load_another(self, description: GripperDescription | None) -> None:
+        """Vent, and have another gripper planned for in the background, if one is loaded."""
+        if self.loaded is None or description is None:
+            return
+        self.control.reload()
+        if self.is_active:
+            self.publish()
+        self.loaded = LoadedGripper.loading(description, self.gravity, self.background.gravity)
+        self._prepare_grips()
+
+    def unload(self) -> None:
+        """Forget the gripper."""
+        self.outputs.cleanup()
+        self.loaded = None
+
+    def use_limits(self) -> None:
+        """Let the limits follow the parameters and the gripper."""
+        self.limits = self._limits()
+        self.control.reconfigure(self.limits)
+
+    def use_gravity(self, *, plan: bool) -> None:
+        """Take gravity from the parameter; ``plan``: have the gripper planned for at once."""
+        self.gravity = self._given_gravity()
+        if plan and self.loaded is not None:
+            self.loaded.mount.want(gravity_or_own(self.gravity, self.loaded.gripper), 0.0)
+            self.control.note_gravity(self.now(), is_heard=False)
+
+    def take_planner(self) -> None:
+        """Plan with what has become ready in the background: other gravity or another gripper."""
+        if self.loaded is None:
+            return
+        was_loading = self.loaded.is_loading
+        planner = self.loaded.mount.poll()
+        if planner is None:
+            return
+        if was_loading and isinstance(planner, NoPlanner):
+            text = f"{self.loaded.gripper.name} cannot be used: {planner.error}"
+            self.log.tell_unusable(text)
+            self.control.fail(text)
+            return
+        self.control.replan(planner)
+        if was_loading:
+            self.tell_range()
+
+    def tell_range(self) -> None:
+        """Log which radii the gripper grips."""
+        if self.loaded is not None:
+            radii, cap = self.loaded.planner.radius_range, self.limits.pressure_cap
+            self.log.tell_range(self.loaded.gripper.name, radii, cap)
+
+    def seen_object(self) -> SeenObject | None:
+        """Return where the object is, if that is known and young enough."""
+        return self.objects.seen(self.now(), number(self.values, "object_pose_timeout"))
+
+    def follow_grips(self) -> None:
+        """Have grips solved in the background, and take those that are ready."""
+        if self.loaded is not None:
+            count, radius = int(number(self.values, "grip_radii")), self.control.snapshot().radius
+            self.loaded.follow_grips(self.now(), count, radius, self.seen_object())
+
+    def solved_grip(self, question: GripQuestion) -> GripEntry:
+        """Return the grip on one object, in seconds; called in the background.
+
+        Raises:
+            SpiralError: the object cannot be held, or the node has ended.
+        """
+        job = self.background.grips.submit(self.background.solve_grip, question)
+        return GripEntry(job.result(), self.now())
+
+    def grip_message(self, pressure: float, payload: float = 0.0) -> Grip:
+        """Return what holds the object in use at a pressure [Pa], as far as it is known.
+
+        Args:
+            pressure: gauge [Pa].
+            payload: mass of the object [kg]; 0: that of the parameter.
+        """
+        seen = self.control.snapshot()
+        if self.loaded is None:
+            return Grip()
+        answer = self.loaded.grip(seen.plan, seen.radius, self.seen_object(), pressure)
+        mass = payload or number(self.values, "payload")
+        return grip_to_msg(answer, self.now(), mass, self.loaded.mount.gravity)
+
+    # --- commands ------------------------------------------------------------------------------
+
+    def now(self) -> float:
+        """Return the time of the control loop [s]."""
+        return self.clock.now()
+
+    def publish(self) -> None:
+        """Publish the pressure that is commanded now; then, why, and the shapes."""
+        now = self.now()
+        self.command(now)
+        self.tell(now)
+
+    def command(self, now: float) -> None:
+        """Publish the pressure that is commanded at a time [s], unless one is to be taken over."""
+        pressure = self.control.command(now)
+        if not self.control.is_silent:
+            self.outputs.publish_pressure(pressure)
+
+    def fail(self, text: str) -> None:
+        """Vent because of an internal error (see :mod:`spiral_gripper_ros.runtime.guards`)."""
+        self.control.fail(text)
+        self.outputs.publish_pressure(0.0)
+        self.on_published()
+
+    # --- inside --------------------------------------------------------------------------------
+
+    def _tell(self, now: float) -> None:
+        """Publish what belongs to the pressure that has just been commanded."""
+        try:
+            if self.loaded is not None:
+                self._show(self.loaded, now)
+        except Exception:
+            self.control.observe(now, None)  # how the object is held is not known
+            raise
+        finally:
+            self.on_published()
+
+    def _show(self, loaded: LoadedGripper, now: float) -> None:
+        """Bring the shapes up to date, see how the object is held, and publish what is news."""
+        seen = self.control.snapshot()
+        measured = None if seen.measured is None else seen.measured.pressure
+        pressure = seen.pressure
+        moved = loaded.update_shape(seen.pressure_command, seen.radius)
+        measured_moved = loaded.update_measured_shape(
+            measured, seen.radius, self.limits.pressure_tolerance
+        )
+        self.follow_grips()
+        seen_object = self.seen_object()
+        grip = loaded.grip(seen.plan, seen.radius, seen_object, pressure)
+        force = loaded.line_force(seen.plan, pressure) if grip is None else grip.normal_force
+        self.control.observe(now, loaded.regime(pressure), force)
+        snapshot, header = self.control.snapshot(), self.outputs.header()
+        status = status_to_msg(snapshot, loaded, self.limits.pressure_cap, header)
+        status.grip = self.grip_message(pressure)
+        if seen_object is not None:
+            age = now - seen_object.seen_at
+            fill_object(status, seen_object, age, loaded.placement(snapshot.plan))
+        self.outputs.publish_status(status)
+        points = int(number(self.values, "backbone_points"))
+        if moved:
+            self.outputs.publish_backbone(loaded.shape, points, header)
+        if measured_moved:
+            self.outputs.publish_measured_backbone(loaded.measured_shape, points, header)
+        self.log.tell(now, snapshot)
+
+    def _prepare_grips(self) -> None:
+        loaded, background = self.loaded, self.background
+        if loaded is not None:
+            gravity = loaded.mount.gravity
+            solve, pool = background.solve_grip, background.grips
+            loaded.grips = GripFollower(loaded.gripper, gravity, solve, pool)
+
+    def _given_gravity(self) -> tuple[float, ...]:
+        return cast("tuple[float, ...]", self.values["gravity"])
+
+    def _limits(self) -> Limits:
+        own = NO_GRIPPER_PRESSURE if self.loaded is None else self.loaded.gripper.pressure_max
+        return limits_from_values(self.values, own)

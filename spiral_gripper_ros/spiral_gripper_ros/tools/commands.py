@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the commands to a running node do: ``spiral-gripper plan``, ``grasp``, ``release``, ..."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import rclpy
+from rclpy.action import ActionClient
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+
+from spiral_core.errors import SpiralError
+from spiral_gripper_msgs.action import Release
+from spiral_gripper_msgs.msg import Grip, GripStatus
+from spiral_gripper_ros.client.answers import NoAnswerError, WrapOutcome, no_node_in
+from spiral_gripper_ros.client.connection import Connection
+from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
+from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.messages.conversions import REGIME_NAMES
+from spiral_gripper_ros.tools.live_view import LiveView
+from spiral_gripper_ros.tools.watcher import Watcher
+
+# How long a command looks for the node: DDS may take seconds to discover it [s].
+DISCOVERY_TIMEOUT = 10.0
+# Between two looks at what the node does [s].
+SHOW_PERIOD = 0.1
+# Reasons that a user caused on purpose.
+_NO_TROUBLE = (Reason.NONE, Reason.NO_RADIUS, Reason.RELEASED)
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a command says.
+
+    Args:
+        good: whether it is what was wished for.
+        lines: for people.
+        document: for programs, SI units.
+    """
+
+    good: bool
+    lines: list[str]
+    document: dict[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class WrapGoal:
+    """A wrap as the command line describes it.
+
+    Args:
+        radius: of the object [m]; None: the one that the node follows.
+        overpressure: above the wrap's pressure [Pa].
+        timeout: [s]; None: as the node's parameter says.
+        abort_policy: "vent" or "hold"; None: as the node's parameter says.
+    """
+
+    radius: float | None
+    overpressure: float
+    timeout: float | None
+    abort_policy: str | None
+
+
+def plan(namespace: str, radius: float, overpressure: float) -> Answer:
+    """Ask `plan_wrap`.
+
+    Raises:
+        NoAnswerError: no node answers.
+    """
+    with SpiralGripper(namespace, DISCOVERY_TIMEOUT) as gripper:
+        answer = gripper.plan(radius, overpressure)
+    lines = [str(answer.message)]
+    if answer.success:
+        lines += [
+            f"pressure         {1e-3 * answer.pressure:.2f} kPa",
+            f"turns            {answer.turns:.2f}",
+            f"object length    {1e3 * answer.object_length_needed:.1f} mm needed",
+            f"line force       {answer.line_force:.2f} N/m",
+        ]
+        lines += grip_lines(answer.grip)
+    lines.append(f"grips radii      {_range(answer)}")
+    return Answer(bool(answer.success), lines, _document(answer, without=("backbone",)))
+
+
+def grip_lines(grip: Grip) -> list[str]:
+    """Return what holds an object, for people."""
+    if not grip.known:
+        return ["holding force    not known (yet)"]
+    curling, loss = (
+        f"{1e-3 * pressure:.1f} kPa" if pressure else "none up to the limit"
+        for pressure in (grip.onset_curling, grip.loss)
+    )
+    away, towards = grip.holding_force_away, grip.holding_force_towards
+    down, age, touching = grip.holding_force_down, grip.age, 1e3 * grip.contact_length
+    return [
+        f"in contact       {touching:.0f} mm of tube, {grip.normal_force:.2f} N in all",
+        f"wrapped          from {1e-3 * grip.onset_wrap:.1f} kPa, by contact",
+        f"curling          from {curling}",
+        f"lost             at {loss}",
+        f"holding force    {away:.2f} N away from the base, {towards:.2f} N towards it",
+        f"                 {down:.2f} N downwards",
+        f"computed         {age:.0f} s ago, for friction {grip.friction_coefficient:.2g}",
+    ]
+
+
+def grasp(namespace: str, goal: WrapGoal) -> Answer:
+    """Wrap an object and wait for the end; a KeyboardInterrupt cancels it.
+
+    Raises:
+        NoAnswerError: no node answers, or it falls silent.
+    """
+    with SpiralGripper(namespace, DISCOVERY_TIMEOUT) as gripper:
+        gripper.wait_until_active(DISCOVERY_TIMEOUT)
+        try:
+            gripper.wrap(goal.radius, goal.overpressure, goal.timeout, goal.abort_policy)
+            while not gripper.is_done():
+                pass  # each look takes a while; the node's own time-out ends it
+        except KeyboardInterrupt:
+            with suppress(SpiralError):
+                gripper.cancel()
+            raise
+        result = gripper.result()
+    if result is None:
+        raise NoAnswerError("the wrap has no result", DISCOVERY_TIMEOUT)
+    good = result.outcome is WrapOutcome.SUCCEEDED
+    lines = [result.message]
+    if good:
+        lines.append(f"{result.turns:.2f} turns; holds until `spiral-gripper release`")
+    if good and result.holding_force_away is not None:
+        away, towards = result.holding_force_away, result.holding_force_towards
+        lines.append(f"holds {away:.2f} N away from the base, {towards:.2f} N towards it")
+    document = {name: getattr(result, name) for name in result.__dataclass_fields__}
+    document["outcome"], document["reason"] = result.outcome.value, result.reason.name
+    return Answer(good, lines, document)
+
+
+def release(namespace: str, timeout: float | None) -> Answer:
+    """Vent, and wait until the pressure is gone.
+
+    Raises:
+        NoAnswerError: no node answers, or it falls silent.
+    """
+    link = Connection(namespace, DISCOVERY_TIMEOUT, lambda: no_node_in(namespace))
+    action = ActionClient(link.node, Release, "release")
+    try:
+        link.require(action.server_is_ready)
+        goal = Release.Goal(timeout=0.0 if timeout is None else timeout)
+        handle = link.answer(action.send_goal_async(goal), "release")
+        ended = handle.get_result_async()
+        while not link.spin_until(ended.done, SHOW_PERIOD):
+            if not action.server_is_ready():
+                raise NoAnswerError("the node has gone before it said that it has vented", 0.0)
+        result = ended.result().result
+    finally:
+        action.destroy()
+        link.close()
+    return Answer(bool(result.success), [str(result.message)], _document(result))
+
+
+def status(namespace: str) -> Answer:
+    """Hear one status.
+
+    Raises:
+        NoAnswerError: none comes.
+    """
+    deadline = time.monotonic() + DISCOVERY_TIMEOUT
+    with SpiralGripper(namespace, DISCOVERY_TIMEOUT) as gripper:
+        while (heard := gripper.status) is None:
+            if time.monotonic() > deadline:
+                raise NoAnswerError(no_node_in(namespace), DISCOVERY_TIMEOUT)
+    troubles = [
+        f"{Reason(reason).name}: {text}"
+        for reason, text in (
+            (heard.reason, heard.reason_text),
+            (heard.pressure_fault, heard.pressure_fault_text),
+        )
+        if reason not in _NO_TROUBLE
+    ]
+    return Answer(not troubles, [*_status_lines(heard), *troubles], _document(heard))
+
+
+def watch(namespace: str, duration: float) -> int:
+    """Show what the node does for a time [s], or until a KeyboardInterrupt; return 0."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    watcher, begin = Watcher(namespace), time.monotonic()
+    try:
+        with LiveView(Console()) as view:
+            while (elapsed := time.monotonic() - begin) < duration:
+                watcher.spin(min(SHOW_PERIOD, duration - elapsed))
+                view.show(watcher.view(elapsed))
+    except KeyboardInterrupt:
+        pass
+    finally:
+        watcher.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _status_lines(heard: GripStatus) -> list[str]:
+    """Return a status as people read it."""
+    measured, regime = "not measured", heard.regime
+    if heard.measured:
+        measured, regime = f"{1e-3 * heard.measured_pressure:.2f} kPa", heard.measured_regime
+    held = "none" if heard.object_radius == 0.0 else f"{1e3 * heard.object_radius:.2f} mm"
+    command, target = 1e-3 * heard.pressure_command, 1e-3 * heard.pressure_target
+    return [
+        f"state            {State(heard.state).name}",
+        f"object radius    {held}",
+        f"command          {command:.2f} kPa of {target:.2f} kPa",
+        f"measured         {measured}",
+        f"regime           {REGIME_NAMES[regime]}",
+        f"wrapped          {'yes' if heard.wrapped else 'no'}",
+        f"grips radii      {_range(heard)}",
+    ]
+
+
+def _range(message: Any) -> str:  # noqa: ANN401
+    return f"{1e3 * message.radius_min:.1f} to {1e3 * message.radius_max:.1f} mm"
+
+
+def _document(message: Any, without: tuple[str, ...] = ()) -> dict[str, object]:  # noqa: ANN401
+    """Return the fields of a message, those of messages in it by name."""
+    return {
+        name: _document(value) if hasattr(value, "get_fields_and_field_types") else value
+        for name in message.get_fields_and_field_types()
+        if name not in without
+        for value in (getattr(message, name),)
+    }

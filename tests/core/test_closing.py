@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closing in time: pneumatics against closed forms, courses, and what a rate costs."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import pytest
+from core.contact_cases import ANGLES, BENDING, INNER, LENGTH, WALL
+
+from spiral_core import (
+    Actuator,
+    InvalidInputError,
+    NeoHookean,
+    Orifice,
+    PressureCourse,
+    RodStiffness,
+    Supply,
+    Tube,
+    close_on,
+    enclosed_volume,
+    gripper_from_actuator,
+    holding_force,
+    in_series,
+    lay_into_coil,
+    slow_closing,
+)
+from spiral_core.closing.pneumatics import ATMOSPHERE, REFERENCE_DENSITY, REFERENCE_PRESSURE
+
+VOLUME = 2.6e-5
+SUPPLY = Supply(Orifice(1e-9, 0.5), 5e5)
+
+
+def rigid(_: float) -> float:
+    return VOLUME
+
+
+@cache
+def gripper():
+    actuator = Actuator(Tube(INNER, WALL, LENGTH), ANGLES, NeoHookean(0.13e6))
+    return gripper_from_actuator(
+        "example", actuator, density=930.0, stiffness=RodStiffness(BENDING, 2.0 / 3.0 * BENDING)
+    )
+
+
+def test_a_rigid_volume_fills_evenly_while_the_flow_is_choked() -> None:
+    # 101 kPa inside, 601 kPa outside: choked up to half of that.
+    rate = 1e-9 * (5e5 + ATMOSPHERE) * REFERENCE_PRESSURE / VOLUME
+    assert SUPPLY.rates(rigid, 0.0)[0] == pytest.approx(rate, rel=1e-9)
+    assert SUPPLY.time_to_fill(rigid, 0.0, 1.9e5) == pytest.approx(1.9e5 / rate, rel=1e-6)
+
+
+def test_choked_venting_decays_exponentially() -> None:
+    rate = 1e-9 * REFERENCE_PRESSURE / VOLUME
+    time = SUPPLY.time_to_fill(rigid, 4e5, 2e5)
+    expected = math.log((4e5 + ATMOSPHERE) / (2e5 + ATMOSPHERE)) / rate
+    assert time == pytest.approx(expected, rel=1e-4)  # 400 samples
+
+
+def test_subsonic_flow_follows_the_ellipse_and_dies_at_equal_pressures() -> None:
+    orifice = Orifice(2e-9, 0.2)
+    flow = orifice.mass_flow(2e5, 1.6e5)
+    share = math.sqrt(1.0 - ((0.8 - 0.2) / 0.8) ** 2)
+    assert flow == pytest.approx(2e-9 * REFERENCE_DENSITY * 2e5 * share)
+    assert orifice.mass_flow(1.6e5, 2e5) == -flow
+    assert orifice.mass_flow(2e5, 2e5) == 0.0
+    assert orifice.mass_flow(2e5, 1e3) == pytest.approx(2e-9 * REFERENCE_DENSITY * 2e5)
+
+
+def test_the_supply_pressure_is_reached_and_never_passed() -> None:
+    assert math.isfinite(SUPPLY.time_to_fill(rigid, 0.0, 5e5))
+    assert math.isinf(SUPPLY.time_to_fill(rigid, 0.0, 5.1e5))
+    assert math.isfinite(SUPPLY.time_to_fill(rigid, 1e5, 0.0))
+
+
+def test_a_dead_volume_and_a_growing_one_take_longer() -> None:
+    alone = SUPPLY.time_to_fill(rigid, 0.0, 1e5)
+    with_line = Supply(SUPPLY.orifice, 5e5, dead_volume=VOLUME)
+    assert with_line.time_to_fill(rigid, 0.0, 1e5) == pytest.approx(2.0 * alone)
+    # d(pV)/dp = V + p V': V = V0 (1 + p / p0) doubles at p0
+    grown = SUPPLY.time_to_fill(lambda p: VOLUME * (1.0 + p / 1e5), 0.0, 1e5)
+    assert grown == pytest.approx(alone * (2.0 * (1e5 + ATMOSPHERE) - ATMOSPHERE) / 1e5)
+    line = in_series(Orifice(1e-9, 0.2), Orifice(1.0, 0.4))
+    assert line.conductance == pytest.approx(1e-9)
+    assert line.critical_ratio == pytest.approx(0.2)
+
+
+def test_the_enclosed_volume_begins_at_rest_and_grows() -> None:
+    rest = math.pi * INNER**2 * LENGTH
+    assert enclosed_volume(gripper(), 0.0) == pytest.approx(rest)
+    work = enclosed_volume(gripper(), 5e4)
+    assert 1.05 * rest < work < 2.0 * rest
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Orifice(0.0),
+        lambda: Orifice(1e-9, 1.0),
+        lambda: Supply(Orifice(1e-9), -1.0),
+        lambda: SUPPLY.time_to_fill(lambda p: -1.0, 0.0, 1.0),
+        lambda: PressureCourse((0.0,), (0.0,)),
+        lambda: PressureCourse((0.0, 1.0), (0.0, -1.0)),
+        lambda: PressureCourse((0.0, 1.0), (0.0, math.nan)),
+        lambda: PressureCourse.ramp(0.0, 1e4, 1.0),
+        lambda: PressureCourse.overshoot(1e4, 1e4, 1.0, 1.0),
+        lambda: PressureCourse.squeezed_twice(1e4, 1e4, 1.0, 1.0),
+    ],
+)
+def test_bad_values_are_refused(make) -> None:
+    with pytest.raises(InvalidInputError):
+        make()
+
+
+def test_courses_pass_through_what_they_promise() -> None:
+    over = PressureCourse.overshoot(1e4, 2e4, 2.0, 1.5)
+    assert max(over.pressures) == pytest.approx(3e4)
+    assert over.at(over.duration) == pytest.approx(2e4)
+    twice = PressureCourse.squeezed_twice(1e4, 2e4, 2.0)
+    assert twice.at(3.0 + 0.6) == pytest.approx(1.4e4)
+    assert twice.at(99.0) == pytest.approx(2e4)
+
+
+def test_a_fast_closing_holds_less_than_a_slow_one() -> None:
+    setup = lay_into_coil(gripper(), 0.02)
+    pressure = 1.15 * setup.tip_pressure
+    slow = holding_force(slow_closing(setup, pressure)).force
+    fast = close_on(setup, PressureCourse.ramp(10.0 * pressure, pressure, 2.0))
+    assert fast.is_complete
+    assert fast.time_to_touch is not None
+    assert fast.holding_force().force < 0.5 * slow
+    with pytest.raises(InvalidInputError, match="pressures"):
+        close_on(setup, PressureCourse.ramp(1e4, 2.0 * setup.gripper.pressure_max, 1.0))

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Many grips at once, and where the arm should hold the gripper."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from spiral_core import (
+    Closing,
+    GripOutcome,
+    GripSetup,
+    InvalidInputError,
+    MountAim,
+    grip_cases,
+    lay_into_coil,
+    misplacements,
+    place_mount,
+    search_mount,
+    solve_cases,
+)
+from spiral_core.grip import mount as mounts
+from spiral_core.grip import study
+from spiral_gripper import load_gripper
+
+
+@cache
+def setup() -> GripSetup:
+    gripper = load_gripper("paper_design_70")
+    return lay_into_coil(gripper, 0.025, closing=Closing.FRICTIONLESS, elements=40)
+
+
+def test_cases_are_every_combination_in_order() -> None:
+    gripper = load_gripper("paper_design_70")
+    cases = grip_cases([gripper], [0.01, 0.02], [0.1, 0.3], [(9.8, 0.0, 0.0), (0.0, 0.0, 9.8)])
+    assert len(cases) == 8
+    found = [(case.radius, case.friction, case.gripper.gravity[0]) for case in cases]
+    assert found[:3] == [(0.01, 0.1, 9.8), (0.01, 0.1, 0.0), (0.01, 0.3, 9.8)]
+    assert grip_cases([gripper], [0.01], [0.1])[0].gripper == gripper
+
+
+def test_a_case_keeps_window_and_forces_and_a_refusal_its_reason() -> None:
+    gripper = load_gripper("paper_design_70")
+    held, refused = solve_cases(
+        grip_cases([gripper], [0.025, 0.06], [0.3], closing=Closing.FRICTIONLESS)
+    )
+    assert held.refusal == ""
+    assert held.onset_wrap < held.pressure < held.loss  # type: ignore[operator]
+    assert held.away > held.towards > 0.0  # type: ignore[operator]
+    assert "too thick" in refused.refusal
+    assert refused.away is None
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_an_interrupted_study_goes_on(monkeypatch: pytest.MonkeyPatch, parallel: bool) -> None:
+    """Known outcomes are kept; the others are solved, kept one by one, and stay in order."""
+    solved, kept, seen = [], {}, []
+
+    def solve(case: study.GripCase) -> GripOutcome:
+        solved.append(case.radius)
+        return GripOutcome(f"{case.radius:g}")
+
+    monkeypatch.setattr(study, "solve_case", solve)
+    cases = grip_cases([load_gripper("paper_design_70")], [0.01, 0.02, 0.03], [0.3])
+    before = {1: GripOutcome("known")}
+    with ThreadPoolExecutor(2) as pool:
+        outcomes = solve_cases(
+            cases,
+            pool if parallel else None,
+            lambda done, total: seen.append((done, total)),
+            known=before,
+            keep=kept.__setitem__,
+        )
+    assert [outcome.refusal for outcome in outcomes] == ["0.01", "known", "0.03"]
+    assert sorted(solved) == [0.01, 0.03]
+    assert sorted(kept) == [0, 2]
+    assert seen == [(2, 3), (3, 3)]
+    assert before == {1: GripOutcome("known")}
+
+
+def test_the_frame_of_shifts_is_the_objects() -> None:
+    frame = mounts.mount_frame(setup())
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(frame) == pytest.approx(1.0)
+    np.testing.assert_allclose(frame[0], setup().axis)
+    assert np.asarray(setup().obstacle.position) @ frame[1] > 0.0
+
+
+def test_a_mount_moves_the_object_by_its_shift_and_tilt() -> None:
+    shift, tilt = (0.002, 0.004, -0.003), (0.05, -0.02)
+    moved = place_mount(setup(), shift, tilt).setup
+    frame = mounts.mount_frame(setup())
+    step = np.asarray(moved.obstacle.position) - np.asarray(setup().obstacle.position)
+    np.testing.assert_allclose(frame @ step, shift, atol=1e-12)
+    angle = math.acos(float(moved.axis @ setup().axis))
+    assert angle == pytest.approx(math.hypot(*tilt), rel=1e-3)
+
+
+def test_a_search_never_ends_below_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a score that is a paraboloid the compass search comes within its last step of the top."""
+    top = np.array((0.006, -0.004, 0.003, 0.1, -0.12))
+
+    def placed(there: GripSetup, place: np.ndarray, aim: MountAim) -> mounts.Mount:
+        miss = (place - top) / np.array((0.005, 0.005, 0.005, 0.17, 0.17))
+        score = -float(miss @ miss) if aim is MountAim.WINDOW else 0.0
+        return mounts.Mount(tuple(place[:3]), tuple(place[3:]), there, None, score)
+
+    monkeypatch.setattr(mounts, "_placed", placed)
+    monkeypatch.setattr(mounts, "place_mount", lambda s, aim: placed(s, np.zeros(5), aim))
+    best = search_mount(setup(), most_tries=500)
+    assert np.abs(np.asarray(best.shift) - top[:3]).max() < 0.25 * 0.2 * 0.025
+    assert np.abs(np.asarray(best.tilt) - top[3:]).max() < 0.25 * math.radians(10.0)
+    tries: list[tuple[int, int]] = []
+    search_mount(setup(), most_tries=7, progress=lambda done, total: tries.append((done, total)))
+    assert tries[-1] == (7, 7)
+
+
+def test_misplacements_are_judged_each_way() -> None:
+    places = misplacements(setup(), shift=2e-3, tilt=0.03)
+    assert len(places) == 11
+    assert places[0].shift == (0.0, 0.0, 0.0)
+    assert places[0].window is not None
+    assert places[1].shift[0] == 2e-3 == -places[2].shift[0]
+    assert places[-1].tilt == (0.0, -0.03)
+    assert all(math.isfinite(place.score) for place in places)
+    assert "kPa" in repr(places[0])
+
+
+def test_a_place_inside_the_tube_scores_nothing() -> None:
+    inside = place_mount(setup(), shift=(0.0, -0.03, 0.0), aim=MountAim.FORCE)
+    assert inside.window is None
+    assert inside.score == -math.inf
+
+
+def test_misuse_is_refused() -> None:
+    with pytest.raises(InvalidInputError):
+        misplacements(setup(), shift=-1.0)
+    with pytest.raises(InvalidInputError):
+        search_mount(replace(setup()), most_tries=0)

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rod in time: frequencies, order, energy, momentum, damping, contact, and bad input."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiral_core import (
+    UNDAMPED,
+    Clamped,
+    ContactProblem,
+    Damping,
+    ElasticRod,
+    EventKind,
+    Free,
+    Inertia,
+    InvalidInputError,
+    MotionStatus,
+    Obstacle,
+    Plane,
+    RodLoad,
+    Section,
+    solve_contact,
+    solve_motion,
+    vibration_modes,
+)
+
+LENGTH, BENDING = 0.36, 2.7e-4
+SECTION = Section((2.0 / 3.0 * BENDING, BENDING, BENDING))
+SLENDER = Inertia(mass=0.0283, rotary=0.0283 * 1e-8)
+TUBE = Inertia(mass=0.0283, rotary=0.0283 * 1.3e-5)
+STRAIGHT = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3))
+HELIX = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3, rest_strain=(8.0, 0.0, 40.0)))
+WEIGHT = RodLoad(distributed=(0.0, 0.0, -0.0283 * 9.81))
+
+
+def cantilever_frequency(mode: int) -> float:
+    """Return a closed form: (beta L)^2 with cos cosh = -1 [Hz]."""
+    root = (1.8751040687, 4.6940911330, 7.8547574382)[mode]
+    return (root / LENGTH) ** 2 * math.sqrt(BENDING / SLENDER.mass) / (2.0 * math.pi)
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2])
+def test_a_straight_cantilever_vibrates_as_beam_theory_has_it(mode: int) -> None:
+    errors = []
+    for elements in (30, 60):
+        state = solve_contact(STRAIGHT, elements=elements)
+        found = vibration_modes(state, SLENDER, 6).frequencies[2 * mode]
+        errors.append(abs(found / cantilever_frequency(mode) - 1.0))
+    assert errors[1] < 1e-3  # lumped masses: of second order in the element's length
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.25)
+
+
+def test_a_straight_cantilever_twists_as_a_shaft() -> None:
+    found = vibration_modes(solve_contact(STRAIGHT, elements=60), TUBE, 12).frequencies
+    expected = math.sqrt(2.0 / 3.0 * BENDING / (2.0 * TUBE.rotary)) / (4.0 * LENGTH)
+    # second order in 1/60; bending modes come in pairs beside it
+    assert np.abs(found / expected - 1.0).min() < 1e-4
+
+
+def swing(problem: ContactProblem, tip_force: tuple[float, float, float], **given: object):
+    """Return a rod let go from under a small force at its tip, undamped."""
+    load = replace(problem.load, tip_force=tip_force)
+    bent = solve_contact(replace(problem, load=load), elements=24)
+    times = np.linspace(0.0, 4.0, 401)
+    return solve_motion(lambda _: problem, TUBE, times, start=bent, **given)
+
+
+@pytest.mark.parametrize("mode", [0, 2])
+def test_a_helical_cantilever_swings_at_the_eigenvalues_of_its_hessian(mode: int) -> None:
+    rest = solve_contact(HELIX, elements=24)
+    modes = vibration_modes(rest, TUBE, 3)
+
+    # Under a load along a mode's shape a rod bends into that mode alone.
+    def along(sites: np.ndarray) -> np.ndarray:
+        shape = modes.shapes[mode]
+        return 1e-4 * np.column_stack([np.interp(sites, rest.arc_lengths, c) for c in shape.T])
+
+    bent = solve_contact(replace(HELIX, load=RodLoad(distributed=along)), elements=24)
+    motion = solve_motion(
+        lambda _: HELIX, TUBE, np.linspace(0.0, 2.0, 201), start=bent, damping=UNDAMPED,
+        longest_step=0.002,
+    )  # fmt: skip
+    moved = motion.positions - rest.positions
+    signal = moved[:, -1] @ moved[0, -1] / np.sum(moved[0, -1] ** 2)
+    phase = 2.0 * math.pi * modes.frequencies[mode] * motion.times
+    assert np.abs(signal - np.cos(phase)).max() < 0.02  # 0.1 % in frequency
+    assert np.abs(signal - np.cos(1.003 * phase)).max() > 0.04
+
+
+def driven(time: float) -> ContactProblem:
+    """Return a tube that coils up while its base rises, smoothly."""
+    s = min(time, 1.0)
+    b = s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3)
+    rod = ElasticRod(LENGTH, SECTION, radius=5e-3, rest_strain=(3.0 * b, 0.0, 8.0 * b))
+    return ContactProblem(rod, WEIGHT, base=Clamped((0.0, 0.0, 0.05 * b)))
+
+
+@pytest.mark.parametrize("damping", [UNDAMPED, Damping(0.02, 0.0), Damping(0.0, 0.0, 3.0)])
+def test_motion_without_contact_is_of_second_order_in_time(damping: Damping) -> None:
+    ends = [
+        solve_motion(
+            driven, TUBE, np.arange(0.0, 0.9 + 1e-9, step), damping=damping, elements=16,
+            longest_step=step, tolerance=1.0,
+        ).positions[-1]
+        for step in (0.02, 0.01, 0.005)
+    ]  # fmt: skip
+    coarse, fine = np.abs(ends[0] - ends[1]).max(), np.abs(ends[1] - ends[2]).max()
+    assert coarse / fine == pytest.approx(4.0, rel=0.15)
+
+
+def test_the_estimated_error_bounds_the_true_one() -> None:
+    exact = solve_motion(driven, TUBE, (0.0, 0.9), elements=16, tolerance=1e-8)
+    for tolerance in (1e-4, 1e-6):
+        motion = solve_motion(driven, TUBE, (0.0, 0.9), elements=16, tolerance=tolerance)
+        true = np.abs(motion.positions[-1] - exact.positions[-1]).max()
+        assert 0.05 * motion.frames[-1].error < true < 2.0 * motion.frames[-1].error
+
+
+def test_energy_stays_without_damping() -> None:
+    motion = swing(replace(HELIX, load=WEIGHT), (0.0, 0.02, 0.0), damping=UNDAMPED)
+    energies = [frame.kinetic_energy + frame.state.energy for frame in motion.frames]
+    swung = max(frame.kinetic_energy for frame in motion.frames)
+    assert np.ptp(energies) < 0.02 * swung  # the method takes from vibrations that no step resolves
+
+
+def test_a_mode_decays_as_its_material_damps_it() -> None:
+    modes = vibration_modes(solve_contact(STRAIGHT, elements=24), TUBE, 1)
+    omega = 2.0 * math.pi * modes.frequencies[0]
+    time = 0.02
+    motion = swing(STRAIGHT, (0.0, 0.0, 1e-4), damping=Damping(time, 0.0), longest_step=0.005)
+    tip = motion.positions[:, -1, 2]
+    peaks = [i for i in range(1, 400) if tip[i - 1] < tip[i] >= tip[i + 1] and motion.times[i] > 1]
+    # The first mode's part of a cantilever bent by a force at its tip is 12 / (beta L)^4.
+    first = tip[0] * 12.0 / 1.8751040687**4
+    decay = math.log(tip[peaks[0]] / first) / motion.times[peaks[0]]
+    assert decay == pytest.approx(-0.5 * omega**2 * time, rel=0.03)  # frames of 10 ms
+    assert modes.settling_times(Damping(time))[0] == pytest.approx(
+        math.log(20.0) / (0.5 * omega**2 * time)
+    )
+
+
+def test_the_long_time_limit_is_the_static_state() -> None:
+    heavy = replace(HELIX, load=WEIGHT)
+    rest = solve_contact(heavy, elements=40)
+    start = solve_contact(HELIX, elements=40)
+    motion = solve_motion(
+        lambda _: heavy, TUBE, (0.0, 60.0), start=start, damping=Damping(0.05, 1.0, 2.0),
+        longest_step=0.1,
+    )  # fmt: skip
+    assert np.abs(motion.positions[-1] - rest.positions).max() < 1e-6 * LENGTH
+
+
+def test_the_base_takes_the_change_of_momentum() -> None:
+    def lifted(time: float) -> ContactProblem:
+        return replace(STRAIGHT, load=WEIGHT, base=Clamped((0.0, 0.0, 0.5 * time**3)))
+
+    times = np.linspace(0.0, 0.6, 601)
+    motion = solve_motion(lifted, TUBE, times, elements=20, longest_step=1e-3, damping=UNDAMPED)
+    masses = TUBE.mass * motion.frames[0].state.node_lengths[:, None]
+    momentum = np.array([np.sum(masses * f.velocities, axis=0) for f in motion.frames])
+    forces = np.array([f.state.base_reaction[:3] for f in motion.frames])
+    weight = np.array(WEIGHT.distributed) * LENGTH
+    impulse = np.cumsum(0.5 * (forces[1:] + forces[:-1]) + weight, axis=0) * 1e-3
+    scale = np.abs(momentum).max()
+    assert scale > 5e-4
+    np.testing.assert_allclose(impulse[50:], momentum[51:] - momentum[0], atol=0.02 * scale)
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(0.5, 0.5), (2.0, 1.0)])
+def test_a_rod_on_a_plane_that_accelerates_sticks_or_slides(ratio: float, expected: float) -> None:
+    friction = 0.3
+    limit = friction * 9.81
+    floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3), friction=friction)
+    rod = ElasticRod(LENGTH, SECTION, radius=5e-3, friction_radius=0.0)
+
+    def pushed(time: float) -> ContactProblem:
+        moved = floor.moved((0.5 * ratio * limit * time**2, 0.0, 0.0))
+        return ContactProblem(rod, WEIGHT, base=Free(), obstacles=(moved,))
+
+    points = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
+    lying = solve_contact(pushed(0.0), start=points, elements=12)
+    motion = solve_motion(pushed, TUBE, np.linspace(0.0, 0.2, 21), start=lying, damping=UNDAMPED)
+    assert motion.status is MotionStatus.COMPLETED
+    speed = motion.frames[-1].velocities[:, 0].mean()
+    assert speed == pytest.approx(expected * limit * 0.2, rel=0.02)  # Euler while it touches
+    slips = [event for event in motion.events if event.kind is EventKind.SLIP]
+    assert bool(slips) == (ratio > 1.0)
+
+
+def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> None:
+    floor = Obstacle(Plane(), position=(0.0, 0.0, -0.1))
+    light = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3), obstacles=(floor,))
+    heavy = replace(light, load=WEIGHT)
+    motion = solve_motion(
+        lambda _: heavy, TUBE, np.linspace(0.0, 8.0, 81), elements=30,
+        start=solve_contact(light, elements=30), damping=Damping(0.05, 0.0, 2.0),
+    )  # fmt: skip
+    assert motion.status is MotionStatus.COMPLETED
+    first = motion.events[0]
+    assert first.kind is EventKind.TOUCH
+    assert first.within < 1e-3
+    # Free fall from 95 mm; the clamp only slows the tip, and its whip only speeds it up a little.
+    assert 0.9 < first.time / math.sqrt(2.0 * 0.095 / 9.81) < 1.6
+    rest = solve_contact(heavy, elements=30)
+    assert np.abs(motion.positions[-1] - rest.positions).max() < 1e-4 * LENGTH
+    assert min(frame.state.gaps.min() for frame in motion.frames) > -1e-6
+
+
+@pytest.mark.parametrize(
+    ("given", "field"),
+    [
+        ({"times": ()}, "times"),
+        ({"times": (0.0, 0.0)}, "times"),
+        ({"times": (0.0, math.nan)}, "times"),
+        ({"tolerance": 0.0}, "tolerance"),
+        ({"longest_step": math.inf}, "longest_step"),
+        ({"problem": lambda time: None}, "problem"),
+        ({"problem": lambda time: HELIX if time else STRAIGHT, "elements": 12}, None),
+        (
+            {"problem": lambda t: replace(STRAIGHT, base=Free() if t else Clamped())},
+            "problem",
+        ),
+    ],
+)
+def test_bad_input_is_named(given: dict[str, object], field: str | None) -> None:
+    asked = {"problem": lambda _: STRAIGHT, "times": (0.0, 0.01), "elements": 8, **given}
+    problem, times = asked.pop("problem"), asked.pop("times")
+    if field is None:
+        assert solve_motion(problem, TUBE, times, **asked).status is MotionStatus.COMPLETED
+        return
+    with pytest.raises(InvalidInputError, match=field):
+        solve_motion(problem, TUBE, times, **asked)
+
+
+def test_a_motion_that_cannot_go_on_says_so() -> None:
+    def jumps(time: float) -> ContactProblem:
+        return replace(STRAIGHT, base=Clamped((0.0, 0.0, 1.0 if time > 0.05 else 0.0)))
+
+    motion = solve_motion(jumps, TUBE, (0.0, 0.04, 0.1), elements=8)
+    assert motion.status is MotionStatus.STALLED
+    assert len(motion.frames) == 2
+
+
+@pytest.mark.parametrize("make", [lambda: Inertia(0.0, 1.0), lambda: Inertia(1.0, -1.0),
+                                  lambda: Damping(-1.0), lambda: Damping(0.0, math.nan),
+                                  lambda: Damping(drag_rate=-1.0),
+                                  lambda: Inertia.round(1100.0, 1e-3, 1e-3)])  # fmt: skip
+def test_inertia_and_damping_refuse_what_is_not_physical(make) -> None:
+    with pytest.raises(InvalidInputError):
+        make()

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``close``: what it prints, draws and keeps after Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from spiral_core import Damping
+from spiral_gripper.cli.main import run
+from spiral_gripper.files.description import load_description
+from spiral_gripper.reports.closing.document import (
+    CloseQuestion,
+    close_as_dict,
+    close_rows,
+    solve_close,
+)
+
+ASKED = ["close", "paper_design_70", "--radius", "20 mm", "--rate", "500 kPa/s", "--wait", "0.2 s"]
+
+
+def test_a_fast_closing_is_told_drawn_and_animated(tmp_path, capsys) -> None:
+    plot, film = tmp_path / "closing.png", tmp_path / "closing.gif"
+    assert run([*ASKED, "--json", "--plot", str(plot), "--animate", str(film)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["complete"]
+    assert told["time_to_touch"] is None or told["time_to_touch"] > 0.0
+    assert told["frames"][-1]["pressure"] == pytest.approx(told["pressure"])
+    assert len(told["frames"][0]["tip"]) == 3
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    assert film.read_bytes().startswith(b"GIF89a")
+
+
+def test_an_interrupt_keeps_what_was_computed() -> None:
+    gripper = load_description("paper_design_70").gripper
+    question = CloseQuestion(gripper, 0.02, 5e5, None, 0.2, None, Damping(), advise=False)
+
+    def interrupted(done: int, _: int) -> None:
+        if done == 5:
+            raise KeyboardInterrupt
+
+    solved = solve_close(question, interrupted)
+    assert len(solved.closing.frames) == 5
+    assert not solved.closing.is_complete
+    assert not solved.forces
+    assert "NOT COMPLETE" in dict(close_rows(solved))
+    assert close_as_dict(solved)["complete"] is False

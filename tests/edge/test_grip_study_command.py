@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``sweep grips``: every combination, and a file from which it goes on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from spiral_core import GripOutcome
+from spiral_core.grip import study
+from spiral_gripper.cli.main import run
+
+SWEEP = [
+    "sweep",
+    "grips",
+    "paper_design_70",
+    "--radius",
+    "15 mm",
+    "--radius",
+    "20 mm",
+    "--jobs",
+    "1",
+]
+
+
+@pytest.fixture
+def solved(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Radii that were solved; the answers are made up."""
+    radii: list[float] = []
+
+    def solve(case: study.GripCase) -> GripOutcome:
+        radii.append(case.radius)
+        if case.radius > 0.019:
+            return GripOutcome("too thick for this test")
+        return GripOutcome("", 66e3, 65e3, 74e3, 86e3, 70e3, 0.2, 0.7, 0.9, 0.15)
+
+    monkeypatch.setattr(study, "solve_case", solve)
+    return radii
+
+
+def test_a_study_goes_on_from_its_file(
+    solved: list[float], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kept = tmp_path / "study.jsonl"
+    asked = [*SWEEP, "--results", str(kept), "--json"]
+    assert run(asked) == 0
+    first = json.loads(capsys.readouterr().out)
+    assert [grip["radius"] for grip in first] == [0.015, 0.020]
+    assert first[0]["away"] == 0.9
+    lines = kept.read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 2
+    kept.write_text(lines[0] + "\n" + lines[1][:40], encoding="utf-8")  # interrupted while writing
+    solved.clear()
+    assert run(asked) == 0
+    assert json.loads(capsys.readouterr().out) == first
+    assert solved == [0.020]
+    assert kept.read_text(encoding="utf-8").splitlines() == lines
+    assert run([*asked, "--friction", "0.5"]) == 0
+    assert solved == [0.020, 0.015, 0.020]
+
+
+def test_people_get_a_table_and_the_reasons(
+    solved: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*SWEEP, "--gravity-direction", "0", "0", "2"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "2 grips" in said
+    assert "15 mm" in said
+    assert "9.81" in said
+    assert "20 mm: too thick for this test" in said
+    assert len(solved) == 2
+
+
+def test_misuse_is_answered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    broken = tmp_path / "broken.jsonl"
+    broken.write_text("{}\n", encoding="utf-8")
+    for extra, text in (
+        (["--results", str(broken)], "line 1 must be an outcome of a study"),
+        (["--friction", "-1"], "--friction must be from 0 to 10"),
+        (["--gravity-direction", "0", "0", "0"], "must not all be zero"),
+    ):
+        assert run([*SWEEP, *extra]) == 2
+        assert text in " ".join(capsys.readouterr().err.split())

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures: shaded surfaces, shapes with their object, the winding sheet in true size."""
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from spiral_core import (
+    InvalidInputError,
+    ObjectPlacement,
+    Rod,
+    RodLoad,
+    WrapCurve,
+    solve_rod,
+    windings_of,
+)
+from spiral_gripper import load_description, plot
+from spiral_gripper.cli.main import run
+from spiral_gripper.reports.shaded import (
+    FIBER_COLOR,
+    OBJECT_COLOR,
+    cylinder_surface,
+    draw_surfaces,
+    tube_surface,
+)
+from spiral_gripper.reports.shape_plots import shape_figure
+from spiral_gripper.reports.winding_sheet import STRIP_LENGTH, unrolled_line, winding_figures
+
+RADIUS = 0.0055
+
+
+@pytest.fixture(scope="module")
+def state():
+    return solve_rod(Rod(0.36, 2.7e-4, 1.8e-4, (-13.5, 0.0, 21.0)), RodLoad((0.24, 0.0, 0.0)))
+
+
+@pytest.fixture(scope="module")
+def actuator():
+    return load_description("prototype_p2").actuator
+
+
+def cylinder(x):
+    """A cylinder along the base's z axis, before (x > 0) or behind the plane x = 0."""
+    return np.array([[x, 0.0, -0.1], [x, 0.0, 0.1]])
+
+
+def drawn(surfaces):
+    """Return the picture of surfaces seen along -x, z upwards."""
+    axes = Figure().add_subplot()
+    draw_surfaces(axes, surfaces, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    (faces,) = axes.collections
+    return axes, faces
+
+
+def test_near_faces_are_drawn_over_far_ones():
+    near = cylinder_surface(cylinder(0.05), 0.01, "#ff0000")
+    far = cylinder_surface(cylinder(-0.05), 0.02, "#0000ff")
+    for surfaces in ([near, far], [far, near]):
+        _, faces = drawn(surfaces)
+        red = faces.get_facecolor()[:, 0] > 0.0
+        assert red.any()
+        assert not red[: np.flatnonzero(~red).max()].any()
+
+
+def test_a_picture_is_to_scale_in_millimeters_and_shows_the_front_only():
+    axes, faces = drawn([cylinder_surface(cylinder(0.0), 0.02)])
+    points = np.concatenate([path.vertices for path in faces.get_paths()])
+    assert np.ptp(points[:, 0]) == pytest.approx(40.0, rel=1e-3)
+    assert np.ptp(points[:, 1]) == pytest.approx(200.0)
+    assert axes.get_aspect() == 1.0
+    # Half of the side's triangles face the viewer; the caps are seen from their edge.
+    whole = len(cylinder_surface(cylinder(0.0), 0.02).triangles)
+    assert len(faces.get_paths()) == pytest.approx(0.5 * whole, rel=0.05)
+
+
+def test_the_straight_fiber_is_a_dark_line_along_the_tube(state):
+    surface = tube_surface(state, RADIUS)
+    dark = (surface.colors == to_rgb(FIBER_COLOR)).all(axis=1)
+    x, y, z, w = state.orientations.T
+    towards = np.column_stack((2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)))
+    centers = surface.triangles[dark].mean(axis=1)
+    nearest = np.argmin(np.linalg.norm(centers[:, None] - state.positions, axis=2), axis=1)
+    sideways = np.einsum("ij,ij->i", centers - state.positions[nearest], towards[nearest])
+    assert sideways.min() > 0.9 * RADIUS
+    assert set(nearest) >= set(range(1, len(state.positions) - 1))
+
+
+def test_an_object_is_a_body_only_where_contact_was_solved(state):
+    placement = ObjectPlacement((0.1, 0.0, 0.0), (1.0, 0.0, 0.0), 0.02, 0.08, 0.0)
+    body = np.array(to_rgb(OBJECT_COLOR))
+    for solved in (True, False):
+        figure = shape_figure(state, RADIUS, "title", placement, in_contact=solved)
+        assert [axes.get_xlabel() for axes in figure.axes] == ["y [mm]", "z [mm]"]
+        assert [len(axes.patches) for axes in figure.axes] == ([0, 0] if solved else [3, 3])
+        shades = figure.axes[0].collections[0].get_facecolor()[:, :3]
+        hues = shades / shades.max(axis=1, keepdims=True)
+        assert np.isclose(hues, body / body.max()).all(axis=1).any() == solved
+    assert not shape_figure(state, RADIUS, "title").axes[0].patches
+
+
+def test_a_drawn_outline_is_the_objects_projection(state):
+    placement = ObjectPlacement((1.0, 2.0, 3.0), (0.0, 0.6, 0.8), 0.5, 2.5, 0.0)
+    figure = shape_figure(state, RADIUS, "title", placement)
+    body, *ends = (patch.get_xy() for patch in figure.axes[1].patches)
+    # Seen along y the axis has 0.8 of its length, 2.5 m and 1.5 radii at each end.
+    assert np.ptp(body[:, 0]) == pytest.approx(0.8 * 4.0e3)
+    assert np.ptp(body[:, 1]) == pytest.approx(1.0e3)
+    for end in ends:
+        assert np.ptp(end[:, 0]) == pytest.approx(0.6 * 1.0e3, rel=1e-3)
+
+
+@pytest.mark.parametrize("angle", [-88.0, -60.0, -5.0, 5.0, 45.0, 70.0, 88.0])
+@pytest.mark.parametrize("start", [0.0, 10.0, 17.5])
+def test_an_unrolled_fiber_keeps_its_angle_length_and_place(angle, start):
+    around, length, slope = 35.0, 200.0, math.tan(math.radians(angle))
+    pieces = unrolled_line(math.radians(angle), start, around, length)
+    along = np.concatenate([piece[1] for piece in pieces])
+    assert (along[0], along[-1]) == (0.0, length)
+    assert along[1:-1:2] == pytest.approx(along[2::2])  # each piece begins where one has ended
+    for across, up in pieces:
+        assert across.min() >= -1e-9
+        assert across.max() <= around + 1e-9
+        assert np.diff(across) == pytest.approx(slope * np.diff(up), abs=1e-8)
+        place = (start + slope * up.mean() - across.mean()) / around
+        assert place == pytest.approx(round(place), abs=1e-9)
+
+
+def test_a_straight_fiber_is_one_piece():
+    ((across, along),) = unrolled_line(0.0, 17.5, 35.0, 200.0)
+    assert (list(across), list(along)) == ([17.5, 17.5], [0.0, 200.0])
+
+
+def test_the_sheet_shows_each_turn_in_true_size(actuator):
+    (page,) = winding_figures(actuator, "p2", 0.02)
+    assert page.get_size_inches() * 25.4 == pytest.approx((210.0, 279.0))
+    (axes,) = page.axes
+    assert (*axes.get_xlim(), *axes.get_ylim()) == (0.0, 210.0, 0.0, 279.0)
+    ruler = axes.get_lines()[0].get_xdata()
+    assert np.ptp(ruler) == pytest.approx(100.0)
+    around = 2e3 * math.pi * actuator.tube.outer_radius
+    turn = windings_of(actuator)[1]
+    whole = [
+        line
+        for line in axes.get_lines()
+        if np.ptp(line.get_xdata()) == pytest.approx(around)
+        and np.ptp(line.get_ydata()) == pytest.approx(1e3 * turn.pitch)
+    ]
+    # All turns but those that an end of the tube or of a strip cuts.
+    strips = math.ceil(1e3 * actuator.tube.length / STRIP_LENGTH)
+    assert turn.turns - 2.0 * strips <= len(whole) <= turn.turns
+
+
+def test_a_sheet_that_cannot_be_is_refused(actuator, tmp_path, capsys):
+    thick = replace(actuator, tube=replace(actuator.tube, inner_radius=0.03))
+    with pytest.raises(InvalidInputError, match=r"outer diameter \[mm\] must be at most 59"):
+        winding_figures(thick, "thick", 0.02)
+    long = replace(actuator, tube=replace(actuator.tube, length=1.5))
+    assert len(winding_figures(long, "long", 0.02)) == 2
+    file = tmp_path / "sheet.svg"
+    assert run(["winding-sheet", "prototype_p2", "--save", str(file)]) == 0
+    shown = capsys.readouterr().out
+    assert "540 mm" in shown
+    assert "right-handed, pitch 20.16 mm" in shown
+    assert re.search(r'width="595.*pt" height="790.*pt"', file.read_text(encoding="utf-8"))
+
+
+def test_plot_draws_what_it_knows_and_refuses_the_rest():
+    gripper = load_description("paper_design_70").gripper
+    wrap = WrapCurve(gripper).wrap_for_radius(0.02)
+    assert [axes.get_xlabel() for axes in plot(wrap).axes] == ["y [mm]", "z [mm]"]
+    assert plot(gripper).axes[0].get_ylabel() == "pressure [kPa]"
+    with pytest.raises(InvalidInputError, match="one of Grip, Wrap, WrapCurve"):
+        plot(3.0)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every public name has an example in the reference, and the examples are true."""
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+import spiral_core
+import spiral_gripper
+
+FOLDER = Path(__file__).parents[2] / "docs" / "reference_examples"
+FILES = sorted(FOLDER.glob("*.txt"))
+SETUP = "Setup\n-----\n"
+
+
+def sections(path: Path) -> tuple[str, dict[str, str]]:
+    """Return what all examples of a file begin with, and the examples by title."""
+    pieces = re.split(r"^(.+)\n-+\n", path.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+    titled = dict(zip(pieces[::2], pieces[1::2], strict=True))
+    return titled.pop("Setup"), titled
+
+
+# Contact takes its time.
+SLOW = {"grip", "motion"}
+CASES = [
+    pytest.param(path, marks=pytest.mark.slow if path.stem in SLOW else (), id=path.stem)
+    for path in FILES
+]
+
+
+@pytest.mark.parametrize("path", CASES)
+def test_each_example_runs_after_its_setup_alone(path: Path) -> None:
+    setup, examples = sections(path)
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    for title, code in examples.items():
+        case = doctest.DocTestParser().get_doctest(setup + code, {}, title, str(path), 0)
+        assert runner.run(case).failed == 0, title
+
+
+def names_without_example(package) -> list[str]:
+    """Return the public names that no docstring of theirs and no example shows in use."""
+    lines = [
+        line
+        for path in FILES
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if line.startswith((">>> ", "... ")) and "import " not in line
+    ]
+    used = set(re.findall(r"\w+", "\n".join(lines)))
+    return [
+        name
+        for name in package.__all__
+        if name not in used and ">>> " not in (getattr(package, name).__doc__ or "")
+    ]
+
+
+@pytest.mark.parametrize("package", [spiral_core, spiral_gripper])
+def test_every_public_name_has_an_example(package) -> None:
+    assert names_without_example(package) == []

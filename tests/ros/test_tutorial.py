@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tutorial's commands for a running gripper, simulated and with a device on a serial line."""
+
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from ros.regulator_devices import LineDevice
+
+from spiral_gripper.cli.main import run
+
+PAGE = (Path(__file__).parents[2] / "docs" / "tutorial.md").read_text(encoding="utf-8")
+BIN = Path(sys.executable).parent
+START_DEADLINE = 180.0
+
+
+def commands_of(heading):
+    """Return the lines of the shell blocks below a heading of the page."""
+    section = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    return "".join(re.findall(r"```bash\n(.*?)```", section, re.DOTALL)).splitlines()
+
+
+@pytest.fixture
+def designed(tmp_path, monkeypatch):
+    """The folder in which the tutorial's reader has arrived at this point."""
+    monkeypatch.chdir(tmp_path)
+    text = re.search(r"```yaml\n(name: my_gripper.*?)```", PAGE, re.DOTALL)[1]
+    Path("designed.yaml").write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def running(line):
+    """A program of the page while the block runs; Ctrl-C ends it, with exit code 0."""
+    program, *arguments = shlex.split(line)
+    with subprocess.Popen(
+        [str(BIN / program), *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    ) as process:
+        try:
+            yield process
+        finally:
+            os.killpg(process.pid, signal.SIGINT)
+            said = process.communicate(timeout=60.0)[0]
+        assert process.returncode == 0, said
+
+
+def wait_until_it_answers(*namespace):
+    """Ask for the status until a node answers that nothing is wrong."""
+    for _ in range(60):
+        if run(["status", *namespace]) == 0:
+            return
+    raise AssertionError("no node answers")
+
+
+@pytest.mark.usefixtures("designed")
+def test_the_simulated_gripper_plans_grasps_and_releases():
+    start, *questions = commands_of("7. Command it without hardware")
+    assert len(questions) == 4
+    with running(start) as process:
+        for line in process.stdout:
+            if "perfect wrap" in line:
+                break
+        for line in questions:
+            assert run(shlex.split(line)[1:]) == 0, line
+
+
+@pytest.mark.usefixtures("designed")
+def test_a_regulator_on_a_serial_line_gets_the_pressure_and_is_vented():
+    node, adapter, grasp, release = commands_of("8. Wire a regulator")
+    device = LineDevice()
+    with running(node), running(adapter.replace("/dev/ttyACM0", device.port)):
+        wait_until_it_answers()
+        assert run(shlex.split(grasp)[1:]) == 0
+        assert device.pressure == pytest.approx(78.7e3 * 1.1, rel=0.02)
+        assert run(shlex.split(release)[1:]) == 0
+        assert device.pressure == 0.0
+    device.close()
