@@ -9,6 +9,7 @@ from typing import Any
 from benchmarks import (
     accuracy,
     batches,
+    closings,
     command,
     contact,
     contact_wraps,
@@ -48,6 +49,7 @@ SUITE = command.Suite(
         "scenarios": scenarios.measure,
         "contact": contact.measure,
         "contact_wraps": contact_wraps.measure,
+        "closings": closings.measure,
         "robustness": robustness.measure,
         "edges": edges.measure,
         "questions": questions.measure,

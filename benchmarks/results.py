@@ -18,6 +18,7 @@ class Effort:
     rods: int = 10_000
     questions: int = 20_000
     contacts: int = 2000
+    closings: int = 1000
     collocation_rods: int = 60
     starts: int = 5
     simulated: float = 4.0
@@ -32,6 +33,7 @@ SMOKE = Effort(
     rods=6,
     questions=100,
     contacts=2,
+    closings=1,
     collocation_rods=1,
     starts=1,
     simulated=0.01,

@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 from core.contact_cases import ANGLES, BENDING, INNER, LENGTH, WALL
 
 from spiral_core import (
     Actuator,
+    ContactStatus,
+    GripSetup,
     InvalidInputError,
     NeoHookean,
+    NotGrippableError,
     Orifice,
     PressureCourse,
     RodStiffness,
@@ -20,13 +25,16 @@ from spiral_core import (
     Tube,
     close_on,
     enclosed_volume,
+    grip_window,
     gripper_from_actuator,
     holding_force,
     in_series,
     lay_into_coil,
     slow_closing,
+    solve_contact,
 )
 from spiral_core.closing.pneumatics import ATMOSPHERE, REFERENCE_DENSITY, REFERENCE_PRESSURE
+from spiral_core.grip.hanging import hanging_tube
 
 VOLUME = 2.6e-5
 SUPPLY = Supply(Orifice(1e-9, 0.5), 5e5)
@@ -132,3 +140,33 @@ def test_a_fast_closing_holds_less_than_a_slow_one() -> None:
     assert fast.holding_force().force < 0.5 * slow
     with pytest.raises(InvalidInputError, match="pressures"):
         close_on(setup, PressureCourse.ramp(1e4, 2.0 * setup.gripper.pressure_max, 1.0))
+
+
+def mounted(gravity: tuple[float, float, float], radius: float) -> GripSetup:
+    """Return a gripper held so that the straight tube would run through its object."""
+    x, y, z = (9.80665 * c / math.hypot(*gravity) for c in gravity)
+    return lay_into_coil(replace(gripper(), gravity=(x, y, z)), radius)
+
+
+def test_an_object_where_only_the_straight_tube_would_run_is_closed_on() -> None:
+    setup = mounted((-0.1, -0.02, 1.0), 0.0111)
+    bare = setup.closing_problem(0.0)
+    straight = solve_contact(bare, elements=setup.element_count, throw=False)
+    assert straight.status is ContactStatus.INSIDE_OBSTACLE
+    hanging = hanging_tube(setup)
+    free = solve_contact(replace(bare, obstacles=()), elements=setup.element_count)
+    assert hanging.stable
+    np.testing.assert_allclose(hanging.positions, free.positions, atol=1e-6 * 0.36)
+    moved = close_on(setup, PressureCourse.ramp(1e6, 0.5 * setup.tip_pressure, 0.05))
+    assert moved.is_complete
+
+
+def test_an_object_in_the_way_of_the_hanging_tube_is_refused_by_name() -> None:
+    setup = mounted((-0.09, -0.01, -1.0), 0.0387)
+    for begin in (
+        lambda: close_on(setup, PressureCourse.ramp(1e5, 1e4, 0.1)),
+        lambda: slow_closing(setup, 1e4),
+        lambda: grip_window(setup),
+    ):
+        with pytest.raises(NotGrippableError, match="runs through where the object lies"):
+            begin()

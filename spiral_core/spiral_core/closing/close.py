@@ -14,11 +14,12 @@ from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.volume import volume_from_jet
 from spiral_core.closing.course import PressureCourse
 from spiral_core.errors import InvalidInputError
+from spiral_core.grip.hanging import hanging_tube
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.problem import ContactProblem
-from spiral_core.rod.contact.solve import follow_contact, solve_contact
+from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.motion.inertia import Damping, Inertia
 from spiral_core.rod.motion.motion import Frame, contact_fraction
 from spiral_core.rod.motion.solve import motion_frames
@@ -150,6 +151,7 @@ def closing_frames(
 
     Raises:
         InvalidInputError: the pressure leaves the gripper's range, or a value is not valid.
+        NotGrippableError: the object lies in the way of the tube without pressure.
         SolverError: the hanging tube could not be certified.
     """
     require_in_range("pressures", max(course.pressures), 0.0, setup.gripper.pressure_max)
@@ -163,7 +165,7 @@ def closing_frames(
         inertia_of(setup.gripper),
         np.linspace(0.0, course.duration, count).tolist(),
         damping=damping,
-        elements=setup.element_count,
+        start=hanging_tube(setup),
     )
 
 
@@ -187,11 +189,12 @@ def slow_closing(setup: GripSetup, pressure: float) -> GripPoint:
     """Return the grip after closing so slowly that inertia does not matter.
 
     Raises:
-        SolverError: the states could not be followed to this pressure.
+        InvalidInputError: the closed gripper rests nowhere at this pressure.
+        NotGrippableError: the object lies in the way of the tube without pressure.
+        SolverError: the hanging tube could not be certified.
     """
-    start = solve_contact(setup.closing_problem(0.0), elements=setup.element_count)
-    stations = np.linspace(0.0, pressure, SLOW_STATIONS + 1)[1:]
-    path = follow_contact([setup.closing_problem(float(p)) for p in stations], start=start)
+    stations = [float(p) for p in np.linspace(0.0, pressure, SLOW_STATIONS + 1)[1:]]
+    path = follow_contact([setup.closing_problem(p) for p in stations], start=hanging_tube(setup))
     if len(path.states) < len(stations):
         raise InvalidInputError("pressure", pressure, "one at which the closed gripper rests")
     return GripPoint(pressure, setup, path.states[-1])

@@ -10,11 +10,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
+from spiral_core.errors import InvalidInputError, SolverError
+from spiral_core.grip.hanging import hanging_tube
 from spiral_core.grip.point import GripPoint, wraps
 from spiral_core.grip.setup import GripSetup
-from spiral_core.rod.contact.solve import follow_contact, solve_contact
-from spiral_core.rod.contact.state import ContactPath, ContactState, ContactStatus
+from spiral_core.rod.contact.solve import follow_contact
+from spiral_core.rod.contact.state import ContactPath, ContactStatus
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_in_range
 
@@ -128,7 +129,7 @@ def grip_window(
         NotGrippableError: the object lies in the way of the tube without pressure.
         SolverError: that tube has no certified shape.
     """
-    points = [GripPoint(0.0, setup, _hanging(setup))]
+    points = [GripPoint(0.0, setup, hanging_tube(setup))]
     onset = curling = loss = None
     end = WindowEnd.LIMIT
     stations = _stations(setup, pressures)
@@ -147,27 +148,6 @@ def grip_window(
         if progress is not None:
             progress(count, len(stations))
     return GripWindow(setup, tuple(points), onset, curling, loss, end)
-
-
-def _hanging(setup: GripSetup) -> ContactState:
-    """Return the tube without pressure, beside the object.
-
-    Raises:
-        NotGrippableError: the object lies in its way.
-        SolverError: it has no certified shape.
-    """
-    problem = setup.closing_problem(0.0)
-    state = solve_contact(problem, elements=setup.element_count, throw=False)
-    if state.status is ContactStatus.CONVERGED:
-        return state
-    if state.status is not ContactStatus.INSIDE_OBSTACLE:
-        raise SolverError(state.status, state.residual, state.iterations)
-    reason = (
-        "the tube without pressure runs through where the object lies; move the object, or lay it "
-        "along the tube (object_axis)"
-    )
-    radius = float(setup.obstacle.shape.feature_radius)
-    raise NotGrippableError(radius, reason, float(state.gaps.min()), None)
 
 
 def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> list[float]:

@@ -53,7 +53,8 @@ class Frame:
     Args:
         time: [s].
         state: shape, forces and contacts. Its base reaction includes inertia; ``moments`` are those
-            of elasticity and damping together, its energy without both.
+            of elasticity and damping together, its energy without both, its iterations those since
+            the previous frame.
         velocities: of the nodes (n, 3) [m/s].
         kinetic_energy: [J].
         steps: taken since the beginning.

@@ -179,7 +179,7 @@ class _Run:
         self.allowed, self.longest, self.here = allowed, longest, moment
         self.step, self.steps, self.error = FIRST_STEP * longest, 0, 0.0
         self.events: list[MotionEvent] = []
-        self.residual = moment.point.solution.residual
+        self.residual, self.passes = moment.point.solution.residual, 0
         self.quiet_until, self.touched = -np.inf, bool(np.any(moment.point.x.normal > 0.0))
 
     def reach(self, time: float) -> bool:
@@ -221,6 +221,7 @@ class _Run:
             self.error + error,
         )
         self.residual = max(self.residual, after.point.solution.residual)
+        self.passes += after.point.solution.passes
         self.step = min(self.longest, duration * factor)
         return True
 
@@ -246,7 +247,7 @@ class _Run:
     def frame(self) -> Frame:
         """Return the rod where it is, and the events since the last frame."""
         here = self.here
-        state = state_from_point(here.point, here.point.solution.passes, ContactStatus.CONVERGED)
+        state = state_from_point(here.point, self.passes, ContactStatus.CONVERGED)
         weights = masses(here.point.arrays, self.inertia)
         frame = Frame(
             time=here.time,
@@ -258,7 +259,7 @@ class _Run:
             residual=self.residual,
             events=tuple(self.events),
         )
-        self.events, self.residual = [], 0.0
+        self.events, self.residual, self.passes = [], 0.0, 0
         return frame
 
 
