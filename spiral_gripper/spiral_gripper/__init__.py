@@ -13,6 +13,7 @@ _NAMES = {
     "files.description": ("GripperDescription", "load_description", "load_gripper"),
     "files.description_text": ("save_description",),
     "files.errors": ("Complaint", "DescriptionError", "Problem"),
+    "files.shown": ("display_units",),
     "files.tubing": ("Tubing", "available_tubing", "load_tubing", "parse_tube_size"),
     "pictures": ("plot",),
     "files.units": ("Dimension", "convert_from_si", "parse_quantity"),

@@ -7,6 +7,7 @@ from spiral_gripper.files.description_text import save_description as save_descr
 from spiral_gripper.files.errors import Complaint as Complaint
 from spiral_gripper.files.errors import DescriptionError as DescriptionError
 from spiral_gripper.files.errors import Problem as Problem
+from spiral_gripper.files.shown import display_units as display_units
 from spiral_gripper.files.tubing import Tubing as Tubing
 from spiral_gripper.files.tubing import available_tubing as available_tubing
 from spiral_gripper.files.tubing import load_tubing as load_tubing

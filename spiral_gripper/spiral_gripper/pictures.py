@@ -20,6 +20,7 @@ from spiral_core import (
     regime_chart,
 )
 from spiral_core.errors import InvalidInputError
+from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.grip_plots import grip_figure
 from spiral_gripper.reports.plots import design_figure, feasibility_figure, regime_figure
 from spiral_gripper.reports.shape_plots import shape_figure
@@ -54,7 +55,7 @@ def plot(result: object) -> Figure:
 
 
 def _wrap(wrap: Wrap) -> Figure:
-    title = f"{1e3 * wrap.object_radius:.4g} mm at {1e-3 * wrap.pressure:.4g} kPa"
+    title = f"{shown(wrap.object_radius, 'm')} at {shown(wrap.pressure, 'Pa')}"
     return shape_figure(wrap.state, wrap.outer_radius, title, place_object(wrap))
 
 

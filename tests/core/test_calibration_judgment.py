@@ -148,6 +148,18 @@ def test_leaving_one_out_is_fitting_the_others():
     assert result.predicted[at] == pytest.approx([expected[0]] * 2, rel=1e-6)
     errors = result.predicted / result.measured - 1.0
     assert result.relative_error == pytest.approx(math.sqrt(np.mean(errors**2)))
+    misses, largest = result.predicted - result.measured, max(r.extension for r in readings)
+    assert result.share_of_largest == pytest.approx(math.sqrt(np.mean(misses**2)) / largest)
+    stated = np.array([readings[0].error])
+    assert result.error_scale == pytest.approx(math.sqrt(np.mean((misses / stated) ** 2)))
+
+
+def test_leaving_one_out_judges_readings_near_zero_by_the_largest_of_their_kind():
+    readings = noisy(actuator(LAWS[0]))
+    tiny = replace(readings[0], pressure=1.0, extension=1e-9)
+    result = leave_one_out(calibrate(CalibrationModel(actuator(LAWS[0])), [tiny, *readings]))
+    assert result.relative_error > 100.0 * result.share_of_largest
+    assert 0.0 < result.share_of_largest < 0.2
 
 
 def test_pressure_zero_is_not_left_out():

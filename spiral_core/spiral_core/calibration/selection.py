@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,8 @@ class CrossValidation:
         measured: (k,) measured components that were predicted.
         predicted: (k,) what the fits to all other pressures predict.
         pressures: (k,) pressure of each [Pa].
+        errors: (k,) standard error of each, as it was stated.
+        largest: (k,) the largest measured value of the same kind of reading.
         not_predicted: pressures that a fit to the others does not reach, or where it failed [Pa].
     """
 
@@ -37,6 +39,8 @@ class CrossValidation:
     measured: Array
     predicted: Array
     pressures: Array
+    errors: Array
+    largest: Array
     not_predicted: tuple[float, ...]
 
     @property
@@ -50,6 +54,21 @@ class CrossValidation:
     def relative_error(self) -> float:
         """Root mean square of the relative errors."""
         return float(np.sqrt(np.mean(self.relative_errors**2)))
+
+    @property
+    def error_scale(self) -> float:
+        """Root mean square of predicted minus measured, over the stated errors."""
+        return float(np.sqrt(np.mean(((self.predicted - self.measured) / self.errors) ** 2)))
+
+    @property
+    def share_of_largest(self) -> float:
+        """Root mean square of predicted minus measured, over the largest value of the kind.
+
+        Unlike the relative error it says something of readings near zero too.
+        """
+        told = self.largest > 0.0
+        shares = (self.predicted[told] - self.measured[told]) / self.largest[told]
+        return float(np.sqrt(np.mean(shares**2))) if told.any() else 0.0
 
     @property
     def error(self) -> float:
@@ -74,9 +93,8 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
     if len(groups) < 2:
         found = f"{len(groups)} pressures above 0"
         raise InvalidInputError("readings", found, "made at two pressures above 0 at least")
-    measured: list[float] = []
+    told: list[Reading] = []
     predicted: list[float] = []
-    pressures: list[float] = []
     missed: list[float] = []
     for group in groups:
         others = [reading for reading in readings if reading not in group]
@@ -85,14 +103,28 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
         except SpiralError:
             missed.append(group[0].pressure)
             continue
-        measured.extend(measured_values(group))
+        told.extend(group)
         predicted.extend(values)
-        pressures.extend(reading.pressure for reading in group for _ in reading.measured)
-    if not measured:
+    if not told:
         raise InvalidInputError("readings", f"{len(groups)} pressures", "enough to leave one out")
     return CrossValidation(
-        np.array(measured), np.array(predicted), np.array(pressures), tuple(missed)
+        measured_values(told),
+        np.array(predicted),
+        _for_each_component(told, lambda reading: reading.pressure),
+        _for_each_component(told, lambda reading: reading.error),
+        _for_each_component(told, lambda reading: _largest_of_kind(readings, type(reading))),
+        tuple(missed),
     )
+
+
+def _for_each_component(readings: Sequence[Reading], value: Callable[[Reading], float]) -> Array:
+    """Return a value of each reading, repeated for each component that it measured."""
+    return np.array([value(one) for one in readings for _ in one.measured], dtype=np.float64)
+
+
+def _largest_of_kind(readings: Sequence[Reading], kind: type[Reading]) -> float:
+    """Return the largest absolute value that readings of a kind measured."""
+    return float(np.abs(measured_values([one for one in readings if type(one) is kind])).max())
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,14 +17,16 @@ from spiral_core import (
 )
 from spiral_core.calibration.result import Scatter
 from spiral_gripper.bench.measurements import Measurements
+from spiral_gripper.files.shown import number, shown
 
 _UNIT_OF_QUANTITY = {
-    FittedQuantity.BENDING_STIFFNESS.value: ("N mm^2", 1e6),
-    FittedQuantity.TORSIONAL_STIFFNESS.value: ("N mm^2", 1e6),
-    FittedQuantity.STRAIGHT_FIBER_RADIUS.value: ("mm", 1e3),
-    "extension_limit": ("", 1.0),
+    FittedQuantity.BENDING_STIFFNESS.value: "N m^2",
+    FittedQuantity.TORSIONAL_STIFFNESS.value: "N m^2",
+    FittedQuantity.STRAIGHT_FIBER_RADIUS.value: "m",
+    "extension_limit": "1",
 }
-_PRESSURE = ("kPa", 1e-3)
+# A limit of pressure past this many times the readings' is no figure of the actuator.
+_BEYOND_READINGS = 10.0
 # Residuals past this many scaled standard errors are named: 1 in 370 good readings is.
 _OUTLIER = 3.0
 
@@ -77,7 +79,7 @@ def outlier_warnings(calibration: Calibration, measurements: Sequence[Measuremen
         if worst > limit:
             sigmas = worst / scale
             lines.append(
-                f"{source}:{line}: the reading at {reading.pressure * 1e-3:.4g} kPa is "
+                f"{source}:{line}: the reading at {shown(reading.pressure, 'Pa')} is "
                 f"{sigmas:.1f} standard errors off the fit; check it, or fit with --robust"
             )
     return lines
@@ -94,11 +96,11 @@ def radius_lines(results: Sequence[RadiusPressure], level: float) -> list[str]:
     """
     lines = []
     for one in results:
-        low, high = (end * 1e-3 for end in one.interval)
+        low, high = number(one.interval.low, "Pa"), shown(one.interval.high, "Pa")
         failed = f" ({one.failed_draws:.0%} of draws cannot grip it)" if one.failed_draws else ""
         lines.append(
-            f"{one.radius * 1e3:.4g} mm: {one.pressure * 1e-3:.4g} kPa, "
-            f"{100.0 * level:.4g} % interval {low:.4g} to {high:.4g} kPa{failed}"
+            f"{shown(one.radius, 'm')}: {shown(one.pressure, 'Pa')}, "
+            f"{100.0 * level:.4g} % interval {low} to {high}{failed}"
         )
     return lines
 
@@ -144,22 +146,21 @@ def calibration_as_dict(
 def _value_lines(calibration: Calibration, level: float) -> list[str]:
     lines = []
     for name in calibration.names:
-        unit, factor = _UNIT_OF_QUANTITY.get(name, _PRESSURE)
-        low, high = calibration.interval(name, level)
-        lines.append(
-            f"{name}: {calibration.value(name) * factor:.5g} {unit}, {100.0 * level:.4g} % "
-            f"interval {low * factor:.5g} to {high * factor:.5g} {unit}".rstrip()
-        )
+        unit = _UNIT_OF_QUANTITY.get(name, "Pa")
+        interval = calibration.interval(name, level)
+        value, high = (shown(x, unit, 5) for x in (calibration.value(name), interval.high))
+        low = number(interval.low, unit, 5)
+        lines.append(f"{name}: {value}, {100.0 * level:.4g} % interval {low} to {high}")
     return lines
 
 
 def _stability_line(calibration: Calibration) -> str:
+    """Return how far the fitted actuator can be used; no pressure is stated far past the data."""
     actuation = calibration.actuation
-    kilopascals = actuation.pressure_limit * 1e-3
-    return (
-        f"stable up to: {kilopascals:.4g} kPa, stretch {actuation.stretch_limit:.4f}: "
-        f"{actuation.limit.value}"
-    )
+    limit = actuation.pressure_limit
+    beyond = limit > _BEYOND_READINGS * max(reading.pressure for reading in calibration.readings)
+    end = "any pressure near those of the readings" if beyond else shown(limit, "Pa")
+    return f"stable up to: {end}, stretch {actuation.stretch_limit:.4f}: {actuation.limit.value}"
 
 
 def _correlation_lines(calibration: Calibration) -> list[str]:
@@ -174,11 +175,14 @@ def _correlation_lines(calibration: Calibration) -> list[str]:
 
 def _cross_validation_line(result: CrossValidation) -> str:
     missed = (
-        f"; not predicted: {', '.join(f'{p * 1e-3:.4g} kPa' for p in result.not_predicted)}"
+        f"; not predicted: {', '.join(shown(p, 'Pa') for p in result.not_predicted)}"
         if result.not_predicted
         else ""
     )
-    return f"leave-one-out error: {result.relative_error:.2%} of the measured value (rms){missed}"
+    return (
+        f"leave-one-out error: {result.error_scale:.3g} times the stated errors (rms), "
+        f"{result.share_of_largest:.2%} of the largest reading{missed}"
+    )
 
 
 def _comparison_lines(choice: LawChoice) -> list[str]:

@@ -20,15 +20,16 @@ from spiral_core import (
     ShapeReading,
     TwistReading,
 )
+from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.style import paper_style
 
-# Name of the axis, and the factor from SI to its unit.
-_AXES: dict[type[Reading], tuple[str, float]] = {
-    ExtensionReading: ("extension [mm]", 1e3),
-    TwistReading: ("twist [deg]", float(np.degrees(1.0))),
-    BendReading: ("bend angle [deg]", float(np.degrees(1.0))),
-    ShapeReading: ("coordinate [mm]", 1e3),
-    GripReading: ("object radius [mm]", 1e3),
+# What is measured, and its SI unit.
+_AXES: dict[type[Reading], tuple[str, str]] = {
+    ExtensionReading: ("extension", "m"),
+    TwistReading: ("twist", "rad"),
+    BendReading: ("bend angle", "rad"),
+    ShapeReading: ("coordinate", "m"),
+    GripReading: ("object radius", "m"),
 }
 # Dark enough on white, and distinct for the color-blind (Okabe and Ito).
 _MEASURED, _FITTED = "#0072B2", "#D55E00"
@@ -59,21 +60,22 @@ def residual_figure(calibration: Calibration, name: str) -> Figure:
 
 def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_over: Axes) -> None:
     """Draw one kind of reading into the two panels of its row."""
-    label, factor = _AXES[kind]
+    name, unit = _AXES[kind]
     readings = calibration.readings
     chosen = np.repeat([isinstance(r, kind) for r in readings], [len(r.measured) for r in readings])
     pressures = np.repeat([r.pressure for r in readings], [len(r.measured) for r in readings])
-    kilopascals = pressures[chosen] * 1e-3
-    predicted = calibration.predictions[chosen] * factor
-    errors = calibration.errors[chosen] * factor
+    at = in_units(pressures[chosen], "Pa")
+    predicted = in_units(calibration.predictions[chosen], unit)
+    errors = in_units(calibration.errors[chosen], unit)
     residuals = calibration.residuals[chosen]
     measured = predicted - residuals * errors
-    _draw_fit(fit, kind, kilopascals, measured, predicted, 2.0 * errors)
+    _draw_fit(fit, kind, at, measured, predicted, 2.0 * errors)
     left_over.axhspan(-2.0, 2.0, color="#DDDDDD", label="± 2 stated errors")
     left_over.axhline(0.0, color="black", linewidth=0.8)
-    left_over.plot(kilopascals, residuals, "o", color=_MEASURED, markersize=5)
-    fit.set(xlabel="pressure [kPa]", ylabel=label)
-    left_over.set(xlabel="pressure [kPa]", ylabel="(fitted - measured) / stated error")
+    left_over.plot(at, residuals, "o", color=_MEASURED, markersize=5)
+    fit.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(name, unit))
+    left_over.set(xlabel=axis_label("pressure", "Pa"))
+    left_over.set(ylabel="(fitted - measured) / stated error")
     left_over.margins(y=0.15)
     for axes in (fit, left_over):
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
@@ -82,7 +84,7 @@ def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_ov
 def _draw_fit(
     axes: Axes,
     kind: type[Reading],
-    kilopascals: NDArray[np.float64],
+    at: NDArray[np.float64],
     measured: NDArray[np.float64],
     predicted: NDArray[np.float64],
     errors: NDArray[np.float64],
@@ -92,14 +94,12 @@ def _draw_fit(
         for offset, (name, color) in enumerate(zip("xyz", _COORDINATES, strict=True)):
             one = slice(offset, None, 3)
             axes.errorbar(
-                kilopascals[one], measured[one], errors[one],
+                at[one], measured[one], errors[one],
                 fmt="o", color=color, markersize=4, label=f"{name}, measured",
             )  # fmt: skip
-            axes.plot(kilopascals[one], predicted[one], "x", color="black", markersize=7)
+            axes.plot(at[one], predicted[one], "x", color="black", markersize=7)
         axes.plot([], [], "x", color="black", label="fitted")
         return
-    axes.errorbar(
-        kilopascals, measured, errors, fmt="o", color=_MEASURED, markersize=5, label="measured"
-    )
-    order = np.argsort(kilopascals, kind="stable")
-    axes.plot(kilopascals[order], predicted[order], "-", color=_FITTED, label="fitted")
+    axes.errorbar(at, measured, errors, fmt="o", color=_MEASURED, markersize=5, label="measured")
+    order = np.argsort(at, kind="stable")
+    axes.plot(at[order], predicted[order], "-", color=_FITTED, label="fitted")

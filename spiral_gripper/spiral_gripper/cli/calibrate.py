@@ -13,7 +13,7 @@ from spiral_gripper.cli.types import (
     REPORT_FILE,
     YAML_FILE,
     Quantity,
-    json_option,
+    output_options,
     plot_option,
 )
 
@@ -124,7 +124,7 @@ DRAWS_MAX: Final = 100_000
     help="Gripper file to write. [default: a new file beside the original]",
 )
 @click.option("--no-save", is_flag=True, help="Report only: write no gripper file.")
-@json_option
+@output_options
 @plot_option
 @click.option("--report", type=REPORT_FILE, metavar="FILE", help="Write it to a .md or .html file.")
 def calibrate(
@@ -217,13 +217,14 @@ def _write_curve(
     """Print the measured actuation curve, and write it into a gripper file."""
     from spiral_gripper.bench.command import measured_curve
     from spiral_gripper.cli.output import print_json, say_written
+    from spiral_gripper.files.shown import shown
 
     curve = measured_curve(description, measurements)
     if as_json:
         names = ("pressures", "curvatures", "torsions")
         print_json({name: getattr(curve, name) for name in names})
     else:
-        click.echo(f"measured up to {curve.pressure_limit * 1e-3:.4g} kPa")
+        click.echo(f"measured up to {shown(curve.pressure_limit, 'Pa')}")
     if not no_save:
         from spiral_gripper.bench.calibrated_file import write_measured_description
 

@@ -15,8 +15,8 @@ from spiral_gripper.cli.types import (
     LENGTH,
     NUMBER,
     gripper_argument,
-    json_option,
     mount_options,
+    output_options,
     plot_option,
     turns_option,
     typed,
@@ -37,7 +37,7 @@ def chart() -> None:
 )
 @turns_option
 @click.option("--stretch-max", type=NUMBER, default=1.5, show_default=True)
-@json_option
+@output_options
 @plot_option
 def design_space(
     gripper: str,
@@ -70,7 +70,7 @@ def design_space(
 @chart.command()
 @gripper_argument
 @mount_options
-@json_option
+@output_options
 @plot_option
 def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -> None:
     """Radius, gripper length and object length against pressure, with and without gravity."""
@@ -93,7 +93,7 @@ def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -
 @click.option("--radius-min", type=LENGTH, metavar="LENGTH", help="[default: 1/4 of the largest]")
 @click.option("--radius-max", type=LENGTH, metavar="LENGTH", help="[default: the largest]")
 @mount_options
-@json_option
+@output_options
 @plot_option
 def pressure(
     gripper: str,

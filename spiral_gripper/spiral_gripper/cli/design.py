@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
-from spiral_gripper.cli.types import REPORT_FILE, YAML_FILE, json_option, plot_option
+from spiral_gripper.cli.types import REPORT_FILE, YAML_FILE, output_options, plot_option
 
 if TYPE_CHECKING:
     from spiral_core.design.report import DesignReport
@@ -24,7 +24,7 @@ Example:
 
 @click.command(epilog=EXAMPLE)
 @requirement_options
-@json_option
+@output_options
 @plot_option
 @click.option("--report", type=REPORT_FILE, metavar="FILE", help="Write it to a .md or .html file.")
 @click.option(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from spiral_gripper.cli.types import json_option
+from spiral_gripper.cli.types import output_options
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("gripper", metavar="[GRIPPER]", required=False)
-@json_option
+@output_options
 def doctor(gripper: str | None, as_json: bool) -> int:
     """Check the installation, the grippers and ROS 2; report what is wrong and how to fix it.
 

@@ -19,8 +19,8 @@ from spiral_gripper.cli.types import (
     NUMBER,
     PRESSURE,
     gripper_argument,
-    json_option,
     mount_options,
+    output_options,
     plot_option,
     typed,
     unit_vector,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 @gripper_argument
 @click.option("--pressure", type=PRESSURE, required=True, metavar="PRESSURE")
 @mount_options
-@json_option
+@output_options
 @plot_option
 def shape(
     gripper: str, pressure: float, as_json: bool, plot: Path | None, **options: object
@@ -79,7 +79,7 @@ def shape(
     "--pressure", type=PRESSURE, metavar="PRESSURE", help="Also say how this pressure holds it."
 )
 @mount_options
-@json_option
+@output_options
 @plot_option
 def wrap(
     gripper: str,
@@ -96,7 +96,7 @@ def wrap(
     """
     if (radius is None) == (profile is None):
         raise click.UsageError("give either --radius or --profile")
-    from spiral_gripper.reports.tables import shown
+    from spiral_gripper.files.shown import shown
     from spiral_gripper.reports.wrap_document import (
         profile_as_dict,
         profile_rows,
@@ -162,7 +162,7 @@ def wrap(
     "--force-max", type=FORCE, metavar="FORCE", help="Greatest sum of normal forces on the object."
 )
 @mount_options
-@json_option
+@output_options
 @plot_option
 def grip(
     gripper: str,

@@ -9,7 +9,7 @@ import click
 
 from spiral_gripper.cli.gripper import described
 from spiral_gripper.cli.group import Group
-from spiral_gripper.cli.types import gripper_argument, json_option
+from spiral_gripper.cli.types import gripper_argument, json_option, output_options
 
 
 @click.group(cls=Group)
@@ -54,7 +54,7 @@ def show(gripper: str, as_json: bool) -> None:
 
 @grippers.command()
 @gripper_argument
-@json_option
+@output_options
 def check(gripper: str, as_json: bool) -> None:
     """Say whether GRIPPER's file is valid, what in it is doubtful, and which radii it grips.
 
@@ -63,7 +63,7 @@ def check(gripper: str, as_json: bool) -> None:
     """
     from spiral_core.wrap.curve import WrapCurve
     from spiral_gripper.cli.output import print_json
-    from spiral_gripper.reports.tables import shown
+    from spiral_gripper.files.shown import shown
 
     description = described(gripper)
     curve = WrapCurve(description.gripper)

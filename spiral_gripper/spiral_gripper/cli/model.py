@@ -16,6 +16,7 @@ from spiral_gripper.cli.types import (
     gripper_argument,
     mount_options,
     typed,
+    units_option,
 )
 
 SHEET_FILE: Final = Suffixed((".pdf", ".svg"))
@@ -59,6 +60,7 @@ def model(gripper: str, radius: float, save: Path | None, **options: object) -> 
     help="Tube that plug and fitting take up at each end.",
 )
 @click.option("--save", type=SHEET_FILE, metavar="FILE", help="Write the template, .pdf or .svg.")
+@units_option
 def winding_sheet(gripper: str, end_allowance: float, save: Path | None) -> None:
     """Print cut length, pitches and fiber lengths of GRIPPER, and write a template to wind by.
 

@@ -18,7 +18,7 @@ from spiral_gripper.cli.types import (
     LENGTH,
     NUMBER,
     Decorated,
-    json_option,
+    output_options,
     plot_option,
     unit_vector,
 )
@@ -54,7 +54,7 @@ def worker_options(function: Decorated) -> Decorated:
 @click.option("--tube-radii", type=click.IntRange(2, 181), default=13, show_default=True)
 @click.option("--wall", type=LENGTH, default="1/32 in", show_default=True, help="Of all tubes.")
 @worker_options
-@json_option
+@output_options
 @plot_option
 def feasibility(
     angles: int,
@@ -119,7 +119,7 @@ def feasibility(
 @sweep.command()
 @requirement_options
 @worker_options
-@json_option
+@output_options
 @plot_option
 def pareto(
     jobs: int | None, scheduler: str | None, as_json: bool, plot: Path | None, **options: object
@@ -174,7 +174,7 @@ def pareto(
     help="A .jsonl file that gets a line for each grip; what it has already is not solved again.",
 )
 @worker_options
-@json_option
+@output_options
 def grips(
     grippers: tuple[str, ...],
     radii: tuple[float, ...],

@@ -162,6 +162,40 @@ def json_option(function: Decorated) -> Decorated:
     )(function)
 
 
+def units_option(function: Decorated) -> Decorated:
+    """Add ``--units``: what the command prints and draws is then in these units."""
+    return click.option(
+        "--units",
+        "display_units",
+        metavar="UNITS",
+        expose_value=False,
+        is_eager=True,
+        callback=_choose_units,
+        help='Units of what is printed and drawn, such as "psi,mm".',
+    )(function)
+
+
+def _choose_units(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+    """Show figures in these units until the command has ended, and in messages too."""
+    if value is None:
+        return
+    from spiral_core import InvalidInputError
+    from spiral_gripper.files.shown import dimension_of, display_units
+
+    units = [unit.strip() for unit in value.split(",")]
+    try:
+        ctx.with_resource(display_units(*units))
+    except InvalidInputError as error:
+        raise click.BadParameter(f"it must be {error.requirement}, got {error.value!r}") from None
+    for unit in units:
+        _note(math.nan, f"1 {unit}", dimension_of(unit).name, param, ctx)
+
+
+def output_options(function: Decorated) -> Decorated:
+    """Add ``--json`` for programs and ``--units`` for people."""
+    return json_option(units_option(function))
+
+
 def plot_option(function: Decorated) -> Decorated:
     """Add ``--plot``."""
     return click.option(

@@ -130,7 +130,7 @@ def check_gripper(name: str, facts: Facts) -> Finding:
     from spiral_core.wrap.curve import WrapCurve
     from spiral_gripper.files.description import load_gripper
     from spiral_gripper.files.errors import DescriptionError
-    from spiral_gripper.reports.tables import shown, shown_range
+    from spiral_gripper.files.shown import shown, shown_range
 
     del facts
     try:

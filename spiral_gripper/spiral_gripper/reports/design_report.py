@@ -7,6 +7,7 @@ import html
 from pathlib import Path
 
 from spiral_core.design.report import DesignReport, DesignStep
+from spiral_gripper.files.shown import shown
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.page import (
     PAGE_STYLE,
@@ -16,7 +17,7 @@ from spiral_gripper.reports.page import (
     markdown_table,
 )
 from spiral_gripper.reports.plots import design_figure
-from spiral_gripper.reports.tables import answer_rows, relaxation_text, shown
+from spiral_gripper.reports.tables import answer_rows, relaxation_text
 
 
 def write_report(report: DesignReport, path: Path) -> None:

@@ -17,9 +17,10 @@ from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip, solve_grip
 from spiral_core.grip.holding import HoldingForce, Pull, is_twist
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
+from spiral_core.rod.types import Array
 from spiral_core.wrap.gripper import Gripper
+from spiral_gripper.files.shown import axis_label, number, shown
 from spiral_gripper.reports.design_document import plain
-from spiral_gripper.reports.tables import shown
 from spiral_gripper.reports.wrap_document import read_profile
 
 # Where a pull is to, in few words.
@@ -123,7 +124,7 @@ def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
         ("recommended pressure", _or_not(solved.recommended)),
         (f"at {shown(point.pressure, 'Pa')}", point.regime.value),
         ("  in contact", f"{shown(point.contact_length, 'm')}, {point.turns:.3g} turns"),
-        ("  presses with", f"{point.normal_force:.3g} N in all"),
+        ("  presses with", f"{shown(point.normal_force, 'N', 3)} in all"),
         ("  pressure on the object", f"up to about {shown(point.contact_pressure, 'Pa')}"),
         ("  mount carries", _reaction(point)),
     ]
@@ -134,7 +135,7 @@ def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
         )
         rows.append(
             (
-                f"  payload {question.payload:.4g} kg",
+                f"  payload {shown(question.payload, 'kg')}",
                 f"{ratio:.2f} x held, {PAYLOAD_SAFETY:g} wanted",
             )
         )
@@ -149,17 +150,18 @@ def print_forces(solved: SolvedGrip, console: Console) -> None:
     """Print contact and holding forces against pressure, a line each."""
     grip = solved.grip
     table = Table(title="holding force against pressure", title_justify="left")
-    columns = ["pressure [kPa]", "regime", "in contact [mm]", "presses with [N]"]
-    columns += [f"{_PULLS[pull]} [{'N mm' if is_twist(pull) else 'N'}]" for pull in grip.forces]
+    columns = [axis_label("pressure", "Pa"), "regime", axis_label("in contact", "m")]
+    columns += [axis_label("presses with", "N")]
+    columns += [axis_label(_PULLS[pull], _unit(pull)) for pull in grip.forces]
     for column in columns:
         table.add_column(column, justify="left" if column == "regime" else "right")
-    for number, point in enumerate(grip.points):
-        held = [_figure(grip.forces[pull][number]) for pull in grip.forces]
+    for index, point in enumerate(grip.points):
+        held = [_figure(grip.forces[pull][index]) for pull in grip.forces]
         table.add_row(
-            f"{1e-3 * point.pressure:.4g}",
+            number(point.pressure, "Pa"),
             point.regime.value,
-            f"{1e3 * point.contact_length:.0f}",
-            f"{point.normal_force:.3g}",
+            number(point.contact_length, "m", 3),
+            number(point.normal_force, "N", 3),
             *held,
         )
     console.print(table)
@@ -244,7 +246,7 @@ def _against_tip(grip: Grip) -> str:
 
 def _reaction(point: GripPoint) -> str:
     force, moment = point.base_reaction[:3], point.base_reaction[3:]
-    return f"{np.linalg.norm(force):.3g} N, {1e3 * np.linalg.norm(moment):.3g} N mm"
+    return f"{shown(_size(force), 'N', 3)}, {shown(_size(moment), 'N m', 3)}"
 
 
 def _held(grip: Grip, pull: Pull, pressure: float) -> str:
@@ -252,14 +254,20 @@ def _held(grip: Grip, pull: Pull, pressure: float) -> str:
     force = float(np.interp(pressure, grip.pressures, grip.force(pull)))
     nearest = grip.forces[pull][int(np.argmin(np.abs(grip.pressures - pressure)))]
     if is_twist(pull):
-        at = shown(nearest.displacement, "rad")
-        return f"{1e3 * force:.3g} N mm, peak at {at}"
-    stiffness = 1e-3 * nearest.stiffness
-    return (
-        f"{force:.3g} N, peak at {shown(nearest.displacement, 'm')}, {stiffness:.2g} N/mm at first"
-    )
+        return f"{shown(force, 'N m', 3)}, peak at {shown(nearest.displacement, 'rad')}"
+    peak, stiffness = shown(nearest.displacement, "m"), shown(nearest.stiffness, "N/m", 2)
+    return f"{shown(force, 'N', 3)}, peak at {peak}, {stiffness} at first"
 
 
 def _figure(held: HoldingForce) -> str:
     mark = "> " if held.is_lower_bound else ""
-    return f"{mark}{(1e3 if is_twist(held.pull) else 1.0) * held.force:.3g}"
+    return f"{mark}{number(held.force, _unit(held.pull), 3)}"
+
+
+def _unit(pull: Pull) -> str:
+    """Return the SI unit of what is held against a pull."""
+    return "N m" if is_twist(pull) else "N"
+
+
+def _size(vector: Array) -> float:
+    return float(np.linalg.norm(vector))

@@ -11,6 +11,7 @@ from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, is_twist
 from spiral_core.grip.point import GripPoint
 from spiral_core.rod.types import Vector
+from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.reports.shaded import (
     OBJECT_RINGS,
     Surface,
@@ -50,29 +51,34 @@ def grip_figure(grip: Grip, title: str) -> Figure:
     point = grip.window.at(grip.recommended_pressure())
     for number, view in enumerate(VIEWS, start=1):
         draw_coil(right.add_subplot(1, 2, number), point, view)
-    right.suptitle(f"{1e-3 * point.pressure:.1f} kPa: {point.regime.value}")
+    right.suptitle(f"{shown(point.pressure, 'Pa')}: {point.regime.value}")
     return figure
 
 
 def draw_forces(axes: Axes, grip: Grip) -> None:
     """Draw holding forces and the normal force against pressure, the window behind them."""
     shade_window(axes, grip)
-    pressures = 1e-3 * grip.pressures
+    pressures = in_units(grip.pressures, "Pa")
     straight = [pull for pull in grip.forces if not is_twist(pull)]
     for number, pull in enumerate(straight):
         axes.plot(
-            pressures, grip.force(pull), "o-", ms=3, color=COLORS[number], label=_LABELS[pull]
+            pressures,
+            in_units(grip.force(pull), "N"),
+            "o-",
+            ms=3,
+            color=COLORS[number],
+            label=_LABELS[pull],
         )
     window = grip.window
     axes.plot(
-        1e-3 * window.pressures,
-        window.normal_forces,
+        in_units(window.pressures, "Pa"),
+        in_units(window.normal_forces, "N"),
         ":",
         color="#888888",
         label="normal force, sum",
     )
-    axes.set(xlabel="pressure [kPa]", ylabel="force [N]")
-    axes.set_xlim(0.0, 1.02e-3 * (window.loss or window.top))
+    axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label("force", "N"))
+    axes.set_xlim(0.0, 1.02 * float(in_units(window.loss or window.top, "Pa")))
     axes.set_ylim(0.0, None)
     style_axes(axes)
 
@@ -82,16 +88,19 @@ def shade_window(axes: Axes, grip: Grip) -> None:
     window = grip.window
     end = window.loss or window.top
     curling = window.onset_curling or end
-    for low, high, color, label in (
+    for *ends, color, label in (
         (grip.onset_wrap, curling, PERFECT_COLOR, "wrapped"),
         (curling, end, CURLING_COLOR, "end curls"),
     ):
-        axes.axvspan(1e-3 * low, 1e-3 * high, color=color, alpha=0.2, lw=0.0, label=label)
+        low, high = in_units(ends, "Pa")
+        axes.axvspan(low, high, color=color, alpha=0.2, lw=0.0, label=label)
     tip = grip.setup.tip_pressure
     if tip is not None:
-        axes.axvline(1e-3 * tip, color=COLORS[0], ls="--", lw=0.8, label="tip criterion")
+        axes.axvline(
+            float(in_units(tip, "Pa")), color=COLORS[0], ls="--", lw=0.8, label="tip criterion"
+        )
     if window.loss is not None:
-        axes.axvline(1e-3 * window.loss, color=COLORS[2], lw=1.2, label="lost")
+        axes.axvline(float(in_units(window.loss, "Pa")), color=COLORS[2], lw=1.2, label="lost")
 
 
 def draw_coil(axes: Axes, point: GripPoint, view: tuple[str, Vector, Vector]) -> None:
@@ -99,7 +108,7 @@ def draw_coil(axes: Axes, point: GripPoint, view: tuple[str, Vector, Vector]) ->
     name, right, up = view
     surfaces = [tube_surface(point.state, point.outer_radius), object_surface(point)]
     draw_surfaces(axes, surfaces, right, up)
-    axes.set(xlabel=f"{name} [mm]", ylabel="x [mm]")
+    axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
     axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
 
 

@@ -14,8 +14,8 @@ from rich.table import Table
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.study import GripCase, GripOutcome
+from spiral_gripper.files.shown import number, scale_of, shown
 from spiral_gripper.files.storage import FileError, read_text, reason_of, write_file
-from spiral_gripper.reports.tables import shown
 
 
 class StudyFile:
@@ -86,7 +86,8 @@ def print_outcomes(
     cases: Sequence[GripCase], outcomes: Sequence[GripOutcome], console: Console
 ) -> None:
     """Print a line for each grip; refusals with their reason below."""
-    table = Table(title=f"{len(cases)} grips, forces at the recommended pressure [kPa, N]")
+    units = ", ".join(scale_of(unit).unit for unit in ("Pa", "N"))
+    table = Table(title=f"{len(cases)} grips, forces at the recommended pressure [{units}]")
     columns = ("gripper", "radius", "friction", "gravity", "wrapped", "curls", "lost", "at")
     for column in (*columns, "away", "towards"):
         table.add_column(column, justify="left" if column == "gripper" else "right")
@@ -98,8 +99,8 @@ def print_outcomes(
             shown(case.radius, "m"),
             f"{case.friction:.3g}",
             " ".join(f"{g:.3g}" for g in case.gripper.gravity),
-            *("-" if p is None else f"{1e-3 * p:.4g}" for p in pressures),
-            *("-" if force is None else f"{force:.3g}" for force in forces),
+            *("-" if p is None else number(p, "Pa") for p in pressures),
+            *("-" if force is None else number(force, "N", 3) for force in forces),
         )
     console.print(table)
     for case, outcome in zip(cases, outcomes, strict=True):

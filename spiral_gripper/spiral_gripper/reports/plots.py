@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from spiral_core.design.charts import DesignSpace, PressureRange, RegimeChart
 from spiral_core.design.report import DesignReport
 from spiral_core.design.sweep import FeasibilityMap, SweepPoint
+from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
@@ -38,17 +39,17 @@ def design_figure(report: DesignReport) -> Figure:
         return figure
     curve, wanted = report.design.curve, report.requirement
     axes.plot(
-        [1e3 * point.radius for point in curve],
-        [1e-3 * point.pressure for point in curve],
+        in_units([point.radius for point in curve], "m"),
+        in_units([point.pressure for point in curve], "Pa"),
         color=PERFECT_COLOR,
         label="perfect wrap",
     )
-    low, high = 1e3 * wanted.radius_min, 1e3 * wanted.radius_max
+    low, high = in_units([wanted.radius_min, wanted.radius_max], "m").tolist()
     axes.axvspan(low, high, color=CURLING_COLOR, alpha=0.18, lw=0.0, label="objects required")
     if wanted.pressure_max is not None:
-        limit = 1e-3 * wanted.pressure_max
+        limit = float(in_units(wanted.pressure_max, "Pa"))
         axes.axhline(limit, color=COLORS[2], ls="--", label="pressure limit")
-    axes.set(xlabel="object radius [mm]", ylabel="pressure [kPa]")
+    axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set_ylim(bottom=0.0)
     figure.suptitle(report.design.sentence)
     figure.legend(loc="outside right upper")
@@ -59,8 +60,8 @@ def design_figure(report: DesignReport) -> Figure:
 def regime_figure(chart: RegimeChart, name: str) -> Figure:
     """Return pressure against object radius with the three regimes as areas."""
     figure, (axes,) = panels(1)
-    radius, top = 1e3 * chart.radius, 1.15e-3 * float(chart.upper.max())
-    lower, upper = 1e-3 * chart.lower, 1e-3 * chart.upper
+    radius, top = in_units(chart.radius, "m"), 1.15 * float(in_units(chart.upper, "Pa").max())
+    lower, upper = in_units(chart.lower, "Pa"), in_units(chart.upper, "Pa")
     areas = (
         (np.zeros_like(lower), lower, OVERHANG_COLOR, "overhang"),
         (lower, upper, PERFECT_COLOR, "perfect wrap\n(within 2 % of\nthe radius)"),
@@ -68,8 +69,8 @@ def regime_figure(chart: RegimeChart, name: str) -> Figure:
     )
     for bottom, edge, color, label in areas:
         axes.fill_between(radius, bottom, edge, color=color, alpha=0.5, lw=0.0, label=label)
-    axes.plot(radius, 1e-3 * chart.perfect, color=COLORS[0], lw=0.8)
-    axes.set(xlabel="object radius [mm]", ylabel="pressure [kPa]")
+    axes.plot(radius, in_units(chart.perfect, "Pa"), color=COLORS[0], lw=0.8)
+    axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
     axes.set_title(name)
     figure.legend(loc="outside right upper")
@@ -102,14 +103,15 @@ def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -
     """Return radius, gripper length, object length against pressure, with and without gravity."""
     figure, axes_list = panels(3)
     fields = ("radius", "free_length", "object_length")
-    titles = ("object radius [mm]", "gripper length needed [mm]", "object length needed [mm]")
+    names = ("object radius", "gripper length needed", "object length needed")
+    titles = [axis_label(name, "m") for name in names]
     curves = ((heavy, "with gravity"), (weightless, "gravity zero"))
     for axes, field, title in zip(axes_list, fields, titles, strict=True):
         for number, (data, label) in enumerate(curves):
             style = "-" if number == 0 else "--"
-            values = 1e3 * getattr(data, field)
-            axes.plot(1e-3 * data.pressure, values, style, color=color_of(2 * number), label=label)
-        axes.set(xlabel="pressure [kPa]", ylabel=title)
+            values, pressure = in_units(getattr(data, field), "m"), in_units(data.pressure, "Pa")
+            axes.plot(pressure, values, style, color=color_of(2 * number), label=label)
+        axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=title)
         axes.set_ylim(bottom=0.0)
     figure.suptitle(name)
     handles, labels = axes_list[0].get_legend_handles_labels()
@@ -121,7 +123,7 @@ def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -
 def feasibility_figure(result: FeasibilityMap) -> Figure:
     """Return the room on the nearest limit over angle and tube radius."""
     figure, (axes,) = panels(1)
-    betas, radii = np.degrees(result.fiber_angles_beta), 1e3 * result.inner_radii
+    betas, radii = np.degrees(result.fiber_angles_beta), in_units(result.inner_radii, "m")
     percent = 100.0 * np.clip(result.room, -1.0, 1.0)
     bound = max(1.0, float(np.abs(percent).max()))
     mesh = axes.pcolormesh(
@@ -135,7 +137,7 @@ def feasibility_figure(result: FeasibilityMap) -> Figure:
     figure.colorbar(mesh, ax=axes, label="room on the nearest limit [%]")
     if percent.min() < 0.0 < percent.max():
         axes.contour(betas, radii, percent.T, levels=[0.0], colors="black", linewidths=1.2)
-    axes.set(xlabel="fiber angle β [deg]", ylabel="tube's bore radius [mm]")
+    axes.set(xlabel="fiber angle β [deg]", ylabel=axis_label("tube's bore radius", "m"))
     axes.grid(visible=False)
     return figure
 
@@ -148,11 +150,11 @@ def pareto_figure(points: Sequence[SweepPoint], best: Sequence[SweepPoint]) -> F
         ([p for p in points if p.feasible], "#b8c4c8", "feasible"),
         (list(best), COLORS[2], "Pareto set"),
     ):
-        pressures = [1e-3 * (point.pressure or 0.0) for point in chosen]
+        pressures = in_units([point.pressure or 0.0 for point in chosen], "Pa")
         strains = [100.0 * (point.strain or 0.0) for point in chosen]
         sizes = [150.0 * (point.length or 0.0) for point in chosen]
         axes.scatter(strains, pressures, s=sizes, color=color, label=label, edgecolor="white")
-    axes.set(xlabel="strain at the smallest object [%]", ylabel="pressure there [kPa]")
+    axes.set(xlabel="strain at the smallest object [%]", ylabel=axis_label("pressure there", "Pa"))
     figure.legend(loc="outside right upper", title="area: length")
     return figure
 

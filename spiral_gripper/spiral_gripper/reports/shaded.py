@@ -11,6 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from spiral_core.rod.types import Array, Vector
+from spiral_gripper.files.shown import in_units
 from spiral_gripper.reports.meshes import SIDES, Mesh, Solved, tube_mesh, turned_mesh
 
 TUBE_COLOR, FIBER_COLOR, OBJECT_COLOR = "#c8553d", "#40201a", "#9dbfc9"
@@ -53,10 +54,10 @@ def turned_surface(ends: Array, radii: Array, color: str = OBJECT_COLOR) -> Surf
 
 
 def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector) -> None:
-    """Draw surfaces in millimeters, seen with these directions to the right and upwards.
+    """Draw surfaces in the units shown, seen with these directions to the right and upwards.
 
     Args:
-        axes: whose data are millimeters to the right and upwards.
+        axes: whose data are lengths to the right and upwards.
         surfaces: they may hide parts of each other.
         right: unit vector in the base frame.
         up: likewise, orthogonal to ``right``.
@@ -71,7 +72,7 @@ def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector
     light = 0.5 + 0.5 * np.clip(normals[seen] @ LIGHT / lengths[seen], 0.0, 1.0)
     order = np.argsort(triangles[:, :, 2].mean(axis=1))
     faces = np.clip(light[:, None] * colors, 0.0, 1.0)[order]
-    flat = 1e3 * triangles[order, :, :2]
+    flat = in_units(triangles[order, :, :2], "m")
     # Edges of the face's own color hide the seams between faces.
     axes.add_collection(
         PolyCollection(list(flat), facecolors=faces, edgecolors=faces, linewidths=0.3)

@@ -10,8 +10,8 @@ from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.types import RodState
 from spiral_core.wrap.gripper import Gripper
+from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.design_document import plain
-from spiral_gripper.reports.tables import shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +47,9 @@ def shape_rows(shape: SolvedShape) -> list[tuple[str, str]]:
     """Return the figures of a shape as names and texts."""
     state, rest = shape.state, shape.unloaded_shape
     error = state.discretization_error
-    tip = ", ".join(f"{1e3 * float(x):.2f}" for x in state.tip_position)
+    tip = ", ".join(shown(float(x), "m") for x in state.tip_position)
     return [
-        ("tip (x, y, z)", f"{tip} mm"),
+        ("tip (x, y, z)", tip),
         ("curvature, torsion unloaded", f"{rest.curvature:.4g}, {rest.torsion:.4g} /m"),
         ("stretch", "" if rest.stretch is None else f"{rest.stretch:.5g}"),
         ("length", shown(rest.backbone_length, "m")),

@@ -10,6 +10,7 @@ from matplotlib.patches import Polygon
 
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
+from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.meshes import Solved
 from spiral_gripper.reports.shaded import cylinder_surface, draw_surfaces, tube_surface
 from spiral_gripper.reports.style import COLORS, paper_style
@@ -18,6 +19,8 @@ from spiral_gripper.reports.style import COLORS, paper_style
 RIM_POINTS = 73
 # An object is drawn longer than its contact by this many of its radii at each end.
 OVERHANG = 1.5
+# Around the outline of an object [m].
+ROOM = 0.002
 # Seen from the side: name of the axis to the right, right, up; x, along the tube, points down.
 VIEWS: tuple[tuple[str, Vector, Vector], ...] = (
     ("y", (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)),
@@ -54,9 +57,9 @@ def shape_figure(
         axes = figure.add_subplot(1, 2, 1 + number)
         draw_surfaces(axes, surfaces, right, up)
         if placement is not None and not in_contact:
-            rims = 1e3 * _rims(placement) @ np.array((right, up)).T
+            rims = in_units(_rims(placement) @ np.array((right, up)).T, "m")
             _draw_outline(axes, rims, label=None if number else "object (contact not solved)")
-        axes.set(xlabel=f"{name} [mm]", ylabel="x [mm]")
+        axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
         axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
     if placement is not None and not in_contact:
         figure.legend(loc="outside lower center")
@@ -95,5 +98,6 @@ def _draw_outline(axes: Axes, rims: Array, label: str | None) -> None:
     low, high = rims.min(axis=(0, 1)), rims.max(axis=(0, 1))
     axes.dataLim.update_from_data_xy(np.stack((low, high)))
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    axes.set(xlim=(min(left, low[0] - 2.0), max(right, high[0] + 2.0)))
-    axes.set(ylim=(min(bottom, low[1] - 2.0), max(top, high[1] + 2.0)))
+    room = float(in_units(ROOM, "m"))
+    axes.set(xlim=(min(left, low[0] - room), max(right, high[0] + room)))
+    axes.set(ylim=(min(bottom, low[1] - room), max(top, high[1] + room)))

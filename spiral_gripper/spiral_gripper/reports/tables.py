@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables for people, with rich: millimeters, kilopascals, degrees."""
+"""Tables for people, with rich."""
 
 from __future__ import annotations
 
@@ -14,33 +14,8 @@ from spiral_core.actuator.winding import Winding, windings_of
 from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.report import Design, DesignReport, DesignStep, Relaxation
 from spiral_core.design.sweep import SweepPoint
-from spiral_core.rounding import rounded_down, rounded_up
 from spiral_core.wrap.placement import ObjectPlacement
-
-_SHOWN = {"m": (1e3, "mm"), "Pa": (1e-3, "kPa"), "rad": (180.0 / math.pi, "deg"), "1": (1.0, "")}
-
-
-def shown(value: float, unit: str) -> str:
-    """Return an SI figure as people read it.
-
-    Example:
-        >>> shown(0.0111, "m"), shown(44034.0, "Pa"), shown(1.5, "1")
-        ('11.1 mm', '44.03 kPa', '1.5')
-    """
-    factor, name = _SHOWN.get(unit, (1.0, unit))
-    if unit == "m" and abs(value) >= 1.0:
-        factor, name = 1.0, "m"
-    return f"{factor * value:.4g} {name}".rstrip()
-
-
-def shown_range(low: float, high: float) -> str:
-    """Return a range of lengths [m] as people read it, its ends rounded into the range.
-
-    Example:
-        >>> shown_range(0.00457668, 0.0378219)
-        '4.577 mm to 37.82 mm'
-    """
-    return f"{shown(rounded_up(low, 4), 'm')} to {shown(rounded_down(high, 4), 'm')}"
+from spiral_gripper.files.shown import number, scale_of, shown, shown_range
 
 
 def print_report(report: DesignReport, console: Console) -> None:
@@ -165,9 +140,10 @@ def _winding_text(winding: Winding) -> str:
 
 
 def _placement_text(place: ObjectPlacement) -> str:
-    center = ", ".join(f"{1e3 * x:.1f}" for x in place.center)
+    center = ", ".join(number(x, "m") for x in place.center)
     along = ", ".join(f"{x:.3f}" for x in place.axis)
-    return f"({center}) mm along ({along}); free coil up to {_mm(place.largest_gap)} off"
+    gap = _mm(place.largest_gap)
+    return f"({center}) {scale_of('m').unit} along ({along}); free coil up to {gap} off"
 
 
 def _grip_text(grip: GripFigures) -> str:

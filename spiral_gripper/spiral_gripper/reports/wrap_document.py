@@ -17,10 +17,10 @@ from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_core.wrap.profile import ObjectProfile, ProfileWrap, wrap_for_profile
 from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
+from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper.files.storage import read_text
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 from spiral_gripper.reports.design_document import plain
-from spiral_gripper.reports.tables import shown, shown_range
 
 _HEADER = re.compile(r"\s*(?P<name>\w+)\s*\[(?P<unit>[^\]]+)\]\s*")
 HEADER_REQUIREMENT = 'of columns with units, such as "position [mm], radius [mm]"'
@@ -137,7 +137,7 @@ def wrap_rows(solved: SolvedWrap) -> list[tuple[str, str]]:
     if solved.pressure is not None and solved.regime is not None:
         rows.append((f"at {shown(solved.pressure, 'Pa')}", solved.regime.value))
         if solved.regime is not WrapRegime.OVERHANG and solved.line_force is not None:
-            rows.append(("normal force per length there", f"{solved.line_force:.4g} N/m"))
+            rows.append(("normal force per length there", shown(solved.line_force, "N/m")))
     return rows
 
 

@@ -17,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from spiral_core.errors import SpiralError
 from spiral_gripper import load_gripper
 from spiral_gripper.doctor.checks import Answer
+from spiral_gripper.files.shown import shown
 from spiral_gripper_ros.client import NoAnswerError, SpiralGripper, WrapOutcome
 from spiral_gripper_ros.process.node_process import NODE, SIMULATOR, NodeProcess
 from spiral_gripper_ros.process.stop_signals import StopSignals
@@ -199,8 +200,8 @@ def _progress(radius: float | None, client: SpiralGripper, listener: SmokeListen
     feedback = client.feedback()
     if feedback is not None:
         target = feedback.pressure_target
-    measured = "nothing" if listener.measured is None else f"{listener.measured * 1e-3:.1f} kPa"
+    measured = "nothing" if listener.measured is None else shown(listener.measured, "Pa")
     return (
-        f"grasping {(radius or 0.0) * 1e3:.1f} mm: {command * 1e-3:.1f} of {target * 1e-3:.1f} kPa "
+        f"grasping {shown(radius or 0.0, 'm')}: {shown(command, 'Pa')} of {shown(target, 'Pa')} "
         f"commanded, {measured} measured"
     )

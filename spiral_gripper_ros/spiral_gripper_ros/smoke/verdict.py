@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from spiral_gripper.doctor.checks import Answer, Finding, Mark
+from spiral_gripper.files.shown import shown
 from spiral_gripper_ros.simulation.simulated_gripper import Grip
 
 SECTION = "Smoke"
@@ -103,7 +104,7 @@ def _object(record: SmokeRecord) -> Finding:
 def _measured(record: SmokeRecord) -> Finding:
     if record.command is None or record.measured is None:
         return Finding(Mark.PROBLEM, "no measured pressure arrived")
-    text = f"{_kilopascals(record.measured)} measured, {_kilopascals(record.command)} commanded"
+    text = f"{_pressure(record.measured)} measured, {_pressure(record.command)} commanded"
     follows = abs(record.measured - record.command) <= PRESSURE_TOLERANCE
     return Finding(Mark.OK if follows and record.command > 0.0 else Mark.PROBLEM, text)
 
@@ -111,11 +112,11 @@ def _measured(record: SmokeRecord) -> Finding:
 def _commands(record: SmokeRecord) -> Finding:
     if not record.commands:
         return Finding(Mark.PROBLEM, "no command arrived")
-    limit = _kilopascals(record.pressure_max)
+    limit = _pressure(record.pressure_max)
     bad = [p for p in record.commands if not 0.0 <= p <= record.pressure_max]
     if bad:
         return Finding(Mark.PROBLEM, f"{bad[0]:g} Pa was commanded, which is not in 0 to {limit}")
-    largest = _kilopascals(max(record.commands))
+    largest = _pressure(max(record.commands))
     return Finding(Mark.OK, f"{len(record.commands)} of 0 to {largest}; the limit is {limit}")
 
 
@@ -124,17 +125,15 @@ def _shape(record: SmokeRecord) -> Finding:
         return Finding(Mark.PROBLEM, f"a backbone of {len(record.poses)} poses")
     if not all(math.isfinite(x) for position in record.poses for x in position):
         return Finding(Mark.PROBLEM, "the backbone has positions that are not finite")
-    x, y, z = (1e3 * c for c in record.poses[-1])
-    return Finding(
-        Mark.OK, f"{len(record.poses)} finite poses, tip at {x:.0f}, {y:.0f}, {z:.0f} mm"
-    )
+    tip = ", ".join(shown(c, "m", 3) for c in record.poses[-1])
+    return Finding(Mark.OK, f"{len(record.poses)} finite poses, tip at {tip}")
 
 
 def _release(record: SmokeRecord) -> Finding:
     if record.measured_at_end is None:
         text = record.release_answer or "no measured pressure arrived after it"
         return Finding(Mark.PROBLEM, text)
-    measured = _kilopascals(record.measured_at_end)
+    measured = _pressure(record.measured_at_end)
     if record.vented_after is None:
         return Finding(Mark.PROBLEM, f"not vented: {measured} measured at the end")
     return Finding(Mark.OK, f"vented after {record.vented_after:.1f} s: {measured} measured")
@@ -149,8 +148,8 @@ def _end(record: SmokeRecord) -> Finding:
     return Finding(Mark.OK, f"exit codes: {codes}; the last command was a vent")
 
 
-def _kilopascals(pressure: float) -> str:
-    return f"{pressure * 1e-3:.1f} kPa"
+def _pressure(pressure: float) -> str:
+    return shown(pressure, "Pa")
 
 
 # Name, title, judge, and the names of earlier ones without which it says nothing.

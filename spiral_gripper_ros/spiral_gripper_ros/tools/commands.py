@@ -14,6 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
 from spiral_core.errors import SpiralError
+from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_ros.client.answers import NoAnswerError, WrapOutcome, no_node_in
@@ -75,10 +76,10 @@ def plan(namespace: str, radius: float, overpressure: float) -> Answer:
     lines = [str(answer.message)]
     if answer.success:
         lines += [
-            f"pressure         {1e-3 * answer.pressure:.2f} kPa",
+            f"pressure         {shown(answer.pressure, 'Pa')}",
             f"turns            {answer.turns:.2f}",
-            f"object length    {1e3 * answer.object_length_needed:.1f} mm needed",
-            f"line force       {answer.line_force:.2f} N/m",
+            f"object length    {shown(answer.object_length_needed, 'm')} needed",
+            f"line force       {shown(answer.line_force, 'N/m')}",
         ]
         lines += grip_lines(answer.grip)
     lines.append(f"grips radii      {_range(answer)}")
@@ -90,19 +91,27 @@ def grip_lines(grip: Grip) -> list[str]:
     if not grip.known:
         return ["holding force    not known (yet)"]
     curling, loss = (
-        f"{1e-3 * pressure:.1f} kPa" if pressure else "none up to the limit"
+        shown(pressure, "Pa") if pressure else "none up to the limit"
         for pressure in (grip.onset_curling, grip.loss)
     )
-    away, towards = grip.holding_force_away, grip.holding_force_towards
-    down, age, touching = grip.holding_force_down, grip.age, 1e3 * grip.contact_length
+    away, towards, down, normal = (
+        shown(force, "N", 3)
+        for force in (
+            grip.holding_force_away,
+            grip.holding_force_towards,
+            grip.holding_force_down,
+            grip.normal_force,
+        )
+    )
+    touching = shown(grip.contact_length, "m", 3)
     return [
-        f"in contact       {touching:.0f} mm of tube, {grip.normal_force:.2f} N in all",
-        f"wrapped          from {1e-3 * grip.onset_wrap:.1f} kPa, by contact",
+        f"in contact       {touching} of tube, {normal} in all",
+        f"wrapped          from {shown(grip.onset_wrap, 'Pa')}, by contact",
         f"curling          from {curling}",
         f"lost             at {loss}",
-        f"holding force    {away:.2f} N away from the base, {towards:.2f} N towards it",
-        f"                 {down:.2f} N downwards",
-        f"computed         {age:.0f} s ago, for friction {grip.friction_coefficient:.2g}",
+        f"holding force    {away} away from the base, {towards} towards it",
+        f"                 {down} downwards",
+        f"computed         {grip.age:.0f} s ago, for friction {grip.friction_coefficient:.2g}",
     ]
 
 
@@ -130,8 +139,9 @@ def grasp(namespace: str, goal: WrapGoal) -> Answer:
     if good:
         lines.append(f"{result.turns:.2f} turns; holds until `spiral-gripper release`")
     if good and result.holding_force_away is not None:
-        away, towards = result.holding_force_away, result.holding_force_towards
-        lines.append(f"holds {away:.2f} N away from the base, {towards:.2f} N towards it")
+        forces = (result.holding_force_away, result.holding_force_towards or 0.0)
+        away, towards = (shown(force, "N", 3) for force in forces)
+        lines.append(f"holds {away} away from the base, {towards} towards it")
     document = {name: getattr(result, name) for name in result.__dataclass_fields__}
     document["outcome"], document["reason"] = result.outcome.value, result.reason.name
     return Answer(good, lines, document)
@@ -203,13 +213,15 @@ def _status_lines(heard: GripStatus) -> list[str]:
     """Return a status as people read it."""
     measured, regime = "not measured", heard.regime
     if heard.measured:
-        measured, regime = f"{1e-3 * heard.measured_pressure:.2f} kPa", heard.measured_regime
-    held = "none" if heard.object_radius == 0.0 else f"{1e3 * heard.object_radius:.2f} mm"
-    command, target = 1e-3 * heard.pressure_command, 1e-3 * heard.pressure_target
+        measured, regime = shown(heard.measured_pressure, "Pa"), heard.measured_regime
+    held = "none" if heard.object_radius == 0.0 else shown(heard.object_radius, "m")
+    command, target = (
+        shown(pressure, "Pa") for pressure in (heard.pressure_command, heard.pressure_target)
+    )
     return [
         f"state            {State(heard.state).name}",
         f"object radius    {held}",
-        f"command          {command:.2f} kPa of {target:.2f} kPa",
+        f"command          {command} of {target}",
         f"measured         {measured}",
         f"regime           {REGIME_NAMES[regime]}",
         f"wrapped          {'yes' if heard.wrapped else 'no'}",
@@ -218,7 +230,7 @@ def _status_lines(heard: GripStatus) -> list[str]:
 
 
 def _range(message: Any) -> str:  # noqa: ANN401
-    return f"{1e3 * message.radius_min:.1f} to {1e3 * message.radius_max:.1f} mm"
+    return shown_range(message.radius_min, message.radius_max)
 
 
 def _document(message: Any, without: tuple[str, ...] = ()) -> dict[str, object]:  # noqa: ANN401

@@ -12,6 +12,8 @@ from rich.live import Live
 from rich.markup import escape
 from rich.table import Table
 
+from spiral_gripper.files.shown import axis_label
+
 # Time between two lines without news, where there is no terminal [s].
 LINE_PERIOD = 1.0
 
@@ -22,8 +24,8 @@ class View:
 
     Args:
         elapsed: since the node became active [s].
-        radius: of the object that is really there, and of the one the node believes in [mm].
-        command: and what is measured [kPa].
+        radius: of the object that is really there, and of the one the node believes in.
+        command: and the measured pressure.
         regime: how the node believes that the object is held.
         wrapped: whether the node believes that it is held.
         grip: how it is really held.
@@ -48,10 +50,10 @@ class View:
         real, believed = self.radius
         return (
             ("t [s]", f"{self.elapsed:5.1f}", 5),
-            ("object [mm]", _number(real), 11),
-            ("believed [mm]", _number(believed), 13),
-            ("command [kPa]", _number(self.command), 13),
-            ("measured [kPa]", _number(self.measured), 14),
+            (axis_label("object", "m"), _number(real), 11),
+            (axis_label("believed", "m"), _number(believed), 13),
+            (axis_label("command", "Pa"), _number(self.command), 13),
+            (axis_label("measured", "Pa"), _number(self.measured), 14),
             ("regime", self.regime, 12),
             ("wrapped", "yes" if self.wrapped else "no", 7),
             ("really", self.grip, 13),

@@ -7,6 +7,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 
+from spiral_gripper.files.shown import in_units
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import Reason, State
@@ -59,9 +60,9 @@ class Watcher(Listener):
         )
         return View(
             elapsed=elapsed,
-            radius=(_in(1e3, radius and radius.data), _in(1e3, status.object_radius)),
-            command=None if self.command is None else 1e-3 * self.command,
-            measured=None if measured is None else 1e-3 * measured.fluid_pressure,
+            radius=(_in("m", radius and radius.data), _in("m", status.object_radius)),
+            command=None if self.command is None else float(in_units(self.command, "Pa")),
+            measured=None if measured is None else float(in_units(measured.fluid_pressure, "Pa")),
             regime=REGIME_NAMES[status.measured_regime if status.measured else status.regime],
             wrapped=bool(status.wrapped),
             grip="-" if grip is None else grip.data,
@@ -71,9 +72,9 @@ class Watcher(Listener):
         )
 
 
-def _in(factor: float, value: float | None) -> float | None:
-    """Return a value in other units; what is 0 or None is not known."""
-    return factor * value if value else None
+def _in(unit: str, value: float | None) -> float | None:
+    """Return a value of an SI unit as it is shown; what is 0 or None is not known."""
+    return float(in_units(value, unit)) if value else None
 
 
 def _troubles(status: GripStatus) -> dict[int, str]:

@@ -15,8 +15,8 @@ from spiral_gripper.cli.types import (
     PRESSURE_RATE,
     TIME,
     gripper_argument,
-    json_option,
     mount_options,
+    output_options,
     plot_option,
     typed,
 )
@@ -57,7 +57,7 @@ ANIMATION_SUFFIXES = (".gif",)
     help="Write the closing in true time to a .gif file.",
 )
 @mount_options
-@json_option
+@output_options
 @plot_option
 def close(
     gripper: str,

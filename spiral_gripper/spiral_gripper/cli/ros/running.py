@@ -12,7 +12,14 @@ import click
 
 from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import require_namespace
-from spiral_gripper.cli.types import LENGTH, NUMBER, PRESSURE, Decorated, json_option
+from spiral_gripper.cli.types import (
+    LENGTH,
+    NUMBER,
+    PRESSURE,
+    Decorated,
+    output_options,
+    units_option,
+)
 
 SIDE = "tools.commands"
 
@@ -73,7 +80,7 @@ def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
 @click.option("--radius", type=LENGTH, metavar="LENGTH", required=True, callback=_positive)
 @overpressure_option
 @namespace_option
-@json_option
+@output_options
 def plan(radius: float, overpressure: float, namespace: str, as_json: bool) -> int:
     """Ask a running node whether it can wrap an object, and with what; nothing moves.
 
@@ -98,7 +105,7 @@ def plan(radius: float, overpressure: float, namespace: str, as_json: bool) -> i
     help="What becomes of the pressure.  [default: the node's grasp_abort_policy]",
 )
 @namespace_option
-@json_option
+@output_options
 def grasp(
     radius: float | None,
     overpressure: float,
@@ -121,7 +128,7 @@ def grasp(
 @click.command()
 @timeout_option
 @namespace_option
-@json_option
+@output_options
 def release(timeout: float | None, namespace: str, as_json: bool) -> int:
     """Let a running node vent, and wait until the pressure is gone.
 
@@ -132,7 +139,7 @@ def release(timeout: float | None, namespace: str, as_json: bool) -> int:
 
 @click.command()
 @namespace_option
-@json_option
+@output_options
 def status(namespace: str, as_json: bool) -> int:
     """Show what a running node does now, and why.
 
@@ -150,6 +157,7 @@ def status(namespace: str, as_json: bool) -> int:
     help="End after so long.  [default: at Ctrl-C]",
 )
 @namespace_option
+@units_option
 def watch(duration: float | None, namespace: str) -> int:
     """Show what a running node does, until Ctrl-C."""
     return int(load_ros_side(SIDE).watch(namespace, math.inf if duration is None else duration))

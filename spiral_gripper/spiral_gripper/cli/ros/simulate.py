@@ -9,7 +9,7 @@ import re
 import click
 
 from spiral_gripper.cli.ros.side import load_ros_side
-from spiral_gripper.cli.types import LENGTH, NUMBER
+from spiral_gripper.cli.types import LENGTH, NUMBER, units_option
 
 FAULTS = ("none", "leak", "stuck_valve", "lost_link")
 DEFAULT_GRIPPER = "paper_design_70"
@@ -39,6 +39,7 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
     "--duration", type=NUMBER, metavar="SECONDS", help="End after so long.  [default: at Ctrl-C]"
 )
 @click.option("--namespace", metavar="NAME", help="Of all topics.  [default: one of its own]")
+@units_option
 def simulate(
     gripper: str,
     radius: float | None,

@@ -7,7 +7,7 @@ import click
 
 from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import DEFAULT_GRIPPER, FAULTS
-from spiral_gripper.cli.types import json_option
+from spiral_gripper.cli.types import output_options
 
 
 @click.command()
@@ -18,7 +18,7 @@ from spiral_gripper.cli.types import json_option
     default="none",
     help="Break the simulated regulator, to see that it is noticed.",
 )
-@json_option
+@output_options
 def smoke(gripper: str, fault: str, as_json: bool) -> int:
     """Start node and simulator, wrap and release an object, and say whether all went well.
 

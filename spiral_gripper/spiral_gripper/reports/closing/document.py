@@ -22,7 +22,7 @@ from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion.frequencies import Modes, vibration_modes
 from spiral_core.rod.motion.inertia import Damping
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper.reports.tables import shown
+from spiral_gripper.files.shown import shown
 
 # Pressure that a grip is closed to, over that of the perfect wrap.
 BEYOND_WRAP = 1.15
@@ -145,16 +145,16 @@ def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
         ("at rest after", _seconds(closing.settling_time)),
         ("in contact", f"{100.0 * closing.contact_fractions[-1]:.0f} % of the tube"),
         ("turns", f"{point.turns:.2f}"),
-        ("presses with", f"{point.normal_force:.3g} N in all"),
+        ("presses with", f"{shown(point.normal_force, 'N', 3)} in all"),
     ]
     names = {Pull.AWAY: "holds away from the base", Pull.TOWARDS: "holds towards the base"}
-    rows += [(names[one.pull], f"{one.force:.3g} N") for one in solved.forces]
+    rows += [(names[one.pull], shown(one.force, "N", 3)) for one in solved.forces]
     if solved.advice is not None:
-        rows.append(("closed slowly it holds", f"{solved.advice.slow:.3g} N"))
+        rows.append(("closed slowly it holds", shown(solved.advice.slow, "N", 3)))
         pairs = zip(solved.advice.rates, solved.advice.forces, strict=True)
-        rows += [(f"  at {shown(rate, 'Pa')}/s", f"{force:.3g} N") for rate, force in pairs]
+        rows += [(f"  at {shown(rate, 'Pa/s')}", shown(force, "N", 3)) for rate, force in pairs]
         fastest = solved.advice.fastest
-        said = "none of these" if fastest is None else f"{shown(fastest, 'Pa')}/s"
+        said = "none of these" if fastest is None else shown(fastest, "Pa/s")
         rows.append(("fastest that keeps 90 %", said))
     settling = solved.hanging.settling_times(solved.question.damping)[0]
     rows += [

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from spiral_core.closing.close import TimedClosing
 from spiral_core.grip.point import GripPoint
+from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.grip_plots import draw_coil
 from spiral_gripper.reports.shape_plots import VIEWS
@@ -21,8 +22,10 @@ from spiral_gripper.reports.style import COLORS, panels, paper_style
 
 # Of an animation: pictures per second, dots per inch, and the most pictures.
 PICTURE_RATE, DOTS, MOST_PICTURES = 12.5, 80, 250
+# Around what is drawn [m].
+ROOM = 0.03
 
-# Of both axes [mm].
+# Of both axes, in the units shown.
 Limits: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -34,8 +37,8 @@ def close_figure(closing: TimedClosing) -> Figure:
     left.plot(times, [100.0 * c for c in closing.contact_fractions], color=COLORS[1])
     left.set(xlabel="time [s]", ylabel="in contact [% of the tube]")
     beside = left.twinx()
-    beside.plot(times, [1e-3 * closing.course.at(t) for t in times], ":", color=COLORS[2])
-    beside.set_ylabel("pressure [kPa]", color=COLORS[2])
+    beside.plot(times, in_units([closing.course.at(t) for t in times], "Pa"), ":", color=COLORS[2])
+    beside.set_ylabel(axis_label("pressure", "Pa"), color=COLORS[2])
     speeds = [float(np.linalg.norm(frame.velocities[-1])) for frame in closing.frames]
     right.plot(times, speeds, color=COLORS[0])
     right.set(xlabel="time [s]", ylabel="speed of the tip [m/s]")
@@ -71,7 +74,7 @@ def _draw_frame(figure: Figure, closing: TimedClosing, index: int, limits: Limit
     pressure = closing.course.at(frame.time)
     point = GripPoint(pressure, closing.setup, frame.state)
     figure.clear()
-    figure.suptitle(f"{frame.time:.2f} s, {1e-3 * pressure:.1f} kPa")
+    figure.suptitle(f"{frame.time:.2f} s, {shown(pressure, 'Pa', 3)}")
     for number, view in enumerate(VIEWS, start=1):
         axes = figure.add_subplot(1, len(VIEWS), number)
         draw_coil(axes, point, view)
@@ -79,8 +82,9 @@ def _draw_frame(figure: Figure, closing: TimedClosing, index: int, limits: Limit
 
 
 def _limits(closing: TimedClosing) -> Limits:
-    """Return limits that hold every frame: across and along the hanging tube [mm]."""
-    positions = 1e3 * np.array([frame.state.positions for frame in closing.frames])
-    reach = float(np.abs(positions[:, :, 1:]).max()) + 30.0
-    down = float(positions[:, :, 0].max()) + 30.0
-    return (-reach, reach), (-down, 30.0 - float(positions[:, :, 0].min()))
+    """Return limits that hold every frame, across and along the hanging tube, in units shown."""
+    positions = in_units(np.array([frame.state.positions for frame in closing.frames]), "m")
+    room = float(in_units(ROOM, "m"))
+    reach = float(np.abs(positions[:, :, 1:]).max()) + room
+    down = float(positions[:, :, 0].max()) + room
+    return (-reach, reach), (-down, room - float(positions[:, :, 0].min()))

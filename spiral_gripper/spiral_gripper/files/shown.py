@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Quantities as people read them: in millimeters and kilopascals, or in the units they choose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from types import MappingProxyType
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.rod.types import Array
+from spiral_core.rounding import rounded_down, rounded_up
+from spiral_gripper.files.units import Dimension, convert_from_si
+
+
+class Scale(NamedTuple):
+    """A unit to show figures in.
+
+    Attributes:
+        factor: what a figure in SI is multiplied by.
+        unit: its name; empty for plain numbers.
+    """
+
+    factor: float
+    unit: str
+
+
+# SI unit -> what people read unless they choose another one.
+_USUAL: Final[Mapping[str, Scale]] = MappingProxyType(
+    {
+        "m": Scale(1e3, "mm"),
+        "Pa": Scale(1e-3, "kPa"),
+        "rad": Scale(180.0 / math.pi, "deg"),
+        "N m": Scale(1e3, "N mm"),
+        "N m^2": Scale(1e6, "N mm^2"),
+        "N/m": Scale(1e-3, "N/mm"),
+        "Pa/s": Scale(1e-3, "kPa/s"),
+        "1": Scale(1.0, ""),
+    }
+)
+CHOSEN: Final = (
+    Dimension.PRESSURE,
+    Dimension.LENGTH,
+    Dimension.ANGLE,
+    Dimension.FORCE,
+    Dimension.MASS,
+)
+_present: ContextVar[Mapping[str, Scale]] = ContextVar("units", default=_USUAL)
+
+
+def dimension_of(unit: str) -> Dimension:
+    """Return what a unit measures, of pressure, length, angle, force and mass.
+
+    Raises:
+        InvalidInputError: it measures none of these.
+
+    Example:
+        >>> dimension_of("psi").quantity
+        'pressure'
+    """
+    for dimension in CHOSEN:
+        try:
+            convert_from_si(1.0, unit, dimension)
+        except InvalidInputError:
+            continue
+        return dimension
+    known = ", ".join(dimension.quantity for dimension in CHOSEN)
+    raise InvalidInputError("units", unit, f"units of {known}, such as psi,mm")
+
+
+@contextmanager
+def display_units(*units: str) -> Iterator[None]:
+    """Show figures in these units while the block runs: in tables, reprs and pictures.
+
+    Units that are made of others follow: with psi, rates are in psi/s; with lbf and in, torques are
+    in lbf in. What is not chosen keeps its usual unit: kPa, mm, deg, N, kg.
+
+    Args:
+        units: at most one for each of pressure, length, angle, force and mass.
+
+    Raises:
+        InvalidInputError: one is no such unit, or two measure the same.
+
+    Example:
+        >>> with display_units("psi", "in"):
+        ...     print(shown(55158.0, "Pa"), shown(0.0254, "m"), axis_label("pressure", "Pa"))
+        8 psi 1 in pressure [psi]
+    """
+    chosen = dict(_USUAL)
+    names: dict[Dimension, str] = {}
+    for unit in units:
+        dimension = dimension_of(unit)
+        if dimension in names:
+            raise InvalidInputError("units", ",".join(units), f"one unit of {dimension.quantity}")
+        names[dimension] = unit
+        chosen[dimension.si_unit] = Scale(convert_from_si(1.0, unit, dimension), unit)
+    force, length = (chosen.get(si, Scale(1.0, si)) for si in ("N", "m"))
+    pressure = chosen["Pa"]
+    chosen["N m"] = Scale(force.factor * length.factor, f"{force.unit} {length.unit}")
+    chosen["N m^2"] = Scale(force.factor * length.factor**2, f"{force.unit} {length.unit}^2")
+    chosen["N/m"] = Scale(force.factor / length.factor, f"{force.unit}/{length.unit}")
+    chosen["Pa/s"] = Scale(pressure.factor, f"{pressure.unit}/s")
+    token = _present.set(chosen)
+    try:
+        yield
+    finally:
+        _present.reset(token)
+
+
+def scale_of(unit: str) -> Scale:
+    """Return the unit in which figures of an SI unit are shown.
+
+    Example:
+        >>> scale_of("Pa")
+        Scale(factor=0.001, unit='kPa')
+    """
+    return _present.get().get(unit, Scale(1.0, unit))
+
+
+def number(value: float, unit: str, digits: int = 4) -> str:
+    """Return an SI figure in the unit it is shown in, without that unit.
+
+    Example:
+        >>> number(0.0111, "m")
+        '11.1'
+    """
+    return f"{scale_of(unit).factor * value:.{digits}g}"
+
+
+def shown(value: float, unit: str, digits: int = 4) -> str:
+    """Return an SI figure as people read it.
+
+    Example:
+        >>> shown(0.0111, "m"), shown(44034.0, "Pa"), shown(1.5, "1")
+        ('11.1 mm', '44.03 kPa', '1.5')
+    """
+    factor, name = scale_of(unit)
+    if name == "mm" and abs(value) >= 1.0:
+        factor, name = 1.0, "m"
+    return f"{factor * value:.{digits}g} {name}".rstrip()
+
+
+def shown_range(low: float, high: float) -> str:
+    """Return a range of lengths [m] as people read it, its ends rounded into the range.
+
+    Example:
+        >>> shown_range(0.00457668, 0.0378219)
+        '4.577 mm to 37.82 mm'
+    """
+    factor, name = scale_of("m")
+    if name == "mm" and high >= 1.0:
+        factor, name = 1.0, "m"
+    ends = rounded_up(factor * low, 4), rounded_down(factor * high, 4)
+    return " to ".join(f"{end:.4g} {name}" for end in ends)
+
+
+def in_units(values: Array | list[float] | float, unit: str) -> Array:
+    """Return SI figures in the unit they are shown in, for a picture.
+
+    Example:
+        >>> in_units([0.01, 0.02], "m").tolist()
+        [10.0, 20.0]
+    """
+    return scale_of(unit).factor * np.asarray(values, dtype=np.float64)
+
+
+def axis_label(name: str, unit: str) -> str:
+    """Return what stands at an axis, with the unit it is shown in.
+
+    Example:
+        >>> axis_label("object radius", "m")
+        'object radius [mm]'
+    """
+    return f"{name} [{scale_of(unit).unit}]"

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures in the units that the reader chose, wherever they are printed or drawn."""
+
+import json
+from contextlib import suppress
+
+import pytest
+from click.testing import CliRunner
+
+from spiral_core import InvalidInputError, WrapCurve
+from spiral_gripper import convert_from_si, display_units, load_gripper, plot
+from spiral_gripper.cli import main as cli
+from spiral_gripper.files.shown import axis_label, number, scale_of, shown, shown_range
+from spiral_gripper.files.units import Dimension
+
+WRAP = ["wrap", "paper_design_70", "--radius", "20 mm"]
+
+
+def run(*arguments):
+    return CliRunner().invoke(cli.spiral_gripper, list(arguments), obj={})
+
+
+def test_units_made_of_others_follow_the_chosen_ones():
+    with display_units("lbf", "in", "psi", "rad"):
+        assert shown(6894.757293, "Pa/s") == "1 psi/s"
+        assert shown(4.4482216 * 0.0254, "N m") == "1 lbf in"
+        assert shown(4.4482216 / 0.0254, "N/m") == "1 lbf/in"
+        assert shown(4.4482216 * 0.0254**2, "N m^2") == "1 lbf in^2"
+        assert shown(1.5, "rad") == "1.5 rad"
+        assert shown_range(0.0254, 0.0508) == "1 in to 2 in"
+        assert shown(2.54, "m") == "100 in"
+    assert (shown(0.5, "N m"), scale_of("N/m").unit) == ("500 N mm", "N/mm")
+
+
+def test_the_usual_units_return_with_the_end_of_the_block():
+    with suppress(ZeroDivisionError), display_units("bar"):
+        assert number(2e5, "Pa") == "2"
+        raise ZeroDivisionError
+    assert (number(2e5, "Pa"), shown(2.0, "m")) == ("200", "2 m")
+
+
+@pytest.mark.parametrize("units", [("psi", "kPa"), ("furlongs per",), ("",), ("g/m",), ("%",)])
+def test_what_is_no_unit_of_these_is_refused(units):
+    with pytest.raises(InvalidInputError, match="units must be"), display_units(*units):
+        pass
+
+
+def test_a_picture_is_drawn_in_the_chosen_units():
+    curve = WrapCurve(load_gripper("paper_design_70"))
+    with display_units("psi", "in"):
+        axes = plot(curve).axes[0]
+        assert axes.get_xlabel() == axis_label("object radius", "m") == "object radius [in]"
+        assert axes.get_ylabel() == "pressure [psi]"
+    assert axes.get_xlim()[1] == pytest.approx(
+        convert_from_si(curve.radius_max, "in", Dimension.LENGTH)
+    )
+
+
+def test_a_command_prints_in_the_chosen_units_and_forgets_them():
+    chosen = run(*WRAP, "--units", "psi, in")
+    assert chosen.exit_code == 0
+    assert "8.274 psi" in chosen.output
+    assert "0.7874 in" in chosen.output
+    assert not any(unit in chosen.output for unit in (" kPa", " mm"))
+    assert "57.05 kPa" in run(*WRAP).output
+
+
+def test_json_stays_in_si():
+    document = json.loads(run(*WRAP, "--json", "--units", "psi,in").output)
+    assert document["pressure"] == pytest.approx(57.05e3, rel=1e-3)  # as the table has it
+
+
+def test_a_refusal_is_in_the_chosen_units(capfd):
+    asked = [*WRAP[:-1], "60 mm", "--units", "in"]
+    assert cli.run(asked) == 2
+    assert "the nearest radius that can is 1.489 in" in capfd.readouterr().err
+
+
+def test_units_that_are_none_are_refused(capfd):
+    assert cli.run([*WRAP, "--units", "psi,parsnip"]) == 2
+    assert "got 'parsnip'" in capfd.readouterr().err
