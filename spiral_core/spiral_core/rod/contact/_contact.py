@@ -41,7 +41,6 @@ class Iterate:
         normal: (m, N + 1) normal forces lambda [N].
         slack: (m, N + 1) sigma [m].
         friction: (m, N + 1, 3) friction tau [N].
-        sharp: whether contact was last solved sharply.
     """
 
     q: Array
@@ -50,7 +49,6 @@ class Iterate:
     normal: Array
     slack: Array
     friction: Array
-    sharp: bool = True
 
     def copy(self) -> Iterate:
         """Return an independent copy."""
@@ -61,7 +59,6 @@ class Iterate:
             self.normal.copy(),
             self.slack.copy(),
             self.friction.copy(),
-            self.sharp,
         )
 
 

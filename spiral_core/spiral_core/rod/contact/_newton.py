@@ -38,8 +38,11 @@ MAX_ROTATION = 0.7
 # solution, not the solution.
 CHORD_COMPLIANCE = 1e-5
 CONTACT_COMPLIANCE = 1e-4
-# A node that has stiffness 12 EI / h^3 of its own is taken to touch with this fraction of it.
+# A node touches where its normal force exceeds its gap times this fraction of its own stiffness,
+# 12 EI / h^3. The quick attempt goes on with a fraction of that: it lets a node go for a force that
+# pulls, not for a gap that the next step closes.
 CONTACT_STIFFNESS = 1e-3
+QUICK_STIFFNESS = 1e-6
 # Slack times normal force at the end, per element, as a fraction of force scale times length.
 LAST_BARRIER = 1e-10
 # Elastic slip at the end, as a fraction of the rod's radius, or of a thousandth of its length.
@@ -99,8 +102,8 @@ class Newton:
         own = 12.0 * arrays.bending / h**3
         self.last_barrier = LAST_BARRIER * self.force * arrays.length / count
         self.last_slip = last_slip(arrays)
-        self.law = Law(
-            sharp=x.sharp or not arrays.obstacles,
+        self.law = self.first = Law(
+            sharp=True,
             barrier=self.last_barrier,
             slip=self.last_slip,
             stiffness=CONTACT_STIFFNESS * own,
@@ -112,8 +115,7 @@ class Newton:
         )
         self.mass = np.array((h * h, h * h, h * h, 1.0, 1.0, 1.0))
         self.rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
-        self.touchable = self._hold_ends()
-        self.shift = 0.0
+        self.touchable, self.shift = self._hold_ends(), 0.0
         self.step, self.force_step = np.zeros((count + 1, 6)), np.zeros((count, 3))
         self.gradient, self.chord = np.zeros((count + 1, 6)), np.zeros((count, 3))
         self.moments = np.zeros((count + 1, 3))
@@ -136,8 +138,7 @@ class Newton:
         """Iterate to the equilibrium; nodes move at most ``max_move`` [m] in a step."""
         start = self.x.copy()
         quick = True
-        blocked = patience = 0
-        best = np.inf
+        blocked, patience, best = 0, 0, np.inf
         solution = self._pass()
         first = self._first_guess(solution)
         for passes in range(1, MAX_PASSES):
@@ -146,7 +147,6 @@ class Newton:
             if self._settled(solution):
                 solution = self._certified(solution)
                 if solution.pivot > 0.0:
-                    self.x.sharp = self.law.sharp
                     return replace(solution, outcome=CONVERGED, passes=passes)
             patience = QUICK_PASSES if solution.residual < 0.5 * best else patience - 1
             best = min(best, solution.residual)
@@ -157,7 +157,9 @@ class Newton:
                 self._restart(start, *first)
             elif solution.pivot > 0.0 and not left:
                 primal, dual = self._advance(solution, max_move)
-                if not self.law.sharp:
+                if self.law.sharp:
+                    self.law = replace(self.law, stiffness=QUICK_STIFFNESS * self.first.stiffness)
+                else:
                     blocked = blocked + 1 if min(primal, dual) < BLOCKED else 0
                     blocked = self._sink(solution, min(primal, dual), blocked, first)
                 self._couple(solution)
@@ -212,7 +214,7 @@ class Newton:
         """Go back to the start, with a wide barrier."""
         for name in ("q", "p", "n", "normal", "slack", "friction"):
             getattr(self.x, name)[:] = getattr(start, name)
-        self.law = replace(self.law, sharp=False, barrier=barrier, slip=slip, coupled=False)
+        self.law = replace(self.first, sharp=False, barrier=barrier, slip=slip)
         widen(self.x, self.arrays.obstacles, self.arrays.radius, width, self.law.barrier)
 
     def _sink(
@@ -307,9 +309,8 @@ class Newton:
             float(np.abs(inner[:, 3:]).max()) / self.force,
             float(np.abs(self.chord).max()) / length,
         ]
-        worst += [
-            c.residual(length, self.force, self.last_barrier, self.tolerance) for c in contacts
-        ]
+        laws = (length, self.force, self.last_barrier, self.tolerance)
+        worst += [contact.residual(*laws) for contact in contacts]
         return float(np.max(worst))
 
     def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
