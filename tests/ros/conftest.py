@@ -13,6 +13,7 @@ os.environ["ROS_DOMAIN_ID"] = str(
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 import itertools
+import signal
 import warnings
 
 with warnings.catch_warnings():  # its parser imports a module that Python deprecates
@@ -64,6 +65,14 @@ def ros():
 @pytest.fixture
 def namespace():
     return f"/test_{next(_numbers)}"
+
+
+@pytest.fixture
+def hangups():
+    """Hangups reach what is started here, even where these tests run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import time
 
 import pytest
 from rich.console import Console
+from ros.harness import DEADLINE
 
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.states import Reason
@@ -128,7 +129,7 @@ def test_an_argument_that_is_none_is_refused_in_one_line():
 def test_two_demos_at_once_play_to_their_ends_without_hearing_each_other():
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     with subprocess.Popen(COMMAND, **pipes) as one, subprocess.Popen(COMMAND, **pipes) as other:
-        outputs = {demo: demo.communicate(timeout=240)[0] for demo in (one, other)}
+        outputs = {demo: demo.communicate(timeout=DEADLINE)[0] for demo in (one, other)}
     for demo, output in outputs.items():
         assert demo.returncode == 0, output
         assert "all as expected" in output
@@ -157,11 +158,11 @@ def test_control_c_stops_demo_and_node_without_a_traceback():
                 break
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: the node gets it too
         lines += process.stdout
-        assert process.wait(30.0) == 130
+        assert process.wait(DEADLINE) == 130
     output = "".join(lines)
     assert "interrupted" in output
     assert "Traceback" not in output
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while _group_exists(process.pid):
         assert time.monotonic() < deadline, "the node still runs"
         time.sleep(0.05)

@@ -3,7 +3,6 @@
 
 import dataclasses
 import threading
-import time
 
 import pytest
 
@@ -54,10 +53,8 @@ def test_an_error_of_the_question_is_raised_here(description):
 
 
 def test_a_design_that_takes_too_long_is_ended(description):
-    start = time.monotonic()
-    with pytest.raises(DesignEndedError, match="not done within 1 s"):
-        DesignProcess(longest=1.0).answer(LONG, description)
-    assert time.monotonic() - start < 20.0
+    with pytest.raises(DesignEndedError, match="not done within 1 s of processor time"):
+        DesignProcess(longest=1).answer(LONG, description)
 
 
 def test_a_design_that_is_ended_before_it_starts_is_not_started(description):

@@ -73,7 +73,7 @@ def test_a_goal_wraps_the_object_and_says_so(goals, curve):
     assert result.turns == pytest.approx(wrap.turns, rel=1e-6)
     assert result.contact_length == pytest.approx(wrap.contact_length)
     assert result.line_force > 0.0
-    assert 0.0 < result.elapsed < 30.0
+    assert result.elapsed > 0.0
     assert "as commanded" in result.message
     assert all_finite(result, *goal.feedback)
 

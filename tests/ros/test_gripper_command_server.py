@@ -105,7 +105,8 @@ def test_a_position_wraps_the_object_of_that_diameter(active, curve):
     assert not result.stalled
     assert result.position == pytest.approx(DIAMETER, rel=1e-6)
     assert result.effort > 0.0
-    assert active.status.pressure_command == pytest.approx(curve.pressure_from_radius(0.02))
+    wanted = pytest.approx(curve.pressure_from_radius(0.02))
+    active.wait_until(lambda: active.status.pressure_command == wanted, "its pressure")
     assert goal.feedback[0].position == OPEN
     assert goal.feedback[0].effort == 0.0
     assert not any(feedback.reached_goal or feedback.stalled for feedback in goal.feedback)

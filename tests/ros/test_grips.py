@@ -12,7 +12,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from rclpy.parameter import Parameter
-from ros.harness import RunningNode, all_finite, deliver
+from ros.harness import DEADLINE, DESIGN_DEADLINE, RunningNode, all_finite, deliver
 from std_msgs.msg import Float64, Header
 
 from spiral_core import WrapRegime
@@ -375,7 +375,7 @@ def test_a_process_that_is_killed_is_an_answer_and_the_next_question_starts_anot
 def with_grip(client, **fields):
     """Ask for a plan with its grip, patiently: the first may have to compile."""
     request = PlanWrap.Request(object_radius=0.011, compute_grip=True, **fields)
-    return client.call(PlanWrap, "plan_wrap", request, deadline=240.0)
+    return client.call(PlanWrap, "plan_wrap", request, deadline=DESIGN_DEADLINE)
 
 
 @pytest.mark.slow
@@ -434,7 +434,7 @@ def known(node):
 
 def follow(node, radius, **parameters):
     node.set_parameters([Parameter(name, value=value) for name, value in parameters.items()])
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while True:
         deliver(node, "object_radius", Float64(data=radius))
         node._timer.callback()
@@ -466,7 +466,7 @@ def test_past_the_loss_nothing_is_wrapped(known):
     seen = follow(known, 0.02)
     goal = GraspGoal(0.02, overpressure=0.4 * seen.plan.pressure)
     assert isinstance(runtime.control.start_grasp(runtime.now(), goal, runtime.loaded.planner), int)
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while runtime.control.snapshot().pressure_command < 1.31 * seen.plan.pressure:
         assert time.monotonic() < deadline
         known._timer.callback()

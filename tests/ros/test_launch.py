@@ -13,7 +13,7 @@ import pytest
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from repo.source_tree import ROOT, pyproject
 from ros import launch_stand_ins
-from ros.harness import START_DEADLINE, RunningNode
+from ros.harness import DEADLINE, START_DEADLINE, RunningNode
 from ros.launch_stand_ins import LifecycleNode, LogInfo, Node, Shutdown, started
 from ros.simulation_harness import RunningSimulator
 from ruamel.yaml import YAML
@@ -318,7 +318,7 @@ def test_the_node_reads_a_parameters_file_in_any_namespace(client, namespace, tm
             assert client.get_parameter_of_node("publish_rate") == 20.0
         finally:
             node.terminate()
-        assert node.wait(30.0) == 0, node.stdout.read()
+        assert node.wait(DEADLINE) == 0, node.stdout.read()
 
 
 # --- RViz --------------------------------------------------------------------------------------

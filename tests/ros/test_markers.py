@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rclpy.parameter import Parameter
 from ros.harness import all_finite, deliver
 from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import Marker, MarkerArray
@@ -222,16 +223,19 @@ def test_deactivation_deletes_every_marker(active, display):
 def test_markers_come_at_their_rate_and_not_at_all_at_zero(active, display):
     assert active.set_parameter("marker_rate", 50.0).successful
     display.messages.clear()
-    active.wait_until(lambda: len(display.messages) > 25, "markers")
-    stamps = [message.markers[0].header.stamp for message in display.messages]
-    times = np.array([stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps])
-    # A busy machine is late now and then; at the default rate it would be 0.2 s.
-    assert np.median(np.diff(times)) == pytest.approx(0.02, abs=0.01)
+    active.wait_until(lambda: len(display.messages) > 5, "markers")
     assert active.set_parameter("marker_rate", 0.0).successful
     display.wait_for()
     display.messages.clear()
     active.spin(0.3)
     assert display.messages == []
+
+
+@pytest.mark.parametrize("rate", [5.0, 50.0])
+def test_markers_are_drawn_at_the_rate_of_the_parameter(node, rate):
+    assert node.set_parameters([Parameter("marker_rate", value=rate)])[0].successful
+    drawing = [timer for timer in node.timers if timer.callback == node._display.draw]
+    assert [timer.timer_period_ns for timer in drawing] == [1e9 / rate]
 
 
 def test_nothing_is_drawn_while_nobody_looks(node):

@@ -11,7 +11,7 @@ from lifecycle_msgs.msg import State as LifecycleState
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from ros.harness import deliver
+from ros.harness import DEADLINE, deliver
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
@@ -115,7 +115,7 @@ def test_an_exception_while_telling_is_logged_now_and_then_and_the_grip_is_kept(
 
 def test_a_shape_that_raises_leaves_the_grip_and_calls_nothing_wrapped(node):
     deliver(node, "object_radius", Float64(data=0.02))
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while not node.runtime.control.snapshot().wrapped:
         assert time.monotonic() < deadline
         time.sleep(0.01)
@@ -195,7 +195,7 @@ def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypat
     monkeypatch.setattr(mount_follower, "planner_for", lambda gripper, gravity: 1 // 0)
     (result,) = node.set_parameters([Parameter("gripper", value="prototype_p1")])
     assert result.successful
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while state_of(node)[0] is not State.FAULT:
         assert time.monotonic() < deadline
         node._timer.callback()
@@ -249,7 +249,7 @@ def handle_of(request):
 def carried_out(node, handle):
     """Let a grasp goal run to its end; return its result."""
     goal = node.goals._servers[0]._execute(handle)
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while time.monotonic() < deadline:
         node._timer.callback()
         try:

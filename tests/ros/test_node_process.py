@@ -68,7 +68,7 @@ def test_a_second_commander_is_noticed_whenever_it_comes(node, namespace, capfd)
     assert "publish pressure_command" not in capfd.readouterr().err
     other = Node("other", namespace=namespace)
     other.create_publisher(Float64, "pressure_command", 1)
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while node.count_publishers("pressure_command") < 2:
         assert time.monotonic() < deadline
         time.sleep(0.01)
@@ -137,7 +137,6 @@ def test_a_first_start_says_that_it_compiles_and_can_be_stopped(
         client.wait_until(lambda: "numerical kernels" in node.log(), "the line about it")
         if autostart == "true":
             assert "not active" in client.release().message
-        start = time.monotonic()
         assert node.stop(signal.SIGINT) == 0, node.log()
-        assert time.monotonic() - start < 10.0
+        assert "kernels are compiled" not in node.log()
         assert "Traceback" not in node.log()

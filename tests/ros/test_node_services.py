@@ -2,7 +2,6 @@
 """`plan_wrap` and `design_gripper`, asked from another process."""
 
 import math
-import time
 
 import pytest
 from geometry_msgs.msg import Vector3
@@ -88,7 +87,7 @@ def test_more_pressure_presses_more(active):
 
 def plan_wraps(client, radii, **fields):
     return client.call(
-        PlanWraps, "plan_wraps", PlanWraps.Request(object_radius=radii, **fields), deadline=120.0
+        PlanWraps, "plan_wraps", PlanWraps.Request(object_radius=radii, **fields), deadline=DEADLINE
     )
 
 
@@ -150,13 +149,11 @@ def test_a_plan_does_not_wait_for_a_batch(client, namespace):
         assert batches.wait_for_service(DEADLINE)
         answers = batches.call_async(long_batch())
         client.spin(0.5)
-        start = time.monotonic()
         assert client.plan_wrap(0.021).success
-        assert not answers.done()
-        assert time.monotonic() - start < 5.0
         # Nor does the end of the node: nobody wants the rest any more.
         assert node.stop() == 0, node.log()
-        assert time.monotonic() - start < 12.0
+        client.spin(0.5)
+        assert not answers.done()
         assert "Traceback" not in node.log()
 
 

@@ -7,18 +7,10 @@ import sys
 
 import pytest
 from lifecycle_msgs.msg import State as LifecycleState
-from ros.harness import FAST_RAMP, RunningNode
+from ros.harness import DEADLINE, FAST_RAMP, RunningNode
 
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.process.node_process import NODE, SIMULATOR
-
-
-@pytest.fixture
-def hangups():
-    """Hangups reach what is started here, even where these tests run under nohup."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    yield
-    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.mark.usefixtures("hangups")
@@ -111,7 +103,7 @@ def test_a_foreign_name_in_a_file_for_every_node_is_a_warning(client, namespace,
 
 def run(program, *arguments):
     command = [sys.executable, "-m", program, *arguments]
-    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=60.0)
+    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=DEADLINE)
 
 
 def test_an_inactive_node_publishes_nothing_but_its_vents(client, namespace):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A running node with use_sim_time: ramp, time-outs and ticks follow /clock, whatever its pace."""
 
-import time
-
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
@@ -137,9 +135,7 @@ def test_the_ramp_is_the_same_whatever_the_pace_of_the_clock(simulated):
     fast = simulated.ramp()
     assert simulated.client.release().success
     assert simulated.client.rearm().success
-    start = time.monotonic()
     slow = simulated.ramp(pace=0.05)
-    assert time.monotonic() - start > 0.05 * len(slow)
     # Each step of 25 ms adds 1 kPa; the first may be cut short by the message that starts it.
     assert slow == pytest.approx(fast, abs=RATE * STEP * 1e-9)
     steps = np.diff(fast)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
+from ros.harness import DEADLINE
 
 from spiral_gripper.cli.main import run
 from spiral_gripper.cli.ros import side as ros_side
@@ -91,10 +92,10 @@ def child_running(process, module):
 def test_it_runs_for_its_duration_and_ends_vented():
     # The first radius comes up to three seconds after node and simulator are ready: DDS' discovery.
     done = subprocess.run(
-        [*COMMAND, "--duration", "8", "--noise", "0.01 mm"],
+        [*COMMAND, "--duration", "20", "--noise", "0.01 mm"],
         capture_output=True,
         text=True,
-        timeout=240,
+        timeout=DEADLINE,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
@@ -115,10 +116,10 @@ def test_a_fault_is_injected_from_another_terminal_and_control_c_ends_it_vented(
     read_until(simulation, "leak, weak supply")
     os.killpg(simulation.pid, signal.SIGINT)  # as a terminal does: the children get it too
     output = simulation.stdout.read()
-    assert simulation.wait(30.0) == 0, output
+    assert simulation.wait(DEADLINE) == 0, output
     assert output.rstrip().endswith("vented; node and simulator have ended")
     assert "Traceback" not in output
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while group_exists(simulation.pid):
         assert time.monotonic() < deadline, "a process is left"
         time.sleep(0.05)
@@ -130,7 +131,7 @@ def test_control_c_at_the_very_start_is_no_failure(delay, simulation):
     time.sleep(delay)
     os.killpg(simulation.pid, signal.SIGINT)
     output = simulation.stdout.read()
-    assert simulation.wait(30.0) == 0, output
+    assert simulation.wait(DEADLINE) == 0, output
     assert "Traceback" not in output
 
 
@@ -151,7 +152,7 @@ def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulati
     read_until(simulation, WRAPPED)
     os.kill(child_running(simulation, "spiral_gripper_ros.node.main"), signal.SIGKILL)
     output = simulation.stdout.read()
-    assert simulation.wait(30.0) == 1
+    assert simulation.wait(DEADLINE) == 1
     assert "the node has ended by itself, with exit code -9" in output
     assert "the last command was" in output
     assert "grips radii from" in output  # from the log

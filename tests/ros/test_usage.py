@@ -3,7 +3,7 @@ import subprocess
 import sys
 
 import pytest
-from ros.harness import FAST_RAMP, PATIENT, RunningNode
+from ros.harness import DEADLINE, FAST_RAMP, PATIENT, RunningNode
 
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.parameters.table import PARAMETERS
@@ -15,7 +15,7 @@ def test_help_is_printed_and_no_node_started(option):
         [sys.executable, "-m", "spiral_gripper_ros.node.main", option],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=DEADLINE,
         check=True,
     )
     assert run.stdout.startswith("usage: spiral_gripper_node")

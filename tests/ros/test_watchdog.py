@@ -15,9 +15,10 @@ def test_a_killed_node_is_survived_by_the_regulators_watchdog(namespace):
     with node, simulator:
         observer.wait_until_active()
         observer.wait_for_simulator()
-        observer.wait_until(lambda: observer.grip == "perfect wrap", "the object to be held")
-        held = observer.true_pressure
-        assert held > 3.0e4
+        observer.wait_until(
+            lambda: observer.grip == "perfect wrap" and observer.true_pressure > 3.0e4,
+            "the object to be held",
+        )
         os.kill(node.process_id, signal.SIGKILL)
         observer.wait_until(lambda: not node.running, "the node's end")
         assert node.exit_code == -signal.SIGKILL
