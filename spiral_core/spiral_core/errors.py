@@ -121,7 +121,7 @@ class NoCoilError(SpiralError):
     """No pressure within the limits coils the gripper often enough to wrap anything.
 
     Attributes:
-        turns: the most turns it makes with room for an object inside the coil.
+        turns: the most turns it makes with room for an object inside the coil; 0 without any.
         turns_required: the turns that count as a wrap.
         pressure: where it makes them [Pa].
         closes_at: from where on the coil has closed on itself [Pa]; None if it does not.
@@ -149,13 +149,18 @@ ask for fewer turns
         self.at_actuator_limit = at_actuator_limit
 
     def __str__(self) -> str:
+        if self.closes_at is not None and self.turns == 0.0:
+            return (
+                f"no pressure up to {self.pressure:.6g} Pa leaves room for an object inside the "
+                "coil; take a thinner tube, or a single fiber that is less steep"
+            )
         closed = self.closes_at is not None
         past = f"; from {self.closes_at:.6g} Pa on the coil has closed on itself" if closed else ""
         stronger = "" if closed or self.at_actuator_limit else ", raise the pressure limit"
         return (
             f"the gripper makes {rounded_down(self.turns, 3):g} turns at most "
             f"{'with room for an object ' if closed else ''}(at {self.pressure:.6g} Pa) but "
-            f"{self.turns_required:g} are required{past}; "
+            f"{self.turns_required:.4g} are required{past}; "
             f"lengthen it{stronger} or ask for fewer turns"
         )
 

@@ -447,3 +447,10 @@ def test_single_fibers_that_cannot_be_are_refused(
             fiber_angles_gamma=(math.radians(gamma),),
         )
     assert caught.value.field == "fiber_angles_gamma"
+
+
+@pytest.mark.parametrize("turns", [1e-9, 0.0999, math.nan, 0.0])
+def test_less_than_a_tenth_of_a_turn_is_not_designed_for(turns: float) -> None:
+    with pytest.raises(InvalidInputError, match="turns_required"):
+        replace(PAPER_EXAMPLE, turns_required=turns)
+    assert replace(PAPER_EXAMPLE, turns_required=0.1).turns_required == 0.1

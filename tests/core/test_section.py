@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from core.actuator_cases import LATEX, PAPER_TUBE, degrees
 from core.reference_section import POINTS, BruteSection, Found
+from numpy.typing import NDArray
 from scipy.integrate import quad
 
 from spiral_core import (
@@ -35,6 +36,9 @@ from spiral_core import (
 )
 from spiral_core.actuator.curvature import longest_stretch
 from spiral_core.actuator.section_curve import SectionCurve
+from spiral_core.section import path
+from spiral_core.section.closure import closures
+from spiral_core.section.fiber_set import Array, FiberSet
 from spiral_core.section.path import motion_at, section_path
 from spiral_core.wrap.gripper import stiffness_from_actuator
 
@@ -290,6 +294,24 @@ def test_a_helical_fiber_coils_at_rest_as_it_is_wound() -> None:
     shape = FreeActuation(section(88.0, 60.0, gamma=20.0)).unloaded_shape(0.0)
     assert shape.curvature == 0.0
     assert shape.torsion == pytest.approx(math.tan(math.radians(20.0)) / PAPER_TUBE.inner_radius)
+
+
+def test_the_end_of_a_steep_fibers_path_is_found_in_few_states(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where the section stops closing each state is dear: it is found in some ten rounds."""
+    rounds = []
+
+    def counted(fibers: FiberSet, strains: Array) -> tuple[Array, NDArray[np.bool_]]:
+        rounds.append(len(strains))
+        return closures(fibers, strains)
+
+    monkeypatch.setattr(path, "closures", counted)
+    fibers = section(88.0, 60.0, gamma=-60.0).fiber_set
+    found = section_path.__wrapped__(fibers)
+    assert len(rounds) < 30
+    up_to_end = np.linspace(0.0, found.edges[-1], 97)[1:]
+    assert closures(fibers, up_to_end)[1].all()
 
 
 def test_two_fibers_bend_as_one_when_they_meet() -> None:

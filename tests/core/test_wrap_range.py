@@ -186,6 +186,13 @@ def test_pressures_that_change_nothing_are_stepped_over() -> None:
         measured((0.0, 0.0, 0.0), (0.0, -5.0, -9.0))
 
 
+def test_a_coil_that_is_closed_from_the_first_is_not_called_short_of_turns() -> None:
+    """A fiber wound so steeply that its helix is narrower than the tube."""
+    with pytest.raises(NoCoilError, match="no pressure up to 100000 Pa leaves room") as caught:
+        measured((0.0, 15.0, 30.0), (-350.0, -340.0, -330.0))
+    assert caught.value.turns == 0.0
+
+
 @pytest.mark.parametrize("pressure", [1e-300, 1e-12, 1e-3])
 def test_almost_no_pressure_wraps_nothing(pressure: float) -> None:
     wrap = WrapCurve(paper_gripper("P2")).wrap_at_pressure(pressure)

@@ -395,8 +395,8 @@ def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
         (
             NoCoilError(0.5, 1.05, 82737.0),
             (
-                "the gripper makes 0.5 turns at most, at 12 psi, but 1.05 are required; "
-                "use a longer tube, a higher pressure limit or fewer turns"
+                "the gripper makes 0.5 turns at most (at 12 psi) but 1.05 are required; "
+                "lengthen it, raise the pressure limit or ask for fewer turns"
             ),
         ),
     ],

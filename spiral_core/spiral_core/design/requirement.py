@@ -32,6 +32,8 @@ DEFAULT_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
 LARGEST_GAMMA = math.radians(30.0)
 # No elastomer stretches farther: a larger limit is a percentage that was meant as a fraction.
 LARGEST_STRAIN = 10.0
+# Less than a tenth of a turn holds nothing; the length for a millionth of one is micrometers.
+LEAST_TURNS = 0.1
 # Objects above a thousand kilometers [m]: not even a wrong unit gets there.
 LARGEST_RADIUS = 1.0e6
 # Tube that a plug and a fitting take up at each end (our choice: one inch, less a little).
@@ -121,7 +123,7 @@ class DesignRequirement:
         fiber_angle_alpha: angle of the first family [rad].
         fiber_angles_gamma: angles at which the single fiber can be laid [rad]; 0 is straight. At
             another angle the exact curvature form and constants of the section law are taken.
-        turns_required: turns about the largest object, > 0.
+        turns_required: turns about the largest object, at least 0.1.
         object_length: length of object that the coil may cover [m].
         length_max: longest gripper acceptable [m].
         pressure_max: largest gauge pressure [Pa].
@@ -175,7 +177,9 @@ class DesignRequirement:
             if not getattr(self, field):
                 raise InvalidInputError(field, getattr(self, field), "at least one on offer")
         self._check_fibers()
-        require_positive("turns_required", self.turns_required)
+        if not require_positive("turns_required", self.turns_required) >= LEAST_TURNS:
+            requirement = f"at least {LEAST_TURNS:g}: less of a turn holds nothing"
+            raise InvalidInputError("turns_required", self.turns_required, requirement)
         for field in ("object_length", "length_max", "pressure_max", "strain_max", "payload"):
             if getattr(self, field) is not None:
                 require_positive(field, getattr(self, field))

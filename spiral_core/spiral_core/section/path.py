@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from spiral_core.errors import ActuationLimit
 from spiral_core.numerics.panels import Panels, panel_nodes, relative_tail
-from spiral_core.numerics.roots import first_sign_change, last_positive, rising_root
+from spiral_core.numerics.roots import first_sign_change, rising_root
 from spiral_core.section.closure import ROWS, STEP, closure_slopes, closures, ring_of
 from spiral_core.section.fiber_set import Array, FiberSet
 from spiral_core.section.ring import Ring, invariant_excess
@@ -26,6 +26,8 @@ PANEL_WIDTH, TAIL_TOLERANCE, HALVINGS = 0.5, 1e-13, 3
 SAME_END = 1e-9
 # Strains at which the end of the path is looked for.
 SCAN = 96
+# Where the section stops closing is found to this fraction of itself, much less than END_MARGIN.
+CLOSED_TOLERANCE = 1e-6
 
 
 class Motion(NamedTuple):
@@ -173,24 +175,35 @@ def _past_end(fibers: FiberSet, direction: float, collapse: tuple[float, float])
     """Return a |y| at which the section still closes, just past the end of its path."""
     reach = (collapse[1] if direction > 0.0 else -collapse[0]) * (1.0 - END_MARGIN)
     sizes = reach * (np.arange(1, SCAN + 1) / SCAN) ** 2
+    before = 0.0
     for part in np.split(sizes, SCAN // ROWS):
         motion = motion_at(fibers, direction * part)
         ended = ~((direction * motion.volume_slope > 0.0) & (motion.stretch_slope > 0.0))
         if ended.any():
             first = int(np.argmax(ended))
-            return _last_closed(fibers, direction, float(part[first]), motion.closed[first])
+            if motion.closed[first]:
+                return float(part[first])
+            low = float(part[first - 1]) if first else before
+            return _last_closed(fibers, direction, low, float(part[first]))
+        before = float(part[-1])
     return reach
 
 
-def _last_closed(fibers: FiberSet, direction: float, size: float, closed: bool) -> float:
-    """Return a size, or if the section does not close there, the largest below at which it does."""
-    if closed:
-        return size
+def _last_closed(fibers: FiberSet, direction: float, low: float, high: float) -> float:
+    """Return the largest |y| at which the section closes, to :data:`CLOSED_TOLERANCE`.
 
-    def closes(smaller: float) -> float:
-        return 1.0 if motion_at(fibers, np.array([direction * smaller])).closed[0] else -1.0
-
-    return last_positive(closes, 0.0, size)
+    Args:
+        fibers: which fibers.
+        direction: sign of y.
+        low: |y| at which it closes.
+        high: |y| at which it does not.
+    """
+    while high - low > CLOSED_TOLERANCE * high:
+        sizes = np.linspace(low, high, ROWS + 2)
+        _, closed = closures(fibers, direction * sizes[1:-1])
+        count = ROWS if closed.all() else int(np.argmin(closed))
+        low, high = float(sizes[count]), float(sizes[count + 1])
+    return low
 
 
 def _end(

@@ -127,6 +127,10 @@ class CoiledRange:
             return -1.0, BranchEnd.TURNS
         return (turns, BranchEnd.TURNS) if turns < radius else (radius, BranchEnd.CLOSED)
 
+    def has_room(self, wrap: Wrap) -> bool:
+        """Return whether an object fits inside a wrap's coil."""
+        return wrap.object_radius >= self._least
+
     def _dense(self, track: list[Wrap]) -> list[Wrap]:
         """Return the samples of a track, more of them where scarce turns may leap."""
         dense = track[:1]
@@ -180,7 +184,7 @@ class CoiledRange:
         """Return the wrap with the most turns of those with room for an object inside."""
 
         def shortage(wrap: Wrap) -> float:
-            return -wrap.turns if wrap.object_radius > 0.0 else math.inf
+            return -wrap.turns if self.has_room(wrap) else math.inf
 
         samples = self.samples
         most = min(range(len(samples)), key=lambda i: shortage(samples[i]))

@@ -13,7 +13,9 @@ from spiral_core.wrap.wrap import Wrap
 
 def no_coil(coiled: CoiledRange, gripper: Gripper) -> NoCoilError:
     """Return why a gripper has no coiled range: too few turns while there is room inside."""
-    closed = [s.pressure for s in coiled.samples if not s.object_radius > 0.0]
+    closed = [s.pressure for s in coiled.samples if not coiled.has_room(s)]
+    if len(closed) == len(coiled.samples):
+        return NoCoilError(0.0, gripper.turns_required, gripper.pressure_max, closes_at=min(closed))
     most = coiled.most_turns()
     return NoCoilError(
         most.turns,

@@ -23,6 +23,7 @@ from spiral_core.rod._profiles import floats
 from spiral_core.rod.path import RodPath, follow_path
 from spiral_core.rod.solve import even_arc_lengths, state_from_solved
 from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.rounding import rounded_down
 from spiral_core.wrap._kernels import FITTED, interpolated_orientations, solve_on_object
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap, wrapped_radius
@@ -37,8 +38,9 @@ GIVEN_AXIS_SAMPLES = 4
 # A track goes on to this fraction of the distance of two samples from a snap, which is located to
 # 1/4096 of it.
 SNAP_MARGIN = 0.01
-# A gripper that turns by more than this [rad] has a length in millimeters, taken for meters.
-MOST_TURN = 5.0e3
+# A gripper that turns by more than this [rad], some hundred turns, is not scanned: the work grows
+# with the square of it, and such a length is often one in millimeters that was taken for meters.
+MOST_TURN = 600.0
 # Pressures at which the unloaded shape is looked up to place them.
 TABLE = 256
 # Largest angle that an element turns by, at the tightest coil [rad]: the contact radius is then
@@ -225,8 +227,12 @@ def sample_pressures(gripper: Gripper) -> list[float]:
     covered = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(strains, axis=0), axis=1))))
     turn = max(float(covered[-1]), strain_of(shapes[end])) * shapes[end].backbone_length
     if not turn <= MOST_TURN:
-        requirement = f"so short that it turns by at most {MOST_TURN:g} rad"
-        raise InvalidInputError("length", gripper.tube.length, requirement)
+        most = gripper.tube.length * MOST_TURN / turn
+        requirement = (
+            f"at most {rounded_down(most, 3):g} m, so that no pressure turns the tip by more than "
+            f"{MOST_TURN / (2.0 * math.pi):.0f} turns"
+        )
+        raise InvalidInputError("length", f"{gripper.tube.length:.6g} m", requirement)
     samples = max(FEWEST_SAMPLES, math.ceil(turn / SAMPLE_TURN))
     levels = np.linspace(0.0, covered[-1], samples + 1)[1:]
     pressures = np.interp(levels, covered, fine[: end + 1])

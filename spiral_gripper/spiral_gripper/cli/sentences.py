@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from spiral_core.errors import InvalidInputError, NoCoilError, NotGrippableError, SpiralError
+from spiral_core.errors import InvalidInputError, NotGrippableError, SpiralError
 from spiral_gripper.files.units import Dimension, convert_from_si, parse_quantity, unit_of
 
 # What our texts call a unit, and how people read it unless they typed another one.
@@ -69,13 +69,6 @@ that can is 3.782 cm
     units = _units(givens)
     if isinstance(error, NotGrippableError):
         return _not_grippable(error, givens, units)
-    if isinstance(error, NoCoilError):
-        return _in_units(
-            f"the gripper makes {error.turns:.3g} turns at most, at {error.pressure:.6g} Pa, but "
-            f"{error.turns_required:.4g} are required; use a longer tube, a higher pressure limit "
-            "or fewer turns",
-            units,
-        )
     if isinstance(error, InvalidInputError):
         return _invalid(error, givens, units)
     return _in_units(str(error), units)

@@ -29,9 +29,7 @@ FAMILY_STYLES = ((COLORS[1], 0.25), (COLORS[2], 0.8))
 FIBER_STYLE = ("black", 1.4)
 
 
-def unrolled_line(
-    angle: float, start: float, around: float, length: float
-) -> list[tuple[Array, Array]]:
+def unrolled_line(angle: float, start: float, around: float, length: float) -> tuple[Array, Array]:
     """Return a fiber on the unrolled surface as pieces that end where it passes the seam.
 
     Seen from outside, the tube's axis upwards; a right-handed fiber rises to the right.
@@ -43,12 +41,13 @@ def unrolled_line(
         length: of the tube.
 
     Returns:
-        For each piece its places around the tube (2,), in [0, around], and along it (2,).
+        The places of each piece's two ends around the tube (n, 2), in [0, around], and along it
+        (n, 2).
 
     Example:
-        >>> pieces = unrolled_line(math.radians(45.0), start=2.0, around=3.0, length=4.0)
-        >>> [tuple(round(float(x), 6) for x in across) for across, _ in pieces]
-        [(2.0, 3.0), (0.0, 3.0)]
+        >>> across, along = unrolled_line(math.radians(45.0), start=2.0, around=3.0, length=4.0)
+        >>> across.round(6).tolist(), along.round(6).tolist()
+        ([[2.0, 3.0], [0.0, 3.0]], [[0.0, 1.0], [1.0, 4.0]])
     """
     reach = start + length * math.tan(angle)
     seams = np.arange(
@@ -60,11 +59,11 @@ def unrolled_line(
         ([0.0], (crossings - start) / math.tan(angle) if seams.size else [], [length])
     )
     sheets = around * np.floor(0.5 * (across[:-1] + across[1:]) / around)
-    return [
-        (across[k : k + 2] - sheets[k], along[k : k + 2])
-        for k in range(len(sheets))
-        if along[k + 1] > along[k]
-    ]
+    pieces = along[1:] > along[:-1]
+    return (
+        np.column_stack((across[:-1] - sheets, across[1:] - sheets))[pieces],
+        np.column_stack((along[:-1], along[1:]))[pieces],
+    )
 
 
 def winding_figures(actuator: Actuator, name: str, end_allowance: float) -> list[Figure]:
@@ -139,15 +138,16 @@ def _page(
         x, y = np.array([0, around, around, 0, 0]), np.array([0, 0, 1, 1, 0]) * (end - start)
         axes.plot(left + x, 1.8 * MARGIN + y, color="gray", lw=0.4)
         axes.text(left, 1.8 * MARGIN - 3.5, f"{start:.4g} to {end:.4g} mm", fontsize=7)
-        for across, along, (color, thickness) in _lines(actuator, around):
-            seen = _between(across, along, start, end)
-            if seen is not None:
-                axes.plot(left + seen[0], 1.8 * MARGIN + seen[1] - start, color=color, lw=thickness)
+        for (across, along), (color, thickness) in _lines(actuator, around):
+            x, y = _between(across, along, start, end)
+            axes.plot(left + x, 1.8 * MARGIN + y - start, color=color, lw=thickness)
     return figure
 
 
-def _lines(actuator: Actuator, around: float) -> list[tuple[Array, Array, tuple[str, float]]]:
-    """Return every fiber's pieces with their style; the first single fiber is in the middle."""
+def _lines(
+    actuator: Actuator, around: float
+) -> list[tuple[tuple[Array, Array], tuple[str, float]]]:
+    """Return every fiber's pieces and its style; the first single fiber is in the middle."""
     length = 1e3 * actuator.tube.length
     families = zip(windings_of(actuator), FAMILY_STYLES, strict=False)
     fibers = [(winding.angle, 0.5 * around, style) for winding, style in families]
@@ -155,16 +155,15 @@ def _lines(actuator: Actuator, around: float) -> list[tuple[Array, Array, tuple[
     for fiber in actuator.single_fibers:
         turned = (0.5 + (fiber.position - first) / (2.0 * math.pi)) % 1.0
         fibers.append((fiber.angle, turned * around, FIBER_STYLE))
-    return [
-        (*piece, style)
-        for angle, start, style in fibers
-        for piece in unrolled_line(angle, start, around, length)
-    ]
+    return [(unrolled_line(angle, start, around, length), style) for angle, start, style in fibers]
 
 
-def _between(across: Array, along: Array, low: float, high: float) -> tuple[Array, Array] | None:
-    """Return the part of a straight piece whose place along the tube lies between two, or None."""
-    if along[1] <= low or along[0] >= high:
-        return None
+def _between(across: Array, along: Array, low: float, high: float) -> tuple[Array, Array]:
+    """Return the parts of pieces (n, 2) between two places along the tube, as one broken line."""
+    seen = (along[:, 1] > low) & (along[:, 0] < high)
+    across, along = across[seen], along[seen]
     kept = np.clip(along, low, high)
-    return np.interp(kept, along, across), kept
+    slope = (across[:, 1:] - across[:, :1]) / (along[:, 1:] - along[:, :1])
+    places = across[:, :1] + slope * (kept - along[:, :1])
+    gap = np.full((len(kept), 1), np.nan)
+    return np.hstack((places, gap)).ravel(), np.hstack((kept, gap)).ravel()
