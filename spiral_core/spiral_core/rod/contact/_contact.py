@@ -9,23 +9,21 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._laws import (
     ACTIVE,
-    EXCESS,
-    GRIP,
-    HEADING,
     RESULTS,
     SLIP,
     STICK_SLIPS,
     STICKS,
-    STIFFNESS,
     TARGET,
     TAU,
-    TINY,
-    TO_BOUNDARY,
+    contact_step,
     contact_terms,
+    take_step,
 )
 from spiral_core.rod.contact._quaternions import matrices
+from spiral_core.rod.contact._slots import in_space
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.types import Array
 
@@ -127,7 +125,8 @@ def distances(obstacle: Obstacle, points: Array, radius: float) -> tuple[Array, 
     """Return gap (n,) [m], normal (n, 3) and curvature (n, 3, 3) [1/m] in the base frame."""
     turn = matrices(np.array([obstacle.orientation]))[0]
     gap, normal, bend = obstacle.shape.distance((points - np.asarray(obstacle.position)) @ turn)
-    return gap - radius, normal @ turn.T, turn @ bend @ turn.T
+    normal, bend = in_space(turn, normal, bend)
+    return gap - radius, normal, bend
 
 
 def widen(
@@ -181,6 +180,41 @@ def carried(
     return Anchors(points, arms, lever)
 
 
+@compiled
+def contact_residual(
+    sharp: bool,
+    touchable: Array,
+    gaps: Array,
+    rows: Array,
+    forces: Array,
+    slacks: Array,
+    length: float,
+    force: float,
+    pair: float,
+) -> float:
+    """Return how far contact and friction are from holding, as a fraction of length and force.
+
+    ``pair`` is the product of a slack and a force that counts as one.
+    """
+    worst: float = 0.0
+    for e in range(len(gaps)):
+        if touchable[e] == 0.0:
+            continue
+        active = rows[e, ACTIVE] > 0.0
+        if sharp:
+            broken = abs(gaps[e]) / length if active else abs(forces[e]) / force
+            broken = max(broken, -gaps[e] / length, -forces[e] / force)
+        else:
+            broken = max(abs(gaps[e] - slacks[e]) / length, forces[e] * slacks[e] / pair)
+        for i in range(3):
+            off = abs(rows[e, TAU + i] - rows[e, TARGET + i]) / force
+            broken = max(broken, off if active else 0.0)
+        if broken != broken:
+            return np.nan
+        worst = max(worst, broken)
+    return worst
+
+
 class Contact:
     """One obstacle's terms at an iterate."""
 
@@ -197,7 +231,8 @@ class Contact:
         self.gap, self.normal, self.bend = distances(obstacle, x.p, radius)
         self.mu = obstacle.friction
         self.rubs = obstacle.friction > 0.0
-        self.rows = np.zeros((len(x.p), RESULTS))
+        self.sharp = True
+        self.rows, self.changes = np.zeros((len(x.p), RESULTS)), np.empty((2, len(x.p)))
 
     def add(self, law: Law, true: Array, drive: Array, tangent: Array) -> None:
         """Add to the gradient, to what drives the step, and to the Hessian."""
@@ -229,54 +264,27 @@ class Contact:
 
     def fractions(self, step: Array) -> tuple[float, float]:
         """Take a Newton step (N + 1, 6) and return how much of it slacks and forces allow."""
-        x, j, may = self.x, self.j, self.touchable
-        approach = np.einsum("ni,ni->n", self.normal, step[:, 3:])
-        self.force_step = -(self.rows[:, EXCESS] + self.rows[:, STIFFNESS] * approach) * may
-        self.slack_step = (approach + self.gap - x.slack[j]) * may
-        if self.sharp:
-            return 1.0, 1.0
-        safe = np.maximum(x.normal[j], TINY)
-        primal = float(np.max(-self.slack_step / x.slack[j]))
-        dual = float(np.max(np.where(may > 0.0, -self.force_step / safe, 0.0)))
-        return (
-            min(1.0, TO_BOUNDARY / max(primal, TINY)),
-            min(1.0, TO_BOUNDARY / max(dual, TINY)),
-        )
+        x, j = self.x, self.j
+        return contact_step(
+            self.sharp, self.touchable, self.gap, self.normal, self.rows, step, x.normal[j],
+            x.slack[j], self.changes,
+        )  # fmt: skip
 
     def update(self, coupled: bool, step: Array, primal: float, dual: float) -> None:
         """Write the contact's part of the step into the iterate."""
         x, j = self.x, self.j
-        x.normal[j] += dual * self.force_step
-        x.slack[j] += primal * self.slack_step
-        if self.rubs:
-            grip = self.rows[:, GRIP:SLIP].reshape(-1, 3, 6)
-            new = self.rows[:, TARGET:HEADING] + (grip @ step[:, :, None])[:, :, 0]
-            if coupled:
-                new += (self.mu * self.force_step)[:, None] * self.rows[:, HEADING:GRIP]
-            old = self.rows[:, TAU:TARGET]
-            x.friction[j] = old + dual * (new - old)
+        take_step(
+            self.mu, coupled, primal, dual, self.changes, self.rows, step, x.normal[j],
+            x.slack[j], x.friction[j],
+        )  # fmt: skip
 
-    def residual(self, length: float, force: float, barrier: float, tolerance: float) -> float:
-        """Return how far the contact's laws are from holding, as a fraction of length and force."""
-        may, active = self.touchable > 0.0, self.active
-        gap, pressing = self.gap[may], self.x.normal[self.j, may]
-        if not len(gap):
-            return 0.0
-        if self.sharp:
-            touching = active[may]
-            worst = max(
-                np.abs(gap[touching]).max(initial=0.0) / length,
-                np.abs(pressing[~touching]).max(initial=0.0) / force,
-                -gap.min() / length,
-                -pressing.min() / force,
-            )
-        else:
-            slack = self.x.slack[self.j, may]
-            worst = max(
-                np.abs(gap - slack).max() / length,
-                0.5 * tolerance * np.max(pressing * slack) / barrier,
-            )
-        if self.rubs:
-            off = np.abs(self.rows[:, TAU:TARGET] - self.rows[:, TARGET:HEADING])[active]
-            worst = max(worst, off.max(initial=0.0) / force)
-        return float(worst)
+    def residual(self, length: float, force: float, pair: float) -> float:
+        """Return how far the contact's laws are from holding, as a fraction of length and force.
+
+        ``pair`` is the product of a slack and a force that counts as one [N m].
+        """
+        x, j = self.x, self.j
+        return contact_residual(
+            self.sharp, self.touchable, self.gap, self.rows, x.normal[j], x.slack[j], length,
+            force, pair,
+        )  # fmt: skip

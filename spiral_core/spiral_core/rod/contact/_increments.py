@@ -77,6 +77,14 @@ class Drag:
         tangent[:, every[3:], every[3:]] += self.weight
 
 
+def gaps_at(here: Point) -> list[Array]:
+    """Return the gaps of the nodes to each obstacle (N + 1,) [m]."""
+    if here.solution.contacts:
+        return [contact.gap for contact in here.solution.contacts]
+    arrays = here.arrays
+    return [distances(obstacle, here.x.p, arrays.radius)[0] for obstacle in arrays.obstacles]
+
+
 def largest_moves(here: Point) -> Array:
     """Return how far each node may move in an increment (N + 1,) [m].
 
@@ -84,9 +92,8 @@ def largest_moves(here: Point) -> Array:
     """
     arrays = here.arrays
     moves = np.full(arrays.count + 1, LARGEST_MOVE * arrays.length)
-    for obstacle in arrays.obstacles:
+    for obstacle, gap in zip(arrays.obstacles, gaps_at(here), strict=True):
         arc = LARGEST_ARC * (obstacle.shape.feature_radius + arrays.radius)
-        gap, _, _ = distances(obstacle, here.x.p, arrays.radius)
         moves = np.minimum(moves, np.maximum(arc, gap))
     return moves
 
@@ -99,14 +106,16 @@ def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
     """
     moves = np.sqrt(np.sum((positions - here.x.p) ** 2, axis=1))
     fraction = float(moves.max()) / (LARGEST_MOVE * arrays.length)
-    for old, new in zip(here.arrays.obstacles, arrays.obstacles, strict=True):
-        gap, _, _ = distances(old, here.x.p, arrays.radius)
-        first, last = (matrices(np.array([one.orientation]))[0] for one in (old, new))
-        before = (here.x.p - np.asarray(old.position)) @ first
-        after = (positions - np.asarray(new.position)) @ last
+    pairs = zip(here.arrays.obstacles, arrays.obstacles, strict=True)
+    for (old, new), gap in zip(pairs, gaps_at(here), strict=True):
+        seen = moves
+        if (old.position, old.orientation) != (new.position, new.orientation):
+            first, last = (matrices(np.array([one.orientation]))[0] for one in (old, new))
+            before = (here.x.p - np.asarray(old.position)) @ first
+            after = (positions - np.asarray(new.position)) @ last
+            seen = np.sqrt(np.sum((after - before) ** 2, axis=1))
         arc = LARGEST_ARC * (old.shape.feature_radius + arrays.radius)
-        moves = np.sqrt(np.sum((after - before) ** 2, axis=1))
-        fraction = max(fraction, float(np.max(moves / np.maximum(arc, gap))))
+        fraction = max(fraction, float(np.max(seen / np.maximum(arc, gap))))
     return fraction
 
 

@@ -249,3 +249,60 @@ def contact_terms(
                 law, normals[e], bends[e], turn, arms[e], away, forces[e], row, room, true[e],
                 drive[e], tangent[e],
             )  # fmt: skip
+
+
+@compiled
+def contact_step(
+    sharp: bool,
+    touchable: Array,
+    gaps: Array,
+    normals: Array,
+    rows: Array,
+    step: Array,
+    forces: Array,
+    slacks: Array,
+    changes: Array,
+) -> tuple[float, float]:
+    """Write the steps (2, N + 1) of normal forces and slacks that go with a step of the nodes.
+
+    Returns how much of the step slacks and forces allow.
+    """
+    primal = dual = TINY
+    for e in range(len(gaps)):
+        approach = 0.0
+        for i in range(3):
+            approach += normals[e, i] * step[e, 3 + i]
+        changes[0, e] = -(rows[e, EXCESS] + rows[e, STIFFNESS] * approach) * touchable[e]
+        changes[1, e] = (approach + gaps[e] - slacks[e]) * touchable[e]
+        if not sharp and touchable[e] > 0.0:
+            primal = max(primal, -changes[1, e] / slacks[e])
+            dual = max(dual, -changes[0, e] / max(forces[e], TINY))
+    return min(1.0, TO_BOUNDARY / primal), min(1.0, TO_BOUNDARY / dual)
+
+
+@compiled
+def take_step(
+    friction: float,
+    coupled: bool,
+    primal: float,
+    dual: float,
+    changes: Array,
+    rows: Array,
+    step: Array,
+    forces: Array,
+    slacks: Array,
+    rubbing: Array,
+) -> None:
+    """Take the fractions ``primal`` of the slacks' step and ``dual`` of the forces'."""
+    for e in range(len(forces)):
+        forces[e] += dual * changes[0, e]
+        slacks[e] += primal * changes[1, e]
+        if friction > 0.0:
+            for i in range(3):
+                new = rows[e, TARGET + i]
+                for k in range(6):
+                    new += rows[e, GRIP + 6 * i + k] * step[e, k]
+                if coupled:
+                    new += friction * changes[0, e] * rows[e, HEADING + i]
+                old = rows[e, TAU + i]
+                rubbing[e, i] = old + dual * (new - old)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._profiles import vector_samples
 from spiral_core.rod._system import discrete_strain_scale
 from spiral_core.rod.contact._quaternions import blended
@@ -164,7 +165,8 @@ def between(first: Arrays, last: Arrays, at: float) -> Arrays:
             values[item.name] = blended(a, b, at)
         else:
             values[item.name] = (1.0 - at) * a + at * b
-    values["own"][:, 2] = np.linalg.inv(values["own"][:, 0])
+    if not np.array_equal(first.own[:, 0], last.own[:, 0]):
+        values["own"][:, 2] = np.linalg.inv(values["own"][:, 0])
     return Arrays(**values)
 
 
@@ -201,24 +203,34 @@ def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float
         stiffness = np.array([section.matrix for section in sections]).reshape(count, 3, 3, 3)
         compliance = np.array([s.compliance for s in sections]).reshape(count, 3, 3, 3)
     else:
-        stiffness = np.broadcast_to(rod.section.matrix, (count, 3, 3, 3))
-        compliance = np.broadcast_to(rod.section.compliance, (count, 3, 3, 3))
+        stiffness = np.broadcast_to(rod.section.matrix, (1, 3, 3, 3))
+        compliance = np.broadcast_to(rod.section.compliance, (1, 3, 3, 3))
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(count, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
-    scales = {float(a): discrete_strain_scale(float(a)) for a in np.unique(angles)}
-    seen = rest * np.vectorize(scales.__getitem__, otypes=[np.float64])(angles)[:, :, None]
-    moment = np.einsum("nkij,nkj->nki", stiffness, seen)
+    seen = rest * strain_scales(angles)[:, :, None]
+    moment = np.sum(stiffness * seen[:, :, None, :], axis=3)
+    mean = _simpson(stiffness)
     own = np.zeros((count, 5, 3, 3))
-    own[:, 0] = _simpson(stiffness)
+    own[:, 0] = mean
     own[:, 1] = (stiffness[:, 2] - stiffness[:, 0]) / steps[:, None, None]
-    own[:, 2] = np.linalg.inv(own[:, 0])
+    own[:, 2] = np.linalg.inv(mean)
     own[:, 3] = _simpson(compliance)
     own[:, 4, 0] = _simpson(moment)
     own[:, 4, 1] = (moment[:, 2] - moment[:, 0]) / steps[:, None]
     own[:, 4, 2, 0] = steps
     energy = 0.5 * float(np.sum(steps * _simpson(np.sum(moment * seen, axis=2)[:, :, None])[:, 0]))
-    bending = float(np.linalg.eigvalsh(own[:, 0, 1:, 1:]).min())
+    bending = float(np.linalg.eigvalsh(mean[:, 1:, 1:]).min())
     return own, energy, bending
+
+
+@compiled
+def strain_scales(angles: Array) -> Array:
+    """Return by what factors elements see strains that turn them by the angles (n, 3) [rad]."""
+    scales = np.empty_like(angles)
+    for e in range(len(angles)):
+        for k in range(3):
+            scales[e, k] = discrete_strain_scale(angles[e, k])
+    return scales
 
 
 def _nodal(problem: ContactProblem, nodes: Array) -> Array:

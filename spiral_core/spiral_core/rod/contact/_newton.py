@@ -23,7 +23,7 @@ from spiral_core.rod.contact._contact import (
 from spiral_core.rod.contact._elimination import assemble, eliminate
 from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
-from spiral_core.rod.contact._quaternions import matrices, skews, turned
+from spiral_core.rod.contact._quaternions import matrices, skews, turn_nodes
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
 
 # Outcomes.
@@ -309,8 +309,8 @@ class Newton:
             float(np.abs(inner[:, 3:]).max()) / self.force,
             float(np.abs(self.chord).max()) / length,
         ]
-        laws = (length, self.force, self.last_barrier, self.tolerance)
-        worst += [contact.residual(*laws) for contact in contacts]
+        pair = 2.0 * self.last_barrier / self.tolerance
+        worst += [contact.residual(length, self.force, pair) for contact in contacts]
         return float(np.max(worst))
 
     def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
@@ -323,7 +323,7 @@ class Newton:
         for contact in solution.contacts:
             near, far = contact.fractions(step)
             primal, dual = min(primal, near), min(dual, far)
-        x.q[:] = turned(x.q, primal * step[:, :3])
+        turn_nodes(x.q, 0.5 * primal * step[:, :3])
         x.p += primal * step[:, 3:]
         x.n += dual * self.force_step
         for contact in solution.contacts:

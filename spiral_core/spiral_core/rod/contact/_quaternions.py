@@ -3,24 +3,21 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from spiral_core.numerics.kernel import compiled
+from spiral_core.rod.contact._slots import rotation
 from spiral_core.rod.types import Array
 
 
+@compiled
 def matrices(q: Array) -> Array:
     """Return the rotation matrices (n, 3, 3)."""
-    x, y, z, w = q.T
     out = np.empty((len(q), 3, 3))
-    out[:, 0, 0] = 1.0 - 2.0 * (y * y + z * z)
-    out[:, 0, 1] = 2.0 * (x * y - z * w)
-    out[:, 0, 2] = 2.0 * (x * z + y * w)
-    out[:, 1, 0] = 2.0 * (x * y + z * w)
-    out[:, 1, 1] = 1.0 - 2.0 * (x * x + z * z)
-    out[:, 1, 2] = 2.0 * (y * z - x * w)
-    out[:, 2, 0] = 2.0 * (x * z - y * w)
-    out[:, 2, 1] = 2.0 * (y * z + x * w)
-    out[:, 2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    for i in range(len(q)):
+        rotation(q[i], out[i])
     return out
 
 
@@ -36,11 +33,24 @@ def product(a: Array, b: Array) -> Array:
 
 def turned(q: Array, rotation: Array) -> Array:
     """Return q turned by rotation vectors (n, 3) [rad] in their frames: exact to second order."""
-    half = np.ones_like(q)
-    half[:, :3] = 0.5 * rotation
-    out = product(q, half)
-    out /= np.sqrt(np.sum(out * out, axis=1))[:, None]
+    out = q.copy()
+    turn_nodes(out, 0.5 * rotation)
     return out
+
+
+@compiled
+def turn_nodes(q: Array, half: Array) -> None:
+    """Turn quaternions (n, 4) in place by the products with (half, 1), normalized."""
+    for i in range(len(q)):
+        x, y, z, w = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
+        a, b, c = half[i, 0], half[i, 1], half[i, 2]
+        q[i, 0] = x + w * a + y * c - z * b
+        q[i, 1] = y + w * b + z * a - x * c
+        q[i, 2] = z + w * c + x * b - y * a
+        q[i, 3] = w - x * a - y * b - z * c
+        size = math.sqrt(q[i, 0] ** 2 + q[i, 1] ** 2 + q[i, 2] ** 2 + q[i, 3] ** 2)
+        for k in range(4):
+            q[i, k] /= size
 
 
 def turn_between(first: Array, second: Array) -> Array:

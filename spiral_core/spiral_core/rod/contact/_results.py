@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from spiral_core.rod.contact._contact import distances
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
 from spiral_core.rod.contact._quaternions import matrices
@@ -69,9 +69,9 @@ def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
     shape = (len(arrays.obstacles), arrays.count + 1)
     normal_forces, gaps = np.zeros(shape), np.zeros(shape)
     forces, sticking = np.zeros((*shape, 3)), np.zeros(shape, dtype=bool)
-    for j, obstacle in enumerate(arrays.obstacles):
-        gaps[j], normal, _ = distances(obstacle, x.p, arrays.radius)
+    for j in range(len(arrays.obstacles)):
         contact = point.solution.contacts[j]
+        gaps[j], normal = contact.gap, contact.normal
         normal_forces[j] = x.normal[j] * contact.touchable
         forces[j] = normal_forces[j][:, None] * normal
         if contact.rubs:
@@ -95,15 +95,36 @@ def _reaction(gradient: Array, turn: Array) -> Array:
 
 
 def self_clearance(positions: Array, arc_lengths: Array, radius: float) -> float:
-    """Return the least distance between the surfaces of two places of the rod [m]."""
-    from scipy.spatial import cKDTree
+    """Return the least distance between the surfaces of two places of the rod [m].
 
+    Distances of the axis from 4 radii on count as 4.
+    """
     if not radius > 0.0 or arc_lengths[-1] <= NEIGHBORS * radius:
         return math.inf
-    near = cKDTree(positions).query_pairs(4.0 * radius, output_type="ndarray")
-    apart = arc_lengths[near[:, 1]] - arc_lengths[near[:, 0]]
-    near = near[np.abs(apart) > NEIGHBORS * radius]
-    if not len(near):
-        return 2.0 * radius
-    between = positions[near[:, 0]] - positions[near[:, 1]]
-    return float(np.sqrt(np.sum(between * between, axis=1).min())) - 2.0 * radius
+    longest = float(np.sqrt(np.max(np.sum(np.diff(positions, axis=0) ** 2, axis=1))))
+    least = least_distance(positions, arc_lengths, NEIGHBORS * radius, longest, 4.0 * radius)
+    return least - 2.0 * radius
+
+
+@compiled
+def least_distance(
+    positions: Array, arc_lengths: Array, apart: float, longest: float, least: float
+) -> float:
+    """Return the least distance of two nodes that are farther apart along the rod than ``apart``.
+
+    ``least`` is what is returned if none are nearer; ``longest`` is the longest element: so many
+    nodes on as another one is too far away, no node can be near.
+    """
+    first = 0
+    for i in range(len(positions)):
+        while first < len(positions) and not arc_lengths[first] - arc_lengths[i] > apart:
+            first += 1
+        k = first
+        while k < len(positions):
+            square = 0.0
+            for c in range(3):
+                square += (positions[k, c] - positions[i, c]) ** 2
+            distance = math.sqrt(square)
+            least = min(least, distance)
+            k += max(1, int((distance - least) / longest))
+    return least

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small matrices and vectors in numbered slots of a workspace, for the compiled element."""
+"""Small matrices and vectors, compiled: in numbered slots of a workspace, or one for each point."""
 
+import math
 from typing import TypeAlias
 
 import numpy as np
@@ -74,3 +75,37 @@ def product(a: Array, b: Array, transposed: bool, out: Array) -> None:
             if value != 0.0:
                 for j in range(9):
                     out[i, j] += value * b[k, j]
+
+
+@compiled
+def in_space(turn: Array, normal: Array, bend: Array) -> tuple[Array, Array]:
+    """Return gradients (n, 3) and Hessians (n, 3, 3) of a shape's frame in the base frame."""
+    normals, bends = np.zeros_like(normal), np.zeros_like(bend)
+    half = np.empty((3, 3))
+    for e in range(len(normal)):
+        for i in range(3):
+            for k in range(3):
+                half[i, k] = 0.0
+                for m in range(3):
+                    half[i, k] += turn[i, m] * bend[e, m, k]
+                normals[e, i] += turn[i, k] * normal[e, k]
+        for i in range(3):
+            for k in range(3):
+                for m in range(3):
+                    bends[e, i, k] += half[i, m] * turn[k, m]
+    return normals, bends
+
+
+@compiled
+def around_axis(points: Array, rho: Array, radial: Array, around: Array) -> None:
+    """Write the distance (n,) from the z axis, e_rho (n, 3) and e_phi e_phi^T (n, 3, 3)."""
+    for e in range(len(points)):
+        rho[e] = math.hypot(points[e, 0], points[e, 1])
+        x = points[e, 0] / rho[e] if rho[e] > 0.0 else 1.0
+        y = points[e, 1] / rho[e] if rho[e] > 0.0 else 0.0
+        radial[e, 0], radial[e, 1], radial[e, 2] = x, y, 0.0
+        for i in range(3):
+            for k in range(3):
+                around[e, i, k] = 0.0
+        around[e, 0, 0], around[e, 1, 1] = y * y, x * x
+        around[e, 0, 1] = around[e, 1, 0] = -x * y

@@ -41,23 +41,14 @@ class Shape(Protocol):
         """Smallest radius of curvature of the surface where a rod bends around it [m]."""
 
 
-def _radial(points: Array) -> tuple[Array, Array]:
-    """Return distance from the z axis (n,) and the radial unit vectors (n, 3)."""
-    rho = np.hypot(points[:, 0], points[:, 1])
-    safe = np.where(rho > 0.0, rho, 1.0)
-    radial = np.zeros_like(points)
-    radial[:, 0] = np.where(rho > 0.0, points[:, 0] / safe, 1.0)
-    radial[:, 1] = points[:, 1] / safe
-    return rho, radial
+def _radial(points: Array) -> tuple[Array, Array, Array]:
+    """Return distance from the z axis (n,), e_rho (n, 3) and e_phi e_phi^T (n, 3, 3)."""
+    from spiral_core.rod.contact._slots import around_axis
 
-
-def _around(radial: Array) -> Array:
-    """Return e_phi e_phi^T (n, 3, 3)."""
-    around = np.zeros((len(radial), 3, 3))
-    around[:, 0, 0] = radial[:, 1] ** 2
-    around[:, 1, 1] = radial[:, 0] ** 2
-    around[:, 0, 1] = around[:, 1, 0] = -radial[:, 0] * radial[:, 1]
-    return around
+    rho, radial = np.empty(len(points)), np.empty((len(points), 3))
+    around = np.empty((len(points), 3, 3))
+    around_axis(points, rho, radial, around)
+    return rho, radial, around
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,10 +68,10 @@ class Cylinder:
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface."""
-        rho, radial = _radial(points)
+        rho, radial, around = _radial(points)
         sign = -1.0 if self.inside else 1.0
-        bend = _around(radial) / np.maximum(rho, 1e-9 * self.radius)[:, None, None]
-        return sign * (rho - self.radius), sign * radial, sign * bend
+        around *= (sign / np.maximum(rho, 1e-9 * self.radius))[:, None, None]
+        return sign * (rho - self.radius), sign * radial, around
 
     @property
     def feature_radius(self) -> float:
@@ -106,11 +97,11 @@ class Cone:
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface."""
-        rho, radial = _radial(points)
+        rho, radial, around = _radial(points)
         c = 1.0 / math.hypot(1.0, self.slope)
         normal = c * radial
         normal[:, 2] = -c * self.slope
-        bend = c * _around(radial) / np.maximum(rho, 1e-9 * self.radius)[:, None, None]
+        bend = c * around / np.maximum(rho, 1e-9 * self.radius)[:, None, None]
         return c * (rho - self.radius - self.slope * points[:, 2]), normal, bend
 
     @property
@@ -149,7 +140,7 @@ class Profile:
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface, from the nearest point of the profile."""
-        rho, radial = _radial(points)
+        rho, radial, around = _radial(points)
         foot = points[:, 2].copy()
         for _ in range(NEAREST_STEPS):
             r, slope, bend = self._curve(foot)
@@ -166,7 +157,7 @@ class Profile:
         curve = curve / np.maximum(1.0 + curve * gap, NOT_A_CENTER)
         safe = np.maximum(rho, 1e-9 * min(self.radii))
         hessian = curve[:, None, None] * along[:, :, None] * along[:, None, :]
-        hessian += (c / safe)[:, None, None] * _around(radial)
+        hessian += (c / safe)[:, None, None] * around
         return gap, normal, hessian
 
     def _curve(self, heights: Array) -> tuple[Array, Array, Array]:
