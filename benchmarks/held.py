@@ -2,18 +2,23 @@
 """Random grips, window found or refused with a true reason: ``python -m benchmarks.held``.
 
 The shipped grippers in random lengths and mounts, random cylinders, friction and closing. Each
-window is checked for balance and order, a tenth of the losses by following the coil's fall; each
-refusal's reason by another way than the one that found it. Some half an hour for 1,000 on one core.
+window is checked for balance and order, a tenth of the losses by following the coil's fall; a
+refusal's reason by another way than the one that found it: the free tube's distance, or the same
+grip on half as many elements again. With ``--results FILE`` verdicts are kept one by one and an
+interrupted run goes on. Some half an hour for 1,000 on one core.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import multiprocessing
+import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -33,7 +38,7 @@ from spiral_core import (
     SolverError,
     WindowEnd,
     WrapCurve,
-    follow_contact,
+    follow_loss,
     grip_window,
     gripper_from_actuator,
     lay_into_coil,
@@ -41,11 +46,12 @@ from spiral_core import (
 )
 from spiral_gripper import available_grippers, load_description
 
-CHUNK = 5
 # Of the weight of the tube.
 BALANCE = 1e-6
-# Every so many losses are followed to where the coil comes to rest.
+# Every so many losses are followed to where the coil comes to rest, and refusals asked again on so
+# many times the elements.
 FOLLOWED = 10
+FINER = 1.5
 
 
 class Verdict(NamedTuple):
@@ -53,13 +59,15 @@ class Verdict(NamedTuple):
 
     Attributes:
         kind: in words.
-        off: onset of the wrap over the tip criterion; NaN without a wrap.
+        off: onset of the wrap over the tip criterion; None without a wrap.
         seed: repeats it.
+        seconds: of CPU.
     """
 
     kind: str
-    off: float
+    off: float | None
     seed: int
+    seconds: float
 
 
 def random_setup(seed: int) -> GripSetup:
@@ -89,30 +97,46 @@ def random_setup(seed: int) -> GripSetup:
 
 def judge(seed: int) -> Verdict:
     """Return what became of a random grip."""
+    begin = time.process_time()
+    kind, off = _judged(seed)
+    return Verdict(kind, off, seed, time.process_time() - begin)
+
+
+def _judged(seed: int) -> tuple[str, float | None]:
+    """Return how a random grip ended, and its onset over the tip criterion."""
     try:
         setup = random_setup(seed)
     except (NoCoilError, NotGrippableError) as error:
-        return Verdict(f"refused before closing: {type(error).__name__}", math.nan, seed)
+        return f"refused before closing: {type(error).__name__}", None
     try:
         window = grip_window(setup)
     except NotGrippableError:
         clear = _clearance(setup.gripper, setup)
-        kind = "refused: hanging tube in the way" if clear < 0.0 else "WRONG: tube is clear"
-        return Verdict(kind, math.nan, seed)
+        return "refused: hanging tube in the way" if clear < 0.0 else "WRONG: tube is clear", None
     except SolverError as error:
-        return Verdict(f"no answer: {error.status.name}", math.nan, seed)
+        return f"no answer: {error.status.name}", None
     wrong = _wrong(window)
     if wrong:
-        return Verdict(f"WRONG: {wrong}", math.nan, seed)
+        return f"WRONG: {wrong}", None
+    sampled = seed % FOLLOWED == 0
     if window.onset_wrap is None:
-        return Verdict(f"refused: tip never touches, {window.end.name}", math.nan, seed)
+        if sampled and _is_held_on_finer_elements(setup):
+            return "WRONG: held on finer elements", None
+        confirmed = ", the same on finer elements" if sampled else ""
+        return f"refused: tip never touches, {window.end.name}{confirmed}", None
     off = window.onset_wrap / float(setup.tip_pressure or math.nan)
-    if window.end is WindowEnd.LOST and seed % FOLLOWED == 0:
-        kept = _kept_after_loss(window)
-        if kept > 0.5:
-            return Verdict("WRONG: keeps its contact after the loss", off, seed)
-        return Verdict("window, loss confirmed by following the fall", off, seed)
-    return Verdict(f"window, ended by: {window.end.name}", off, seed)
+    if window.end is WindowEnd.LOST and sampled:
+        rest = follow_loss(window)
+        if rest is not None and rest.is_wrapped:
+            return "WRONG: still wrapped after the loss", off
+        return "window, loss confirmed by following the fall", off
+    return f"window, ended by: {window.end.name}", off
+
+
+def _is_held_on_finer_elements(setup: GripSetup) -> bool:
+    """Return whether a grip that was refused is held on more elements."""
+    finer = replace(setup, elements=math.ceil(FINER * setup.element_count))
+    return grip_window(finer).onset_wrap is not None
 
 
 def _clearance(gripper: Gripper, setup: GripSetup) -> float:
@@ -145,35 +169,42 @@ def _wrong(window: GripWindow) -> str:
     return ""
 
 
-def _kept_after_loss(window: GripWindow) -> float:
-    """Return the fraction of contact that is left after following the coil's fall."""
-    last, loss = window.points[-1], float(window.loss or 0.0)
-    limit = window.setup.gripper.pressure_max
-    beyond = min(limit, loss + 0.01 * limit)
-    path = follow_contact([window.setup.closing_problem(beyond)], start=last.state)
-    after = path.states[-1] if path.states else path.events[-1].last
-    return float(after.contact_lengths[0]) / last.contact_length
+def judge_all(count: int, kept: Path | None) -> list[Verdict]:
+    """Judge the first ``count`` random grips, but for those that a file has already."""
+    verdicts = []
+    if kept is not None and kept.exists():
+        verdicts = [Verdict(**json.loads(line)) for line in kept.read_text().splitlines()]
+    verdicts = [verdict for verdict in verdicts if verdict.seed < count]
+    missing = sorted(set(range(count)) - {verdict.seed for verdict in verdicts})
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
+        for verdict in pool.map(judge, missing):
+            verdicts.append(verdict)
+            if kept is not None:
+                with kept.open("a", encoding="utf-8") as lines:
+                    lines.write(json.dumps(verdict._asdict()) + "\n")
+    return verdicts
 
 
 def main() -> None:
     """Judge many random grips and print how they ended."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=1000)
-    count = parser.parse_args().count
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        verdicts = list(pool.map(judge, range(count), chunksize=CHUNK))
+    parser.add_argument("--results", type=Path, help="verdicts are kept here, one a line")
+    arguments = parser.parse_args()
+    verdicts = judge_all(arguments.count, arguments.results)
     kinds = Counter(verdict.kind for verdict in verdicts)
-    offs = np.array([verdict.off for verdict in verdicts])
-    offs = 100.0 * (offs[np.isfinite(offs)] - 1.0)
+    offs = np.array([100.0 * (v.off - 1.0) for v in verdicts if v.off is not None])
+    seconds = np.array([verdict.seconds for verdict in verdicts])
     spread = "No window was found."
     if offs.size:
         spread = (
             f"The wrap begins {np.median(offs):+.1f} % from the tip criterion in the median, "
             f"{offs.min():+.1f} to {offs.max():+.1f} % at the extremes."
         )
+    spread += f" CPU time: {np.median(seconds):.2f} s in the median, {seconds.max():.1f} s at most."
     rows = tuple((kind, str(number)) for kind, number in kinds.most_common())
-    show(Table(f"{count} random grips", ("outcome", "grips"), rows, spread), wide_console())
+    show(Table(f"{len(verdicts)} random grips", ("outcome", "grips"), rows, spread), wide_console())
     for verdict in verdicts:
         if verdict.kind.startswith(("WRONG", "no answer")):
             print(f"seed {verdict.seed}: {verdict.kind}")

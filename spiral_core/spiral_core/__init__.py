@@ -96,7 +96,7 @@ _NAMES = {
     "grip.point": ("GripPoint",),
     "grip.setup": ("Closing", "GripSetup", "lay_into_coil", "lay_profile_into_coil"),
     "grip.study": ("GripCase", "GripOutcome", "grip_cases", "solve_case", "solve_cases"),
-    "grip.window": ("GripWindow", "WindowEnd", "grip_window"),
+    "grip.window": ("GripWindow", "WindowEnd", "follow_loss", "grip_window"),
     "rod.batch": ("RodBatch", "solve_rods"),
     "rod.contact.obstacles": ("Obstacle",),
     "rod.contact.problem": (

@@ -119,6 +119,7 @@ from spiral_core.grip.study import solve_case as solve_case
 from spiral_core.grip.study import solve_cases as solve_cases
 from spiral_core.grip.window import GripWindow as GripWindow
 from spiral_core.grip.window import WindowEnd as WindowEnd
+from spiral_core.grip.window import follow_loss as follow_loss
 from spiral_core.grip.window import grip_window as grip_window
 from spiral_core.rod.batch import RodBatch as RodBatch
 from spiral_core.rod.batch import solve_rods as solve_rods

@@ -121,6 +121,14 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
         "largest_increment",
         lambda: follow_contact([PROBLEM], largest_increment=NAN),
     ),
+    "smallest increment zero": (
+        "smallest_increment",
+        lambda: follow_contact([PROBLEM], smallest_increment=0.0),
+    ),
+    "smallest increment above the largest": (
+        "smallest_increment",
+        lambda: follow_contact([PROBLEM], largest_increment=0.1, smallest_increment=0.2),
+    ),
     "stations of other ends": (
         "problems",
         lambda: follow_contact([PROBLEM, replace(PROBLEM, tip=Pinned((0.3, 0, 0)))]),

@@ -21,14 +21,17 @@ from spiral_core import (
     NotGrippableError,
     Obstacle,
     Pull,
+    WindowEnd,
     WrapCurve,
     WrapRegime,
+    follow_loss,
     grip_window,
     holding_force,
     lay_into_coil,
     line_force,
     solve_grip,
 )
+from spiral_core.grip.refusal import not_held
 from spiral_gripper import load_gripper
 
 RADIUS = 0.025
@@ -96,6 +99,34 @@ def test_contact_comes_suddenly_at_the_onset_of_the_wrap() -> None:
     assert after.contact_length > 2.0 * before.contact_length
     assert after.contact_length < gripper().tube.length
     assert np.all(np.diff(found.normal_forces[-4:]) > 0.0)
+
+
+def test_after_the_loss_the_end_has_let_go() -> None:
+    """The fall, followed: the tip is more than the object's radius away from it."""
+    tip = setup().tip_pressure
+    assert tip is not None
+    found = grip_window(setup(), [fraction * tip for fraction in (0.6, 0.9, 1.1, 1.2, 1.3, 1.4)])
+    assert found.end is WindowEnd.LOST
+    assert found.loss is not None
+    rest = follow_loss(found)
+    assert rest is not None
+    assert found.loss < rest.pressure < 1.01 * found.loss
+    assert not rest.is_wrapped
+    assert rest.tip_gap > RADIUS
+    assert rest.contact_length < 0.7 * found.points[-1].contact_length
+    assert follow_loss(window()) is None  # it ended at the last pressure, with nothing lost
+
+
+def test_an_object_that_the_tip_passes_by_is_given_up() -> None:
+    """Moved aside, so that the coil closes next to it: no need to go to the pressure limit."""
+    tip = setup().tip_pressure
+    assert tip is not None
+    aside = replace(setup(), obstacle=setup().obstacle.moved(translation=(0.0, 0.2, 0.0)))
+    found = grip_window(aside)
+    assert found.end is WindowEnd.PASSED_BY
+    assert 1.6 * tip <= found.top < 1.75 * tip < gripper().pressure_max
+    with pytest.raises(NotGrippableError, match="passes the object by"):
+        raise not_held(found)
 
 
 def test_forces_balance() -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from spiral_core.errors import NotGrippableError, SpiralError
@@ -14,6 +15,9 @@ from spiral_core.wrap.curve import WrapCurve
 # The nearest radius is looked for in steps of this fraction of the object's, outwards.
 RADIUS_STEP = 0.08
 RADIUS_TRIES = 6
+# A radius counts as held where the tip touches at one of these fractions of the tip criterion's
+# pressure.
+FRACTIONS = (0.3, 0.6, 0.75, 0.85, 0.9, 0.94, 0.98, 1.02, 1.06)
 
 
 def not_held(window: GripWindow) -> NotGrippableError:
@@ -25,6 +29,10 @@ def not_held(window: GripWindow) -> NotGrippableError:
     ends = {
         WindowEnd.LOST: "the coil lets go before its tip touches",
         WindowEnd.LIMIT: "the tip does not touch up to the pressure limit",
+        WindowEnd.PASSED_BY: (
+            "the tip passes the object by and does not touch up to far above the tip criterion's "
+            "pressure"
+        ),
         WindowEnd.SELF_CONTACT: "turns of the tube touch each other before the tip touches it",
         WindowEnd.NOT_FOLLOWED: "the closing tube finds no rest",
     }
@@ -58,8 +66,15 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
                     closing=setup.closing,
                     curve=curve,
                 )
-                if grip_window(other).onset_wrap is not None:
+                if _is_wrapped(other):
                     return radius
             except SpiralError:
                 continue
     return None
+
+
+def _is_wrapped(setup: GripSetup) -> bool:
+    """Return whether the tip touches near the tip criterion's pressure."""
+    limit, tip = setup.gripper.pressure_max, setup.tip_pressure or math.inf
+    pressures = [fraction * tip for fraction in FRACTIONS if fraction * tip <= limit]
+    return grip_window(setup, pressures).onset_wrap is not None

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -12,7 +13,7 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.hanging import hanging_tube
-from spiral_core.grip.point import GripPoint, wraps
+from spiral_core.grip.point import CURL_GAP, TOUCH_GAP, GripPoint, wraps
 from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.contact.state import ContactPath, ContactStatus
@@ -24,8 +25,13 @@ from spiral_core.validation import require_in_range
 BEFORE_WRAP = (0.3, 0.6, 0.75, 0.85, 0.9, 0.94)
 STEP = 0.04
 STEPS_OF_LIMIT = 32
+# A tip that has not touched up to this many times the tip criterion's pressure never does: the coil
+# is then thinner than the object and lies beside it, or on one side of it.
+GIVE_UP = 1.6
 # Pressures of the window are located to this fraction of themselves.
 PRESSURE_TOLERANCE = 2e-3
+# So often an onset is looked for by a line between two points, before it is bracketed by halves.
+LINE_TRIES = 4
 # A loss of more than this fraction of what touches is the loss of the grip.
 LOST_FRACTION = 0.5
 
@@ -37,6 +43,7 @@ class WindowEnd(Enum):
 
     LOST = "the coil unwinds and lets go"
     LIMIT = "the gripper's pressure limit"
+    PASSED_BY = "the tip has not touched far above the tip criterion's pressure"
     SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
     NOT_FOLLOWED = "the tube finds no rest that could be certified"
 
@@ -111,6 +118,33 @@ class GripWindow:
         return point
 
 
+def follow_loss(window: GripWindow) -> GripPoint | None:
+    """Return where the coil comes to rest after the loss of the grip.
+
+    The pressure goes on rising by 0.4 % from the last stable state below the loss; the motion is
+    overdamped. What is left in contact at rest may be most of the coil, closed with friction; its
+    end has let go.
+
+    Args:
+        window: of a grip.
+
+    Returns:
+        The grip at rest, None where nothing was lost or the coil finds no rest.
+    """
+    if window.loss is None:
+        return None
+    last, limit = window.points[-1], window.setup.gripper.pressure_max
+    beyond = min(limit, (1.0 + 2.0 * PRESSURE_TOLERANCE) * window.loss)
+    path = follow_contact(
+        [window.setup.closing_problem(beyond)],
+        start=last.state,
+        smallest_increment=_finest(last.pressure, beyond),
+    )
+    if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
+        return None
+    return GripPoint(beyond, window.setup, path.states[-1])
+
+
 def grip_window(
     setup: GripSetup,
     pressures: Sequence[float] | Array | None = None,
@@ -141,10 +175,13 @@ def grip_window(
             end = WindowEnd.LOST if loss is not None else _why(path)
             break
         if onset is None and point.is_wrapped:
-            onset = _located(here, point, _is_wrapped)
+            onset = _located(here, point, _is_wrapped, _touch_missing)
         if onset is not None and curling is None and point.is_curled:
-            curling = max(onset, _located(here, point, _is_curled))
+            curling = max(onset, _located(here, point, _is_curled, _curl_missing))
         points.append(point)
+        if onset is None and pressures is None and _passed_by(point):
+            end = WindowEnd.PASSED_BY
+            break
         if progress is not None:
             progress(count, len(stations))
     return GripWindow(setup, tuple(points), onset, curling, loss, end)
@@ -176,10 +213,24 @@ def _raised(
     branch is the end of the grip.
     """
     problem = point.setup.closing_problem(pressure)
-    path = follow_contact([problem], start=point.state, stop_at_event=wrapped)
+    path = (
+        follow_contact(
+            [problem],
+            start=point.state,
+            smallest_increment=_finest(point.pressure, pressure),
+            stop_at_event=True,
+        )
+        if wrapped
+        else follow_contact([problem], start=point.state)
+    )
     if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
         return None, path
     return GripPoint(pressure, point.setup, path.states[-1]), path
+
+
+def _finest(low: float, high: float) -> float:
+    """Return the fraction of the way between two pressures to which a loss is located."""
+    return min(1.0, 0.5 * PRESSURE_TOLERANCE * high / (high - low))
 
 
 def _why(path: ContactPath) -> WindowEnd:
@@ -202,6 +253,12 @@ def _lost_at(before: GripPoint, pressure: float, path: ContactPath) -> float | N
     return None
 
 
+def _passed_by(point: GripPoint) -> bool:
+    """Return whether the pressure is so far above the tip criterion's that no wrap will follow."""
+    tip = point.setup.tip_pressure
+    return tip is not None and point.pressure >= GIVE_UP * tip
+
+
 def _is_wrapped(point: GripPoint) -> bool:
     return point.is_wrapped
 
@@ -210,15 +267,40 @@ def _is_curled(point: GripPoint) -> bool:
     return point.is_wrapped and point.is_curled
 
 
-def _located(low: GripPoint, high: GripPoint, happened: Callable[[GripPoint], bool]) -> float:
-    """Return the pressure between two points from which on something has happened [Pa]."""
-    top = high.pressure
-    while top - low.pressure > PRESSURE_TOLERANCE * top:
-        middle, _ = _raised(low, 0.5 * (low.pressure + top))
+def _touch_missing(point: GripPoint) -> float:
+    """Return how far the tip is from touching [m]."""
+    return point.tip_gap - TOUCH_GAP * point.outer_radius
+
+
+def _curl_missing(point: GripPoint) -> float:
+    """Return how much less the end bridges than counts as curled [m]."""
+    return CURL_GAP * point.outer_radius - point.largest_gap
+
+
+def _located(
+    low: GripPoint,
+    high: GripPoint,
+    happened: Callable[[GripPoint], bool],
+    missing: Callable[[GripPoint], float],
+) -> float:
+    """Return the pressure between two points from which on something has happened [Pa].
+
+    Looked for where a line through what is missing at both ends says, in the second half of the
+    tries in the middle; what is missing is infinite, or of the wrong sign, where no such line is.
+    """
+    tries = 0
+    while high.pressure - low.pressure > PRESSURE_TOLERANCE * high.pressure:
+        span = high.pressure - low.pressure
+        before, after = missing(low), missing(high)
+        fraction = 0.5
+        if tries < LINE_TRIES and math.isfinite(before) and before > 0.0 >= after > -math.inf:
+            # A little beyond the line, so that both ends close in.
+            margin = 0.4 * PRESSURE_TOLERANCE * high.pressure / span
+            fraction = before / (before - after)
+            fraction = min(max(fraction + (margin if tries % 2 == 0 else -margin), 0.1), 0.9)
+        middle, _ = _raised(low, low.pressure + fraction * span)
         if middle is None:
             break
-        if happened(middle):
-            top = middle.pressure
-        else:
-            low = middle
-    return top
+        low, high = (low, middle) if happened(middle) else (middle, high)
+        tries += 1
+    return high.pressure

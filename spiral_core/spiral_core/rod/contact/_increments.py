@@ -25,7 +25,7 @@ GROWTH = 1.6
 EASY_PASSES = 14
 # Two changes are proportional up to this fraction.
 ALIKE = 0.05
-# The branch has ended where no increment longer than this succeeds.
+# The branch has ended where no increment longer than this succeeds, if nothing else is asked for.
 SMALLEST_INCREMENT = 1.0 / 4096.0
 # Steps of the motion after a fold, how their drag changes, and after how many lengths of the rod
 # it is lost.
@@ -138,15 +138,20 @@ def attempt(
 
 
 def advance(
-    start: Point, end: Arrays, largest: float, first: Arrays, before: Point | None = None
+    start: Point,
+    end: Arrays,
+    sizes: tuple[float, float],
+    first: Arrays,
+    before: Point | None = None,
 ) -> Iterator[Point | None]:
     """Follow the branch from ``start``, on the way from ``first`` to ``end``; yield its points.
 
-    Yields None, and ends, where the branch ends. ``before`` is a point passed earlier, to
-    extrapolate from.
+    Yields None, and ends, where the branch ends. ``sizes`` are the smallest and the largest
+    increment. ``before`` is a point passed earlier, to extrapolate from.
     """
     here = start
-    step = largest
+    smallest, largest = sizes
+    step = first_increment(before, here, smallest, largest)
     while here.at < 1.0:
         at = min(1.0, here.at + step) if here.at + step < 1.0 - 1e-12 else 1.0
         arrays = between(first, end, at)
@@ -156,14 +161,22 @@ def advance(
             yield here
             growth = GROWTH if solution.passes <= EASY_PASSES else 1.0
             step = min(largest, step * min(growth, 0.7 / max(move, 1e-9)))
-            step = max(step, SMALLEST_INCREMENT)
-        elif before is not None:  # once more without extrapolation
+            step = max(step, smallest)
+        elif before is not None and solution.outcome != CONVERGED:  # without extrapolation
             before = None
-        elif step > SMALLEST_INCREMENT:
-            step = max(SMALLEST_INCREMENT, step * min(0.5, 0.6 / max(move, 1e-9)))
+        elif step > smallest:
+            step = max(smallest, step * min(0.5, 0.6 / max(move, 1e-9)))
         else:
             yield None
             return
+
+
+def first_increment(before: Point | None, here: Point, smallest: float, largest: float) -> float:
+    """Return the increment that moves the rod as far as it may if it goes on as it came."""
+    if before is None or not here.at > before.at:
+        return largest
+    move = moved_fraction(before, here.arrays, here.x.p) / (here.at - before.at)
+    return min(largest, max(smallest, 0.7 / max(move, 1e-9)))
 
 
 def continued(before: Point | None, here: Point, end: Arrays) -> Point | None:
@@ -252,9 +265,9 @@ def slide(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
     return here, False, trail
 
 
-def beyond(here: Point, end: Arrays, first: Arrays) -> tuple[float, Arrays]:
+def beyond(here: Point, end: Arrays, first: Arrays, smallest: float) -> tuple[float, Arrays]:
     """Return the problem just beyond the end of a branch."""
-    at = min(1.0, here.at + SMALLEST_INCREMENT)
+    at = min(1.0, here.at + smallest)
     return at, between(first, end, at)
 
 

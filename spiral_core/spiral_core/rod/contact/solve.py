@@ -15,6 +15,7 @@ import numpy as np
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._increments import (
+    SMALLEST_INCREMENT,
     Point,
     advance,
     attempt,
@@ -104,6 +105,7 @@ def follow_contact(
     start: ContactState | None = None,
     elements: int | None = None,
     largest_increment: float = 1.0,
+    smallest_increment: float = SMALLEST_INCREMENT,
     stop_at_event: bool = False,
 ) -> ContactPath:
     """Return the states of a rod whose loads, shape, ends or obstacles change from one to the next.
@@ -120,6 +122,8 @@ def follow_contact(
         elements: for all stations; None takes the start's, or enough for all of them.
         largest_increment: of the way between two stations, in (0, 1]. With friction the states
             depend on the way: give stations, or increments, as close as the slip needs.
+        smallest_increment: of the way between two stations, at most the largest: the end of a
+            branch is located so closely.
         stop_at_event: whether to end at the first event, without following the rod's motion after
             it: the event's ``after`` is None.
 
@@ -134,6 +138,9 @@ def follow_contact(
         raise InvalidInputError("problems", problems, "at least one station")
     if not 0.0 < largest_increment <= 1.0:
         raise InvalidInputError("largest_increment", largest_increment, "in (0, 1]")
+    if not 0.0 < smallest_increment <= largest_increment:
+        requirement = f"in (0, {largest_increment:g}], the largest increment"
+        raise InvalidInputError("smallest_increment", smallest_increment, requirement)
     _check_alike(problems)
     states: list[ContactState] = []
     events: list[ContactEvent] = []
@@ -149,8 +156,8 @@ def follow_contact(
             raise InvalidInputError(
                 "problems", problem, "the same breaks and point loads throughout"
             )
-        ways = (largest_increment, stop_at_event)
-        reached, before, spent = _travel(here, before, end, ways, index, events)
+        sizes = (smallest_increment, largest_increment)
+        reached, before, spent = _travel(here, before, end, sizes, stop_at_event, index, events)
         if reached is None:
             return ContactPath(tuple(states), tuple(events))
         states.append(replace(state_from_point(reached, spent), _before=before))
@@ -162,23 +169,23 @@ def _travel(
     here: Point,
     before: Point | None,
     end: Arrays,
-    ways: tuple[float, bool],
+    sizes: tuple[float, float],
+    stop: bool,
     index: int,
     events: list[ContactEvent],
 ) -> tuple[Point | None, Point | None, int]:
     """Go from a point to the next station, over the events on the way; None if the rod is lost.
 
-    ``before`` is the point passed before; the same is returned. ``ways`` holds the largest
-    increment and whether to end at an event.
+    ``before`` is the point passed before; the same is returned. ``sizes`` are the smallest and
+    the largest increment; ``stop`` ends the way at its first event.
     """
-    largest, stop = ways
     first = here.arrays
     spent = 0
     here = replace(here, at=0.0)
     before = continued(before, here, end)
     while here.at < 1.0:
         ended = False
-        for point in advance(here, end, largest, first, before):
+        for point in advance(here, end, sizes, first, before):
             if point is None:
                 ended = True
             else:
@@ -186,7 +193,7 @@ def _travel(
                 spent += point.solution.passes
         if not ended:
             break
-        at, arrays = beyond(here, end, first)
+        at, arrays = beyond(here, end, first, sizes[0])
         last = state_from_point(here, spent)
         if stop:
             events.append(ContactEvent(index + here.at, last, None))
@@ -222,7 +229,7 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
     rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
     largest = FRICTION_INCREMENT if rubs else 1.0
     for end in (loaded, arrays):
-        reached, _, used = _travel(here, None, end, (largest, False), 0, events)
+        reached, _, used = _travel(here, None, end, (SMALLEST_INCREMENT, largest), False, 0, events)
         spent += used
         if reached is None:
             return replace(events[-1].last, iterations=spent)
