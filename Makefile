@@ -13,6 +13,10 @@ INSTALL_SOURCES := pyproject.toml LICENSE $(wildcard packaging/*.cmake packaging
   $(wildcard spiral_gripper_msgs/CMakeLists.txt spiral_gripper_msgs/msg/* spiral_gripper_msgs/srv/* spiral_gripper_msgs/action/*)
 INSTALLED := $(VENV)/.installed
 INSTALLED_DEV := $(VENV)/.installed-dev
+# numba keeps what it has compiled beside the sources.
+KERNELS := packaging/compile_kernels.py $(wildcard spiral_core/spiral_core/numerics/kernel.py spiral_core/spiral_core/wrap/_*.py \
+  spiral_core/spiral_core/rod/_*.py spiral_core/spiral_core/rod/contact/_*.py spiral_core/spiral_core/rod/motion/_*.py)
+COMPILED := $(VENV)/.compiled
 
 # Another Python's or another ROS installation's settings must not reach our environment.
 unexport PYTHONHOME PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH
@@ -23,7 +27,8 @@ unexport ROS_DISTRO _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 # yes where the node can run: Linux x86-64, and not SPIRAL_WITHOUT_ROS=1
 WITH_ROS = $(shell $(BIN)/python packaging/ros_metadata.py)
-TESTS = $(if $(filter yes,$(WITH_ROS)),,spiral_core/spiral_core spiral_gripper/spiral_gripper tests/core tests/edge)
+WITHOUT_ROS = tests/edge tests/core spiral_core/spiral_core spiral_gripper/spiral_gripper
+TESTS = $(if $(filter yes,$(WITH_ROS)),,$(WITHOUT_ROS))
 VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 
@@ -48,7 +53,7 @@ help:
 	@echo 'make bench-ros     measure the node: latency, load, endurance, start (some eight minutes)'
 	@echo 'make cycles        1,000 times wrap, lift, release with faults at random: no unsafe command (some minutes)'
 	@echo 'make fuzz          random sequences against the control logic and a live node (some 20 minutes)'
-	@echo 'make install       set up .venv only (an editable installation)'
+	@echo 'make install       set up .venv only (an editable installation), with its kernels compiled'
 	@echo 'make clean         remove logs, caches and scratch workspaces; make distclean: .venv too'
 	@echo
 	@echo 'PYTHON=python3.12 chooses the interpreter (3.10 or newer), SPIRAL_WITHOUT_ROS=1 leaves ROS out.'
@@ -70,7 +75,12 @@ $(INSTALLED_DEV): $(INSTALLED)
 	  $(BIN)/python -m pip install 'spiral-gripper[dev]'
 	@touch $@
 
-install: $(INSTALLED)
+$(COMPILED): $(KERNELS) | $(INSTALLED)
+	@$(STEP) $(LOGS)/compile.log "Compiling the numerical kernels, once (a minute)" \
+	  $(BIN)/python packaging/compile_kernels.py
+	@touch $@
+
+install: $(INSTALLED) $(COMPILED)
 
 # The empty trap lets the demo end in its own way on Ctrl-C and keeps make from calling that an error.
 demo: $(INSTALLED)
@@ -78,18 +88,18 @@ demo: $(INSTALLED)
 	  'SPIRAL_WITHOUT_ROS not set.' >&2; exit 1; }
 	@trap ':' INT; $(BIN)/spiral_gripper_demo || [ $$? -eq 130 ]
 
-# Tests of one file share their node, so a file stays with one worker. The node's tests mostly wait:
-# two workers for each core.
+# Tests of one file share their node, so a file stays with one worker; those of the node, which take
+# longest, come first. They mostly wait: two workers for each core.
 JOBS ?= $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))
-PYTEST = $(BIN)/pytest --numprocesses=$(JOBS) --dist=loadfile
+PYTEST = $(BIN)/pytest --numprocesses=$(JOBS) --dist=loadfile --no-loadscope-reorder
 
-test: lint
+test: lint $(COMPILED)
 	$(PYTEST) -m 'not slow' $(TESTS)
 
-test-fast: lint
-	$(PYTEST) -m 'not slow' spiral_core/spiral_core spiral_gripper/spiral_gripper tests/core tests/edge
+test-fast: lint $(COMPILED)
+	$(PYTEST) -m 'not slow' $(WITHOUT_ROS)
 
-test-slow: $(INSTALLED_DEV)
+test-slow: $(INSTALLED_DEV) $(COMPILED)
 	$(PYTEST) -m slow $(TESTS)
 
 lint: $(INSTALLED_DEV)

@@ -83,7 +83,7 @@ GOALS = (
 
 def goal_rows(goals: Iterable[Goal], values: Mapping[str, Values]) -> list[tuple[str, ...]]:
     """Return the rows of the goals whose figures were measured."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for goal in goals:
         value = values.get(goal.section, {}).get(goal.key)
         if value is not None:

@@ -157,6 +157,8 @@ def faults(problem: ContactProblem, state: ContactState) -> list[str]:
     away -= (away @ axis)[:, None] * axis
     distance = np.linalg.norm(away, axis=1)
     normal = away / distance[:, None]
+    if not isinstance(obstacle.shape, Cylinder):
+        raise TypeError("a grip is on a cylinder")
     gap = distance - obstacle.shape.radius - rod.radius
     push = state.contact_forces[0]
     pressing = np.sum(push * normal, axis=1)
@@ -170,7 +172,7 @@ def faults(problem: ContactProblem, state: ContactState) -> list[str]:
     # An element's weight acts on its arc, not on its chord.
     couples[1:] += np.cross(steps**2 / 12.0 * -np.diff(state.tangents, axis=0), weight)
     total = push + half
-    stiffness = rod.section.matrix[1, 1]
+    stiffness = stiffness_of(rod)[1, 1]
     scale = np.abs(total).sum() + stiffness / rod.length**2
     bent = _bending_moments(problem, state)
     statics = np.array(
@@ -195,12 +197,18 @@ def faults(problem: ContactProblem, state: ContactState) -> list[str]:
     return [name for name, broken in checks.items() if broken]
 
 
+def stiffness_of(rod: ElasticRod) -> Array:
+    """Return a uniform rod's stiffness (3, 3) [N m^2]."""
+    section = rod.section(0.0) if callable(rod.section) else rod.section
+    return section.matrix
+
+
 def _bending_moments(problem: ContactProblem, state: ContactState) -> Array:
     """Return K (u - u*) in the middle of the elements (N, 3), base frame."""
     turns = Rotation.from_quat(state.orientations)
     between = (turns[:-1].inv() * turns[1:]).as_rotvec()
     strains = between / np.diff(state.arc_lengths)[:, None]
-    local = (strains - np.asarray(problem.rod.rest_strain)) @ problem.rod.section.matrix
+    local = (strains - np.asarray(problem.rod.rest_strain)) @ stiffness_of(problem.rod)
     return (turns[:-1] * Rotation.from_rotvec(0.5 * between)).apply(local)
 
 
@@ -224,7 +232,7 @@ def grip_one(index: int) -> Outcome:
         path = follow_contact(stations)
     except SolverError as error:
         spent = time.perf_counter() - begin
-        verdict = f"refused: {error.status.name}"  # type: ignore[attr-defined]
+        verdict = f"refused: {error.status.name}"
         return Outcome(index, verdict, 0, error.iterations, 0, 0.0, spent)
     spent = time.perf_counter() - begin
     return _judged(index, stations, path, spent)
@@ -234,7 +242,7 @@ def _judged(index: int, stations: list[ContactProblem], path: ContactPath, spent
     """Return the outcome of a path."""
     iterations = sum(state.iterations for state in path.states)
     if len(path.states) < len(stations):
-        lost = path.events[-1].after.status if path.events else ContactStatus.CONVERGED
+        lost = path.events[-1].last.status if path.events else ContactStatus.CONVERGED
         verdict = f"lost: {lost.name}"
         return Outcome(index, verdict, len(path.events), iterations, 0, 0.0, spent)
     state = path.states[-1]

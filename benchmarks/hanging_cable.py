@@ -32,12 +32,16 @@ def hanging_cable(
     """
     support = 0.5 * weight * length
 
-    def along(tension: float, s: Array | float) -> Array | float:
+    def along(tension: float, s: Array) -> Array:
         hang = np.arcsinh((weight * s - support) / tension) + np.arcsinh(support / tension)
-        return tension * s / axial + tension / weight * hang
+        place: Array = tension * s / axial + tension / weight * hang
+        return place
+
+    def gap(tension: float) -> float:
+        return float(along(tension, np.array(length))) - span
 
     # The flexible cable in closed form to start from.
-    flexible = brentq(lambda h: along(h, length) - span, 1e-6 * support, 1e6 * support, xtol=1e-15)
+    flexible = brentq(gap, 1e-6 * support, 1e6 * support, xtol=1e-15)
     s = np.linspace(0.0, 0.5 * length, 2001)
     up = (0.5 * weight * s**2 - support * s) / axial + (
         np.hypot(flexible, weight * s - support) - np.hypot(flexible, support)

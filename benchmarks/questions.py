@@ -133,7 +133,7 @@ def is_crossed(scan: Scan, i: int, radius: float) -> bool:
 
     Turns may fall short for a part of a step that begins and ends with enough of them.
     """
-    parts = np.linspace(*scan.pressures[i : i + 2], PARTS + 1).tolist()
+    parts = np.linspace(scan.pressures[i], scan.pressures[i + 1], PARTS + 1).tolist()
     near = scan_of(scan.gripper, *path_of(scan.gripper, parts, scan.states[i]))
     return any(
         (near.radii[k] - radius) * (near.radii[k + 1] - radius) <= 0.0 for k in near.coiled()

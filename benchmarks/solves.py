@@ -23,7 +23,7 @@ from benchmarks.timing import median_time
 from spiral_core import follow_path
 from spiral_core.rod._continuation import load_uniform, solve_uniform_from
 from spiral_core.rod._mesh import path_count
-from spiral_core.rod._profiles import uniform_numbers
+from spiral_core.rod._profiles import uniform_rod
 
 STATIONS = 50
 
@@ -31,11 +31,11 @@ STATIONS = 50
 def warm_kernel(elements: int) -> Callable[[], None]:
     """Return a call of the warm solve's kernel alone."""
     cases = (usual_case(1.0 + WARM_CHANGE), usual_case())
-    numbers = itertools.cycle([uniform_numbers(case.rod, case.load) for case in cases])
+    rods = itertools.cycle([uniform_rod(case.rod, case.load) for case in cases])
     q = usual_state(elements).orientations.copy()
 
     def call() -> None:
-        solve_uniform_from(q, *next(numbers))
+        solve_uniform_from(q, next(rods))
 
     return call
 
@@ -45,10 +45,10 @@ def cold_kernel(elements: int) -> Callable[[], None]:
     case = usual_case()
     turn = math.hypot(*case.rest_strain) * case.length
     few = path_count(elements, turn, case.torsional / case.bending)
-    numbers = uniform_numbers(case.rod, case.load)
+    rod = uniform_rod(case.rod, case.load)
 
     def call() -> None:
-        load_uniform(few, elements, *numbers)
+        load_uniform(few, elements, rod)
 
     return call
 

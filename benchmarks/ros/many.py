@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from rcl_interfaces.msg import ParameterType
@@ -50,6 +51,11 @@ class Found:
     isolated: bool
 
 
+def is_active(probe: Probe) -> bool:
+    """Return whether the probe's node has said that it is active."""
+    return probe.status is not None and bool(probe.status.state != State.INACTIVE)
+
+
 def measure(effort: NodeEffort) -> Section:
     """Measure one gripper alone, and all of them."""
     runs = {
@@ -90,9 +96,7 @@ def run(effort: NodeEffort, grippers: int) -> Found:
     settings = {"SPIRAL_GRIPPERS": str(grippers)}
     with process("/", environment=settings, module=many_grippers.MODULE) as running:
         for probe in probes:
-            probe.spin_until(
-                lambda p=probe: p.status is not None and p.status.state != State.INACTIVE
-            )
+            probe.spin_until(partial(is_active, probe))
         start = time.perf_counter() - begin
         for probe in probes:
             probe.approach(sweep)

@@ -82,7 +82,7 @@ class Probe:
     def connected(self) -> bool:
         """Return whether somebody listens and answers."""
         answers = self.node.count_publishers("pressure_command")
-        return self._radius.get_subscription_count() > 0 and answers > 0
+        return bool(self._radius.get_subscription_count() > 0 and answers > 0)
 
     def spin_until(self, condition: Callable[[], bool], timeout: float = START_TIMEOUT) -> None:
         """Handle what arrives until a condition holds.

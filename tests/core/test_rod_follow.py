@@ -23,7 +23,7 @@ from spiral_core.rod._continuation import (
 )
 from spiral_core.rod._newton import CONVERGED, FOLD_LIMIT, LEFT_BRANCH, UNSTABLE, minimize
 from spiral_core.rod._shape import shape_from_orientations
-from spiral_core.rod._system import blended, without_rest_strain
+from spiral_core.rod._system import Ending, blended, without_rest_strain
 from spiral_core.rod._turns import largest_turn, resample
 
 # A rod mounted sideways and up, found among random ones: on its way it snaps, once.
@@ -52,9 +52,9 @@ def test_an_unstable_state_is_left_for_a_lower_one() -> None:
     """A rod standing up straight past its critical length: stationary, and not an answer."""
     rod = Rod(2.5, bending_stiffness=1.0, torsional_stiffness=0.7)
     system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (40,))
-    upright = minimize(straight(40), system, 1.0, 0, False).energy
+    upright = minimize(straight(40), system, Ending(1.0, 0, False)).energy
     q = straight(40)
-    assert minimize(q, system, 1e-8, 50, False).outcome == UNSTABLE
+    assert minimize(q, system, Ending(1e-8, 50, False)).outcome == UNSTABLE
     found = minimize_to_stable(q, system, 1e-8)
     assert found.outcome == CONVERGED
     assert found.pivot > 0.0
@@ -123,7 +123,7 @@ def test_a_snap_is_counted_and_releases_energy() -> None:
     assert found.outcome == LEFT_BRANCH
     assert 0.0 < at < 1.0
     beyond = blended(start, system, at + SMALLEST_STEP)
-    held = minimize(q.copy(), beyond, 1.0, 0, False).energy
+    held = minimize(q.copy(), beyond, Ending(1.0, 0, False)).energy
     before = q.copy()
     found = minimize_to_stable(q, beyond, 1e-8)
     assert found.outcome == CONVERGED

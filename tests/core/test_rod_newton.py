@@ -26,7 +26,7 @@ from spiral_core.rod._newton import (
     UNSTABLE,
     minimize,
 )
-from spiral_core.rod._system import System
+from spiral_core.rod._system import Ending, System
 from spiral_core.rod._turns import turn_nodes
 from spiral_core.rod.solve import STATUSES
 
@@ -119,14 +119,17 @@ def test_convergence_is_quadratic(moment: tuple[float, float, float]) -> None:
     """From 1e-3 rad away, the residual squares: the tangent, tip moment and all, is exact."""
     system = discretize(VARIED, replace(LOAD, tip_moment=moment), (40,))
     q = straight(40)
-    assert minimize(q, system, 1e-12, 100, False).outcome == CONVERGED
+    assert minimize(q, system, Ending(1e-12, 100, False)).outcome == CONVERGED
     step = 1e-3 * np.random.default_rng(1).normal(size=(40, 3)).cumsum(axis=0) / 6.0
     near = np.empty_like(q)
     turn_nodes(q, step, 1.0, near)
     residuals = []
     for _ in range(3):
-        residuals.append(minimize(near, system, 0.0, 0, False).residual)
-        assert minimize(near, system, 1e-14, 1, False).outcome in (CONVERGED, ITERATION_LIMIT)
+        residuals.append(minimize(near, system, Ending(0.0, 0, False)).residual)
+        assert minimize(near, system, Ending(1e-14, 1, False)).outcome in (
+            CONVERGED,
+            ITERATION_LIMIT,
+        )
     # The first step's constant is measured; the rounding of a moment here is 1e-13.
     assert residuals[1] < 0.2 * residuals[0] ** 1.5
     assert residuals[2] < 1e-9
@@ -148,7 +151,7 @@ def test_turning_leaves_the_clamp_alone() -> None:
 
 def test_too_few_iterations_are_said_to_be() -> None:
     system = discretize(VARIED, LOAD, (20,))
-    found = minimize(straight(20), system, 1e-10, 2, False)
+    found = minimize(straight(20), system, Ending(1e-10, 2, False))
     assert (found.outcome, found.iterations) == (ITERATION_LIMIT, 2)
     assert found.residual > 1e-10
 
@@ -157,14 +160,14 @@ def test_too_few_iterations_are_said_to_be() -> None:
 def test_numbers_that_are_not_finite_are_noticed(bad: float) -> None:
     system = discretize(straight_rod(), RodLoad(tip_force=(0.0, 1.0, 0.0)), (20,))
     spoiled = system._replace(force=system.force * bad)
-    outcome = minimize(straight(20), spoiled, 1e-8, 50, False).outcome
+    outcome = minimize(straight(20), spoiled, Ending(1e-8, 50, False)).outcome
     assert outcome == NOT_FINITE
 
 
 def test_a_moment_that_no_energy_balances_fails_the_line_search() -> None:
     """A tolerance far below rounding leaves nothing to lower."""
     system = discretize(VARIED, replace(LOAD, tip_moment=(0.8, -0.5, 1.1)), (20,))
-    found = minimize(straight(20), system, 0.0, 200, False)
+    found = minimize(straight(20), system, Ending(0.0, 200, False))
     assert found.outcome == LINE_SEARCH_FAILED
     assert found.residual < 1e-11
     assert found.pivot > 0.0
@@ -176,12 +179,12 @@ def test_the_certificate_refuses_the_straight_state_past_buckling(
 ) -> None:
     system = upright(24, critical)
     q = straight(24)
-    found = minimize(q, system, 1e-8, 50, False)
+    found = minimize(q, system, Ending(1e-8, 50, False))
     assert found.outcome == (CONVERGED if stable else UNSTABLE)
     assert (found.pivot > 0.0) is stable
     assert found.residual < 1e-8
     np.testing.assert_array_equal(q, straight(24))
-    strict = minimize(q, system, 1e-8, 50, True).outcome
+    strict = minimize(q, system, Ending(1e-8, 50, True)).outcome
     assert strict == (CONVERGED if stable else LEFT_BRANCH)
 
 
@@ -204,12 +207,12 @@ def test_energy_never_rises_on_the_way_down() -> None:
     case = gripper_rod()
     system = discretize(case.rod, case.load, (40,))
     q = disturbed(40, 0.6, seed=5)
-    energies = [minimize(q, system, 0.0, 0, False).energy]
-    strict = minimize(q.copy(), system, 1e-8, 50, True).outcome
+    energies = [minimize(q, system, Ending(0.0, 0, False)).energy]
+    strict = minimize(q.copy(), system, Ending(1e-8, 50, True)).outcome
     assert strict == LEFT_BRANCH
     outcome = ITERATION_LIMIT
     while outcome == ITERATION_LIMIT and len(energies) < 300:
-        found = minimize(q, system, 1e-8, 1, False)
+        found = minimize(q, system, Ending(1e-8, 1, False))
         outcome = found.outcome
         energies.append(found.energy)
     assert outcome == CONVERGED

@@ -39,7 +39,7 @@ def test_an_interrupt_ends_a_sweep_in_one_line() -> None:
     assert process.stdout.readline() == "begin\n"
     time.sleep(0.5)  # the workers start: the most delicate moment
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
-    _, said = process.communicate(timeout=10.0)
+    _, said = process.communicate(timeout=120.0)
     assert said == "spiral-gripper: interrupted\n"
 
 

@@ -53,8 +53,8 @@ class CheckedControl(RuleBasedStateMachine):
         self.read = None  # what the clock said last
         self.elapsed = 0.0  # since the last command, as the control logic may count it
         self.last = 0.0
-        self.timeouts = {}  # by ticket
-        self.ended = {}  # final reports by ticket
+        self.timeouts = {}  # by grasp
+        self.ended = {}  # final reports by grasp
         self.overpressure = 0.0  # of the newest grasp
         self.regime = None  # seen since it began
         self.visited = set()
@@ -79,7 +79,7 @@ class CheckedControl(RuleBasedStateMachine):
     def command(self):
         """Let it command, and check the command."""
         before = self.control.snapshot()
-        running = [ticket for ticket in self.running() if self.is_running(ticket)]
+        running = [grasp for grasp in self.running() if self.is_running(grasp)]
         command = self.control.command(self.time())
         seen, limits = self.control.snapshot(), self.limits
         step = min(self.elapsed + CLOCK_RESOLUTION, LONGEST_STEP)
@@ -90,19 +90,19 @@ class CheckedControl(RuleBasedStateMachine):
         if seen.state in GRIPPING:
             lowest = before.pressure_command - limits.pressure_rate_down * step * (1.0 + 1e-9)
             assert command >= min(lowest, limits.pressure_cap)
-        for ticket in running:
-            self.check_grasp(ticket, seen)
+        for grasp in running:
+            self.check_grasp(grasp, seen)
         self.check_fault(before, seen)
         self.last, self.elapsed = command, 0.0
         self.visited.add(seen.state)
         self.tally["commands"] += 1
         self.tally[f"state {seen.state.name}"] += 1
 
-    def check_grasp(self, ticket, seen):
+    def check_grasp(self, grasp, seen):
         """Check a grasp that ran before the command."""
-        report = self.control.grasp_report(ticket)
+        report = grasp.report
         if report.outcome is GraspOutcome.RUNNING:
-            assert report.elapsed <= self.timeouts[ticket]
+            assert report.elapsed <= self.timeouts[grasp]
             assert seen.pressure_fault.reason is Reason.NONE
         if report.outcome is GraspOutcome.SUCCEEDED:
             assert (seen.state, seen.refusal.reason) == (State.GRASPING, Reason.NONE)
@@ -149,17 +149,18 @@ class CheckedControl(RuleBasedStateMachine):
 
     def running(self):
         """Return the grasps that are not known to have ended."""
-        return [ticket for ticket in self.timeouts if ticket not in self.ended]
+        return [grasp for grasp in self.timeouts if grasp not in self.ended]
 
-    def outcome(self, ticket):
-        return self.control.grasp_report(ticket).outcome
+    def outcome(self, grasp):
+        return grasp.report.outcome
 
-    def is_running(self, ticket):
-        return self.outcome(ticket) is GraspOutcome.RUNNING
+    def is_running(self, grasp):
+        return self.outcome(grasp) is GraspOutcome.RUNNING
 
     def was_aborted(self):
         """Return whether the newest grasp has ended with its pressure held."""
-        return self.outcome(len(self.timeouts)) in (GraspOutcome.FAILED, GraspOutcome.CANCELED)
+        newest = next(reversed(self.timeouts))
+        return self.outcome(newest) in (GraspOutcome.FAILED, GraspOutcome.CANCELED)
 
     def is_possible(self, seen):
         """Return whether the wrap of the newest grasp is what the planner says, within the cap."""

@@ -122,6 +122,7 @@ def bench():
 @pytest.fixture
 def holding(bench):
     """A bench that has grasped a 20 mm object at its wrap pressure of 50 kPa, measured."""
-    assert bench.end(bench.grasp()) == (SUCCEEDED, Reason.NONE)
+    bench.grasped = bench.grasp()
+    assert bench.end(bench.grasped) == (SUCCEEDED, Reason.NONE)
     bench.run(0.5)
     return bench

@@ -68,16 +68,13 @@ class Bench:
     def grasp(self, radius=0.02, **goal):
         return self.control.start_grasp(self.now, GraspGoal(radius, **goal), self.planner)
 
-    def report(self, ticket):
-        return self.control.grasp_report(ticket)
-
-    def end(self, ticket, longest=5.0):
+    def end(self, grasp, longest=5.0):
         """Tick until a grasp ends; return how and why."""
         start = self.now
-        while self.report(ticket).outcome is RUNNING:
+        while grasp.report.outcome is RUNNING:
             assert self.now - start <= longest, "it does not end"
             self.tick()
-        return self.report(ticket).outcome, self.report(ticket).refusal.reason
+        return grasp.report.outcome, grasp.report.refusal.reason
 
     @property
     def seen(self):

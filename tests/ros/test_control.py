@@ -55,10 +55,10 @@ def test_policy_vent_vents_at_a_fault_until_it_is_mended_and_rearmed(
 
 def test_policy_vent_ends_a_grasp_in_a_fault_whatever_its_own_policy(bench):
     bench.control.reconfigure(replace(LIMITS, pressure_fault_policy=FaultPolicy.VENT))
-    ticket = bench.grasp(abort_policy=AbortPolicy.HOLD)
+    grasp = bench.grasp(abort_policy=AbortPolicy.HOLD)
     bench.run(0.2)
     bench.regulator.fault = RegulatorFault.LEAK
-    assert bench.end(ticket) == (FAILED, Reason.PRESSURE_LOW)
+    assert bench.end(grasp) == (FAILED, Reason.PRESSURE_LOW)
     assert (bench.state, bench.reason) == (State.FAULT, Reason.PRESSURE_LOW)
     assert set(bench.run(1.0)) == {0.0}
 
@@ -171,7 +171,7 @@ def test_a_time_that_is_none_is_an_error(bench, now):
         lambda: bench.control.offer_radius(now, 0.02, bench.planner),
         lambda: bench.control.offer_measured(now, 0.0),
         lambda: bench.control.observe(now, None),
-        lambda: bench.control.cancel_grasp(now, 1),
+        lambda: bench.control.cancel_grasp(now, None),
         lambda: bench.control.start_grasp(now, GraspGoal(0.02), bench.planner),
     ):
         with pytest.raises(InvalidInputError, match="now"):

@@ -17,13 +17,13 @@ from spiral_gripper_ros.control.states import Reason, Refusal, State
 
 
 def test_a_grasp_is_reached_once_the_measured_pressure_has_settled_and_the_wrap_is_perfect(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     assert (bench.state, bench.reason) == (State.GRASPING, Reason.NONE)
     bench.run(0.52)
     assert bench.seen.pressure_command == 5.0e4
-    assert bench.report(ticket).outcome is RUNNING
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
-    report = bench.report(ticket)
+    assert grasp.report.outcome is RUNNING
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
+    report = grasp.report
     assert report.radius == 0.02
     assert report.plan.pressure == 5.0e4
     assert report.progress == 1.0
@@ -31,23 +31,23 @@ def test_a_grasp_is_reached_once_the_measured_pressure_has_settled_and_the_wrap_
     assert set(bench.run(5.0)) == {5.0e4}
     assert (bench.state, bench.reason) == (State.GRASPING, Reason.NONE)
     assert bench.seen.wrapped
-    assert bench.report(ticket) == report
+    assert grasp.report == report
 
 
 def test_without_a_measured_pressure_it_is_reached_when_the_command_has_stood_for_a_while():
     bench = Bench(measured=False)
-    ticket = bench.grasp()
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
-    assert bench.report(ticket).elapsed == pytest.approx(0.5 + 0.3, abs=2.0 * TICK)
+    grasp = bench.grasp()
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
+    assert grasp.report.elapsed == pytest.approx(0.5 + 0.3, abs=2.0 * TICK)
     assert bench.seen.measured is None
     assert bench.seen.wrapped
 
 
 def test_what_is_not_seen_to_be_wrapped_is_no_success(bench):
     bench.is_measured, bench.sees = False, lambda pressure, perfect: None
-    ticket = bench.grasp(timeout=2.0)
-    assert bench.end(ticket) == (FAILED, Reason.WRAP_FAILED)
-    assert "unknown" in bench.report(ticket).refusal.text
+    grasp = bench.grasp(timeout=2.0)
+    assert bench.end(grasp) == (FAILED, Reason.WRAP_FAILED)
+    assert "unknown" in grasp.report.refusal.text
     assert not bench.seen.wrapped
 
 
@@ -60,10 +60,10 @@ def test_the_command_rises_to_a_grasp_at_its_rate(bench):
 
 
 def test_progress_is_told_on_the_way(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     bench.run(0.2)
-    assert bench.report(ticket).progress == pytest.approx(0.4)
-    assert bench.report(ticket).elapsed == pytest.approx(0.2)
+    assert grasp.report.progress == pytest.approx(0.4)
+    assert grasp.report.elapsed == pytest.approx(0.2)
 
 
 def test_overpressure_is_added_and_the_tip_may_curl_off(bench):
@@ -81,17 +81,17 @@ def test_without_overpressure_a_tip_that_curls_off_is_no_wrap(holding):
 
 def test_the_radius_that_is_followed_can_be_grasped(bench):
     bench.run(1.0, radius=0.025)
-    ticket = bench.grasp(None)
-    assert bench.report(ticket).radius == 0.025
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    grasp = bench.grasp(None)
+    assert grasp.report.radius == 0.025
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
     assert bench.seen.pressure_command == 4.0e4
 
 
 def test_while_it_grasps_radii_are_neither_followed_nor_counted_nor_missed(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     bench.run(0.5, radius=0.03)
     bench.run(0.5, radius=math.nan)
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
     assert set(bench.run(2.0, radius=0.03)) == {5.0e4}
     assert set(bench.run(2.0)) == {5.0e4}
     assert (bench.seen.radius, bench.seen.accepted) == (0.02, 0)
@@ -115,11 +115,11 @@ def test_after_a_release_and_rearm_radii_are_followed_again(holding):
 
 
 def test_a_bad_gravity_is_counted_and_does_not_disturb_a_grasp(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     bench.control.refuse(Refusal(Reason.GRAVITY_INVALID, "gravity must be finite"))
     assert (bench.state, bench.reason) == (State.GRASPING, Reason.NONE)
     assert bench.seen.refused[Reason.GRAVITY_INVALID] == 1
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
 
 
 BAD_GOALS = [
@@ -142,18 +142,18 @@ BAD_GOALS = [
 @pytest.mark.parametrize(("goal", "reason"), BAD_GOALS)
 @pytest.mark.parametrize("occupied", ["waiting", "tracking", "grasping", "grasped"])
 def test_a_bad_goal_is_refused_and_changes_nothing(bench, occupied, goal, reason):
-    ticket = 0
+    grasp = None
     if occupied == "tracking":
         bench.run(1.0, radius=0.02)
     elif occupied != "waiting":
-        ticket = bench.grasp()
+        grasp = bench.grasp()
         bench.run(0.2 if occupied == "grasping" else 2.0)
     before = bench.seen
     refusal = bench.control.start_grasp(bench.now, goal, bench.planner)
     assert refusal.reason is reason
     assert bench.seen == before
-    if ticket:
-        assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    if grasp:
+        assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
 
 
 def test_a_goal_for_which_no_shape_is_certified_is_refused(bench):

@@ -7,7 +7,7 @@ import pytest
 from ros.control_bench import CANCELED, FAILED, FAULTS, LIMITS, RUNNING, SUCCEEDED, TICK, Bench
 from ros.fakes import FakePlanner, regime_at
 
-from spiral_core import InvalidInputError, SolverError, WrapRegime
+from spiral_core import SolverError, WrapRegime
 from spiral_core.rod.types import RodStatus
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
@@ -16,10 +16,10 @@ from spiral_gripper_ros.control.states import Reason, State
 
 @pytest.mark.parametrize("policy", list(AbortPolicy))
 def test_a_canceled_grasp_does_what_its_policy_says(bench, policy):
-    ticket = bench.grasp(abort_policy=policy)
+    grasp = bench.grasp(abort_policy=policy)
     bench.run(0.2)
-    bench.control.cancel_grasp(bench.now, ticket)
-    report = bench.report(ticket)
+    bench.control.cancel_grasp(bench.now, grasp)
+    report = grasp.report
     assert (report.outcome, report.refusal.reason) == (CANCELED, Reason.GRASP_CANCELED)
     vents = policy is AbortPolicy.VENT
     commands = bench.run(3.0, radius=0.02)
@@ -37,17 +37,17 @@ def test_the_parameter_says_what_a_goal_does_not(policy):
 
 def test_a_grasp_that_has_ended_cannot_be_canceled(holding):
     before = holding.seen
-    for ticket in (0, 1, 2):
-        holding.control.cancel_grasp(holding.now, ticket)
+    for grasp in (None, holding.grasped):
+        holding.control.cancel_grasp(holding.now, grasp)
     assert holding.seen == before
-    assert holding.report(1).outcome is SUCCEEDED
+    assert holding.grasped.report.outcome is SUCCEEDED
 
 
 def test_a_newer_goal_replaces_the_one_that_runs(bench):
     first = bench.grasp(0.02)
     bench.run(0.3)
     second = bench.grasp(0.04)
-    report = bench.report(first)
+    report = first.report
     assert (report.outcome, report.refusal.reason) == (FAILED, Reason.GRASP_REPLACED)
     assert (report.radius, report.plan.pressure) == (0.02, 5.0e4)
     assert bench.seen.pressure_command == pytest.approx(3.0e4)
@@ -57,9 +57,9 @@ def test_a_newer_goal_replaces_the_one_that_runs(bench):
 
 
 def test_a_grasp_that_is_not_reached_in_time_fails(bench):
-    ticket = bench.grasp(timeout=0.3)
-    assert bench.end(ticket) == (FAILED, Reason.GRASP_TIMEOUT)
-    report = bench.report(ticket)
+    grasp = bench.grasp(timeout=0.3)
+    assert bench.end(grasp) == (FAILED, Reason.GRASP_TIMEOUT)
+    report = grasp.report
     assert report.elapsed <= 0.3 + TICK * (1 + 1e-9)
     assert "within 0.3 s" in report.refusal.text
     assert (bench.state, bench.reason) == (State.RELEASED, Reason.GRASP_TIMEOUT)
@@ -69,18 +69,18 @@ def test_a_grasp_that_is_not_reached_in_time_fails(bench):
 
 def test_the_parameter_is_the_timeout_of_a_goal_without_one(bench):
     bench.sees = lambda pressure, perfect: WrapRegime.OVERHANG
-    ticket = bench.grasp()
-    bench.end(ticket)
-    assert bench.report(ticket).elapsed == pytest.approx(LIMITS.grasp_timeout, abs=2.0 * TICK)
+    grasp = bench.grasp()
+    bench.end(grasp)
+    assert grasp.report.elapsed == pytest.approx(LIMITS.grasp_timeout, abs=2.0 * TICK)
 
 
 @pytest.mark.parametrize("measured", [True, False])
 def test_a_pressure_that_settles_without_a_perfect_wrap_is_a_failed_wrap(measured):
     bench = Bench(measured=measured)
     bench.sees = lambda pressure, perfect: WrapRegime.OVERHANG
-    ticket = bench.grasp(abort_policy=AbortPolicy.HOLD)
-    assert bench.end(ticket) == (FAILED, Reason.WRAP_FAILED)
-    assert "overhang" in bench.report(ticket).refusal.text
+    grasp = bench.grasp(abort_policy=AbortPolicy.HOLD)
+    assert bench.end(grasp) == (FAILED, Reason.WRAP_FAILED)
+    assert "overhang" in grasp.report.refusal.text
     assert set(bench.run(1.0)) == {5.0e4}
     assert (bench.state, bench.reason) == (State.GRASPING, Reason.WRAP_FAILED)
 
@@ -92,17 +92,17 @@ def test_a_wrap_that_nobody_can_see_is_a_failed_wrap_if_the_pressure_is_measured
 
 def test_a_wrap_that_is_seen_late_is_reached(bench):
     bench.sees = lambda pressure, perfect: WrapRegime.OVERHANG
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     bench.run(2.0)
     bench.sees = regime_at
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
 
 
 def test_what_was_seen_of_another_object_does_not_count(holding):
     assert holding.seen.wrapped
-    holding.grasp(0.03)
+    other = holding.grasp(0.03)
     assert not holding.seen.wrapped
-    holding.end(2)
+    holding.end(other)
     holding.control.release()
     holding.control.rearm()
     holding.control.offer_radius(holding.now, 0.02, holding.planner)
@@ -113,10 +113,10 @@ def test_what_was_seen_of_another_object_does_not_count(holding):
 @pytest.mark.parametrize("policy", list(AbortPolicy))
 def test_a_fault_of_the_measured_pressure_lets_a_grasp_fail(bench, fault, stuck_at, reason, policy):
     bench.run(0.5)
-    ticket = bench.grasp(abort_policy=policy)
+    grasp = bench.grasp(abort_policy=policy)
     bench.regulator.fault = fault
     bench.regulator.pressure = max(bench.regulator.pressure, stuck_at)
-    assert bench.end(ticket) == (FAILED, reason)
+    assert bench.end(grasp) == (FAILED, reason)
     vents = policy is AbortPolicy.VENT
     assert bench.state is (State.RELEASED if vents else State.GRASPING)
     assert bench.reason is reason
@@ -136,23 +136,21 @@ def test_a_fault_of_the_measured_pressure_lets_a_grasp_fail(bench, fault, stuck_
 )
 @pytest.mark.parametrize("policy", list(AbortPolicy))
 def test_a_vent_by_anything_else_ends_a_grasp(bench, event, state, reason, policy):
-    ticket = bench.grasp(abort_policy=policy)
+    grasp = bench.grasp(abort_policy=policy)
     bench.run(0.2)
     bench.control.fail("boom") if event == "fail" else getattr(bench.control, event)()
-    report = bench.report(ticket)
+    report = grasp.report
     assert (report.outcome, report.refusal.reason) == (FAILED, reason)
     assert report.radius == 0.02
     assert bench.state is state
     assert set(bench.run(1.0)) == {0.0}
 
 
-def test_reports_of_the_last_grasps_are_kept(bench):
-    tickets = [bench.grasp(0.02 + 0.0001 * number) for number in range(20)]
-    assert len(set(tickets)) == 20
-    assert bench.report(tickets[-2]).refusal.reason is Reason.GRASP_REPLACED
-    assert bench.report(tickets[-1]).outcome is RUNNING
-    with pytest.raises(InvalidInputError, match="ticket"):
-        bench.report(tickets[0])
+def test_a_goal_that_was_replaced_keeps_its_report(bench):
+    grasps = [bench.grasp(0.02 + 0.0001 * number) for number in range(3)]
+    for replaced in grasps[:-1]:
+        assert replaced.report.refusal.reason is Reason.GRASP_REPLACED
+    assert grasps[-1].report.outcome is RUNNING
 
 
 def test_another_gravity_moves_the_pressure_of_a_grasp(holding):
@@ -162,52 +160,52 @@ def test_another_gravity_moves_the_pressure_of_a_grasp(holding):
 
 
 def test_overpressure_stays_on_top_when_gravity_changes(bench):
-    ticket = bench.grasp(overpressure=5.0e3)
+    grasp = bench.grasp(overpressure=5.0e3)
     bench.control.replan(FakePlanner(product=1.2e3))
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
     assert bench.seen.pressure_command == pytest.approx(6.5e4)
 
 
 def test_at_a_gravity_at_which_it_cannot_be_gripped_the_grasp_waits_until_it_can(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     bench.planner.error = SolverError(RodStatus.UNSTABLE, 1.0, 7)
     bench.control.replan(bench.planner)
     bench.run(2.0)
     assert (bench.state, bench.reason) == (State.GRASPING, Reason.NOT_CERTIFIED)
     assert bench.seen.pressure_command == 5.0e4
-    assert bench.report(ticket).outcome is RUNNING
+    assert grasp.report.outcome is RUNNING
     bench.planner.error = None
     bench.control.replan(bench.planner)
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
 
 
 def test_a_grasp_that_runs_out_of_time_says_what_kept_it(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     bench.planner.error = SolverError(RodStatus.UNSTABLE, 1.0, 7)
     bench.control.replan(bench.planner)
-    assert bench.end(ticket) == (FAILED, Reason.GRASP_TIMEOUT)
-    assert RodStatus.UNSTABLE.value in bench.report(ticket).refusal.text
+    assert bench.end(grasp) == (FAILED, Reason.GRASP_TIMEOUT)
+    assert RodStatus.UNSTABLE.value in grasp.report.refusal.text
 
 
 def test_a_continually_tilting_arm_does_not_keep_a_grasp_from_being_reached(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     for step in range(100):
         bench.control.replan(FakePlanner(product=1.0e3 + 0.2 * step))
         bench.tick()
-    assert bench.report(ticket).outcome is SUCCEEDED
+    assert grasp.report.outcome is SUCCEEDED
 
 
 def test_lowering_the_cap_cuts_a_grasp_at_once_and_raising_it_lets_it_go_on(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     bench.run(0.5)
     bench.control.reconfigure(replace(LIMITS, pressure_cap=3.0e4))
     assert bench.tick() == 3.0e4
     bench.run(1.0)
     assert (bench.state, bench.reason) == (State.GRASPING, Reason.PRESSURE_CAP)
-    assert bench.report(ticket).outcome is RUNNING
+    assert grasp.report.outcome is RUNNING
     bench.control.reconfigure(LIMITS)
     assert bench.reason is Reason.NONE
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
     assert bench.seen.pressure_command == 5.0e4
 
 
@@ -229,9 +227,9 @@ def test_a_gravity_that_needs_more_than_the_cap_is_followed_once_the_cap_is_rais
 
 
 def test_a_pressure_that_was_left_standing_moves_for_nothing_but_the_cap(bench):
-    ticket = bench.grasp(abort_policy=AbortPolicy.HOLD)
+    grasp = bench.grasp(abort_policy=AbortPolicy.HOLD)
     bench.run(0.2)
-    bench.control.cancel_grasp(bench.now, ticket)
+    bench.control.cancel_grasp(bench.now, grasp)
     bench.control.replan(FakePlanner(product=1.2e3))
     commands = bench.run(1.0)
     assert commands == [pytest.approx(2.0e4)] * len(commands)
@@ -244,21 +242,21 @@ def test_a_pressure_that_was_left_standing_moves_for_nothing_but_the_cap(bench):
 
 
 def test_a_clock_that_leaps_back_does_not_stop_a_grasp(bench):
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     bench.run(0.2)
     bench.now -= 1000.0
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
-    assert bench.report(ticket).elapsed < 2.0
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
+    assert grasp.report.elapsed < 2.0
 
 
 @pytest.mark.parametrize("leap", [60.0, 1.0e15])
 def test_a_clock_that_leaps_forward_ends_a_grasp_without_a_leap_of_the_pressure(bench, leap):
-    ticket = bench.grasp(abort_policy=AbortPolicy.HOLD)
+    grasp = bench.grasp(abort_policy=AbortPolicy.HOLD)
     bench.run(0.2)
     bench.now += leap
     command = bench.control.command(bench.now)
     assert command - 2.0e4 <= LIMITS.pressure_rate_up * LONGEST_STEP * (1 + 1e-12)
-    assert bench.report(ticket).refusal.reason is Reason.GRASP_TIMEOUT
+    assert grasp.report.refusal.reason is Reason.GRASP_TIMEOUT
 
 
 def test_after_an_absurd_leap_of_the_clock_time_goes_on(bench):

@@ -31,10 +31,10 @@ def test_a_radius_is_gripped_harder_than_its_bare_wrap():
 
 def test_a_goal_without_an_overpressure_has_that_of_the_default_grip():
     bench = bench_with(grip_ratio=1.1)
-    ticket = bench.grasp()
-    assert bench.end(ticket) == (SUCCEEDED, Reason.NONE)
+    grasp = bench.grasp()
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
     assert bench.seen.pressure_command == pytest.approx(1.1 * WRAP)
-    assert bench.report(ticket).overpressure == pytest.approx(0.1 * WRAP)
+    assert grasp.report.overpressure == pytest.approx(0.1 * WRAP)
 
 
 def test_the_cap_bounds_the_default_grip_and_not_the_range():
@@ -99,9 +99,9 @@ def test_from_a_pressure_taken_over_a_radius_ramps(restarted):
 
 def test_from_a_pressure_taken_over_a_goal_ramps(restarted):
     restarted.control.offer_measured(restarted.now, 4.0e4)
-    ticket = restarted.grasp()
+    grasp = restarted.grasp()
     assert restarted.tick() >= 4.0e4
-    assert restarted.end(ticket) == (SUCCEEDED, Reason.NONE)
+    assert restarted.end(grasp) == (SUCCEEDED, Reason.NONE)
 
 
 def test_a_bad_radius_leaves_a_pressure_that_was_taken_over(restarted):
@@ -171,11 +171,11 @@ def test_a_failure_ends_the_wait_for_a_pressure(restarted):
 
 def test_a_grip_is_vented_when_its_client_is_lost():
     bench = bench_with(keep_alive_timeout=0.5)
-    ticket = bench.grasp()
+    grasp = bench.grasp()
     for _ in range(50):
         bench.control.keep_alive(bench.now)
         bench.tick()
-    assert bench.report(ticket).outcome is SUCCEEDED
+    assert grasp.report.outcome is SUCCEEDED
     bench.run(0.48)
     assert bench.state is State.GRASPING
     assert bench.run(0.1)[-1] == 0.0

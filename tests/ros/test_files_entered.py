@@ -5,6 +5,7 @@ from repo.tracing import files_entered
 
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.planning.planner import GripperPlanner
@@ -30,7 +31,7 @@ def test_control_enters_few_files():
     def grasp():
         nonlocal now
         now += 0.02
-        assert isinstance(control.start_grasp(now, GraspGoal(RADIUS), planner), int)
+        assert isinstance(control.start_grasp(now, GraspGoal(RADIUS), planner), GraspAttempt)
         control.command(now)
 
     assert 3 <= len(files_entered(hear_radius, "spiral_gripper_ros")) <= 11

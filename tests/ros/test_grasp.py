@@ -4,10 +4,8 @@ import math
 import pytest
 from ros.fakes import FakePlan
 
-from spiral_core import InvalidInputError
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome, impossible_goal
-from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
-from spiral_gripper_ros.control.grasp_history import KEPT_REPORTS, GraspHistory
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.grasp_attempt import GraspAttempt, impossible_goal
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
 from spiral_gripper_ros.control.snapshot import Snapshot
@@ -52,13 +50,13 @@ def test_an_impossible_timeout_is_named(bad):
 
 def test_a_goal_may_leave_everything_to_the_parameters():
     assert impossible_goal(GraspGoal(None)) is None
-    attempt = GraspAttempt(GraspGoal(None), 0.0, 0.0, LIMITS)
+    attempt = GraspAttempt(GraspGoal(None), 0.0, snapshot(), LIMITS)
     assert (attempt.timeout, attempt.abort_policy) == (3.0, AbortPolicy.VENT)
 
 
 def test_a_goal_comes_before_the_parameters():
     goal = GraspGoal(None, timeout=1.0, abort_policy=AbortPolicy.HOLD)
-    attempt = GraspAttempt(goal, 10.0, 0.0, LIMITS)
+    attempt = GraspAttempt(goal, 10.0, snapshot(), LIMITS)
     assert attempt.abort_policy is AbortPolicy.HOLD
     assert not attempt.is_late(11.0)
     assert attempt.is_late(math.nextafter(11.0, 12.0))
@@ -66,7 +64,7 @@ def test_a_goal_comes_before_the_parameters():
 
 
 def test_as_commanded_it_is_settled_after_the_settling_time_at_the_target():
-    attempt = GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS)
+    attempt = GraspAttempt(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
     assert not attempt.is_settled(1.0, False, LIMITS)
     attempt.commanded(1.0, 5.0e4, 5.0e4)
     assert not attempt.is_settled(1.49, False, LIMITS)
@@ -78,7 +76,7 @@ def test_as_commanded_it_is_settled_after_the_settling_time_at_the_target():
 
 
 def test_as_measured_it_is_settled_once_the_pressure_has_stayed_at_the_target():
-    attempt = GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS)
+    attempt = GraspAttempt(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
     attempt.commanded(1.0, 5.0e4, 5.0e4)
     attempt.measured(1.0, 4.91e4, 5.0e4, LIMITS)
     assert not attempt.is_settled(9.0, True, LIMITS)
@@ -91,7 +89,7 @@ def test_as_measured_it_is_settled_once_the_pressure_has_stayed_at_the_target():
 
 
 def test_what_was_measured_before_the_command_arrived_does_not_count():
-    attempt = GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS)
+    attempt = GraspAttempt(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
     attempt.measured(0.0, 5.0e4, 5.0e4, LIMITS)
     attempt.measured(1.0, 5.0e4, 5.0e4, LIMITS)
     assert not attempt.is_settled(1.0, True, LIMITS)
@@ -114,32 +112,20 @@ def test_what_was_measured_before_the_command_arrived_does_not_count():
     ],
 )
 def test_progress_is_the_commands_part_of_the_way(start, command, target, expected):
-    attempt = GraspAttempt(GraspGoal(0.02), 0.0, start, LIMITS)
+    attempt = GraspAttempt(GraspGoal(0.02), 0.0, snapshot(command=start), LIMITS)
     assert attempt.progress(command, target) == pytest.approx(expected)
 
 
-def test_the_log_reports_the_grasp_that_runs_and_keeps_how_it_ended():
-    log = GraspHistory()
-    ticket = log.start(GraspAttempt(GraspGoal(0.02), 1.0, 0.0, LIMITS), snapshot())
-    log.update(1.5, snapshot(command=1.0e4))
-    report = log.report(ticket)
+def test_a_grasp_reports_how_far_it_is_and_keeps_how_it_ended():
+    attempt = GraspAttempt(GraspGoal(0.02), 1.0, snapshot(), LIMITS)
+    attempt.update(1.5, snapshot(command=1.0e4))
+    report = attempt.report
     assert (report.outcome, report.refusal) == (GraspOutcome.RUNNING, NOT_REFUSED)
     assert (report.radius, report.plan) == (0.02, FakePlan(5.0e4))
     assert (report.elapsed, report.progress) == (0.5, 0.2)
-    log.end(2.0, GraspOutcome.FAILED, FAILED)
-    assert log.running is None
-    final = log.report(ticket)
+    attempt.update(1.8, snapshot(radius=None))
+    assert attempt.report == report
+    attempt.end(2.0, GraspOutcome.FAILED, FAILED)
+    final = attempt.report
     assert (final.outcome, final.refusal, final.elapsed) == (GraspOutcome.FAILED, FAILED, 1.0)
-    log.end(3.0, GraspOutcome.SUCCEEDED, NOT_REFUSED)
-    assert log.report(ticket) == final
-
-
-def test_the_log_keeps_the_last_reports_only():
-    log = GraspHistory()
-    for _ in range(KEPT_REPORTS + 1):
-        log.start(GraspAttempt(GraspGoal(0.02), 0.0, 0.0, LIMITS), snapshot())
-        log.end(1.0, GraspOutcome.CANCELED, FAILED)
-    assert log.report(2).outcome is GraspOutcome.CANCELED
-    for ticket in (-1, 0, 1, KEPT_REPORTS + 2):
-        with pytest.raises(InvalidInputError, match="ticket"):
-            log.report(ticket)
+    assert (final.radius, final.progress) == (0.02, 0.2)

@@ -47,7 +47,8 @@ def test_a_goal_is_commanded_at_once_not_at_the_next_tick(node):
 
 def test_an_exception_during_a_goal_is_logged_vents_and_ends_the_goal(node, inside, capfd):
     goal = started(inside.grasp(RADIUS, timeout=600.0))
-    node.runtime.control.grasp_report = lambda ticket: 1 // 0
+    (run,) = node.goals._runner._runs.values()
+    run.job.report = lambda now: 1 // 0
     assert "ZeroDivisionError" in refused(goal, Reason.INTERNAL_ERROR)
     assert node.published[-1] == 0.0
     assert node.runtime.control.snapshot().state is State.FAULT

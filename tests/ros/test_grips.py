@@ -22,6 +22,7 @@ from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.goals import result_of_wrap
 from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.messages.markers import scene_to_msg
@@ -465,7 +466,9 @@ def test_past_the_loss_nothing_is_wrapped(known):
     runtime = known.runtime
     seen = follow(known, 0.02)
     goal = GraspGoal(0.02, overpressure=0.4 * seen.plan.pressure)
-    assert isinstance(runtime.control.start_grasp(runtime.now(), goal, runtime.loaded.planner), int)
+    assert isinstance(
+        runtime.control.start_grasp(runtime.now(), goal, runtime.loaded.planner), GraspAttempt
+    )
     deadline = time.monotonic() + DEADLINE
     while runtime.control.snapshot().pressure_command < 1.31 * seen.plan.pressure:
         assert time.monotonic() < deadline

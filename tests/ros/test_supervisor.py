@@ -10,11 +10,11 @@ from ros.fakes import FakePlanner
 
 from spiral_core import InvalidInputError, SolverError
 from spiral_core.rod.types import RodStatus
-from spiral_gripper_ros.control.inner_clock import LONGEST_LEAP, InnerClock
 from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.control.supervisor import Supervisor
+from spiral_gripper_ros.control.timing import LONGEST_LEAP, InnerClock
 
 LIMITS = Limits(
     pressure_cap=9.0e4,

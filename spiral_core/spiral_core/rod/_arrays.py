@@ -12,7 +12,7 @@ from spiral_core.rod._profiles import (
     pieces,
     scalar_samples,
     sites_in,
-    uniform_numbers,
+    uniform_rod,
     varies,
     vector_samples,
 )
@@ -27,7 +27,7 @@ def discretize(rod: Rod, load: RodLoad, counts: Counts) -> System:
         InvalidInputError: a profile's values have the wrong shape, are not finite or not positive.
     """
     if not varies(rod, load):
-        return uniform_system(sum(counts), *uniform_numbers(rod, load))
+        return uniform_system(sum(counts), uniform_rod(rod, load))
     parts = [_piece(rod, load, *each) for each in zip(pieces(rod), counts, strict=True)]
     elements, steps, weights, sections, energies = zip(*parts, strict=True)
     h, mean_weights = np.concatenate(steps), np.concatenate([_simpson(w) for w in weights])

@@ -23,11 +23,12 @@ from spiral_core.rod._newton import (
     UNSTABLE,
     minimize,
 )
+from spiral_core.rod._profiles import UniformRod
 from spiral_core.rod._shape import shape_from_orientations
 from spiral_core.rod._system import (
+    Ending,
     Solution,
     System,
-    Vector,
     blended,
     uniform_system,
     with_torsion_no_stiffer,
@@ -107,7 +108,7 @@ def disturb(q: Array, system: System, size: float) -> None:
         turn_about_base_axis(q, system)
 
 
-@inlined
+@merged
 def with_outcome(found: Solution, outcome: int, iterations: int) -> Solution:
     """Return the solution with another outcome and number of iterations."""
     return Solution(
@@ -127,7 +128,7 @@ def minimize_to_stable(q: Array, system: System, tolerance: float) -> Solution:
     size = DISTURBANCE
     spent = 0
     while True:
-        found = minimize(q, system, tolerance, DESCENT_ITERATIONS, False)
+        found = minimize(q, system, Ending(tolerance, DESCENT_ITERATIONS, False))
         spent += found.iterations
         if found.outcome != UNSTABLE or abs(size) > DISTURBANCE * 4.0**DISTURBANCES:
             return with_outcome(found, found.outcome, spent)
@@ -151,7 +152,8 @@ def follow_branch(
         target = at + step if at + step < 1.0 - 1e-9 else 1.0
         copy_nodes(q, trial)
         accuracy = tolerance if target == 1.0 else LOOSENING * tolerance
-        found = minimize(trial, blended(start, end, target), accuracy, PATH_ITERATIONS, True)
+        ending = Ending(accuracy, PATH_ITERATIONS, True)
+        found = minimize(trial, blended(start, end, target), ending)
         spent += found.iterations
         if found.outcome == CONVERGED and largest_turn(trial, q) < LARGEST_TURN:
             copy_nodes(trial, q)
@@ -239,7 +241,7 @@ def load_slowly(system: System, tolerance: float) -> tuple[Array, int, Solution]
 @merged
 def solve_from(q: Array, system: System, tolerance: float) -> tuple[int, Solution]:
     """Minimize from q, in place, on its branch; where it ends, find another state: one fold."""
-    found = minimize(q, system, tolerance, WARM_ITERATIONS, True)
+    found = minimize(q, system, Ending(tolerance, WARM_ITERATIONS, True))
     if found.outcome == CONVERGED:
         return 0, found
     spent = found.iterations
@@ -255,18 +257,18 @@ def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRo
     if outcome == CONVERGED and turn > LARGEST_ELEMENT_TURN:
         outcome = UNRESOLVED
     solution = with_outcome(found, outcome, found.iterations)
-    return SolvedRod(solution, folds, system.force, positions, moments, strains)
+    return SolvedRod(solution, folds, system.force.copy(), positions, moments, strains)
 
 
-@compiled
-def solved_from(q: Array, system: System) -> SolvedRod:
+@merged
+def settled(q: Array, system: System) -> SolvedRod:
     """Return the state that q comes to rest in, in place."""
     folds, found = solve_from(q, system, DEFAULT_TOLERANCE)
     return evaluated(q, system, folds, found)
 
 
-@compiled
-def loaded_state(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
+@merged
+def loaded(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
     """Follow the loading path on few elements and refine at its end; on all if that fails."""
     q, folds, found = load_slowly(coarse, DEFAULT_TOLERANCE)
     spent = found.iterations
@@ -283,38 +285,24 @@ def loaded_state(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
 
 
 @compiled
-def solve_uniform_from(
-    q: Array,
-    length: float,
-    torsional: float,
-    bending: float,
-    rest: Vector,
-    weight: Vector,
-    tip_force: Vector,
-    tip_moment: Vector,
-) -> SolvedRod:
-    """Return the state that q (N + 1, 4) comes to rest in, in place."""
-    count = q.shape[0] - 1
-    return solved_from(
-        q,
-        uniform_system(count, length, torsional, bending, rest, weight, tip_force, tip_moment),
-    )
+def solved_from(q: Array, system: System) -> SolvedRod:
+    """Return the state that q comes to rest in, in place."""
+    return settled(q, system)
 
 
 @compiled
-def load_uniform(
-    few: int,
-    count: int,
-    length: float,
-    torsional: float,
-    bending: float,
-    rest: Vector,
-    weight: Vector,
-    tip_force: Vector,
-    tip_moment: Vector,
-) -> tuple[Array, SolvedRod]:
+def loaded_state(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
+    """Return orientations and state at the end of the loading path: see :func:`loaded`."""
+    return loaded(coarse, fine)
+
+
+@compiled
+def solve_uniform_from(q: Array, rod: UniformRod) -> SolvedRod:
+    """Return the state of a uniform rod that q (N + 1, 4) comes to rest in, in place."""
+    return settled(q, uniform_system(q.shape[0] - 1, rod))
+
+
+@compiled
+def load_uniform(few: int, count: int, rod: UniformRod) -> tuple[Array, SolvedRod]:
     """Return orientations and state at the end of the loading path, followed on few elements."""
-    return loaded_state(
-        uniform_system(few, length, torsional, bending, rest, weight, tip_force, tip_moment),
-        uniform_system(count, length, torsional, bending, rest, weight, tip_force, tip_moment),
-    )
+    return loaded(uniform_system(few, rod), uniform_system(count, rod))

@@ -8,7 +8,7 @@ import numpy as np
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import Array, dot, quaternion_at, to_material, vector_at
 from spiral_core.rod._elimination import back_substitute, newton_pass, scales_of
-from spiral_core.rod._system import Solution, System
+from spiral_core.rod._system import Ending, Solution, System
 from spiral_core.rod._turns import copy_nodes, turn_nodes
 
 # Outcomes of `minimize` and of the paths; `RodStatus` gives them names and advice.
@@ -42,17 +42,13 @@ RELATIVE_ENERGY_NOISE = 1e-12
 
 
 @compiled
-def minimize(
-    q: Array, system: System, tolerance: float, max_iterations: int, strict: bool
-) -> Solution:
+def minimize(q: Array, system: System, ending: Ending) -> Solution:
     """Minimize the rod's energy from q, in place.
 
     Newton's method with a shifted Hessian where it is indefinite and a backtracking line search on
-    the energy. ``tolerance`` bounds the moment imbalance at every node, as a fraction of EI/L, and,
-    ten times that, the Newton step that is left [rad], unless rounding errors are larger.
-    ``strict`` gives up (``LEFT_BRANCH``) as soon as the Hessian is indefinite: for following a
-    branch of stable states.
+    the energy.
     """
+    tolerance, max_iterations, strict = ending
     n = system.elements.shape[0]
     gains = np.empty((n - 1, 9))
     offsets = np.empty((n, 3))

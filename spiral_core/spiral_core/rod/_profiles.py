@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,28 @@ PARTS = 16
 DIVISIONS = 6
 # What then changes by more than this fraction of the profile's largest value is a jump.
 SMALLEST_JUMP = 1e-6
+
+
+class UniformRod(NamedTuple):
+    """A uniform rod and its load, as numbers.
+
+    Attributes:
+        length: [m].
+        torsional: GJ [N m^2].
+        bending: EI [N m^2].
+        rest_strain: u* [1/m].
+        weight: load per length, base frame [N/m].
+        tip_force: base frame [N].
+        tip_moment: base frame [N m].
+    """
+
+    length: float
+    torsional: float
+    bending: float
+    rest_strain: Vector
+    weight: Vector
+    tip_force: Vector
+    tip_moment: Vector
 
 
 def varies(rod: Rod, load: RodLoad) -> bool:
@@ -142,15 +165,13 @@ def floats(vector: Vector) -> Vector:
     return (float(vector[0]), float(vector[1]), float(vector[2]))
 
 
-def uniform_numbers(
-    rod: Rod, load: RodLoad
-) -> tuple[float, float, float, Vector, Vector, Vector, Vector]:
-    """Return what describes a uniform rod to the kernels: length, GJ, EI, rest strain, loads."""
+def uniform_rod(rod: Rod, load: RodLoad) -> UniformRod:
+    """Return what describes a uniform rod and its load to the kernels."""
     bending, torsional = rod.bending_stiffness, rod.torsional_stiffness
     rest, weight = rod.rest_strain, load.distributed
     if callable(bending) or callable(torsional) or callable(rest) or callable(weight):
         raise TypeError("a rod that varies is not described by numbers")
-    return (
+    return UniformRod(
         float(rod.length),
         float(torsional),
         float(bending),

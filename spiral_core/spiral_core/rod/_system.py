@@ -2,15 +2,14 @@
 """A rod under load on N elements, as the compiled kernels take it, and what they answer."""
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled, inlined
 from spiral_core.rod._algebra import Array
 from spiral_core.rod._element import strain_factor
-
-Vector: TypeAlias = tuple[float, float, float]
+from spiral_core.rod._profiles import UniformRod
 
 
 class System(NamedTuple):
@@ -34,6 +33,22 @@ class System(NamedTuple):
     steps: Array
     sections: Array
     rest_energy: float
+
+
+class Ending(NamedTuple):
+    """When a minimization ends.
+
+    Attributes:
+        tolerance: bounds the moment imbalance at every node, as a fraction of EI/L, and, ten times
+            that, the Newton step that is left [rad], unless rounding errors are larger.
+        iterations: Newton iterations at most.
+        strict: end (``LEFT_BRANCH``) as soon as the Hessian is indefinite: for following a branch
+            of stable states.
+    """
+
+    tolerance: float
+    iterations: int
+    strict: bool
 
 
 class Solution(NamedTuple):
@@ -69,43 +84,35 @@ def discrete_strain_scale(angle: float) -> float:
 
 
 @compiled
-def uniform_system(
-    count: int,
-    length: float,
-    torsional: float,
-    bending: float,
-    rest: Vector,
-    weight: Vector,
-    tip_force: Vector,
-    tip_moment: Vector,
-) -> System:
+def uniform_system(count: int, rod: UniformRod) -> System:
     """Return a uniform rod on ``count`` elements."""
-    h = length / count
+    h = rod.length / count
+    rest, weight = rod.rest_strain, rod.weight
+    stiffness = (rod.torsional, rod.bending, rod.bending)
     force = np.empty((count + 1, 3))
     distributed = np.empty((count, 6))
     moment = np.empty(3)
     elements = np.zeros((count, 10))
-    steps = np.empty(count)
     sections = np.empty((count + 1, 5))
     square = rest[0] * rest[0] + rest[1] * rest[1] + rest[2] * rest[2]
     scale = discrete_strain_scale(h * math.sqrt(square))
     for k in range(3):
-        moment[k] = tip_moment[k]
+        moment[k] = rod.tip_moment[k]
     for i in range(count + 1):
-        sections[i, 0], sections[i, 1] = torsional, bending
+        sections[i, 0], sections[i, 1] = rod.torsional, rod.bending
         for k in range(3):
-            force[i, k] = tip_force[k] + weight[k] * h * (count - i)
-            sections[i, 2 + k] = (torsional if k == 0 else bending) * rest[k]
+            force[i, k] = rod.tip_force[k] + weight[k] * h * (count - i)
+            sections[i, 2 + k] = stiffness[k] * rest[k]
     for i in range(count):
-        steps[i] = h
-        elements[i, 0], elements[i, 1] = torsional, bending
+        elements[i, 0], elements[i, 1] = rod.torsional, rod.bending
         for k in range(3):
             elements[i, 2 + k] = scale * sections[i, 2 + k]
             distributed[i, k] = weight[k]
             distributed[i, 3 + k] = weight[k]
-    bent = rest[1] * rest[1] + rest[2] * rest[2]
-    energy = 0.5 * length * scale * scale * (torsional * rest[0] * rest[0] + bending * bent)
-    return System(force, distributed, moment, elements, steps, sections, energy)
+    energy = 0.0
+    for k in range(3):
+        energy += 0.5 * rod.length * scale * scale * stiffness[k] * rest[k] * rest[k]
+    return System(force, distributed, moment, elements, np.full(count, h), sections, energy)
 
 
 @inlined

@@ -15,6 +15,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod._continuation import SolvedRod, load_uniform
 from spiral_core.rod._mesh import path_count
+from spiral_core.rod._profiles import UniformRod
 from spiral_core.rod.solve import STATUSES
 from spiral_core.rod.types import MAX_ELEMENTS, ZERO, Array, RodStatus
 
@@ -112,9 +113,8 @@ def _solve_chunk(rows: list[list[float]], elements: int) -> list[tuple[Array, So
         tip = (vectors[6], vectors[7], vectors[8])
         turn = length * math.hypot(*rest)
         few = path_count(elements, turn, torsional / bending)
-        states.append(
-            load_uniform(few, elements, length, torsional, bending, rest, weight, tip, ZERO)
-        )
+        rod = UniformRod(length, torsional, bending, rest, weight, tip, ZERO)
+        states.append(load_uniform(few, elements, rod))
     return states
 
 

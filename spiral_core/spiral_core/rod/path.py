@@ -19,7 +19,7 @@ from spiral_core.rod._continuation import (
     minimize_to_stable,
 )
 from spiral_core.rod._newton import LEFT_BRANCH, minimize
-from spiral_core.rod._system import Solution, System, blended
+from spiral_core.rod._system import Ending, Solution, System, blended
 from spiral_core.rod.solve import (
     arc_lengths_of,
     checked_counts,
@@ -143,7 +143,7 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[Fold
             return folds, found._replace(iterations=spent)
         here = blended(begin, end, at)
         resting = q.copy()
-        last = minimize(resting, here, PATH_TOLERANCE, SETTLING_ITERATIONS, True)
+        last = minimize(resting, here, Ending(PATH_TOLERANCE, SETTLING_ITERATIONS, True))
         before = _state(resting, here, 0, last)
         position = index + at
         at = min(1.0, at + SMALLEST_STEP)

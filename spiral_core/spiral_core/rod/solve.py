@@ -23,7 +23,7 @@ from spiral_core.rod._continuation import (
     solved_from,
 )
 from spiral_core.rod._mesh import Counts, element_counts, path_count, path_counts, shared_counts
-from spiral_core.rod._profiles import require_continuous, uniform_numbers, varies
+from spiral_core.rod._profiles import require_continuous, uniform_rod, varies
 from spiral_core.rod._turns import resample
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad, RodState, RodStatus
 
@@ -132,10 +132,10 @@ def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: RodState |
         system = discretize(rod, load, counts)
         q, solved = loaded_state(discretize(rod, load, few), system)
         return state_from_solved(arc_lengths_of(system.steps), q, solved)
-    numbers = uniform_numbers(rod, load)
-    length, torsional, bending, rest, *_ = numbers
-    few_elements = path_count(counts[0], length * math.hypot(*rest), torsional / bending)
-    q, solved = load_uniform(few_elements, counts[0], *numbers)
+    uniform = uniform_rod(rod, load)
+    turn = uniform.length * math.hypot(*uniform.rest_strain)
+    few_elements = path_count(counts[0], turn, uniform.torsional / uniform.bending)
+    q, solved = load_uniform(few_elements, counts[0], uniform)
     return state_from_solved(even_arc_lengths(rod.length, counts[0]), q, solved)
 
 
@@ -147,7 +147,7 @@ def _solved_from(rod: Rod, load: RodLoad, counts: Counts, start: RodState) -> Ro
         arcs = even_arc_lengths(rod.length, count)
         if len(q) != count + 1 or start.arc_lengths is not arcs:
             q = _resampled(q, start.arc_lengths, arcs)
-        solved = solve_uniform_from(q, *uniform_numbers(rod, load))
+        solved = solve_uniform_from(q, uniform_rod(rod, load))
         return state_from_solved(arcs, q, solved)
     system = discretize(rod, load, counts)
     arcs = arc_lengths_of(system.steps)

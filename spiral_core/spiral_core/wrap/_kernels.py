@@ -18,8 +18,10 @@ from spiral_core.rod._algebra import (
     to_base,
     vector_at,
 )
-from spiral_core.rod._continuation import SolvedRod, solve_uniform_from
-from spiral_core.rod._system import Vector
+from spiral_core.rod._continuation import SolvedRod, settled
+from spiral_core.rod._profiles import UniformRod
+from spiral_core.rod._system import uniform_system
+from spiral_core.rod.types import Vector
 
 # Jacobi's method squares the rotations that are left with every sweep: three or four sweeps reach
 # rounding, and the off-diagonal counts as zero at this fraction of the trace.
@@ -34,7 +36,6 @@ CLEAR_SINE = 0.25
 PARTS = 8
 # In place of a given axis: fit it.
 FITTED = (0.0, 0.0, 0.0)
-NO_TIP_LOAD = (0.0, 0.0, 0.0)
 # States that one guess of a shape goes through. A cubic is so near that one Newton step settles it.
 STATES = 4
 
@@ -246,19 +247,12 @@ def fitted_radius(
 
 @compiled
 def solve_on_object(
-    q: Array,
-    length: float,
-    torsional: float,
-    bending: float,
-    rest: Vector,
-    weight: Vector,
-    axis: Vector,
-    outer_radius: float,
+    q: Array, rod: UniformRod, axis: Vector, outer_radius: float
 ) -> tuple[SolvedRod, float, Vector]:
     """Settle a gripper's orientations q, in place; return the state, r_w [m] and the axis."""
-    solved = solve_uniform_from(
-        q, length, torsional, bending, rest, weight, NO_TIP_LOAD, NO_TIP_LOAD
-    )
+    solved = settled(q, uniform_system(q.shape[0] - 1, rod))
     tip = solved.positions[-1]
-    radius, found = fitted_radius(q, solved.strains, tip, length, rest, axis, outer_radius)
+    radius, found = fitted_radius(
+        q, solved.strains, tip, rod.length, rod.rest_strain, axis, outer_radius
+    )
     return solved, radius, found

@@ -19,10 +19,10 @@ from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.errors import InvalidInputError, NoCoilError
 from spiral_core.rod._mesh import element_count
 from spiral_core.rod._newton import CONVERGED
-from spiral_core.rod._profiles import floats
+from spiral_core.rod._profiles import UniformRod, floats
 from spiral_core.rod.path import RodPath, follow_path
 from spiral_core.rod.solve import even_arc_lengths, state_from_solved
-from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.rod.types import ZERO, Array, RodState, Vector
 from spiral_core.rounding import rounded_down
 from spiral_core.wrap._kernels import FITTED, interpolated_orientations, solve_on_object
 from spiral_core.wrap.gripper import Gripper
@@ -123,21 +123,21 @@ class PressureScan:
         gripper = self.gripper
         shape = gripper.unloaded_shape(pressure)
         q = self.start_at(pressure) if start is None else start
-        solved, radius, axis = solve_on_object(
-            q,
+        rod = UniformRod(
             float(shape.backbone_length),
             float(gripper.stiffness.torsional),
             float(gripper.stiffness.bending),
             floats((shape.torsion, 0.0, shape.curvature)),
             gripper.weight(shape),
-            self._axis,
-            float(gripper.tube.outer_radius),
+            ZERO,
+            ZERO,
         )
+        outer = float(gripper.tube.outer_radius)
+        solved, radius, axis = solve_on_object(q, rod, self._axis, outer)
         if solved.folds or solved.solution.outcome != CONVERGED:
             return self._wrap(pressure, self._followed(pressure))
         arcs = even_arc_lengths(shape.backbone_length, self._elements)
         state = state_from_solved(arcs, q, solved)
-        outer = gripper.tube.outer_radius
         return Wrap(pressure, radius, shape, state, axis, gripper.turns_required, outer)
 
     def samples(self, track: Track) -> list[Wrap]:

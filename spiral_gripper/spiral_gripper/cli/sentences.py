@@ -50,9 +50,6 @@ class Given(NamedTuple):
     dimension: str
 
 
-Givens = dict[str, list[Given]]
-
-
 def sentence(error: SpiralError, givens: Mapping[str, list[Given]]) -> str:
     """Return what an error says, in the user's units and under the options' names.
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Protocol, TypeAlias
 
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome, GraspReport
+from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
@@ -45,23 +46,26 @@ class GraspJob:
     def __init__(self, control: Control, goal: GraspGoal) -> None:
         self._control = control
         self._goal = goal
-        self._ticket = -1
+        self._grasp: GraspAttempt[WrapPlan] | None = None
 
     def start(self, now: float, planner: AnyPlanner) -> Refusal | None:
         """Start the grasp, unless the control logic refuses it."""
         answer = self._control.start_grasp(now, self._goal, planner)
         if isinstance(answer, Refusal):
             return answer
-        self._ticket = answer
+        self._grasp = answer
         return None
 
     def cancel(self, now: float) -> None:
         """Cancel the grasp; its policy says what becomes of the pressure."""
-        self._control.cancel_grasp(now, self._ticket)
+        self._control.cancel_grasp(now, self._grasp)
 
     def report(self, now: float) -> GoalReport:
-        """Return what the control logic says of it."""
-        return self._control.grasp_report(self._ticket)
+        """Return what has become of the grasp."""
+        del now
+        if self._grasp is None:
+            raise RuntimeError("the grasp has not been started")
+        return self._grasp.report
 
 
 class ReleaseJob:

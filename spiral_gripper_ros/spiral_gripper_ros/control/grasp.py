@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import Generic
 
 from spiral_gripper_ros.control.snapshot import PlanT
-from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
+from spiral_gripper_ros.control.states import NOT_REFUSED, Refusal
 
 
 class AbortPolicy(Enum):
@@ -66,23 +65,3 @@ class GraspReport(Generic[PlanT]):
     radius: float = 0.0
     plan: PlanT | None = None
     overpressure: float = 0.0
-
-
-def impossible_goal(goal: GraspGoal) -> Refusal | None:
-    """Return what no gripper could do about a goal's overpressure or time-out, or None.
-
-    Example:
-        >>> impossible_goal(GraspGoal(radius=0.02, overpressure=-1.0)).text
-        'overpressure must be a non-negative finite number, got -1 Pa'
-    """
-    if not (math.isfinite(goal.overpressure) and goal.overpressure >= 0.0):
-        return Refusal(
-            Reason.INVALID_REQUEST,
-            f"overpressure must be a non-negative finite number, got {goal.overpressure:.6g} Pa",
-        )
-    if goal.timeout is not None and not (math.isfinite(goal.timeout) and goal.timeout > 0.0):
-        return Refusal(
-            Reason.INVALID_REQUEST,
-            f"timeout must be a positive finite number, got {goal.timeout:.6g} s",
-        )
-    return None

@@ -3,28 +3,43 @@
 
 from __future__ import annotations
 
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
+import math
+from dataclasses import replace
+from typing import Generic
+
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome, GraspReport
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
+from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
+from spiral_gripper_ros.control.states import Reason, Refusal
 
 
-class GraspAttempt:
+class GraspAttempt(Generic[PlanT]):
     """Watches the command and the measured pressure on their way to the target.
+
+    The object is the goal's identity: whoever has started it cancels it and reads its report.
 
     Args:
         goal: what was asked for.
         now: time of its acceptance [s].
-        command: the command then [Pa].
+        snapshot: what is commanded then.
         limits: what counts where the goal does not say.
+
+    Attributes:
+        report: what has become of it; final once it has ended.
     """
 
-    def __init__(self, goal: GraspGoal, now: float, command: float, limits: Limits) -> None:
+    def __init__(
+        self, goal: GraspGoal, now: float, snapshot: Snapshot[PlanT], limits: Limits
+    ) -> None:
         self.timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
         self.abort_policy: AbortPolicy = goal.abort_policy or limits.grasp_abort_policy
-        self.started = now
-        self._start_command = command
+        self._started = now
+        self._start_command = snapshot.pressure_command
         self._arrived: float | None = None  # since when the command is at its target
         self._near: tuple[float, float] | None = None  # first and last measurement that was there
+        self.report: GraspReport[PlanT] = GraspReport(GraspOutcome.RUNNING)
+        self.update(now, snapshot)
 
     def commanded(self, now: float, command: float, target: float) -> None:
         """Note a command and where it is heading [Pa]."""
@@ -40,6 +55,24 @@ class GraspAttempt:
         else:
             self._near = None
 
+    def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
+        """Bring the report up to date."""
+        if snapshot.radius is None:
+            return
+        self.report = GraspReport(
+            outcome=GraspOutcome.RUNNING,
+            elapsed=self.elapsed(now),
+            progress=self.progress(snapshot.pressure_command, snapshot.pressure_target),
+            radius=snapshot.radius,
+            plan=snapshot.plan,
+            overpressure=snapshot.overpressure,
+        )
+
+    def end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:
+        """Make the report final."""
+        elapsed = self.elapsed(now)
+        self.report = replace(self.report, outcome=outcome, refusal=refusal, elapsed=elapsed)
+
     def is_settled(self, now: float, is_measured: bool, limits: Limits) -> bool:
         """Return whether the pressure is at its target to stay, as measured or as commanded."""
         if self._arrived is None:
@@ -54,7 +87,7 @@ class GraspAttempt:
 
     def elapsed(self, now: float) -> float:
         """Return the time since its acceptance [s]."""
-        return now - self.started
+        return now - self._started
 
     def progress(self, command: float, target: float) -> float:
         """Return the command's part of the way to its target, 0 to 1."""
@@ -62,3 +95,23 @@ class GraspAttempt:
         if way == 0.0:
             return 1.0 if command == target else 0.0
         return min(max((command - self._start_command) / way, 0.0), 1.0)
+
+
+def impossible_goal(goal: GraspGoal) -> Refusal | None:
+    """Return what no gripper could do about a goal's overpressure or time-out, or None.
+
+    Example:
+        >>> impossible_goal(GraspGoal(radius=0.02, overpressure=-1.0)).text
+        'overpressure must be a non-negative finite number, got -1 Pa'
+    """
+    if not (math.isfinite(goal.overpressure) and goal.overpressure >= 0.0):
+        return Refusal(
+            Reason.INVALID_REQUEST,
+            f"overpressure must be a non-negative finite number, got {goal.overpressure:.6g} Pa",
+        )
+    if goal.timeout is not None and not (math.isfinite(goal.timeout) and goal.timeout > 0.0):
+        return Refusal(
+            Reason.INVALID_REQUEST,
+            f"timeout must be a positive finite number, got {goal.timeout:.6g} s",
+        )
+    return None

@@ -7,15 +7,8 @@ from dataclasses import replace
 from typing import Generic
 
 from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper_ros.control.grasp import (
-    AbortPolicy,
-    GraspGoal,
-    GraspOutcome,
-    GraspReport,
-    impossible_goal,
-)
-from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
-from spiral_gripper_ros.control.grasp_history import GraspHistory
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.grasp_attempt import GraspAttempt, impossible_goal
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits
 from spiral_gripper_ros.control.pressure_monitor import PressureMonitor
 from spiral_gripper_ros.control.refusals import (
@@ -25,10 +18,10 @@ from spiral_gripper_ros.control.refusals import (
     TAKING_OVER,
     late_grasp,
 )
-from spiral_gripper_ros.control.silence import SilenceWatch, TakeOver
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.control.supervisor import Supervisor
+from spiral_gripper_ros.control.timing import SilenceWatch, TakeOver
 
 # States in which no object can be held.
 _IDLE = (State.INACTIVE, State.WAITING, State.VENTED, State.RELEASED, State.FAULT)
@@ -56,7 +49,7 @@ class GripControl(Generic[PlanT]):
         self._monitor = PressureMonitor()
         self._time = 0.0
         self._regime: WrapRegime | None = None
-        self._grasps: GraspHistory[PlanT] = GraspHistory()
+        self._attempt: GraspAttempt[PlanT] | None = None  # that has not ended yet
         self._silence = SilenceWatch()
         self._take_over = TakeOver()
 
@@ -147,7 +140,7 @@ class GripControl(Generic[PlanT]):
         if self._take_over.waits and pressure > self._limits.pressure_tolerance:
             self._supervisor.take_over(pressure)
         self._take_over.end()  # at less nothing is held
-        measured, attempt = self._monitor.measured(self._time), self._grasps.running
+        measured, attempt = self._monitor.measured(self._time), self._attempt
         if attempt is not None and measured is not None:
             target = self._supervisor.snapshot().pressure_target
             attempt.measured(self._time, measured.pressure, target, self._limits)
@@ -178,11 +171,13 @@ class GripControl(Generic[PlanT]):
 
     # --- grasps ------------------------------------------------------------------------------
 
-    def start_grasp(self, now: float, goal: GraspGoal, planner: Planner[PlanT]) -> int | Refusal:
+    def start_grasp(
+        self, now: float, goal: GraspGoal, planner: Planner[PlanT]
+    ) -> GraspAttempt[PlanT] | Refusal:
         """Aim for the wrap of a goal, from any active state but FAULT, instead of what was done.
 
         Returns:
-            The grasp's ticket, or why not; then nothing has changed.
+            The grasp, or why not; then nothing has changed.
         """
         self._time = self._supervisor.advance(now)
         refusal = impossible_goal(goal) or self._fault_in_the_way()
@@ -192,25 +187,17 @@ class GripControl(Generic[PlanT]):
             refusal = self._supervisor.grasp(now, goal.radius, goal.overpressure, planner)
         if refusal is not None:
             return refusal
-        self._grasps.end(self._time, GraspOutcome.FAILED, GRASP_REPLACED)
+        self._end(GraspOutcome.FAILED, GRASP_REPLACED)
         self._regime = None
         snapshot = self._supervisor.snapshot()
-        attempt = GraspAttempt(goal, self._time, snapshot.pressure_command, self._limits)
-        return self._grasps.start(attempt, snapshot)
+        self._attempt = GraspAttempt(goal, self._time, snapshot, self._limits)
+        return self._attempt
 
-    def cancel_grasp(self, now: float, ticket: int) -> None:
+    def cancel_grasp(self, now: float, grasp: GraspAttempt[PlanT] | None) -> None:
         """End a grasp and let its policy act; one that has ended already stays as it ended."""
         self._time = self._supervisor.advance(now)
-        if self._grasps.is_running(ticket):
+        if grasp is self._attempt:
             self._abort(GraspOutcome.CANCELED, GRASP_CANCELED)
-
-    def grasp_report(self, ticket: int) -> GraspReport[PlanT]:
-        """Return what has become of the grasp that is running or of one of the last that ended.
-
-        Raises:
-            InvalidInputError: there was no such grasp, or it is too long ago.
-        """
-        return self._grasps.report(ticket)
 
     # --- output ------------------------------------------------------------------------------
 
@@ -224,7 +211,7 @@ class GripControl(Generic[PlanT]):
         pressure = self._supervisor.command(now)
         self._monitor.commanded(self._time, pressure, self._limits)
         self._follow()
-        attempt = self._grasps.running
+        attempt = self._attempt
         if attempt is not None:
             attempt.commanded(self._time, pressure, self._supervisor.snapshot().pressure_target)
             self._act_on_success(attempt)
@@ -257,7 +244,7 @@ class GripControl(Generic[PlanT]):
         curls = self._regime is WrapRegime.CURLING and self._supervisor.overpressure > 0.0
         return curls or self._regime is WrapRegime.PERFECT_WRAP
 
-    def _is_settled(self, attempt: GraspAttempt) -> bool:
+    def _is_settled(self, attempt: GraspAttempt[PlanT]) -> bool:
         is_measured = self._monitor.measured(self._time) is not None
         return attempt.is_settled(self._time, is_measured, self._limits)
 
@@ -295,35 +282,41 @@ class GripControl(Generic[PlanT]):
             self._follow()
 
     def _act_on_lateness(self) -> None:
-        attempt = self._grasps.running
+        attempt = self._attempt
         if attempt is not None and attempt.is_late(self._time):
             settled = self._is_settled(attempt)
             refusal = late_grasp(self.snapshot(), attempt.timeout, self._regime, settled)
             self._abort(GraspOutcome.FAILED, refusal)
 
-    def _act_on_success(self, attempt: GraspAttempt) -> None:
+    def _act_on_success(self, attempt: GraspAttempt[PlanT]) -> None:
         seen = self.snapshot()
         if self._is_settled(attempt) and seen.refusal.reason is Reason.NONE and seen.wrapped:
-            self._grasps.end(self._time, GraspOutcome.SUCCEEDED, NOT_REFUSED)
+            self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
 
     def _abort(self, outcome: GraspOutcome, refusal: Refusal) -> None:
         """End the running grasp, if there is one, and let its policy act."""
-        attempt = self._grasps.running
+        attempt = self._attempt
         if attempt is None:
             return
-        self._grasps.end(self._time, outcome, refusal)
+        self._end(outcome, refusal)
         if attempt.abort_policy is AbortPolicy.HOLD:
             self._supervisor.hold(refusal)
         else:
             self._supervisor.let_go(refusal)
             self._follow()
 
+    def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:
+        """End the running grasp, if there is one."""
+        if self._attempt is not None:
+            self._attempt.end(self._time, outcome, refusal)
+            self._attempt = None
+
     def _follow(self) -> None:
         """Notice what has become of the target: a vent by anything ends a grasp."""
         snapshot = self._supervisor.snapshot()
         if snapshot.radius is None:
             self._regime = None
-        if snapshot.state is State.GRASPING:
-            self._grasps.update(self._time, snapshot)
-        else:
-            self._grasps.end(self._time, GraspOutcome.FAILED, snapshot.refusal)
+        if snapshot.state is not State.GRASPING:
+            self._end(GraspOutcome.FAILED, snapshot.refusal)
+        elif self._attempt is not None:
+            self._attempt.update(self._time, snapshot)

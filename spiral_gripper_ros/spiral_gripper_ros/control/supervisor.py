@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections import Counter
 from typing import Generic
 
-from spiral_gripper_ros.control.inner_clock import InnerClock
 from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
 from spiral_gripper_ros.control.pressure_ramp import capped_pressure, ramped_pressure
 from spiral_gripper_ros.control.radius_gate import RadiusGate, impossible_radius
@@ -27,6 +26,7 @@ from spiral_gripper_ros.control.refusals import (
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.control.target import Target
+from spiral_gripper_ros.control.timing import InnerClock
 
 # States that end only with rearm, a grasp goal or the next activation.
 _LATCHED = (State.INACTIVE, State.RELEASED, State.FAULT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from spiral_gripper_ros.control.inner_clock import InnerClock
+from spiral_gripper_ros.control.timing import InnerClock
 
 # Of the simulation [s]: short against every time constant that is usual.
 STEP: Final = 0.01
