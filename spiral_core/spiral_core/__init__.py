@@ -145,7 +145,12 @@ _NAMES = {
     "rod.types": ("Rod", "RodCertificate", "RodLoad", "RodState", "RodStatus", "RodStiffness"),
     "wrap.coil": ("Coil", "coil_axis", "coil_from_state"),
     "wrap.curve": ("WrapCurve",),
-    "wrap.gripper": ("Gripper", "gripper_from_actuator", "stiffness_from_actuator"),
+    "wrap.gripper": (
+        "Gripper",
+        "gripper_from_actuator",
+        "stiffness_from_actuator",
+        "stiffness_from_section",
+    ),
     "wrap.helix": ("Helix", "helix_from_curvature", "helix_orientations", "helix_positions"),
     "wrap.placement": ("ObjectPlacement", "place_object"),
     "wrap.profile": ("ObjectProfile", "ProfileWrap", "Station", "wrap_for_profile"),

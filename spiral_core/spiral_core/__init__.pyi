@@ -176,6 +176,7 @@ from spiral_core.wrap.curve import WrapCurve as WrapCurve
 from spiral_core.wrap.gripper import Gripper as Gripper
 from spiral_core.wrap.gripper import gripper_from_actuator as gripper_from_actuator
 from spiral_core.wrap.gripper import stiffness_from_actuator as stiffness_from_actuator
+from spiral_core.wrap.gripper import stiffness_from_section as stiffness_from_section
 from spiral_core.wrap.helix import Helix as Helix
 from spiral_core.wrap.helix import helix_from_curvature as helix_from_curvature
 from spiral_core.wrap.helix import helix_orientations as helix_orientations

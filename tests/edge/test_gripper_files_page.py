@@ -136,6 +136,30 @@ def test_allowed_single_fibers():
             read(with_field(f"fibers.{name}", value))
 
 
+def test_allowed_pressures_of_the_sections_stiffness():
+    assert ROWS["stiffness.section_at"][2] == "0 to the pressure limit"
+    annulus = read(SMALLEST).gripper.stiffness
+    section = read(with_field("stiffness.section_at", "0 kPa")).gripper.stiffness
+    assert section.bending == pytest.approx(3.8 * annulus.bending, rel=0.02)
+    assert section.torsional == pytest.approx(15.0 * annulus.torsional, rel=0.03)
+    pressed = read(with_field("stiffness.section_at", "80 kPa")).gripper.stiffness
+    assert pressed.bending == pytest.approx(2.2 * annulus.bending, rel=0.02)
+    both = with_field("stiffness.section_at", "0 kPa") + "\n"
+    both = both.replace("section_at: 0 kPa", "section_at: 0 kPa\n  bending: 2e-4 N m^2")
+    even = with_field("stiffness.section_at", "0 kPa") + "\nmodel: {pressure_law: uniform}\n"
+    straight = with_field("stiffness.section_at", "0 kPa").replace("beta: 60", "beta: -88")
+    for text, reason in (
+        (both, "left out where bending or torsional is stated"),
+        (even, "pressure_law must be section"),
+        (straight, "a pair that does not twist"),
+        (with_field("stiffness.section_at", "16.1 psi"), "from 0 to limits.pressure_max"),
+        (with_field("stiffness.section_at", "-1 kPa"), "from 0 to limits.pressure_max"),
+    ):
+        with pytest.raises(DescriptionError, match=r"stiffness\.section_at must be") as caught:
+            read(text)
+        assert reason in str(caught.value)
+
+
 def single_fiber_rows():
     return {row[0]: codes(row[1]) for row in table_after("Fibers that make it bend")}
 
@@ -189,6 +213,7 @@ def test_every_statement_of_what_is_allowed_is_tested():
         "not zero",
         "by the law",
         "any",
+        "0 to the pressure limit",
     }
     stated = {row[2] for name, row in ROWS.items() if not codes(row[2])}
     assert stated == tested
@@ -217,6 +242,7 @@ def test_other_defaults_are_stated_in_words():
         "fibers.single_positions": "0 deg",
         "stiffness.bending": "from tube and material",
         "stiffness.torsional": "from tube and material",
+        "stiffness.section_at": "stiffness of the annulus",
         "grip.friction_coefficient": "unknown",
     }
     without = {name for name, row in ROWS.items() if row[3] == "" and row[1] == "no"}

@@ -20,7 +20,7 @@ from spiral_core.calibration.problem import EXACT, Problem, Solution
 from spiral_core.calibration.readings import Reading, ShapeReading
 from spiral_core.calibration.result import Calibration, Scatter, scatter_of
 from spiral_core.calibration.start import starting_values
-from spiral_core.errors import InvalidInputError
+from spiral_core.errors import InvalidInputError, SolverError, SpiralError
 from spiral_core.rod.types import Array
 
 # Rounds in which errors that depend on the model's slope, or the robust scale, settle; each changes
@@ -81,12 +81,18 @@ def calibrate(
     """
     readings = tuple(readings)
     _require_enough(model, readings)
-    values = starting_values(model, readings) if start is None else tuple(start)
-    first = model.trial(values)
+    try:
+        values = starting_values(model, readings) if start is None else tuple(start)
+        first = model.trial(values)
+    except InvalidInputError as error:
+        raise _held_or(error, model) from None
     require_possible_signs(first, readings)
     errors = effective_errors(first, readings)
     problem = Problem(model, readings, errors)
-    solution = problem.solve(values)
+    try:
+        solution = problem.solve(values)
+    except SolverError as error:
+        raise _held_or(error, model) from None
     weighing = any(reading.pressure_error > 0.0 for reading in readings)
     for _ in range(ROUNDS if weighing or robust else 0):
         trial = model.trial(solution.values.tolist())
@@ -99,6 +105,16 @@ def calibrate(
     calibration = _calibration(problem, solution)
     require_seen(calibration)
     return calibration
+
+
+def _held_or(error: SpiralError, model: CalibrationModel) -> SpiralError:
+    """Return why a fit failed: with constants that are held, most likely those."""
+    if not model.fixed:
+        return error
+    held = ", ".join(f"{name} = {value:g}" for name, value in model.fixed.items())
+    free = " and ".join(model.names)
+    requirement = f"such that some {free} makes a law that meets the readings; leave them free"
+    return InvalidInputError("held constants", held, requirement)
 
 
 def _require_enough(model: CalibrationModel, readings: Sequence[Reading]) -> None:

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.interface import ActuationModel, UnloadedShape
+from spiral_core.actuator.section_curve import SectionCurve
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
@@ -147,6 +149,50 @@ def stiffness_from_actuator(actuator: Actuator) -> RodStiffness:
         bending=modulus * actuator.tube.second_moment_of_area,
         torsional=modulus / 3.0 * actuator.tube.polar_moment_of_area,
     )
+
+
+def stiffness_from_section(actuator: Actuator, pressure: float) -> RodStiffness:
+    """Return the stiffness that the section law's own energy gives, at a pressure held constant.
+
+    An estimate from above, to compare: fibers that neither stretch nor slip. Bending is that in the
+    coil's plane with the twist left free, taken for every direction, and twist that with the
+    curvature left free; that one drags the other along is left out. What public data support is the
+    annulus, :func:`stiffness_from_actuator`.
+
+    Args:
+        actuator: two wound families and a single fiber, with constants of the section law.
+        pressure: gauge pressure [Pa], from 0 to the actuator's limit.
+
+    Raises:
+        InvalidInputError: the law is not the section's, the fibers are others, or do not let the
+            section twist.
+        ActuationLimitError: the pressure is past the actuator's limit.
+
+    Source: ``docs/derivations/section.md``, "Stiffness".
+
+    Example:
+        >>> import math
+        >>> from spiral_core import FiberAngles, NeoHookean
+        >>> actuator = Actuator(
+        ...     tube=Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.361),
+        ...     fibers=FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)),
+        ...     material=NeoHookean(c1=100.0e3),
+        ... )
+        >>> annulus = stiffness_from_actuator(actuator)
+        >>> section = stiffness_from_section(actuator, pressure=0.0)
+        >>> round(section.bending / annulus.bending, 1)
+        3.8
+    """
+    actuation = FreeActuation(actuator)
+    actuation.stretch_from_pressure(pressure)  # refuses one that is out of range
+    if not isinstance(actuation.curve, SectionCurve):
+        requirement = "section: the even wall of the uniform law has no stiffness of its own"
+        raise InvalidInputError("pressure_law", actuator.pressure_law.value, requirement)
+    found = actuation.curve.stiffness(pressure)
+    if not math.isfinite(found.torsional):
+        requirement = "families of two sizes: a pair that does not twist is infinitely stiff to it"
+        raise InvalidInputError("fibers", actuator.fiber_pair.degrees, requirement)
+    return RodStiffness(bending=found.bending, torsional=found.torsional)
 
 
 def gripper_from_actuator(

@@ -38,6 +38,10 @@ from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.fields import FIELDS, LAWS
 from spiral_gripper.files.units import parse_number, parse_quantity
 
+# What a constant may be held at: far wider than any rubber, yet no slip of a unit passes [Pa], [1].
+HELD_PRESSURE = 1.0e8
+HELD_EXTENSION_LIMIT = (0.1, 1.0e4)
+
 
 @dataclass(frozen=True, slots=True)
 class CommandOptions:
@@ -228,5 +232,13 @@ def _constant(name: str, text: str) -> float:
     if known is None or name in ("law", "density"):
         raise InvalidInputError("--hold", name, "a constant of the law")
     if known.dimension is None:
-        return parse_number(text)
-    return parse_quantity(text, known.dimension, f"--hold {name}")
+        value = parse_number(text)
+        low, high = HELD_EXTENSION_LIMIT
+        requirement = f"from {low:g} to {high:g}: I1 - 3 at full extension, some 50 in latex"
+    else:
+        value = parse_quantity(text, known.dimension, f"--hold {name}")
+        low, high = -HELD_PRESSURE, HELD_PRESSURE
+        requirement = f"at most {1e-6 * high:g} MPa in size: those of rubber are 0.01 to 1 MPa"
+    if not low <= value <= high:
+        raise InvalidInputError(f"--hold {name}", text, requirement)
+    return value

@@ -26,12 +26,13 @@ from spiral_core import (
 )
 from spiral_core.brief import brief_repr
 from spiral_core.validation import require_non_negative, require_positive
-from spiral_core.wrap.gripper import STANDARD_GRAVITY, stiffness_from_actuator
+from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_gripper.files.catalog import find_description, read_description_text
 from spiral_gripper.files.document import Document, read_document
 from spiral_gripper.files.doubts import doubts_of
 from spiral_gripper.files.errors import Complaint, DescriptionError
 from spiral_gripper.files.fields import FIELDS, LAWS, Vector, constants_of
+from spiral_gripper.files.stiffness import rod_stiffness
 from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
 from spiral_gripper.files.values import Values, complain_of_argument, read_values
 
@@ -173,10 +174,7 @@ def _description(values: Values, document: Document, source: Path) -> GripperDes
         actuator,
         density=density,
         extra_mass_per_length=extra_mass_per_length,
-        stiffness=replace(
-            stiffness_from_actuator(actuator),
-            **_arguments(values, "stiffness.bending", "stiffness.torsional"),
-        ),
+        stiffness=rod_stiffness(values, actuator),
         gravity=_gravity(values),
         **_arguments(
             values, "mount.object_axis", "grip.turns_required", "grip.friction_coefficient"

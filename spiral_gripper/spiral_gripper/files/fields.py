@@ -135,6 +135,7 @@ FIELDS: Final = MappingProxyType(
         "model.thick_wall": Field(Kind.SWITCH),
         "stiffness.bending": _quantity(Dimension.FLEXURAL_STIFFNESS),
         "stiffness.torsional": _quantity(Dimension.FLEXURAL_STIFFNESS),
+        "stiffness.section_at": _quantity(Dimension.PRESSURE),
         "extra_mass_per_length": _quantity(Dimension.MASS_PER_LENGTH),
         "mount.gravity_direction": Field(Kind.DIRECTION, required=True),
         "mount.gravity_magnitude": _quantity(Dimension.ACCELERATION),
