@@ -47,10 +47,10 @@ EDGE_FOLDERS = {
     "interop": set(),
     "doctor": {"files", "reports"},
     "studio": {"files", "reports"},
-    "cli": {"files", "reports", "bench", "doctor", "studio"},
+    "cli": {"files", "reports", "bench", "doctor"},
     "reports.closing": {"files", "reports"},
     "cli.closing": {"files", "reports", "reports.closing", "cli"},
-    "cli.ros": {"files", "doctor", "cli"},
+    "cli.ros": {"files", "doctor", "studio", "cli"},
 }
 PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_ros")
 MOST_MODULES = 16

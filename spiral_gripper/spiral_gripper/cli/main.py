@@ -57,7 +57,7 @@ COMMANDS: Final = MappingProxyType(
         "watch": _Entry("ros.running", "The same, live."),
         "simulate": _Entry("ros.simulate", "The ROS 2 node without hardware, live."),
         "inject": _Entry("ros.simulate", "Set the fault of a running simulation."),
-        "studio": _Entry("studio", "A gripper in the browser, in three dimensions."),
+        "studio": _Entry("ros.studio", "A gripper in the browser, in three dimensions."),
         "doctor": _Entry("doctor", "Is everything there, and does it fit together?"),
         "smoke": _Entry("ros.smoke", "One simulated grasp: does everything work together?"),
     }

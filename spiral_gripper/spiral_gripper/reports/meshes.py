@@ -50,6 +50,22 @@ def tube_mesh(state: Solved, radius: float, sides: int = SIDES) -> Mesh:
     return _swept(state.positions, second, np.cross(first, second), radius, sides)
 
 
+def line_mesh(points: Array, radius: float, sides: int = SIDES) -> Mesh:
+    """Return the closed surface of a tube of this outer radius [m] around points (n, 3), n > 1.
+
+    Its sections turn as little as they can from one to the next.
+    """
+    along = np.gradient(points, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
+    across = np.empty_like(points)
+    side = np.eye(3)[np.argmin(np.abs(along[0]))]
+    for number, tangent in enumerate(along):
+        side = side - (side @ tangent) * tangent
+        side /= max(float(np.linalg.norm(side)), 1e-12)
+        across[number] = side
+    return _swept(points, across, np.cross(along, across), radius, sides)
+
+
 def turned_mesh(ends: Array, radii: Array, sides: int = 2 * SIDES) -> Mesh:
     """Return the closed surface of an object whose radius varies along a straight axis.
 

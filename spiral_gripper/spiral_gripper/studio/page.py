@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,7 +22,7 @@ from spiral_gripper.studio.exports import EXPORTS, png
 from spiral_gripper.studio.files import FileFolder
 from spiral_gripper.studio.force_chart import FORCE_AXES, FORCE_SERIES, force_data, force_scales
 from spiral_gripper.studio.pull import FRAMES, pull_frames
-from spiral_gripper.studio.scene import COLORINGS, Scene, node_values
+from spiral_gripper.studio.scene import COLORINGS, FAINT, OPAQUE, Scene, node_values
 from spiral_gripper.studio.session import Answer, Session
 from spiral_gripper.studio.settings import settings_of
 from spiral_gripper.studio.words import answer_text
@@ -87,6 +88,18 @@ class Page:
         self._play.on_click(lambda _: self._approach())
         self._pull.on_click(lambda _: self._pull_away())
         self._export.on_click(lambda event: self._hand_out(self._export.value, event.client))
+
+    def tick(self) -> None:
+        """Say for how long an answer is being computed; to be called once in a while."""
+        with self._lock:
+            session = self._session
+            if session is None or session.waited is None or self._playing.is_set():
+                return
+            with suppress(SpiralError):  # the page says already that there is no shape
+                answer = session.answer if session.current else None
+                self._words.content = answer_text(
+                    answer, session.settings, session.shape(), session.waited
+                )
 
     def close(self) -> None:
         """End what runs in the background."""
@@ -159,7 +172,7 @@ class Page:
                 self._words.content = f"**No shape.** {error}"
                 return
             self._draw(session, state, answer)
-            self._words.content = answer_text(answer, settings, state)
+            self._words.content = answer_text(answer, settings, state, session.waited)
             self._chart.scales = chart_scales(answer, gripper.pressure_max)
             self._chart.data = chart_data(answer, settings.object_radius, settings.pressure)
             self._forces.scales = force_scales(answer, gripper.pressure_max)
@@ -175,7 +188,9 @@ class Page:
         self._scene.show_gripper(shown, outer, values)
         self._scene.show_ghost(None if point is None else state, outer)
         self._scene.show_gravity(settings.gravity_vector)
-        self._scene.show_object(None if answer is None else answer.object_place())
+        opacity = FAINT if point is None else OPAQUE
+        place = None if answer is None else answer.object_place()
+        self._scene.show_object(place, opacity=opacity)
 
     def _wrap_pressure(self) -> float | None:
         """Return the pressure of the perfect wrap [Pa], where it is known."""

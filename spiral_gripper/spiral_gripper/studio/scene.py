@@ -19,6 +19,9 @@ OVERHANG = 2.0
 ARROW = 0.06  # [m] gravity at 9.81 m/s^2
 COLORINGS = ("plain", "contact force", "curvature", "strain", "bending moment")
 GHOST_COLOR = (120, 120, 120)
+OPAQUE = 0.75
+# Of an object that the drawn coil does not feel.
+FAINT = 0.25
 
 
 class Scene:
@@ -44,6 +47,10 @@ class Scene:
         mesh = tube_mesh(state, outer_radius)
         self._scene.add_mesh_trimesh("/gripper", _colored(mesh, values))
 
+    def show_mesh(self, name: str, mesh: Mesh, color: tuple[int, int, int]) -> None:
+        """Draw a surface in one color."""
+        self._scene.add_mesh_simple(name, mesh.vertices, mesh.faces, color=color)
+
     def show_ghost(self, state: Solved | None, outer_radius: float) -> None:
         """Draw the free coil beside the one in contact, or nothing."""
         if state is None:
@@ -55,7 +62,10 @@ class Scene:
         )
 
     def show_object(
-        self, placement: ObjectPlacement | None, displacement: Array | None = None
+        self,
+        placement: ObjectPlacement | None,
+        displacement: Array | None = None,
+        opacity: float = OPAQUE,
     ) -> None:
         """Draw the object where it is wrapped, or moved from there [m]; or nothing."""
         if placement is None:
@@ -67,7 +77,7 @@ class Scene:
         ends = np.array((center - reach * axis, center + reach * axis))
         mesh = turned_mesh(ends, np.full(2, placement.radius))
         self._scene.add_mesh_simple(
-            "/object", mesh.vertices, mesh.faces, color=OBJECT_COLOR, opacity=0.75
+            "/object", mesh.vertices, mesh.faces, color=OBJECT_COLOR, opacity=opacity
         )
 
     def show_gravity(self, gravity: Vector) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -123,6 +124,7 @@ class Session:
         self._state: RodState | None = None
         self._background = ThreadPoolExecutor(1, thread_name_prefix="studio")
         self._pending: Future[None] | None = None
+        self._asked_at = 0.0
         self._ask()
 
     def update(self, settings: Settings) -> None:
@@ -165,6 +167,13 @@ class Session:
         """Whether :attr:`answer` belongs to the settings, whatever the pressure."""
         return self.answer is not None and self.answer.settings == _without_pressure(self.settings)
 
+    @property
+    def waited(self) -> float | None:
+        """Time since the settings were asked about [s]; None where everything is answered."""
+        if self.current and self.answer is not None and self.answer.is_complete:
+            return None
+        return time.monotonic() - self._asked_at
+
     def close(self) -> None:
         """End the background's work; what is under way is dropped."""
         self._closed = True
@@ -174,6 +183,7 @@ class Session:
         """Have the settings answered, in place of what waits to be."""
         if self._pending is not None:
             self._pending.cancel()
+        self._asked_at = time.monotonic()
         asked, gripper = _without_pressure(self.settings), self.gripper
         self._pending = self._background.submit(self._reply, asked, gripper)
 

@@ -8,18 +8,22 @@ from spiral_gripper.studio.session import Answer
 from spiral_gripper.studio.settings import Settings
 
 
-def answer_text(answer: Answer | None, settings: Settings, state: RodState) -> str:
+def answer_text(
+    answer: Answer | None, settings: Settings, state: RodState, waited: float | None = None
+) -> str:
     """Return a few lines of Markdown; what is still being computed is said to be.
 
     Args:
         answer: what is known for these settings; None where nothing is yet.
         settings: of the controls.
         state: the free shape at the pressure that is set.
+        waited: time since these settings were asked about [s], where something is computed still.
     """
+    since = "" if waited is None else f", {waited:.0f} s"
     x, y, z = 1e3 * state.tip_position
     lines = [f"tip of the free coil at **{x:.1f}, {y:.1f}, {z:.1f} mm**, stable"]
     if answer is None:
-        return "\n\n".join(["**computing ...**", *lines])
+        return "\n\n".join([f"**computing ...{since}**", *lines])
     radius = 1e3 * settings.object_radius
     if answer.wrap is None or answer.placement is None:
         lines.insert(0, f"**{radius:.1f} mm cannot be wrapped:** {answer.refusal}")
@@ -30,7 +34,7 @@ def answer_text(answer: Answer | None, settings: Settings, state: RodState) -> s
     strain = 100.0 * ((answer.wrap.unloaded_shape.stretch or 1.0) - 1.0)
     if answer.wrap.unloaded_shape.stretch is not None:
         lines.append(f"strain at the wrap {strain:.1f} %")
-    return "\n\n".join([*lines, *grip_lines(answer, settings)])
+    return "\n\n".join([*lines, *grip_lines(answer, settings, since)])
 
 
 def regime_text(answer: Answer, settings: Settings) -> str:
@@ -44,13 +48,16 @@ def regime_text(answer: Answer, settings: Settings) -> str:
     return f"**{regime.value if regime else 'no coil'}** (free coil)"
 
 
-def grip_lines(answer: Answer, settings: Settings) -> list[str]:
-    """Return what is known of contact and holding force."""
+def grip_lines(answer: Answer, settings: Settings, since: str = "") -> list[str]:
+    """Return what is known of contact and holding force, and since when the rest is computed."""
     if answer.no_grip:
         return [f"**not held:** {answer.no_grip}"]
     if answer.window is None or answer.placement is None:
         gap = 1e3 * answer.placement.largest_gap if answer.placement else 0.0
-        return [f"the free coil misses the object by up to {gap:.1f} mm", "contact: computing ..."]
+        return [
+            f"the free coil misses the object by up to {gap:.1f} mm",
+            f"contact: computing ...{since}",
+        ]
     window, lines = answer.window, []
     if window.onset_wrap is not None:
         end = window.onset_curling or window.loss or window.top
@@ -63,7 +70,7 @@ def grip_lines(answer: Answer, settings: Settings) -> list[str]:
             f"(solved at {1e-3 * point.pressure:.1f} kPa)"
         )
     if answer.grip is None:
-        return [*lines, "holding force: computing ..."]
+        return [*lines, f"holding force: computing ...{since}"]
     wanted = answer.grip.recommended_pressure()
     away = dict(zip(answer.grip.pressures.tolist(), answer.grip.force(Pull.AWAY), strict=True))
     nearest = min(away, key=lambda pressure: abs(pressure - settings.pressure))

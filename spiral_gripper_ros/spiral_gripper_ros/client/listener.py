@@ -48,6 +48,10 @@ class Listener(Node):  # type: ignore[misc]
         received_at, message = self._newest.get(topic, (-math.inf, None))
         return message if time.monotonic() - received_at <= longest_age else None
 
+    def received_at(self, topic: str) -> float:
+        """Return when a topic's newest message came, by the monotonic clock [s]."""
+        return self._newest.get(topic, (-math.inf, None))[0]
+
     def spin(self, duration: float, until: Callable[[], bool] = lambda: False) -> bool:
         """Handle what arrives until a condition holds; return whether it did in time [s]."""
         end = time.monotonic() + duration

@@ -53,7 +53,7 @@ class Watcher(Listener):
         """Return what there is to show, a time [s] after the node became active."""
         status = self.newest("status", FRESH) or GripStatus()
         measured = self.newest("measured_pressure", FRESH)
-        troubles = _troubles(status)
+        troubles = troubles_of(status)
         radius, grip = (
             self.newest("simulated/object_radius", FRESH),
             self.newest("simulated/grip", FRESH),
@@ -77,7 +77,7 @@ def _in(unit: str, value: float | None) -> float | None:
     return float(in_units(value, unit)) if value else None
 
 
-def _troubles(status: GripStatus) -> dict[int, str]:
+def troubles_of(status: GripStatus) -> dict[int, str]:
     """Return the reasons for what is wrong, each with its text for people."""
     troubles = {}
     if status.pressure_fault != Reason.NONE:

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ears of ``spiral-gripper studio --ros``: what a running node says and draws."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from visualization_msgs.msg import Marker, MarkerArray
+
+from spiral_core.rod.types import Array
+from spiral_core.wrap.placement import ObjectPlacement
+from spiral_gripper.studio.live import Heard, Held
+from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_ros.client.listener import Listener
+from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.messages.conversions import REGIME_NAMES
+from spiral_gripper_ros.messages.markers import MEASURED_TUBE, OBJECT, TUBE
+from spiral_gripper_ros.messages.qos import LATEST
+from spiral_gripper_ros.tools.watcher import troubles_of
+
+
+class StudioListener(Listener):
+    """Hears status and markers of a node.
+
+    Args:
+        namespace: of the node.
+    """
+
+    def __init__(self, namespace: str) -> None:
+        super().__init__("spiral_gripper_studio", namespace)
+        self.keep(GripStatus, "status", LATEST)
+        self.keep(MarkerArray, "markers", LATEST)
+
+    def heard(self) -> Heard | None:
+        """Return what the node said last; None before its first word."""
+        status = self.newest("status")
+        if status is None:
+            return None
+        drawn = self.newest("markers")
+        markers = {} if drawn is None else {one.ns: one for one in drawn.markers}
+        tube = _added(markers, MEASURED_TUBE) or _added(markers, TUBE)
+        return Heard(
+            age=time.monotonic() - self.received_at("status"),
+            state=State(status.state).name.lower().replace("_", " "),
+            command=status.pressure_command,
+            target=status.pressure_target,
+            measured=status.measured_pressure if status.measured else None,
+            object_radius=status.object_radius or None,
+            regime=REGIME_NAMES[status.measured_regime if status.measured else status.regime],
+            held=_held(status),
+            troubles=tuple(troubles_of(status).values()),
+            tube=None if tube is None else _points(tube),
+            outer_radius=0.0 if tube is None else 0.5 * tube.scale.x,
+            placement=_placement(_added(markers, OBJECT)),
+        )
+
+
+@contextmanager
+def heard_of(namespace: str) -> Iterator[Callable[[float], Heard | None]]:
+    """Give a function that listens for a time [s] and returns what the node said last."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    listener = StudioListener(namespace)
+
+    def listen(duration: float) -> Heard | None:
+        listener.spin(duration)
+        return listener.heard()
+
+    try:
+        yield listen
+    finally:
+        listener.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _added(markers: dict[str, Any], name: str) -> Any:  # noqa: ANN401
+    """Return the marker of a name if there is one to be drawn, else None."""
+    marker = markers.get(name)
+    return marker if marker is not None and marker.action == Marker.ADD else None
+
+
+def _points(marker: Any) -> Array:  # noqa: ANN401
+    """Return a line's points (n, 3) [m]."""
+    return np.array([(p.x, p.y, p.z) for p in marker.points], dtype=np.float64).reshape(-1, 3)
+
+
+def _held(status: GripStatus) -> Held | None:
+    grip = status.grip
+    if not grip.known:
+        return None
+    return Held(
+        contact_length=grip.contact_length,
+        normal_force=grip.normal_force,
+        away=grip.holding_force_away,
+        towards=grip.holding_force_towards,
+    )
+
+
+def _placement(marker: Any) -> ObjectPlacement | None:  # noqa: ANN401
+    """Return where a marker draws the object: a cylinder along its own z."""
+    if marker is None:
+        return None
+    at, turn = marker.pose.position, marker.pose.orientation
+    x, y, z, w = turn.x, turn.y, turn.z, turn.w
+    axis = (2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y))
+    return ObjectPlacement(
+        center=(at.x, at.y, at.z),
+        axis=axis,
+        radius=0.5 * marker.scale.x,
+        length=marker.scale.z,
+        largest_gap=0.0,
+    )
