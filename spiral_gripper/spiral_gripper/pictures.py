@@ -9,6 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from spiral_core import (
+    Calibration,
     DesignReport,
     FeasibilityMap,
     Grip,
@@ -19,8 +20,11 @@ from spiral_core import (
     place_object,
     regime_chart,
 )
+from spiral_core.closing.close import TimedClosing
 from spiral_core.errors import InvalidInputError
+from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.files.shown import shown
+from spiral_gripper.reports.closing.plots import close_figure
 from spiral_gripper.reports.grip_plots import grip_figure
 from spiral_gripper.reports.plots import design_figure, feasibility_figure, regime_figure
 from spiral_gripper.reports.shape_plots import shape_figure
@@ -35,7 +39,8 @@ def plot(result: object) -> Figure:
     Args:
         result: a Grip (force against pressure, the coil on its object), a Wrap (the free coil from
             two sides), a WrapCurve or a RegimeChart (pressure against radius), a Gripper (its
-            WrapCurve), a DesignReport, or a FeasibilityMap.
+            WrapCurve), a DesignReport, a FeasibilityMap, a Calibration (readings and residuals), or
+            a TimedClosing (contact, pressure and speed against time).
 
     Raises:
         InvalidInputError: there is no picture of a value of this kind.
@@ -70,6 +75,8 @@ _PICTURES: dict[type, Callable[[Any], Figure]] = {
     WrapCurve: _curve,
     Gripper: lambda gripper: _curve(WrapCurve(gripper)),
     RegimeChart: lambda chart: regime_figure(chart, "pressure against radius"),
+    Calibration: lambda fit: residual_figure(fit, fit.gripper.name if fit.gripper else "readings"),
+    TimedClosing: close_figure,
     DesignReport: design_figure,
     FeasibilityMap: feasibility_figure,
 }

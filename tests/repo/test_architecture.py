@@ -40,7 +40,7 @@ CORE_FOLDERS = {
 }
 # The same for spiral_gripper; "" holds its public names.
 EDGE_FOLDERS = {
-    "": {"files", "reports"},
+    "": {"files", "reports", "reports.closing", "bench"},
     "files": set(),
     "reports": {"files"},
     "bench": {"files", "reports"},

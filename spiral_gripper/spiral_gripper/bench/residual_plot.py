@@ -6,6 +6,8 @@ Needs matplotlib (the ``plot`` extra).
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,11 +18,17 @@ from spiral_core import (
     Calibration,
     ExtensionReading,
     GripReading,
+    RadiusPressure,
     Reading,
     ShapeReading,
+    SpiralError,
     TwistReading,
+    WrapCurve,
+    pressure_uncertainty,
+    regime_chart,
 )
 from spiral_gripper.files.shown import axis_label, in_units
+from spiral_gripper.reports.plots import regime_figure
 from spiral_gripper.reports.style import paper_style
 
 # What is measured, and its SI unit.
@@ -31,6 +39,8 @@ _AXES: dict[type[Reading], tuple[str, str]] = {
     ShapeReading: ("coordinate", "m"),
     GripReading: ("object radius", "m"),
 }
+# Of the band: radii, and the smallest as a part of the largest.
+BAND_POINTS, SMALLEST = 9, 0.25
 # Dark enough on white, and distinct for the color-blind (Okabe and Ito).
 _MEASURED, _FITTED = "#0072B2", "#D55E00"
 _COORDINATES = ("#0072B2", "#009E73", "#CC79A7")
@@ -56,6 +66,32 @@ def residual_figure(calibration: Calibration, name: str) -> Figure:
     scale = f"residuals {calibration.error_scale:.3g} times the stated errors"
     figure.suptitle(f"{name}: {law}, {len(calibration.readings)} readings, {scale}")
     return figure
+
+
+def pressure_figure(calibration: Calibration, name: str, level: float) -> Figure | None:
+    """Return pressure against radius with the regimes and the calibration's interval as a band.
+
+    None where no gripper was calibrated, or it makes no coil. Radii whose interval cannot be
+    computed leave a gap.
+
+    Args:
+        calibration: the fit.
+        name: of the gripper.
+        level: confidence level of the interval, in (0, 1).
+    """
+    if calibration.gripper is None:
+        return None
+    try:
+        curve = WrapCurve(calibration.gripper)
+    except SpiralError:
+        return None
+    smallest = max(curve.radius_min, SMALLEST * curve.radius_max)
+    found: list[RadiusPressure] = []
+    for radius in np.linspace(smallest, curve.radius_max, BAND_POINTS + 2)[1:-1]:
+        with suppress(SpiralError):
+            found += pressure_uncertainty(calibration, [float(radius)], level)
+    chart = regime_chart(curve, smallest, curve.radius_max)
+    return regime_figure(chart, f"{name}, calibrated, {100.0 * level:.4g} % interval", found)
 
 
 def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_over: Axes) -> None:

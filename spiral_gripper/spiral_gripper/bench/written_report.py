@@ -9,7 +9,7 @@ from pathlib import Path
 
 from spiral_gripper.bench.command import CommandResult
 from spiral_gripper.bench.report import radius_lines, report_lines
-from spiral_gripper.bench.residual_plot import residual_figure
+from spiral_gripper.bench.residual_plot import pressure_figure, residual_figure
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.page import (
     PAGE_STYLE,
@@ -38,7 +38,12 @@ def write_calibration_report(
         FileError: it cannot be written.
     """
     title = f"Calibration of {name}"
-    picture = figure_uri(residual_figure(result.choice.best, name))
+    best = result.choice.best
+    pictures = {"readings and residuals": residual_figure(best, name)}
+    band = pressure_figure(best, name, level)
+    if band is not None:
+        pictures["pressure against object radius"] = band
+    images = {text: figure_uri(figure) for text, figure in pictures.items()}
     rows = _rows(report_lines(result.choice, level, result.cross_validation))
     pressures = _rows(radius_lines(result.pressures, level))
     remarks = [*(f"warning: {warning}" for warning in result.warnings), *refusals]
@@ -46,7 +51,8 @@ def write_calibration_report(
         parts = [f"# {title}\n", markdown_table(_HEADER, rows)]
         parts += [markdown_table(("object radius", "pressure"), pressures)] if pressures else []
         parts += [f"- {remark}" for remark in remarks]
-        text = "\n".join([*parts, f"\n![readings and residuals]({picture})\n"])
+        parts += [f"\n![{what}]({image})\n" for what, image in images.items()]
+        text = "\n".join(parts)
     else:
         items = "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks)
         text = (
@@ -55,7 +61,8 @@ def write_calibration_report(
             f"<h1>{html.escape(title)}</h1>\n{html_table(_HEADER, rows)}\n"
             + (html_table(("object radius", "pressure"), pressures) if pressures else "")
             + (f"<ul>{items}</ul>\n" if items else "")
-            + f'<img alt="readings and residuals" src="{picture}">\n</body></html>\n'
+            + "".join(f'<img alt="{what}" src="{image}">\n' for what, image in images.items())
+            + "</body></html>\n"
         )
     write_file(path, text)
 

@@ -14,6 +14,7 @@ from spiral_gripper.cli.types import (
     FIBER_ANGLE,
     LENGTH,
     NUMBER,
+    PRESSURE,
     gripper_argument,
     mount_options,
     output_options,
@@ -121,6 +122,33 @@ def pressure(
         from spiral_gripper.reports.plots import regime_figure
 
         write_picture(regime_figure(data, curve.gripper.name), plot)
+
+
+@chart.command()
+@gripper_argument
+@click.option(
+    "--pressure", "pressures", type=PRESSURE, multiple=True, required=True, metavar="PRESSURE",
+    help="Up to three.",
+)  # fmt: skip
+@output_options
+@plot_option
+def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Path | None) -> None:
+    """The tube's section at pressures, colored by the wall's axial stretch."""
+    _require_output(as_json, plot)
+    if len(pressures) > 3 or any(pressure < 0.0 for pressure in pressures):
+        raise click.UsageError("--pressure may be given up to three times, and not below 0")
+    from spiral_core.actuator.free import FreeActuation
+
+    description = described(gripper)
+    actuator = description.actuator
+    actuation = FreeActuation(actuator)
+    shapes = [actuation.unloaded_shape(pressure) for pressure in pressures]
+    _print_data({"pressure": pressures, "shape": shapes}, as_json)
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.plots import section_figure
+
+        write_picture(section_figure(actuator, pressures, description.gripper.name), plot)
 
 
 def _require_output(as_json: bool, plot: Path | None) -> None:

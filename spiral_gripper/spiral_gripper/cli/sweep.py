@@ -175,6 +175,7 @@ def pareto(
 )
 @worker_options
 @output_options
+@plot_option
 def grips(
     grippers: tuple[str, ...],
     radii: tuple[float, ...],
@@ -184,6 +185,7 @@ def grips(
     jobs: int | None,
     scheduler: str | None,
     as_json: bool,
+    plot: Path | None,
 ) -> None:
     """Close every GRIPPER on every object, with every friction and mount.
 
@@ -213,6 +215,11 @@ def grips(
         from rich.console import Console
 
         print_outcomes(cases, outcomes, Console())
+    if plot is not None:
+        from spiral_gripper.cli.output import write_picture
+        from spiral_gripper.reports.grip_plots import window_figure
+
+        write_picture(window_figure(cases, outcomes), plot)
 
 
 def _workers(jobs: int | None, scheduler: str | None) -> AbstractContextManager[Executor | None]:

@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from spiral_core.errors import InvalidInputError
 from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, is_twist
 from spiral_core.grip.point import GripPoint
+from spiral_core.grip.study import GripCase, GripOutcome
 from spiral_core.rod.types import Vector
 from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.reports.shaded import (
@@ -24,10 +28,13 @@ from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
     PERFECT_COLOR,
+    panels,
     paper_style,
     style_axes,
 )
 
+# Side by side, legible at the width of a page.
+MOST_PANELS = 3
 _LABELS = {
     Pull.AWAY: "away from the base",
     Pull.TOWARDS: "towards the base",
@@ -101,6 +108,56 @@ def shade_window(axes: Axes, grip: Grip) -> None:
         )
     if window.loss is not None:
         axes.axvline(float(in_units(window.loss, "Pa")), color=COLORS[2], lw=1.2, label="lost")
+
+
+@paper_style()
+def window_figure(cases: Sequence[GripCase], outcomes: Sequence[GripOutcome]) -> Figure:
+    """Return the window of pressures against the object's radius, a panel for each gripper.
+
+    Panels are told apart by gripper, friction and mount; grips that are refused leave a gap.
+
+    Raises:
+        InvalidInputError: more than :data:`MOST_PANELS` panels would be needed.
+    """
+    groups: dict[str, list[tuple[float, GripOutcome]]] = {}
+    for case, outcome in zip(cases, outcomes, strict=True):
+        mount = " ".join(f"{g:.3g}" for g in case.gripper.gravity)
+        title = f"{case.gripper.name}\nfriction {case.friction:.3g}, gravity {mount}"
+        groups.setdefault(title, []).append((case.radius, outcome))
+    if len(groups) > MOST_PANELS:
+        raise InvalidInputError("plot", f"{len(groups)} panels", f"at most {MOST_PANELS} panels")
+    figure, axes_list = panels(len(groups))
+    for axes, (title, found) in zip(axes_list, groups.items(), strict=True):
+        _draw_windows(axes, sorted(found, key=lambda pair: pair[0]))
+        axes.set_title(title)
+    handles, labels = axes_list[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right upper")
+    return figure
+
+
+def _draw_windows(axes: Axes, found: Sequence[tuple[float, GripOutcome]]) -> None:
+    """Draw where the wrap begins, the end curls and the grip is lost, over the radius."""
+    radii = in_units([radius for radius, _ in found], "m")
+    edges = {
+        name: in_units([_or_nan(getattr(outcome, name)) for _, outcome in found], "Pa")
+        for name in ("onset_wrap", "onset_curling", "loss", "tip_criterion", "pressure")
+    }
+    top = np.where(np.isnan(edges["loss"]), np.nanmax([*edges.values()]), edges["loss"])
+    curling = np.where(np.isnan(edges["onset_curling"]), top, edges["onset_curling"])
+    for low, high, color, label in (
+        (edges["onset_wrap"], curling, PERFECT_COLOR, "wrapped"),
+        (curling, top, CURLING_COLOR, "end curls"),
+    ):
+        axes.fill_between(radii, low, high, color=color, alpha=0.35, lw=0.0, label=label)
+    axes.plot(radii, edges["loss"], "_", color=COLORS[2], ms=9, mew=1.5, label="lost")
+    axes.plot(radii, edges["pressure"], "o-", color=COLORS[0], ms=3, label="recommended")
+    axes.plot(radii, edges["tip_criterion"], "--", color=COLORS[4], lw=0.9, label="tip criterion")
+    axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
+    axes.set_ylim(bottom=0.0)
+
+
+def _or_nan(value: float | None) -> float:
+    return float("nan") if value is None else value
 
 
 def draw_coil(axes: Axes, point: GripPoint, view: tuple[str, Vector, Vector]) -> None:

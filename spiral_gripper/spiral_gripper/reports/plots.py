@@ -8,13 +8,20 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import TwoSlopeNorm
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
 
+from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.tube import Tube
+from spiral_core.calibration.uncertainty import RadiusPressure
 from spiral_core.design.charts import DesignSpace, PressureRange, RegimeChart
 from spiral_core.design.report import DesignReport
 from spiral_core.design.sweep import FeasibilityMap, SweepPoint
-from spiral_gripper.files.shown import axis_label, in_units
+from spiral_core.section.path import motion_at, section_path
+from spiral_core.section.ring import Ring
+from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
@@ -25,6 +32,8 @@ from spiral_gripper.reports.style import (
     paper_style,
 )
 
+# Points around a drawn section.
+SECTION_ANGLES = 181
 # Ratios above this are of no use to a designer and would flatten everything else.
 LARGEST_RATIO = 20.0
 
@@ -57,8 +66,16 @@ def design_figure(report: DesignReport) -> Figure:
 
 
 @paper_style()
-def regime_figure(chart: RegimeChart, name: str) -> Figure:
-    """Return pressure against object radius with the three regimes as areas."""
+def regime_figure(
+    chart: RegimeChart, name: str, uncertain: Sequence[RadiusPressure] = ()
+) -> Figure:
+    """Return pressure against object radius with the three regimes as areas.
+
+    Args:
+        chart: the regimes.
+        name: of the gripper.
+        uncertain: pressures with the intervals of a calibration, drawn as a band.
+    """
     figure, (axes,) = panels(1)
     radius, top = in_units(chart.radius, "m"), 1.15 * float(in_units(chart.upper, "Pa").max())
     lower, upper = in_units(chart.lower, "Pa"), in_units(chart.upper, "Pa")
@@ -70,6 +87,13 @@ def regime_figure(chart: RegimeChart, name: str) -> Figure:
     for bottom, edge, color, label in areas:
         axes.fill_between(radius, bottom, edge, color=color, alpha=0.5, lw=0.0, label=label)
     axes.plot(radius, in_units(chart.perfect, "Pa"), color=COLORS[0], lw=0.8)
+    if uncertain:
+        low, high = (in_units([one.interval[end] for one in uncertain], "Pa") for end in (0, 1))
+        at = in_units([one.radius for one in uncertain], "m")
+        axes.fill_between(
+            at, low, high, facecolor="none", edgecolor=COLORS[2], hatch="////", lw=0.8,
+            label="confidence interval\nof the calibration",
+        )  # fmt: skip
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
     axes.set_title(name)
@@ -157,6 +181,50 @@ def pareto_figure(points: Sequence[SweepPoint], best: Sequence[SweepPoint]) -> F
     axes.set(xlabel="strain at the smallest object [%]", ylabel=axis_label("pressure there", "Pa"))
     figure.legend(loc="outside right upper", title="area: length")
     return figure
+
+
+@paper_style()
+def section_figure(actuator: Actuator, pressures: Sequence[float], name: str) -> Figure:
+    """Return the tube's section at pressures [Pa], colored by how far the wall is stretched.
+
+    Source: ``docs/derivations/section.md``; the straight fiber, which does not stretch, is a dot.
+
+    Raises:
+        ActuationLimitError: a pressure is past the actuator's limit.
+    """
+    figure, axes_list = panels(len(pressures))
+    tube, actuation = actuator.tube, FreeActuation(actuator)
+    path = section_path(actuator.fiber_set)
+    stretches = [actuation.stretch_from_pressure(pressure) for pressure in pressures]
+    rings = [
+        motion_at(path.fibers, np.array([path.strain_from_stretch(stretch)])).ring
+        for stretch in stretches
+    ]
+    top = float(max((1.0 + ring.stretch_change + np.abs(ring.bend)).max() for ring in rings))
+    shades = Normalize(1.0, max(top, 1.0 + 1e-9))
+    for axes, ring, pressure in zip(axes_list, rings, pressures, strict=True):
+        _draw_section(axes, ring, tube, shades)
+        axes.set_title(shown(pressure, "Pa"))
+    colors = ScalarMappable(shades, "viridis")
+    figure.colorbar(colors, ax=axes_list, label="axial stretch", shrink=0.8)
+    figure.suptitle(f"{name}: the straight fiber is at the dot")
+    return figure
+
+
+def _draw_section(axes: Axes, ring: Ring, tube: Tube, shades: Normalize) -> None:
+    """Draw a tube's wall, colored by its axial stretch."""
+    angles = np.linspace(0.0, 2.0 * np.pi, SECTION_ANGLES)
+    stretched = 1.0 + ring.stretch_change - ring.bend * np.cos(angles)
+    sizes = np.array([tube.inner_radius, tube.outer_radius]) * float(np.ravel(ring.hoop)[0])
+    radii = in_units(sizes, "m")
+    y, z = radii[:, None] * np.cos(angles), radii[:, None] * np.sin(angles)
+    colors = np.broadcast_to(np.ravel(stretched), y.shape)
+    axes.pcolormesh(y, z, colors, shading="gouraud", cmap="viridis", norm=shades)
+    axes.plot(radii[1], 0.0, "o", ms=4, color=COLORS[2])
+    axes.set(xlabel=axis_label("y", "m"), ylabel=axis_label("z", "m"))
+    axes.set_aspect("equal")
+    axes.margins(0.08)
+    axes.grid(visible=False)
 
 
 def _useful_top(axes: Axes) -> float:
