@@ -29,7 +29,7 @@ from spiral_core import (
 )
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.plots import regime_figure
-from spiral_gripper.reports.style import paper_style
+from spiral_gripper.reports.style import COLORS, paper_style, style_axes
 
 # What is measured, and its SI unit.
 _AXES: dict[type[Reading], tuple[str, str]] = {
@@ -41,9 +41,7 @@ _AXES: dict[type[Reading], tuple[str, str]] = {
 }
 # Of the band: radii, and the smallest as a part of the largest.
 BAND_POINTS, SMALLEST = 9, 0.25
-# Dark enough on white, and distinct for the color-blind (Okabe and Ito).
-_MEASURED, _FITTED = "#0072B2", "#D55E00"
-_COORDINATES = ("#0072B2", "#009E73", "#CC79A7")
+_MEASURED, _FITTED, _COORDINATES = COLORS[0], COLORS[2], (COLORS[0], COLORS[1], COLORS[4])
 
 
 @paper_style()
@@ -106,14 +104,15 @@ def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_ov
     residuals = calibration.residuals[chosen]
     measured = predicted - residuals * errors
     _draw_fit(fit, kind, at, measured, predicted, 2.0 * errors)
-    left_over.axhspan(-2.0, 2.0, color="#DDDDDD", label="± 2 stated errors")
+    left_over.axhspan(-2.0, 2.0, color="#e6e6e6", lw=0.0, label="± 2 stated errors")
     left_over.axhline(0.0, color="black", linewidth=0.8)
-    left_over.plot(at, residuals, "o", color=_MEASURED, markersize=5)
+    left_over.plot(at, residuals, "o", color=_MEASURED, markersize=3.5)
     fit.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(name, unit))
     left_over.set(xlabel=axis_label("pressure", "Pa"))
     left_over.set(ylabel="(fitted - measured) / stated error")
     left_over.margins(y=0.15)
     for axes in (fit, left_over):
+        style_axes(axes)
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
 
 
@@ -136,6 +135,6 @@ def _draw_fit(
             axes.plot(at[one], predicted[one], "x", color="black", markersize=7)
         axes.plot([], [], "x", color="black", label="fitted")
         return
-    axes.errorbar(at, measured, errors, fmt="o", color=_MEASURED, markersize=5, label="measured")
+    axes.errorbar(at, measured, errors, fmt="o", color=_MEASURED, markersize=3.5, label="measured")
     order = np.argsort(at, kind="stable")
     axes.plot(at[order], predicted[order], "-", color=_FITTED, label="fitted")
