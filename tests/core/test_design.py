@@ -430,6 +430,7 @@ def test_a_fiber_so_steep_that_no_coil_is_wide_enough_is_refused_with_the_radius
     ("gamma", "elastomer", "reason"),
     [
         (5.0, LATEX, "the constants of latex belong to the uniform pressure law"),
+        (5.0, LATEX, "tubing with constants of the section law, to start from 0.7 times these"),
         (20.0, SECTION_LATEX, "at another angle than the wound families"),
         (30.1, SECTION_LATEX, "from -30 to 30 degrees"),
         (-79.0, SECTION_LATEX, "from -30 to 30 degrees"),

@@ -177,6 +177,32 @@ def test_single_fibers_as_the_table_writes_them(fields):
     assert angles == pytest.approx([float(angle) for angle in stated])
 
 
+def with_fibers(fields):
+    """Return the smallest file with its section of fibers replaced, of the section law."""
+    start, rest = SMALLEST.split("fibers:\n")
+    _, end = rest.split("material:\n")
+    return f"{start}{fields}\nmaterial:\n{end}".replace("16 psi", "20 kPa")
+
+
+@pytest.mark.parametrize(("motion", "fields"), table_after("A set of fibers for each motion"))
+def test_each_set_of_fibers_moves_as_the_table_says(motion, fields):
+    actuation = read(with_fibers(*codes(fields))).gripper.actuation
+    rest, shape = actuation.unloaded_shape(0.0), actuation.unloaded_shape(20.0e3)
+    bends = shape.curvature > 1.0
+    turns = abs(shape.torsion - rest.torsion) > 0.1
+    found = {(True, False): "bends", (True, True): "coils", (False, True): "twists"}
+    axial = "extends" if shape.stretch > 1.0 else "shortens"
+    assert motion.split(",")[0] == found.get((bends, turns), axial)
+    assert ("wound at rest" in motion) == (rest.torsion != 0.0)
+
+
+@pytest.mark.parametrize(("fields", "reason"), table_after("Fibers that contradict each other"))
+def test_contradictory_fibers_are_refused_as_the_table_says(fields, reason):
+    with pytest.raises(DescriptionError, match="must be") as caught:
+        read(with_fibers(*codes(fields)))
+    assert reason in str(caught.value)
+
+
 def test_the_example_with_a_helical_fiber_coils():
     example = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[1]
     gripper = read(example).gripper

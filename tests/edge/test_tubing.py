@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import pytest
 
-from spiral_core import InvalidInputError, MooneyRivlin
+from spiral_core import DesignRequirement, InvalidInputError, MooneyRivlin
+from spiral_core.design.requirement import SECTION_OVER_UNIFORM
 from spiral_gripper import (
     DescriptionError,
     available_grippers,
@@ -34,6 +37,21 @@ def test_the_shipped_list() -> None:
     paper = next(size for size in tubing.sizes if size.name == "3/8 in x 1/32 in")
     assert paper.inner_radius == pytest.approx(4.7625e-3, rel=1e-12)
     assert paper.wall_thickness == pytest.approx(0.79375e-3, rel=1e-12)
+
+
+def test_the_tubing_that_the_page_offers_for_helical_fibers_is_designed_with() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "design.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    tubing = parse_tubing(example, Path("section.yaml"))
+    shipped = load_tubing("natural_latex").elastomer.law
+    assert isinstance(shipped, MooneyRivlin)
+    scaled = MooneyRivlin(SECTION_OVER_UNIFORM * shipped.c1, SECTION_OVER_UNIFORM * shipped.c2)
+    assert tubing.elastomer.law == scaled
+    gamma = math.radians(2.0)
+    requirement = DesignRequirement(
+        0.011, 0.03, tubing.sizes, (tubing.elastomer,), fiber_angles_gamma=(gamma,)
+    )
+    assert {candidate.fiber_angle_gamma for candidate in requirement.candidates()} == {gamma}
 
 
 def test_a_good_file() -> None:

@@ -30,6 +30,9 @@ DEFAULT_ALPHA = math.radians(88.0)
 DEFAULT_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
 # At this angle of the single fiber the widest helix leaves no room for an object [rad].
 LARGEST_GAMMA = math.radians(30.0)
+# Constants of the section law that give the pressures of the uniform one, over its own: 1/1.48 to
+# 1/1.36 for the paper's actuators (docs/derivations/section.md).
+SECTION_OVER_UNIFORM = 0.7
 # No elastomer stretches farther: a larger limit is a percentage that was meant as a fraction.
 LARGEST_STRAIN = 10.0
 # Less than a tenth of a turn holds nothing; the length for a millionth of one is micrometers.
@@ -218,7 +221,8 @@ class DesignRequirement:
                 "fiber_angles_gamma",
                 next(gamma for gamma in self.fiber_angles_gamma if gamma),
                 f"0 (straight): the constants of {uniform[0].name} belong to the uniform pressure "
-                "law, which is for straight fibers; use constants of the section law",
+                "law, which is for straight fibers; offer tubing with constants of the section "
+                f"law, to start from {SECTION_OVER_UNIFORM:g} times these",
             )
 
 
