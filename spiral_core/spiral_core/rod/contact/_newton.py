@@ -47,6 +47,9 @@ QUICK_STIFFNESS = 1e-6
 LAST_BARRIER = 1e-10
 # Elastic slip at the end, as a fraction of the rod's radius, or of a thousandth of its length.
 LAST_SLIP = 1e-6
+# A soft rod that touches nothing may move on where forces hardly balance: if by more than this
+# fraction of the length, one more step is taken.
+LAST_MOVE = 1e-9
 # Stiffness against motions that nothing resists (a rod spinning about itself), in EI/L.
 NEUTRAL = 1e-9
 # Below this residual friction follows the normal force within a step, which converges
@@ -115,7 +118,7 @@ class Newton:
         )
         self.mass = np.array((h * h, h * h, h * h, 1.0, 1.0, 1.0))
         self.rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
-        self.touchable, self.shift = self._hold_ends(), 0.0
+        self.touchable, self.shift, self.polished = self._hold_ends(), 0.0, False
         self.step, self.force_step = np.zeros((count + 1, 6)), np.zeros((count, 3))
         self.gradient, self.chord = np.zeros((count + 1, 6)), np.zeros((count, 3))
         self.moments = np.zeros((count + 1, 3))
@@ -172,7 +175,11 @@ class Newton:
         """Return whether the equations hold, with the contact's last barrier and elastic slip."""
         law = self.law
         last = law.slip == self.last_slip and (law.sharp or law.barrier == self.last_barrier)
-        return last and self.shift == 0.0 and solution.residual < self.tolerance
+        if not (last and self.shift == 0.0 and solution.residual < self.tolerance):
+            return False
+        again, self.polished = self.polished, True
+        still = float(np.abs(self.step[:, 3:]).max()) < LAST_MOVE * self.arrays.length
+        return again or still or any(contact.active.any() for contact in solution.contacts)
 
     def _couple(self, solution: Solution) -> None:
         """Let friction follow the normal force in the next pass, near the end."""
