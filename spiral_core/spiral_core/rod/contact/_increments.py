@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, distances
-from spiral_core.rod.contact._mesh import Arrays, between
-from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution, last_slip
+from spiral_core.rod.contact._mesh import Arrays, between, last_slip
+from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
 from spiral_core.rod.contact._quaternions import matrices, turn_between, turned
 from spiral_core.rod.types import Array
 
@@ -229,6 +229,14 @@ def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
     x.normal[:] = np.where(here.x.normal > 0.0, kept, here.x.normal)
     x.friction += ratio * (here.x.friction - before.x.friction)
     return x
+
+
+def release(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
+    """Let the rod go from a shape that need not be near a state; returns as :func:`slide`."""
+    x, anchors, solution, move = attempt(here, arrays, here.x.copy())
+    if solution.outcome == CONVERGED and move <= 0.5:
+        return Point(here.at, arrays, x, anchors, solution), True, [here.x.p, x.p]
+    return slide(here, arrays)
 
 
 def slide(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:

@@ -37,6 +37,8 @@ FEWEST_ELEMENTS = 40
 LONGEST_ARC = 1.0
 # Stiffness in F h^2 of what bends inside of an element: a tenth, for up to three times the loads.
 TENSION = 0.3
+# Elastic slip of friction, as a fraction of the rod's radius, or of a thousandth of its length.
+LAST_SLIP = 1e-6
 # Properties are looked at this fraction of an element inside of its ends, since they may jump.
 INSIDE = 1e-9
 
@@ -94,6 +96,11 @@ class Arrays:
         """What a small force is small to: EI/L^2 or the sum of the loads [N]."""
         loads = 2.0 * np.sum(np.abs(self.half)) + np.sum(np.abs(self.nodal[:, 3:]))
         return max(self.bending / self.length**2, float(loads))
+
+
+def last_slip(arrays: Arrays) -> float:
+    """Return the elastic slip of friction in a solution [m]."""
+    return LAST_SLIP * max(arrays.radius, 1e-3 * arrays.length)
 
 
 def smallest_arc(problem: ContactProblem) -> float:

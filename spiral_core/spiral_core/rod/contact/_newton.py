@@ -22,7 +22,7 @@ from spiral_core.rod.contact._contact import (
 )
 from spiral_core.rod.contact._elimination import assemble, eliminate
 from spiral_core.rod.contact._laws import TINY
-from spiral_core.rod.contact._mesh import Arrays
+from spiral_core.rod.contact._mesh import Arrays, last_slip
 from spiral_core.rod.contact._quaternions import matrices, skews, turn_nodes
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
 
@@ -45,8 +45,6 @@ CONTACT_STIFFNESS = 1e-3
 QUICK_STIFFNESS = 1e-6
 # Slack times normal force at the end, per element, as a fraction of force scale times length.
 LAST_BARRIER = 1e-10
-# Elastic slip at the end, as a fraction of the rod's radius, or of a thousandth of its length.
-LAST_SLIP = 1e-6
 # A soft rod that touches nothing may move on where forces hardly balance: if by more than this
 # fraction of the length, one more step is taken.
 LAST_MOVE = 1e-9
@@ -84,11 +82,6 @@ class Solution:
     gradient: Array
     moments: Array
     contacts: tuple[Contact, ...]
-
-
-def last_slip(arrays: Arrays) -> float:
-    """Return the elastic slip of friction in a solution [m]."""
-    return LAST_SLIP * max(arrays.radius, 1e-3 * arrays.length)
 
 
 class Newton:

@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._contact import Iterate
 from spiral_core.rod.contact._increments import empty
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._quaternions import matrices
+from spiral_core.rod.contact._slots import rotation
 from spiral_core.rod.contact.problem import Clamped, ContactProblem, Free, Guided
 from spiral_core.rod.types import Array
 
@@ -94,36 +97,43 @@ def from_centerline(problem: ContactProblem, arrays: Arrays, points: Array) -> I
     base = problem.base
     held = base.orientation if isinstance(base, (Clamped, Guided)) else None
     frame = turn_to(tangents[0]) if held is None else np.asarray(held, dtype=np.float64)
-    q = np.empty((len(p), 4))
-    q[0] = frame
-    for i in range(1, len(p)):
-        q[i] = _carried(q[i - 1], tangents[i])
+    q = np.vstack((frame, _carried(frame, tangents[1:])))
     return empty(arrays.count, len(arrays.obstacles), q, p)
 
 
 def turn_to(direction: Array) -> Array:
     """Return the smallest turn (4,) that takes e_x to a unit vector."""
-    return _carried(np.array((0.0, 0.0, 0.0, 1.0)), direction)
+    turn: Array = _carried(np.array((0.0, 0.0, 0.0, 1.0)), direction[None])[0]
+    return turn
 
 
-def _carried(q: Array, direction: Array) -> Array:
-    """Return q turned by the smallest rotation that takes its x axis to a unit vector."""
-    axis = matrices(q[None])[0][:, 0]
-    w = 1.0 + float(axis @ direction)
-    if w < 1e-9:  # opposite: half a turn about any axis across
-        across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-        turn = np.append(across / np.linalg.norm(across), 0.0)
-    else:
-        turn = np.append(np.cross(axis, direction), w)
-    turn /= np.linalg.norm(turn)
-    a, b = turn, q
-    product = np.array(
-        (
-            a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
-            a[3] * b[1] + a[1] * b[3] + a[2] * b[0] - a[0] * b[2],
-            a[3] * b[2] + a[2] * b[3] + a[0] * b[1] - a[1] * b[0],
-            a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
-        )
-    )
-    unit: Array = product / np.linalg.norm(product)
-    return unit
+@compiled
+def _carried(first: Array, directions: Array) -> Array:
+    """Return quaternions (n, 4), each the last one, at first ``first``, turned the smallest way.
+
+    That takes its x axis to the next of the unit vectors ``directions`` (n, 3).
+    """
+    q = np.empty((len(directions), 4))
+    b, turn, matrix = first.copy(), np.empty(4), np.empty((3, 3))
+    for e in range(len(directions)):
+        rotation(b, matrix)
+        turn[3] = 1.0
+        for i in range(3):
+            k, m = (i + 1) % 3, (i + 2) % 3
+            turn[3] += matrix[i, 0] * directions[e, i]
+            turn[i] = matrix[k, 0] * directions[e, m] - matrix[m, 0] * directions[e, k]
+        if turn[3] < 1e-9:  # opposite: half a turn about an axis across, the section's own
+            turn[3] = 0.0
+            for i in range(3):
+                turn[i] = matrix[i, 1]
+        size = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
+        for i in range(3):
+            k, m = (i + 1) % 3, (i + 2) % 3
+            q[e, i] = (turn[3] * b[i] + turn[i] * b[3] + turn[k] * b[m] - turn[m] * b[k]) / size
+        q[e, 3] = turn[3] * b[3] - turn[0] * b[0] - turn[1] * b[1] - turn[2] * b[2]
+        q[e, 3] /= size
+        size = math.sqrt(q[e, 0] ** 2 + q[e, 1] ** 2 + q[e, 2] ** 2 + q[e, 3] ** 2)
+        for i in range(4):
+            q[e, i] /= size
+            b[i] = q[e, i]
+    return q

@@ -21,6 +21,7 @@ from spiral_core.rod.contact._increments import (
     attempt,
     beyond,
     continued,
+    release,
     slide,
 )
 from spiral_core.rod.contact._mesh import Arrays, discretize, element_count
@@ -93,7 +94,7 @@ def solve_contact(
         return _checked(_from_straight(problem, arrays), throw)
     x = from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
     here = unsolved(arrays, x)
-    there, rests, trail = slide(here, arrays)
+    there, rests, trail = release(here, arrays)
     status = None if rests else ContactStatus.NOT_HELD
     state = state_from_point(_tried(there), there.solution.passes, status)
     return _checked(replace(state, trail=np.array(trail)), throw)

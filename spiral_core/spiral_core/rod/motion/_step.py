@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._increments import Point, largest_moves, moved_fraction
-from spiral_core.rod.contact._mesh import Arrays
-from spiral_core.rod.contact._newton import CONVERGED, Newton, last_slip
+from spiral_core.rod.contact._mesh import Arrays, last_slip
+from spiral_core.rod.contact._newton import CONVERGED, Newton
 from spiral_core.rod.contact._quaternions import matrices, turned
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.motion._terms import (
