@@ -14,12 +14,12 @@ import click
 from spiral_gripper.cli.requirement import gravity_from
 from spiral_gripper.cli.types import (
     FORCE,
-    LENGTH,
     MASS,
     NUMBER,
     PRESSURE,
     gripper_argument,
     mount_options,
+    object_options,
     output_options,
     plot_option,
     typed,
@@ -67,14 +67,7 @@ def shape(
 
 @click.command()
 @gripper_argument
-@click.option("--radius", type=LENGTH, metavar="LENGTH", help="Radius of a cylinder.")
-@click.option(
-    "--profile",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Instead: a CSV file of the object's radius along its axis, with units in its header: "
-    "position [mm], radius [mm].",
-)
+@object_options
 @click.option(
     "--pressure", type=PRESSURE, metavar="PRESSURE", help="Also say how this pressure holds it."
 )
@@ -137,14 +130,7 @@ def wrap(
 
 @click.command()
 @gripper_argument
-@click.option("--radius", type=LENGTH, metavar="LENGTH", help="Radius of a cylinder.")
-@click.option(
-    "--profile",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Instead: a CSV file of the object's radius along its axis, with units in its header: "
-    "position [mm], radius [mm].",
-)
+@object_options
 @click.option(
     "--friction",
     type=NUMBER,

@@ -220,6 +220,19 @@ def gripper_argument(function: Decorated) -> Decorated:
     return click.argument("gripper", metavar="GRIPPER")(function)
 
 
+def object_options(function: Decorated) -> Decorated:
+    """Add ``--radius`` and ``--profile``: the object."""
+    profile = click.option(
+        "--profile",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        metavar="FILE",
+        help="Instead: a CSV file of the object's radius along its axis, with units in its header: "
+        "position [mm], radius [mm].",
+    )
+    radius = click.option("--radius", type=LENGTH, metavar="LENGTH", help="Radius of a cylinder.")
+    return radius(profile(function))
+
+
 def mount_options(function: Decorated) -> Decorated:
     """Add ``--gravity-direction``, ``--gravity-magnitude`` and ``--object-axis``."""
     for option in (
