@@ -3,26 +3,36 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from spiral_core import InvalidInputError
-from spiral_gripper_ros.simulation.valve import Valve
+from spiral_core import InvalidInputError, Orifice, Supply, enclosed_volume
+from spiral_gripper.files.description import load_description
+from spiral_gripper_ros.simulation.parameters import REGULATOR_PARAMETERS, regulator_model
+from spiral_gripper_ros.simulation.valve import Valve, flow_rows
 
 VALVE = Valve(time_constant=0.1, fill_rate=2.0e5, vent_rate=4.0e5)
 FREE = Valve(time_constant=0.1, fill_rate=1.0e9, vent_rate=1.0e9)
+
+SUPPLY = Supply(Orifice(1e-9), 3.0e5)
+ORIFICE = Valve(0.1, 2.0e5, 4.0e5, flow=flow_rows(SUPPLY, lambda _: 2.6e-5, SUPPLY.pressure))
 
 pressures = st.floats(0.0, 3.0e5)
 durations = st.floats(0.0, 2.0)
 leaks = st.sampled_from([0.0, 0.1, 5.0, 50.0])
 
 
-def documented_slope(pressure, target, leak_rate):
+def documented_slope(valve, pressure, target, leak_rate):
     """The equation of the module's docstring."""
-    rate = (target - pressure) / VALVE.time_constant
-    return min(max(rate, -VALVE.vent_rate), VALVE.fill_rate) - leak_rate * pressure
+    fill, vent = valve.fill_rate, valve.vent_rate
+    if valve.flow:
+        sites, rises, falls = zip(*valve.flow, strict=True)
+        fill, vent = (float(np.interp(pressure, sites, rates)) for rates in (rises, falls))
+    rate = (target - pressure) / valve.time_constant
+    return min(max(rate, -vent), fill) - leak_rate * pressure
 
 
 def test_a_small_step_is_the_exponential_of_its_time_constant():
@@ -50,17 +60,18 @@ def test_it_settles_where_the_documentation_says(start, target, leak_rate, expec
     assert after == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize("valve", [VALVE, ORIFICE], ids=["rates", "orifice"])
 @given(pressure=pressures, target=pressures, leak_rate=leaks, duration=durations)
-def test_it_solves_the_documented_equation(pressure, target, leak_rate, duration):
+def test_it_solves_the_documented_equation(valve, pressure, target, leak_rate, duration):
     solved = solve_ivp(
-        lambda _, p: [documented_slope(p[0], target, leak_rate)],
+        lambda _, p: [documented_slope(valve, p[0], target, leak_rate)],
         (0.0, duration),
         [pressure],
         rtol=1e-8,
         atol=1e-4,
         max_step=0.01,
     )
-    after = VALVE.pressure_after(duration, pressure, target, leak_rate)
+    after = valve.pressure_after(duration, pressure, target, leak_rate)
     # The integrator is the coarser of the two: it steps across the kinks of the law.
     assert after == pytest.approx(solved.y[0, -1], rel=1e-5, abs=1.0)
 
@@ -98,3 +109,32 @@ def test_a_number_that_cannot_be_is_refused(bad):
         VALVE.pressure_after(0.1, 0.0, 0.0, bad)
     with pytest.raises(InvalidInputError, match="fill_rate"):
         Valve(0.1, bad, 4.0e5)
+
+
+@pytest.mark.parametrize(("start", "end"), [(0.0, 2.0e5), (0.0, 2.9e5), (3.0e5, 1.0e4)])
+def test_a_wide_open_orifice_takes_the_time_of_iso_6358(start, end):
+    time = SUPPLY.time_to_fill(lambda _: 2.6e-5, start, end)
+    # the loop's target is far beyond, so that the valve stays wide open
+    target = 1.0e9 if end > start else -0.0
+    quick = Valve(1e-6, 1.0, 1.0, flow=ORIFICE.flow)
+    after = quick.pressure_after(time, start, target)
+    assert after == pytest.approx(end, rel=5e-3, abs=500.0)  # 41 rows
+
+
+def test_the_simulator_fills_the_volume_of_its_gripper():
+    values = {spec.name: spec.default for spec in REGULATOR_PARAMETERS}
+    assert regulator_model(values).valve.flow == ()
+    valve = regulator_model(values | {"conductance": 1e-9}).valve
+    gripper = load_description(str(values["gripper"])).gripper
+    pressure, rise, fall = valve.flow[7]
+    expected = SUPPLY.rates(lambda p: enclosed_volume(gripper, p), pressure)
+    assert (rise, fall) == pytest.approx(expected, rel=1e-9)
+    beyond = valve.flow[-1][0]
+    assert beyond == pytest.approx(values["supply_pressure"])
+    assert valve.flow[-1][1] == pytest.approx(0.0, abs=10.0)
+
+
+@pytest.mark.parametrize("flow", [((0.0, 1.0, -1.0),), ((0.0, 1.0, 1.0), (0.0, 1.0, 1.0))])
+def test_a_table_that_cannot_be_is_refused(flow):
+    with pytest.raises(InvalidInputError, match="flow"):
+        Valve(0.1, 2.0e5, 4.0e5, flow=flow)

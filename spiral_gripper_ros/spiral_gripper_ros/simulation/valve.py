@@ -6,7 +6,8 @@ r"""How the pressure in the gripper follows a regulator's target: a lag, limited
 
 with the gauge pressure :math:`p`, the regulator's target :math:`p_t`, the time constant :math:`T`
 of its loop, and the flow limits of its valves as rates of the pressure (a flow :math:`Q` at ambient
-density into a volume :math:`V` is :math:`p_\mathrm{atm} Q / V`). The last term is a leak, laminar:
+density into a volume :math:`V` is :math:`p_\mathrm{atm} Q / V`). The limits are constants, or
+depend on the pressure as in ISO 6358 (:func:`flow_rows`). The last term is a leak, laminar:
 proportional to the gauge pressure. The regulator has no integral action, so that it makes a leak up
 only in part and settles at :math:`p = p_t / (1 + T / T_\mathrm{leak})`, or at
 :math:`R_\mathrm{fill} T_\mathrm{leak}` if its fill valve is then wide open.
@@ -15,9 +16,37 @@ only in part and settles at :math:`p = p_t / (1 + T / T_\mathrm{leak})`, or at
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
 
+from spiral_core.closing.pneumatics import Supply
+from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_non_negative, require_positive
+
+# Pressure [Pa], and how fast it rises and falls there with a valve wide open [Pa/s].
+FlowRow: TypeAlias = tuple[float, float, float]
+# Pressures of a table of flow.
+FLOW_ROWS = 41
+
+
+def flow_rows(
+    supply: Supply, volume: Callable[[float], float], highest: float
+) -> tuple[FlowRow, ...]:
+    """Return the flow limits of valve and line up to a pressure [Pa], as rates of the pressure.
+
+    Args:
+        supply: through one orifice, by ISO 6358.
+        volume: of the gripper [m^3] at a gauge pressure [Pa].
+        highest: last pressure of the table [Pa], > 0.
+    """
+    step = require_positive("highest", highest) / (FLOW_ROWS - 1)
+    rows = []
+    for i in range(FLOW_ROWS):
+        rise, fall = supply.rates(volume, i * step)
+        rows.append((i * step, max(0.0, rise), max(0.0, fall)))  # rounding where the flow dies
+    return tuple(rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +57,11 @@ class Valve:
         time_constant: of the loop where no valve is wide open [s], > 0.
         fill_rate: rise of the pressure with the fill valve wide open [Pa/s], > 0.
         vent_rate: fall with the vent valve wide open [Pa/s], > 0.
+        flow: rows that replace the two rates, linear between increasing pressures; empty: none.
 
     Raises:
-        InvalidInputError: a value is not positive and finite.
+        InvalidInputError: a value is not positive and finite, or the rows' pressures do not
+            increase.
 
     Example:
         A lag far from its limits: 1 - 1/e of the way after one time constant.
@@ -43,10 +74,16 @@ class Valve:
     time_constant: float
     fill_rate: float
     vent_rate: float
+    flow: tuple[FlowRow, ...] = ()
 
     def __post_init__(self) -> None:
         for field in ("time_constant", "fill_rate", "vent_rate"):
             require_positive(field, getattr(self, field))
+        for row in self.flow:
+            for value in row:
+                require_non_negative("flow", value)
+        if any(not b[0] > a[0] for a, b in pairwise(self.flow)):
+            raise InvalidInputError("flow", self.flow, "rows of increasing pressure")
 
     def pressure_after(
         self, duration: float, pressure: float, target: float, leak_rate: float = 0.0
@@ -81,16 +118,35 @@ class Valve:
             now, remaining = end, remaining - time
         return now
 
-    def _pieces(self, target: float, leak_rate: float) -> tuple[_Piece, _Piece, _Piece]:
+    def _pieces(self, target: float, leak_rate: float) -> list[_Piece]:
         """Return the pieces of the law from low to high pressures."""
-        full_fill = target - self.fill_rate * self.time_constant
-        full_vent = target + self.vent_rate * self.time_constant
+        rows = self.flow or ((0.0, self.fill_rate, self.vent_rate),)
+        first, last = rows[0], rows[-1]
+        cells = [(-math.inf, first[0], first, first), (last[0], math.inf, last, last)]
+        cells[1:1] = [(one[0], two[0], one, two) for one, two in pairwise(rows)]
+        return [piece for cell in cells for piece in self._cell(*cell, target, leak_rate)]
+
+    def _cell(
+        self, low: float, high: float, one: FlowRow, two: FlowRow, target: float, leak_rate: float
+    ) -> list[_Piece]:
+        """Return the pieces between two rows of the flow: where a valve is wide open, or none."""
         rate = 1.0 / self.time_constant
-        return (
-            _Piece(-math.inf, full_fill, self.fill_rate, leak_rate),
-            _Piece(full_fill, full_vent, target * rate, leak_rate + rate),
-            _Piece(full_vent, math.inf, -self.vent_rate, leak_rate),
-        )
+        width = two[0] - one[0]
+        # dp/dt = gain - decay p, of the two limits and of the loop between them
+        laws = []
+        for sign, column in ((1.0, 1), (-1.0, 2)):
+            slope = sign * (two[column] - one[column]) / width if width > 0.0 else 0.0
+            laws.append((sign * one[column] - slope * one[0], -slope))
+        loop = (target * rate, rate)
+        ends = [(loop[0] - gain) / (loop[1] - decay) for gain, decay in laws if loop[1] != decay]
+        cuts = [low, *sorted(end for end in ends if low < end < high), high]
+        pieces = []
+        for a, b in pairwise(cuts):
+            middle = min(max(0.5 * (max(a, -1e9) + min(b, 1e9)), a), b)
+            fill, vent, wanted = (gain - decay * middle for gain, decay in (*laws, loop))
+            gain, decay = loop if vent < wanted < fill else laws[0 if wanted >= fill else 1]
+            pieces.append(_Piece(a, b, gain, decay + leak_rate))
+        return pieces
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +156,7 @@ class _Piece:
     Args:
         low, high: the pressures of the piece [Pa].
         gain: [Pa/s].
-        decay: [1/s], >= 0.
+        decay: [1/s].
     """
 
     low: float
@@ -123,10 +179,10 @@ class _Piece:
         first, last = self.slope(pressure), self.slope(end)
         if self.decay == 0.0 or math.isinf(end):
             return (end - pressure) / first if first else math.inf
-        # The slope keeps its sign and decays: it never passes zero.
+        # The slope keeps its sign: it never passes zero.
         return math.log(first / last) / self.decay if first * last > 0.0 else math.inf
 
 
-def _slope(pieces: tuple[_Piece, ...], pressure: float) -> float:
+def _slope(pieces: list[_Piece], pressure: float) -> float:
     """Return dp/dt [Pa/s] at a pressure [Pa]."""
     return next(piece for piece in pieces if pressure <= piece.high).slope(pressure)
