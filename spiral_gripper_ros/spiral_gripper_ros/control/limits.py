@@ -35,7 +35,8 @@ class Limits:
 
     Args:
         pressure_cap: largest gauge pressure ever commanded [Pa], > 0.
-        pressure_rate_up: fastest rise of the command [Pa/s], > 0.
+        pressure_rate_up: fastest rise of the command [Pa/s], > 0; the default is slow enough for
+            the shipped grippers to keep 90 % of their slow grip (docs/closing.md).
         pressure_rate_down: fastest fall of the command [Pa/s], > 0; a vent ignores it.
         radius_timeout: age of the last usable radius at which ``timeout_policy`` acts [s], > 0.
         timeout_policy: what then happens.
@@ -70,7 +71,7 @@ class Limits:
     """
 
     pressure_cap: float
-    pressure_rate_up: float = 1.0e5
+    pressure_rate_up: float = 1.5e4
     pressure_rate_down: float = 2.0e5
     radius_timeout: float = 1.0
     timeout_policy: TimeoutPolicy = TimeoutPolicy.HOLD
