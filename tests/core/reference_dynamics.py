@@ -4,9 +4,9 @@
 Nothing of ``spiral_core`` is used, and nothing is discretized as there: places at nodes, frames at
 elements, springs for stretch, shear, bending and contact, and Coulomb friction by springs that
 slide (Cundall and Strack, 1979) at the points where the surface touches, whose velocity includes
-the spin of the section and whose force has a couple about its axis. Masses are arbitrary: the pull
-is so slow that the drag is a thousandth of what is measured. Errors: 1.5 % of the stiffness of
-contact, 1 % of the elements.
+the spin of the section and whose force has a couple about its axis. Masses are arbitrary where the
+pull is so slow that the drag is a thousandth of what is measured; with those of a tube it is the
+tube in time. Errors: 1.5 % of the stiffness of contact, 1 % of the elements.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from scipy.spatial.transform import Rotation
 Array = NDArray[np.float64]
 # Of stretch and shear [N], and of a node's contact [N/m]; friction's springs have half of it.
 AXIAL, CONTACT = 400.0, 4e4
-MASS = 1.0
 DAMPING_RATIO = 60.0  # of the lowest frequency of the free rod
 CONTACT_DAMPING = 0.5
 STEP = 0.5  # of the shortest period, over 2 pi
@@ -40,6 +39,9 @@ class Coil:
         fits: strain at which the helix just fits the cylinder, where it starts [1/m].
         lever: distance from the tube's axis at which friction acts [m].
         elements: how many.
+        mass: per length [kg/m]; None is 1 kg for each node, heavily damped.
+        rotary: per length, about every axis [kg m]; with a mass only.
+        damping: rate at which speeds and spins decay [1/s]; with a mass only.
     """
 
     length: float
@@ -50,6 +52,9 @@ class Coil:
     lever: float
     elements: int = 60
     friction: float = 0.0
+    mass: float | None = None
+    rotary: float = 0.0
+    damping: float = 0.0
     strain: Array = field(init=False)
 
     def __post_init__(self) -> None:
@@ -62,12 +67,30 @@ class Coil:
         self.spins = np.zeros((count, 3))
         self.axis = self.fits / np.linalg.norm(self.fits)
         self.center = np.array((0.0, self.cylinder + self.radius, 0.0))
-        self.inertia = MASS * h**2 / 4.0
+        self.node, self.inertia = 1.0, h**2 / 4.0
+        if self.mass is None:
+            slowest = 3.52 * math.sqrt(self.stiffness[1] * h) / self.length**2
+            self.damping = DAMPING_RATIO * slowest
+        else:
+            self.node, self.inertia = self.mass * h, self.rotary * h
         turning = (AXIAL * h + 4.0 * self.stiffness[1] / h) / self.inertia
-        fastest = max(4.0 * AXIAL / h / MASS, turning, 4.0 * CONTACT / MASS)
+        fastest = max(4.0 * AXIAL / h / self.node, turning, 4.0 * CONTACT / self.node)
         self.step = STEP / math.sqrt(fastest)
-        slowest = 3.52 * math.sqrt(self.stiffness[1] * h / MASS) / self.length**2
-        self.damping = DAMPING_RATIO * slowest
+
+    def straighten(self) -> None:
+        """Lay the rod straight along x, at rest and without rest strain."""
+        count = self.elements
+        self.frames = np.tile(np.eye(3), (count, 1, 1))
+        self.places = np.zeros((count + 1, 3))
+        self.places[:, 0] = np.linspace(0.0, self.length, count + 1)
+        self.strain = np.zeros(3)
+
+    def touching(self) -> float:
+        """Return the part of the nodes, without the base, that touch the cylinder."""
+        away = self.places[1:] - self.center
+        away -= np.outer(away @ self.axis, self.axis)
+        reach = self.cylinder + self.radius
+        return float(np.mean(np.linalg.norm(away, axis=1) < reach))
 
     def go(self, steps: int, strain: Array | None = None, move: float = 0.0) -> tuple[float, float]:
         """Advance while the strain and the cylinder change; return axial and normal force [N].
@@ -78,7 +101,7 @@ class Coil:
         speed = self.axis * (move / (steps * self.step))
         forces = np.zeros(2)
         self.center = _advance(
-            steps, self.step, self.length / self.elements, self.damping, self.inertia,
+            steps, self.step, self.length / self.elements, self.damping, self.node, self.inertia,
             self.stiffness, self.strain, target, self.places, self.speeds, self.frames,
             self.spins, self.slips, self.center, speed, self.axis, self.cylinder + self.radius,
             self.lever, self.friction, forces,
@@ -182,6 +205,7 @@ def _elastic(places, frames, h, stiffness, strain, room, forces, torques, moment
 def _touch(
     i,
     step,
+    mass,
     places,
     speeds,
     spins,
@@ -215,7 +239,8 @@ def _touch(
     for k in range(3):
         moved[k] = speeds[i, k] - lever * couple[k] - speed[k]
     inward = _dot(moved, normal)
-    pressed = CONTACT * share * (reach - distance) - CONTACT_DAMPING * math.sqrt(CONTACT) * inward
+    resisted = CONTACT_DAMPING * math.sqrt(CONTACT * mass)
+    pressed = CONTACT * share * (reach - distance) - resisted * inward
     pressed = max(0.0, pressed)
     slip = slips[i]
     _add(moved, -inward, normal)
@@ -226,7 +251,7 @@ def _touch(
     if spring * size > friction * pressed:
         _scale(slip, friction * pressed / (spring * size))
     for k in range(3):
-        push[k] = -spring * slip[k] - CONTACT_DAMPING * math.sqrt(0.5 * CONTACT) * moved[k]
+        push[k] = -spring * slip[k] - math.sqrt(0.5) * resisted * moved[k]
     size = math.sqrt(_dot(push, push))
     if size > friction * pressed:
         _scale(push, friction * pressed / size)
@@ -239,11 +264,11 @@ def _touch(
 
 
 @njit(cache=True)
-def _move(step, kept, inertia, places, speeds, frames, spins, forces, torques, room):  # type: ignore[no-untyped-def]
+def _move(step, kept, node, inertia, places, speeds, frames, spins, forces, torques, room):  # type: ignore[no-untyped-def]
     """Move nodes and turn elements by a step; the first node is held."""
     count = len(frames)
     for i in range(1, count + 1):
-        mass = MASS if i < count else 0.5 * MASS
+        mass = node if i < count else 0.5 * node
         for k in range(3):
             speeds[i, k] = (speeds[i, k] + step * forces[i, k] / mass) * kept
             places[i, k] += step * speeds[i, k]
@@ -269,6 +294,7 @@ def _advance(
     step,
     h,
     damping,
+    node,
     inertia,
     stiffness,
     first,
@@ -300,13 +326,13 @@ def _advance(
         _elastic(places, frames, h, stiffness, strain, room, forces, torques, moments)
         for i in range(1, count + 1):
             along, pressed = _touch(
-                i, step, places, speeds, spins, slips, place, speed, axis, reach, lever, friction,
-                room, forces, torques,
+                i, step, node, places, speeds, spins, slips, place, speed, axis, reach, lever,
+                friction, room, forces, torques,
             )  # fmt: skip
             if k >= steps - measured:
                 found[0] += along / measured
                 found[1] += pressed / measured
-        _move(step, kept, inertia, places, speeds, frames, spins, forces, torques, room)
+        _move(step, kept, node, inertia, places, speeds, frames, spins, forces, torques, room)
         if k % 200 == 0:
             for j in range(count):  # rounding
                 x, y = frames[j, :, 0].copy(), frames[j, :, 1].copy()

@@ -14,10 +14,12 @@ from core.contact_cases import ANGLES, BENDING, INNER, LENGTH, WALL
 from spiral_core import (
     Actuator,
     ContactStatus,
+    Cylinder,
     GripSetup,
     InvalidInputError,
     NeoHookean,
     NotGrippableError,
+    Obstacle,
     Orifice,
     PressureCourse,
     RodStiffness,
@@ -170,3 +172,59 @@ def test_an_object_in_the_way_of_the_hanging_tube_is_refused_by_name() -> None:
     ):
         with pytest.raises(NotGrippableError, match="runs through where the object lies"):
             begin()
+
+
+def test_a_grip_is_judged_where_the_tube_rests() -> None:
+    setup = lay_into_coil(gripper(), 0.02)
+    pressure = 1.15 * setup.tip_pressure
+    moving = close_on(setup, PressureCourse.ramp(2e4, pressure, 0.02))
+    last = moving.frames[-1]
+    assert np.abs(last.velocities).max() > 1e-3
+    rest = moving.settled()
+    assert rest.state.stable
+    assert rest.pressure == pressure
+    assert 1e-6 < np.abs(rest.state.positions - last.state.positions).max() < 0.02
+    assert moving.holding_force().force == pytest.approx(holding_force(rest).force)
+
+
+def laid(gravity: tuple[float, float, float]) -> GripSetup:
+    return lay_into_coil(replace(gripper(), gravity=gravity), 0.02)
+
+
+def under_the_tip(gap: float) -> GripSetup:
+    """Return a cylinder straight under the hanging tube, crosswise."""
+    reach = LENGTH + 0.02 + gripper().tube.outer_radius + gap
+    obstacle = Obstacle.along(Cylinder(0.02), (reach, 0.0, 0.0), (0.0, 0.0, 1.0), 0.3)
+    return GripSetup(gripper(), obstacle)
+
+
+RAMP = PressureCourse((0.0, 0.1, 0.2), (0.0, 5e4, 5e4))
+STEP = PressureCourse((0.0, 1e-6, 0.2), (0.0, 5e4, 5e4))
+
+
+@pytest.mark.parametrize(
+    ("setup", "course"),
+    [
+        (lambda: laid((-9.80665, 0.0, 0.0)), RAMP),
+        (lambda: laid((0.0, 0.0, 0.0)), RAMP),
+        (lambda: laid((9.80665, 0.0, 0.0)), STEP),
+        (lambda: under_the_tip(2e-3), RAMP),
+        (lambda: under_the_tip(0.0), RAMP),
+    ],
+    ids=["upright", "no gravity", "step of pressure", "object under the tip", "touching the tip"],
+)
+def test_symmetric_mounts_and_jumps_are_closed_to_the_end(setup, course) -> None:
+    closing = close_on(setup(), course)
+    assert closing.is_complete
+    for frame in closing.frames:
+        assert np.isfinite(frame.velocities).all()
+        assert frame.residual <= 1e-4
+        assert frame.state.gaps[0, 1:].min() > -1e-6
+
+
+def test_without_pressure_the_tube_stays_where_it_hangs() -> None:
+    still = close_on(laid((9.80665, 0.0, 0.0)), PressureCourse((0.0, 0.5), (0.0, 0.0)))
+    first, last = (frame.state.positions for frame in (still.frames[0], still.frames[-1]))
+    np.testing.assert_allclose(last, first, atol=1e-8)
+    assert still.settling_time == 0.0
+    assert still.time_to_wrap is None

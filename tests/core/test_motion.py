@@ -211,6 +211,18 @@ def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> No
     assert min(frame.state.gaps.min() for frame in motion.frames) > -1e-6
 
 
+def test_a_rod_is_let_go_beside_an_obstacle() -> None:
+    floor = Obstacle(Plane(), position=(0.0, 0.0, -0.03), friction=0.3)
+    heavy = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3), WEIGHT, obstacles=(floor,))
+    line = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
+    motion = solve_motion(lambda _: heavy, TUBE, (0.0, 0.2), start=line)
+    first, last = (frame.state for frame in motion.frames)
+    assert motion.status is MotionStatus.COMPLETED
+    np.testing.assert_allclose(first.gaps[0], 0.025)
+    assert not first.contact_forces.any()
+    assert last.touching.any()
+
+
 @pytest.mark.parametrize(
     ("given", "field"),
     [

@@ -13,7 +13,7 @@ from spiral_core.actuator.fibers import FiberAngles, fiber_derivatives
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.volume import volume_from_jet
 from spiral_core.closing.course import PressureCourse
-from spiral_core.errors import InvalidInputError
+from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.hanging import hanging_tube
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.point import GripPoint
@@ -117,13 +117,30 @@ class TimedClosing:
 
     @property
     def point(self) -> GripPoint:
-        """The grip at the end."""
+        """The grip at the end, where the tube may still move."""
         last = self.frames[-1]
         return GripPoint(self.course.at(last.time), self.setup, last.state)
 
+    def settled(self) -> GripPoint:
+        """Return the grip once the tube rests, with the friction that the closing left.
+
+        Raises:
+            SolverError: it rests nowhere.
+        """
+        point = self.point
+        path = follow_contact([self.setup.closing_problem(point.pressure)], start=point.state)
+        if not path.states:
+            last = path.events[-1].last
+            raise SolverError(last.status, last.residual, last.iterations)
+        return GripPoint(point.pressure, self.setup, path.states[-1])
+
     def holding_force(self, pull: Pull = Pull.AWAY) -> HoldingForce:
-        """Return what then holds the object against being moved, slowly."""
-        return holding_force(self.point, pull)
+        """Return what then holds the object against being moved, slowly.
+
+        Raises:
+            SolverError: the closed tube rests nowhere.
+        """
+        return holding_force(self.settled(), pull)
 
     def _since(self, good: list[bool]) -> float | None:
         """Return the time from which on every frame is good; None if the last one is not."""
@@ -207,7 +224,8 @@ class RateAdvice:
     Args:
         slow: holding force after closing slowly [N].
         rates: looked at, decreasing [Pa/s].
-        forces: holding force after closing at each [N]; NaN where the closing was not completed.
+        forces: holding force after closing at each [N]; NaN where the closing was not completed,
+            or the closed tube was not seen to rest.
         closings: at each.
         fastest: largest rate from which on downwards every one keeps 90 %; None if none does.
     """
@@ -252,10 +270,20 @@ def advise_rate(
         course = PressureCourse.ramp(rate, pressure, wait)
         closing = close_on(setup, course, damping=damping, progress=moved)
         closings.append(closing)
-        forces.append(closing.holding_force().force if closing.is_complete else math.nan)
+        forces.append(_held(closing))
     fastest = None
     for rate, force in zip(reversed(falling), reversed(forces), strict=True):
         if not force >= KEEP * slow:
             break
         fastest = rate
     return RateAdvice(slow, tuple(falling), tuple(forces), tuple(closings), fastest)
+
+
+def _held(closing: TimedClosing) -> float:
+    """Return what holds after a closing [N]; NaN where it, or the rest after it, is not known."""
+    if not closing.is_complete:
+        return math.nan
+    try:
+        return closing.holding_force().force
+    except SolverError:
+        return math.nan

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from spiral_core.rod.contact._contact import Iterate
 from spiral_core.rod.contact._mesh import Arrays
-from spiral_core.rod.contact._quaternions import matrices, skews
+from spiral_core.rod.contact._quaternions import matrices
+from spiral_core.rod.motion._kernels import add_step_terms, remembered_strains
 from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Damping, Inertia
 from spiral_core.rod.types import Array
 
@@ -50,35 +51,8 @@ def strains(x: Iterate, arrays: Arrays, elastic: Arrays) -> Array:
     .. math:: w = \tfrac{h^2}{12} (K (s \times u) + w \times s + K'^T s), \quad
         u - K^{-1} w, \quad s - K^{-1} (u \times w + K' K^{-1} w)
     """
-    a, b = x.q[:-1], x.q[1:]
-    v, w = a[:, :3], a[:, 3:]
-    turn = w * b[:, :3] - b[:, 3:] * v - np.cross(v, b[:, :3])
-    s = np.sum(turn * turn, axis=1)[:, None]
-    factor = 1.0 + s * (1.0 / 6.0 + s * (3.0 / 40.0 + s * (5.0 / 112.0)))
-    strain = 2.0 * factor * turn / np.diff(arrays.arc_lengths)[:, None]
-    own, frames = arrays.own, matrices(x.q)
-    moment = np.einsum("nij,nj->ni", own[:, 0], strain) - own[:, 4, 0]
-    change = np.einsum("nij,nj->ni", own[:, 1], strain) - own[:, 4, 1] + np.cross(strain, moment)
-    for frame, load in ((frames[:-1], x.n + arrays.half), (frames[1:], x.n - arrays.half)):
-        inner = np.einsum("nji,nj->ni", frame, load)
-        stretch = np.einsum("nij,nj->ni", own[:, 3], inner)
-        stretch[:, 0] += 1.0
-        change += 0.5 * np.cross(stretch, inner)
-    slope = np.einsum("nij,nj->ni", own[:, 2], change)
-    return _remembered(elastic, strain, slope)
-
-
-def _remembered(elastic: Arrays, strain: Array, slope: Array) -> Array:
-    """Return mean strain and slope as the material remembers them."""
-    stiffness, rate, flexible = (elastic.own[:, i] for i in range(3))
-    small = (np.diff(elastic.arc_lengths) ** 2 / 12.0)[:, None]
-    known = np.einsum("nij,nj->ni", stiffness, np.cross(slope, strain))
-    known += np.einsum("nji,nj->ni", rate, slope)
-    system = np.eye(3) + small[:, :, None] * skews(slope)
-    moment = np.linalg.solve(system, (small * known)[:, :, None])[:, :, 0]
-    less = np.einsum("nij,nj->ni", flexible, moment)
-    turning = np.cross(strain, moment) + np.einsum("nij,nj->ni", rate, less)
-    return np.hstack((strain - less, slope - np.einsum("nij,nj->ni", flexible, turning)))
+    steps = np.diff(arrays.arc_lengths)
+    return remembered_strains(x.q, x.n, arrays.half, steps, arrays.own, elastic.own)
 
 
 def stiffened(arrays: Arrays, ratio: Array, strain: Array) -> Arrays:
@@ -126,23 +100,7 @@ class StepTerms:
 
     def add(self, x: Iterate, gradient: Array, tangent: Array) -> None:
         """Add gradient and Hessian at x, by rotations in the material frame and displacements."""
-        weight, target = self.weight, self.target
-        every = np.arange(3)
-        gradient[:, 3:] += weight[:, :3] * (x.p - target[:, :3])
-        gradient[:, 3:] += np.einsum("nij,nj->ni", self.drag, x.p - self.rest)
-        tangent[:, 3 + every, 3 + every] += weight[:, :3]
-        tangent[:, 3:, 3:] += self.drag
-        turn = matrices(x.q)
-        for axis, first in ((1, 3), (2, 6)):
-            seen = np.einsum("nji,nj->ni", turn, target[:, first : first + 3])
-            seen *= weight[:, first : first + 1]
-            ahead, behind = (axis + 1) % 3, (axis + 2) % 3
-            # e x b, the unit vector e along the axis
-            gradient[:, ahead] += seen[:, behind]
-            gradient[:, behind] -= seen[:, ahead]
-            tangent[:, every, every] += seen[:, axis : axis + 1]
-            tangent[:, axis, :3] -= 0.5 * seen
-            tangent[:, :3, axis] -= 0.5 * seen
+        add_step_terms(x.q, x.p, self.weight, self.target, self.drag, self.rest, gradient, tangent)
 
 
 def step_terms(

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod.contact._contact import Contact, Iterate
 from spiral_core.rod.contact._elimination import newton_pass
 from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays, discretize
@@ -41,7 +42,7 @@ SHORTEST = 1e-5
 EVENT_WIDTH, EVENT_PAUSE = 0.03, 20.0
 # Impacts excite vibrations of single elements, which the method damps and no one asks for: once
 # the rod has touched, errors shorten steps to this fraction of the longest one only.
-AFTER_TOUCH = 0.2
+AFTER_TOUCH = 0.5
 
 Problem = Callable[[float], ContactProblem]
 
@@ -146,13 +147,24 @@ def _start(
     if not isinstance(start, ContactState):
         points = np.asarray(start, dtype=np.float64)
         arrays = discretize(first, len(points) - 1 if elements is None else elements)
-        return unsolved(arrays, from_centerline(first, arrays, points))
+        return _let_go(arrays, from_centerline(first, arrays, points))
     if start._point is None or start.status is not ContactStatus.CONVERGED:
         raise InvalidInputError("start", start.status, "a converged state")
     count = start._point.arrays.count
     if elements not in (None, count):
         raise InvalidInputError("elements", elements, f"those of the start, {count}")
     return replace(start._point, arrays=discretize(first, count))
+
+
+def _let_go(arrays: Arrays, x: Iterate) -> Point:
+    """Return a rod that is let go: nothing presses yet."""
+    point = unsolved(arrays, x)
+    free = np.ones(arrays.count + 1)
+    contacts = tuple(
+        Contact(x, j, obstacle, arrays.radius, free, point.anchors)
+        for j, obstacle in enumerate(arrays.obstacles)
+    )
+    return replace(point, solution=replace(point.solution, contacts=contacts))
 
 
 def _problem_at(problem: Problem, time: float) -> ContactProblem:
@@ -222,7 +234,7 @@ class _Run:
         )
         self.residual = max(self.residual, after.point.solution.residual)
         self.passes += after.point.solution.passes
-        self.step = min(self.longest, duration * factor)
+        self.step = min(self.longest, max(duration * factor, self._least(duration)))
         return True
 
     def _least(self, duration: float) -> float:

@@ -16,7 +16,8 @@ from spiral_core.closing.close import (
     inertia_of,
 )
 from spiral_core.closing.course import PressureCourse
-from spiral_core.grip.holding import HoldingForce, Pull
+from spiral_core.errors import SolverError
+from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion.frequencies import Modes, vibration_modes
@@ -95,7 +96,7 @@ def solve_close(
     forces: tuple[HoldingForce, ...] = ()
     advice = None
     if closing.is_complete:
-        forces = tuple(closing.holding_force(pull) for pull in (Pull.AWAY, Pull.TOWARDS))
+        forces = _forces(closing)
         if question.advise:
             rates = [pressure / rise for rise in RISES]
             advice = advise_rate(
@@ -129,6 +130,15 @@ def _interruptible(
     return TimedClosing(setup, course, tuple(frames))
 
 
+def _forces(closing: TimedClosing) -> tuple[HoldingForce, ...]:
+    """Return what holds after a closing, both ways; nothing if the tube was not seen to rest."""
+    try:
+        settled = closing.settled()
+    except SolverError:
+        return ()
+    return tuple(holding_force(settled, pull) for pull in (Pull.AWAY, Pull.TOWARDS))
+
+
 def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
     """Return the figures of a closing as names and texts."""
     closing, point = solved.closing, solved.closing.point
@@ -149,6 +159,8 @@ def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
     ]
     names = {Pull.AWAY: "holds away from the base", Pull.TOWARDS: "holds towards the base"}
     rows += [(names[one.pull], shown(one.force, "N", 3)) for one in solved.forces]
+    if closing.is_complete and not solved.forces:
+        rows.append(("holds", "not known: the closed tube was not seen to rest"))
     if solved.advice is not None:
         rows.append(("closed slowly it holds", shown(solved.advice.slow, "N", 3)))
         pairs = zip(solved.advice.rates, solved.advice.forces, strict=True)
