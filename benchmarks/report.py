@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -73,7 +74,18 @@ def as_json(machine: Mapping[str, str], goals: Table, sections: Mapping[str, Sec
         "goals": asdict(goals),
         "sections": {name: asdict(section) for name, section in sections.items()},
     }
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    return json.dumps(_strict(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _strict(content: Any) -> Any:  # noqa: ANN401
+    """Return content with null in place of what JSON has no number for."""
+    if isinstance(content, dict):
+        return {key: _strict(value) for key, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [_strict(value) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content
 
 
 def markdown(summary: Mapping[str, Any]) -> str:

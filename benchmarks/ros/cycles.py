@@ -2,9 +2,10 @@
 """Wrap, lift, release, again and again, with faults at random: ``python -m benchmarks.ros.cycles``.
 
 The real node in this process, the simulator's regulator, and a time that runs as fast as they
-compute. Every command that the node publishes is judged. Unsafe is a command that is not finite,
-below 0 or above the cap; that rises faster than its rate; that inflates what is vented; or that
-lets go of an object although nothing has happened that may.
+compute. The window of good grips is known (``--grip-radii``), from grips that are solved first.
+Every command that the node publishes is judged. Unsafe is a command that is not finite, below 0 or
+above the cap; that rises faster than its rate; that inflates what is vented; or that lets go of an
+object although nothing has happened that may.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Empty, Float64
 from std_srvs.srv import Trigger
 
+from benchmarks.ros.grip_bank import GripBank
+from spiral_gripper import load_gripper
 from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State
@@ -47,9 +50,10 @@ class Rig:
 
     Args:
         seed: of everything that is random.
+        grip_radii: of the table of grips; 0: no grip is known.
     """
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, grip_radii: int = 0) -> None:
         self.random = Random(seed)
         self.time = 100.0
         self.commands = self.cycles = self.wrapped = 0
@@ -65,9 +69,13 @@ class Rig:
                 Parameter("gravity_timeout", value=5.0),
                 Parameter("activation", value="take_over"),
                 Parameter("marker_rate", value=0.0),
-                Parameter("grip_radii", value=0),
+                Parameter("grip_radii", value=grip_radii),
             ],
         )
+        if grip_radii:
+            gripper = load_gripper(str(self.node.runtime.values["gripper"]))
+            self.grips = GripBank(gripper, grip_radii, self.random)
+            self.node.runtime.background.grips = self.grips  # type: ignore[assignment]
         self.node.runtime.outputs.publish_pressure = self._judge  # type: ignore[method-assign]
         self.node.runtime.now = lambda: self.time  # type: ignore[method-assign]
         values = {spec.name: spec.default for spec in REGULATOR_PARAMETERS}
@@ -276,13 +284,13 @@ FAULTS: tuple[Callable[[Rig], None], ...] = (
 )  # fmt: skip
 
 
-def run_cycles(count: int, seed: int) -> Rig:
-    """Run some cycles and return what happened.
+def run_cycles(count: int, seed: int, grip_radii: int = 0) -> Rig:
+    """Run some cycles and return what happened; arguments as of :class:`Rig`.
 
     Raises:
         UnsafeCommandError: the first command that must not be.
     """
-    rig = Rig(seed)
+    rig = Rig(seed, grip_radii)
     try:
         for _ in range(count):
             rig.cycle()
@@ -296,13 +304,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("count", nargs="?", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--grip-radii", type=int, default=6, help="of the table of grips; 0: none")
     given = parser.parse_args()
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     rclpy.logging.set_logger_level("", rclpy.logging.LoggingSeverity.FATAL)
-    rig = run_cycles(given.count, given.seed)
+    rig = run_cycles(given.count, given.seed, given.grip_radii)
     rclpy.try_shutdown()
     print(f"{rig.cycles} cycles, {rig.commands} commands, none of them unsafe")
     print(f"wrapped at the end of the lift: {rig.wrapped}")
+    if given.grip_radii:
+        print(f"grips answered: {rig.grips.answered}, refused: {rig.grips.refused}")
     print("injected: " + ", ".join(f"{name} {n}" for name, n in sorted(rig.happened.items())))
 
 

@@ -25,13 +25,19 @@ import pytest
 import rclpy
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from ros.client_harness import PATIENCE
 from ros.control_bench import SUCCEEDED, Bench
-from ros.harness import BARE, Client, RunningNode
+from ros.harness import BARE, START_DEADLINE, Client, RunningNode
 
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
+from spiral_gripper_ros.client import SpiralGripper
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.gripper_node import GripperNode
+
+# A shell's background jobs ignore Ctrl-C, and so would every process that is started here.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # An example takes its time on a busy machine.
 hypothesis.settings.register_profile(
@@ -126,3 +132,30 @@ def holding(bench):
     assert bench.end(bench.grasped) == (SUCCEEDED, Reason.NONE)
     bench.run(0.5)
     return bench
+
+
+@pytest.fixture(scope="module")
+def connection(shared):
+    with SpiralGripper(shared.get_namespace(), answer_timeout=PATIENCE) as gripper:
+        gripper.wait_until_active(START_DEADLINE)
+        yield gripper
+
+
+@pytest.fixture
+def grip(active, connection):
+    assert active.set_parameter("pressure_settle_time", 0.1).successful
+    connection.wait_until_active(PATIENCE)
+    return connection
+
+
+@pytest.fixture
+def slow(active, grip):
+    assert active.set_parameter("pressure_rate_up", 500.0).successful
+    return grip
+
+
+@pytest.fixture
+def nowhere(namespace):
+    """A client of a node that does not exist, and does not wait for it long."""
+    with SpiralGripper(namespace, answer_timeout=0.2) as gripper:
+        yield gripper

@@ -12,6 +12,7 @@ from spiral_core import NotGrippableError, WrapRegime
 class FakePlan:
     pressure: float
     highest_good: float = math.inf
+    loss: float = math.inf
 
 
 class FakePlanner:

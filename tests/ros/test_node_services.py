@@ -115,6 +115,13 @@ def test_plan_wraps_takes_an_axis_for_each_and_one_gravity(active):
         assert answers.pressure[index] == one.pressure
 
 
+def test_plan_wraps_takes_one_friction_for_all(active):
+    answers = plan_wraps(active, [0.02, 0.025], friction_coefficient=-0.1)
+    assert list(answers.reason) == [Reason.INVALID_REQUEST] * 2
+    assert "friction_coefficient" in answers.message[0]
+    assert all(plan_wraps(active, [0.02, 0.025], friction_coefficient=0.6).success)
+
+
 def test_plan_wraps_of_nothing_is_an_empty_answer(active):
     answers = plan_wraps(active, [])
     assert not any(len(getattr(answers, name)) for name in plan_service._LISTED)

@@ -2,7 +2,7 @@
 """The simulated object slips when more pulls at it than holds it."""
 
 import pytest
-from ros.test_grips import Pool, figures
+from ros.grip_stand_ins import Pool, figures
 
 from spiral_core.errors import NotGrippableError
 from spiral_gripper_ros.planning.grip_follower import SETTLING

@@ -86,6 +86,8 @@ class GraspAdapter:
             result.line_force = update.line_force(plan.pressure + report.overpressure)
             if snapshot.plan is plan:  # else the object is not held any more
                 result.grip = self._runtime.grip_message(update.pressure, request.payload)
+                if result.grip.known:
+                    result.contact_length = result.grip.contact_length
         return result
 
 

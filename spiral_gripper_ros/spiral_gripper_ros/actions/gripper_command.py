@@ -146,6 +146,8 @@ def _overpressure_within(
 def contact_force(plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -> float:
     """Return the normal force on the object of a plan, summed over the contact [N].
 
+    By contact where that grip is known, else what the free coil says.
+
     Args:
         plan: how the object is wrapped.
         planner: answers for the gripper.
@@ -153,7 +155,7 @@ def contact_force(plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -
     """
     if not isinstance(planner, GripperPlanner):
         return 0.0
-    return max(planner.line_force(plan.wrap, pressure), 0.0) * plan.wrap.contact_length
+    return planner.contact_force(plan.wrap, pressure)
 
 
 def wrapped_diameter(pressure: float, opening: float, planner: AnyPlanner | None) -> float:

@@ -28,6 +28,7 @@ from spiral_gripper_ros.actions.server import ActionAdapter, GoalServer
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.parameters.table import number
+from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 PACKAGE = "control_msgs"
@@ -99,8 +100,18 @@ class _CommandAdapter:
         plan, pressure = update.report.plan or update.snapshot.plan, update.pressure
         radius = update.snapshot.radius
         if plan is not None and radius is not None and update.snapshot.wrapped:
-            return GripperReading(2.0 * radius, contact_force(plan, planner, pressure))
+            return GripperReading(2.0 * radius, self._effort(plan, planner, pressure))
         return GripperReading(wrapped_diameter(pressure, self._opening(), planner), 0.0)
+
+    def _effort(self, plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -> float:
+        """Return the force on the object [N]: of the grip where the object is seen, if known."""
+        runtime = self._runtime
+        if runtime.loaded is not None:
+            radius, seen = plan.wrap.object_radius, runtime.seen_object()
+            grip = runtime.loaded.grip(plan, radius, seen, pressure)
+            if grip is not None:
+                return grip.normal_force
+        return contact_force(plan, planner, pressure)
 
     def _opening(self) -> float:
         return number(self._runtime.values, "gripper_command_open")

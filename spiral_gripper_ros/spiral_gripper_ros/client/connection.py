@@ -142,16 +142,17 @@ class Connection:
         if not self.spin_until(condition, self._answer_timeout):
             raise NoAnswerError(self._missing(), self._answer_timeout)
 
-    def answer(self, future: Future, name: str) -> Any:  # noqa: ANN401
-        """Return what a future will hold; raise if it takes too long."""
-        if not self.spin_until(future.done, self._answer_timeout):
-            raise NoAnswerError(f"{name} does not answer", self._answer_timeout)
+    def answer(self, future: Future, name: str, patience: float = 0.0) -> Any:  # noqa: ANN401
+        """Return what a future will hold; waits ``patience`` [s] or as for any answer."""
+        timeout = max(self._answer_timeout, patience)
+        if not self.spin_until(future.done, timeout):
+            raise NoAnswerError(f"{name} does not answer", timeout)
         return future.result()
 
-    def call(self, client: Any, request: Any) -> Any:  # noqa: ANN401
-        """Return a service's answer."""
+    def call(self, client: Any, request: Any, patience: float = 0.0) -> Any:  # noqa: ANN401
+        """Return a service's answer; it may take ``patience`` [s] or the time of any answer."""
         self.require(client.service_is_ready)
-        return self.answer(client.call_async(request), client.srv_name)
+        return self.answer(client.call_async(request), client.srv_name, patience)
 
 
 def _require_namespace(namespace: str) -> None:

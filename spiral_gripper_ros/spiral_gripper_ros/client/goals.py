@@ -10,6 +10,7 @@ from action_msgs.msg import GoalStatus
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_non_negative, require_positive
 from spiral_gripper_msgs.action import Grasp
+from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.answers import WrapOutcome, WrapResult
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.states import Reason
@@ -41,6 +42,22 @@ def goal_of_wrap(
         overpressure=require_non_negative("overpressure", overpressure),
         timeout=0.0 if timeout is None else require_positive("timeout", timeout),
         abort_policy=_abort_policy(abort_policy),
+    )
+
+
+def request_of_plan(
+    radius: float, overpressure: float, payload: float, friction: float
+) -> PlanWrap.Request:
+    """Return the request for a plan; arguments as in :meth:`SpiralGripper.plan`.
+
+    Raises:
+        InvalidInputError: a figure is not possible.
+    """
+    return PlanWrap.Request(
+        object_radius=require_positive("radius", radius),
+        overpressure=require_non_negative("overpressure", overpressure),
+        payload=require_non_negative("payload", payload),
+        friction_coefficient=require_non_negative("friction", friction),
     )
 
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A gripper for Python programs: wrap, wait, release, without a line of ROS.
 
-It spins a node of its own, only within its calls, so that it works in a script, beside other nodes,
-and inside another node's callback alike.
+It spins a node of its own within its calls: in a script, or inside another node's callback.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from rclpy.task import Future
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
-from spiral_core.validation import require_non_negative, require_positive
+from spiral_core.validation import require_positive
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
@@ -27,7 +26,7 @@ from spiral_gripper_ros.client.answers import (
     no_node_in,
 )
 from spiral_gripper_ros.client.connection import Connection
-from spiral_gripper_ros.client.goals import goal_of_wrap, result_of_wrap
+from spiral_gripper_ros.client.goals import goal_of_wrap, request_of_plan, result_of_wrap
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.messages.qos import LATEST
@@ -36,8 +35,9 @@ from spiral_gripper_ros.messages.qos import LATEST
 GLANCE = 0.1
 # Twice the period of the slowest node's status: one that is silent for longer is not well [s].
 SILENCE = 2.0
-# A node that has told so many statuses without a word about the wrap has forgotten it: it tells of
-# both with each tick.
+# A grip takes seconds, behind other grips minutes [s].
+GRIP_TIMEOUT = 300.0
+# After so many statuses without a word about the wrap it is forgotten: each tick tells of both.
 FORGOTTEN = 20
 
 
@@ -83,7 +83,7 @@ class SpiralGripper:
         node.create_subscription(GripStatus, "status", self._on_status, LATEST)
 
     def close(self) -> None:
-        """End the connection, once; what the gripper does, to hold for instance, goes on."""
+        """End the connection, once; the gripper goes on with what it does."""
         if not self._link.closed:
             self._link.spin_until(lambda: self._late is None, GLANCE)
             self._grasp.destroy()
@@ -132,12 +132,23 @@ class SpiralGripper:
         self._link.spin_until(lambda: self._statuses > seen, GLANCE)
         return self._status
 
-    def plan(self, radius: float, overpressure: float = 0.0) -> PlanWrap.Response:
+    def plan(
+        self,
+        radius: float,
+        overpressure: float = 0.0,
+        payload: float = 0.0,
+        friction: float = 0.0,
+        *,
+        compute_grip: bool = False,
+    ) -> PlanWrap.Response:
         """Ask whether an object can be wrapped, and with what; moves nothing.
 
         Args:
             radius: of the object [m], > 0.
-            overpressure: above the wrap's pressure [Pa], >= 0.
+            overpressure: above the wrap's pressure [Pa], >= 0; 0: that of the default grip.
+            payload: mass of the object [kg]; 0: not known.
+            friction: between tube and object, with ``compute_grip``; 0: the gripper's own.
+            compute_grip: wait for the grip on exactly this object, else it is of the node's table.
 
         Returns:
             The answer of `plan_wrap`; what cannot be wrapped is an answer too.
@@ -146,11 +157,9 @@ class SpiralGripper:
             InvalidInputError: a figure is not possible.
             NoAnswerError: the node does not answer.
         """
-        request = PlanWrap.Request(
-            object_radius=require_positive("radius", radius),
-            overpressure=require_non_negative("overpressure", overpressure),
-        )
-        return self._link.call(self._plan, request)
+        request = request_of_plan(radius, overpressure, payload, friction)
+        request.compute_grip = compute_grip
+        return self._link.call(self._plan, request, GRIP_TIMEOUT if compute_grip else 0.0)
 
     def release(self) -> None:
         """Vent; the gripper stays vented until `rearm` or the next wrap.

@@ -24,6 +24,11 @@ class Plan(Protocol):
         """Largest pressure of a good grip [Pa]; inf where it is not known."""
         ...
 
+    @property
+    def loss(self) -> float:
+        """Pressure at which the grip is lost [Pa]; inf where it is not known, or never."""
+        ...
+
 
 PlanT = TypeVar("PlanT", bound=Plan)
 PlanT_co = TypeVar("PlanT_co", bound=Plan, covariant=True)

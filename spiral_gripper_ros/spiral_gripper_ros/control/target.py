@@ -60,6 +60,8 @@ class Target(Generic[PlanT]):
             return refusal_from_error(error)
         if not pressure + overpressure <= limits.pressure_cap:
             return _above_cap(pressure, overpressure, limits)
+        if not (overpressure == 0.0 or pressure + overpressure < plan.loss):
+            return beyond_loss(pressure + overpressure, plan.loss)
         self.radius, self.plan, self._demanded = radius, plan, overpressure
         self.overpressure = overpressure or default_overpressure(
             pressure, limits.grip_ratio, min(limits.pressure_cap, plan.highest_good)
@@ -105,6 +107,12 @@ def default_overpressure(wrap_pressure: float, grip_ratio: float, cap: float) ->
         4000.0
     """
     return max(min((grip_ratio - 1.0) * wrap_pressure, cap - wrap_pressure), 0.0)
+
+
+def beyond_loss(pressure: float, loss: float) -> Refusal:
+    """Return that a pressure [Pa] is at or above the one at which the grip is lost [Pa]."""
+    text = f"overpressure raises the wrap to {pressure:.6g} Pa, but its grip is lost at"
+    return Refusal(Reason.INVALID_REQUEST, f"{text} {loss:.6g} Pa")
 
 
 def _above_cap(pressure: float, overpressure: float, limits: Limits) -> Refusal:

@@ -25,7 +25,7 @@ from spiral_core.wrap.wrap import Wrap
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
-from spiral_gripper_ros.control.target import default_overpressure
+from spiral_gripper_ros.control.target import beyond_loss, default_overpressure
 from spiral_gripper_ros.messages.conversions import backbone_to_msg, vector_from_msg, vector_to_msg
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.spec import gravity_problem
@@ -114,6 +114,8 @@ def answer_plan_wraps(request: Any, response: Any, context: PlanContext) -> Any:
             object_radius=radius,
             object_length=request.object_length,
             payload=request.payload,
+            friction_coefficient=request.friction_coefficient,
+            compute_grip=request.compute_grip,
             overpressure=request.overpressure,
             object_axis=axes[index : index + 1],
             gravity=request.gravity,
@@ -193,6 +195,10 @@ def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners
     response.pressure = _capped(wrap.pressure + overpressure, context)
     response.line_force = planner.line_force(wrap, response.pressure)
     answer = _grip(request, response.pressure, plan, context)
+    if answer is not None:
+        response.contact_length = answer.contact_length
+        if request.overpressure > 0.0 and not response.pressure < answer.loss:
+            raise _RefusedError(beyond_loss(response.pressure, answer.loss))
     response.grip = grip_to_msg(answer, context.now, request.payload, planner.gravity)
     response.success = True
     response.nearest_radius = radius

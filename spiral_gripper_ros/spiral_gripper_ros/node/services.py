@@ -106,7 +106,13 @@ class Services:
         if loaded is None:
             raise SpiralError(runtime.not_configured)
         runtime.take_planner()  # an inactive node has no tick that does
-        context = PlanContext(
+        context = self._context(loaded)
+        return await ask(self._node.executor, functools.partial(answer, *question, context))
+
+    def _context(self, loaded: LoadedGripper) -> PlanContext:
+        """Return what plans are answered from now."""
+        runtime = self._runtime
+        return PlanContext(
             planner=loaded.planner,
             gripper=loaded.gripper,
             pressure_cap=runtime.limits.pressure_cap,
@@ -118,7 +124,6 @@ class Services:
             solve_grip=runtime.solved_grip,
             now=runtime.now(),
         )
-        return await ask(self._node.executor, functools.partial(answer, *question, context))
 
     async def _guarded(self, answer: Awaitable[Any], response: Any) -> Any:  # noqa: ANN401
         """Return what is awaited; an exception becomes an answer too."""

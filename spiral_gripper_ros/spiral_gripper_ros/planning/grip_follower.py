@@ -12,16 +12,9 @@ from spiral_core.errors import SpiralError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.grip_table import (
-    GripAnswer,
-    GripEntry,
-    blended_answer,
-    blended_window,
-    highest_good,
-    neighbors,
-    table_radii,
-)
+from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry, table_radii
 from spiral_gripper_ros.planning.object_pose import SeenObject
+from spiral_gripper_ros.planning.refining_table import RefiningTable
 
 # The table's radii keep this fraction away from the ends of the range, where nothing is held.
 MARGIN = 0.03
@@ -77,17 +70,11 @@ class GripFollower:
         self._gripper, self._gravity = gripper, gravity
         self._solve, self._pool = solve, pool
         self._count = 0
-        self._radii: tuple[float, ...] = ()
-        self._table: dict[int, GripEntry | None] = {}
+        self._table: RefiningTable | None = None
         self._in_use: tuple[InUse, GripEntry | None] | None = None
         self._wanted: InUse | None = None
         self._wanted_at = 0.0
-        self._job: tuple[int | InUse, Future[GripFigures]] | None = None
-
-    @property
-    def progress(self) -> tuple[int, int]:
-        """How many radii of the table are done, and how many it has."""
-        return len(self._table), len(self._radii)
+        self._job: tuple[float | InUse, Future[GripFigures]] | None = None
 
     def follow(
         self,
@@ -111,11 +98,12 @@ class GripFollower:
             self._gravity = gravity
             self._forget()
         low, high = radius_range
-        if count != self._count or (count > 1 and not self._radii and math.isfinite(high)):
+        if count != self._count or (count > 1 and self._table is None and math.isfinite(high)):
             self._forget()
             self._count = count
             if count > 1 and math.isfinite(high):
-                self._radii = table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count)
+                radii = table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count)
+                self._table = RefiningTable(radii)
         if in_use is None or not in_use.is_like(self._wanted):
             self._wanted, self._wanted_at = in_use, now
         if self._job is None and count:
@@ -132,17 +120,18 @@ class GripFollower:
         entry = self.entry(in_use)
         if entry is not None:
             return entry.answer(pressure, at_pose=in_use.seen is not None)
-        around = self._around(in_use.radius) if in_use.seen is None else None
-        if around is None:
+        if self._table is None or in_use.seen is not None:
             return None
-        return blended_answer(*around, in_use.radius, tip_pressure, pressure)
+        return self._table.answer(in_use.radius, tip_pressure, pressure)
 
-    def highest_good(self, radius: float, tip_pressure: float) -> float:
-        """Return the largest pressure of a good grip on a radius [Pa]; inf: it is not known."""
-        around = self._around(radius)
-        if around is None:
-            return math.inf
-        return highest_good(*blended_window(*around, radius, tip_pressure))
+    def window(self, radius: float, tip_pressure: float) -> tuple[float, float, float] | None:
+        """Return where the wrap of a radius [m] begins, curls and is lost [Pa], if that is known.
+
+        Args:
+            radius: of the object [m].
+            tip_pressure: of its wrap by the tip criterion [Pa].
+        """
+        return None if self._table is None else self._table.window(radius, tip_pressure)
 
     def entry(self, in_use: InUse) -> GripEntry | None:
         """Return the grip that was computed for this very object, or None."""
@@ -150,17 +139,8 @@ class GripFollower:
             return None
         return self._in_use[1]
 
-    def _around(self, radius: float) -> tuple[list[float], list[GripEntry]] | None:
-        """Return the two radii of the table around one, and their grips, if both are held."""
-        places = neighbors(self._radii, radius)
-        if places is None:
-            return None
-        entries = [entry for i in places if (entry := self._table.get(i)) is not None]
-        return ([self._radii[i] for i in places], entries) if len(entries) == 2 else None
-
     def _forget(self) -> None:
-        self._table.clear()
-        self._radii, self._in_use = (), None
+        self._table = self._in_use = None
         self._job = None  # whatever it answers is for what was
 
     def _take(self, now: float) -> None:
@@ -175,8 +155,8 @@ class GripFollower:
         finally:
             if isinstance(what, InUse):
                 self._in_use = (what, entry)
-            else:
-                self._table[what] = entry
+            elif self._table is not None:
+                self._table.add(what, entry)
 
     def _start(self, now: float) -> None:
         wanted = self._wanted
@@ -184,23 +164,17 @@ class GripFollower:
         if wanted is not None and not known and now - self._wanted_at >= SETTLING:
             self._ask(wanted, wanted.radius, wanted.seen)
             return
-        for index in _from_the_middle(len(self._radii)):
-            if index not in self._table:
-                self._ask(index, self._radii[index], None)
-                return
+        radius = None if self._table is None else self._table.next_radius()
+        if radius is not None:
+            self._ask(radius, radius, None)
 
-    def _ask(self, what: int | InUse, radius: float, seen: SeenObject | None) -> None:
+    def _ask(self, what: float | InUse, radius: float, seen: SeenObject | None) -> None:
         mounted = self._gripper.with_mount(self._gravity, self._gripper.object_axis)
         pose = None if seen is None else (seen.center, seen.axis)
         self._job = (
             what,
             self._pool.submit(self._solve, GripQuestion(mounted, radius, None, pose)),
         )
-
-
-def _from_the_middle(count: int) -> list[int]:
-    """Return the places of a table, the middle first: neighbors are done together."""
-    return sorted(range(count), key=lambda i: abs(2 * i - count + 1))
 
 
 def _is_near(one: SeenObject, other: SeenObject) -> bool:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grips in a process of their own, which ends with the node. No ROS.
+"""Grips in a process of their own, one for all nodes of a program, which ends with them. No ROS.
 
-A grip takes seconds of Python, which would keep even another thread from the control loop.
+A grip takes seconds of Python, which would keep even another thread from the control loop; a
+process for each of ten nodes would keep their control loops from the processors.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import sys
 import threading
 from contextlib import suppress
 from importlib import import_module
-from typing import IO, BinaryIO
+from typing import IO, BinaryIO, ClassVar
 
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.planning.design_worker import give_way
@@ -37,6 +38,7 @@ class GripProcess:
     """Computes one grip after the other in a process that is started with the first question."""
 
     def __init__(self) -> None:
+        self._asking = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._has_ended = False
         self._lock = threading.Lock()
@@ -48,14 +50,15 @@ class GripProcess:
             SpiralError: the object cannot be held, a state could not be certified, or the process
                 has ended.
         """
-        process = self._started()
-        try:
-            pickle.dump(question, process.stdin)  # type: ignore[arg-type]
-            process.stdin.flush()  # type: ignore[union-attr]
-            outcome = pickle.load(process.stdout)  # type: ignore[arg-type]
-        except (OSError, EOFError, pickle.UnpicklingError, ValueError):
-            self._stop()
-            raise GripEndedError("its process has ended") from None
+        with self._asking:
+            process = self._started()
+            try:
+                pickle.dump(question, process.stdin)  # type: ignore[arg-type]
+                process.stdin.flush()  # type: ignore[union-attr]
+                outcome = pickle.load(process.stdout)  # type: ignore[arg-type]
+            except (OSError, EOFError, pickle.UnpicklingError, ValueError):
+                self._stop()
+                raise GripEndedError("its process has ended") from None
         if isinstance(outcome, Exception):
             raise outcome
         figures: GripFigures = outcome
@@ -88,6 +91,38 @@ class GripProcess:
             for pipe in (process.stdin, process.stdout):
                 if pipe is not None:
                     _close(pipe)
+
+
+class SharedGripProcess:
+    """A node's share in the one process that computes grips for all nodes of this program."""
+
+    _lock: ClassVar[threading.Lock] = threading.Lock()
+    _process: ClassVar[GripProcess] = GripProcess()
+    _users: ClassVar[int] = 0
+
+    def __init__(self) -> None:
+        self._has_ended = False
+        with self._lock:
+            if SharedGripProcess._users == 0:
+                SharedGripProcess._process = GripProcess()
+            SharedGripProcess._users += 1
+            self._shared = SharedGripProcess._process
+
+    def answer(self, question: GripQuestion) -> GripFigures:
+        """Return :meth:`GripProcess.answer`; blocks until the questions before it are answered."""
+        if self._has_ended:
+            raise GripEndedError("the node has ended")
+        return self._shared.answer(question)
+
+    def end(self) -> None:
+        """Give the share back; the last one ends the process at once."""
+        with self._lock:
+            if self._has_ended:
+                return
+            self._has_ended = True
+            SharedGripProcess._users -= 1
+            if SharedGripProcess._users == 0:
+                self._shared.end()
 
 
 def _close(pipe: IO[bytes]) -> None:

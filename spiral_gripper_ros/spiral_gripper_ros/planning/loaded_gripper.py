@@ -95,7 +95,7 @@ class LoadedGripper:
         """The planner for the present gravity."""
         planner = self.mount.planner
         if self.grips is not None and isinstance(planner, GripperPlanner):
-            planner.highest_good = self.grips.highest_good
+            planner.grips = self.grips
         return planner
 
     @property

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn
 
@@ -15,6 +14,8 @@ from spiral_core.rod.types import RodState, Vector
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
+from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
+from spiral_gripper_ros.planning.grip_table import highest_good
 
 
 class StillLoadingError(SpiralError):
@@ -48,12 +49,14 @@ class WrapPlan:
         gripper: that it is for, as it is mounted.
         solve_time: time that the answer took [s].
         highest_good: largest pressure of a good grip [Pa], by contact; inf where it is not known.
+        loss: pressure at which the grip is lost [Pa], by contact; inf where it is not known.
     """
 
     wrap: Wrap
     gripper: Gripper
     solve_time: float
     highest_good: float = math.inf
+    loss: float = math.inf
 
     @property
     def pressure(self) -> float:
@@ -93,8 +96,7 @@ class GripperPlanner:
         gripper: as it is mounted, with its gravity.
 
     Attributes:
-        highest_good: largest pressure of a good grip on a radius [m] that is wrapped at a pressure
-            [Pa] by the tip criterion; inf where it is not known.
+        grips: what is known of grips by contact, or None: nothing.
 
     Raises:
         SpiralError: the gripper coils nowhere, or a shape could not be certified.
@@ -103,7 +105,7 @@ class GripperPlanner:
     def __init__(self, gripper: Gripper) -> None:
         self.gripper = gripper
         self.curve = WrapCurve(gripper)
-        self.highest_good: Callable[[float, float], float] = lambda radius, tip: math.inf
+        self.grips: GripFollower | None = None
 
     @property
     def gravity(self) -> Vector:
@@ -119,8 +121,22 @@ class GripperPlanner:
         """Return the perfect wrap of a radius [m]; raise the core's error if there is none."""
         start = time.perf_counter()
         wrap = self.curve.wrap_for_radius(radius)
-        highest = self.highest_good(radius, wrap.pressure)
-        return WrapPlan(wrap, self.gripper, time.perf_counter() - start, highest)
+        window = None if self.grips is None else self.grips.window(radius, wrap.pressure)
+        solve_time = time.perf_counter() - start
+        if window is None:
+            return WrapPlan(wrap, self.gripper, solve_time)
+        return WrapPlan(wrap, self.gripper, solve_time, highest_good(*window), loss=window[2])
+
+    def contact_force(self, wrap: Wrap, pressure: float) -> float:
+        """Return the normal force on the object of ``wrap`` at a pressure [Pa], in all [N].
+
+        By contact where that grip is known, else what the free coil says.
+        """
+        if self.grips is not None:
+            grip = self.grips.answer(InUse(wrap.object_radius), wrap.pressure, pressure)
+            if grip is not None:
+                return grip.normal_force
+        return max(self.line_force(wrap, pressure), 0.0) * wrap.contact_length
 
     def line_force(self, wrap: Wrap, pressure: float) -> float:
         """Return the normal force per length on the object of ``wrap`` at a pressure [N/m]."""

@@ -15,7 +15,7 @@ from spiral_gripper import GripperDescription
 from spiral_gripper_ros.planning.design_question import DesignQuestion
 from spiral_gripper_ros.planning.design_worker import DesignProcess
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.grip_worker import GripProcess
+from spiral_gripper_ros.planning.grip_worker import SharedGripProcess
 
 
 class Background:
@@ -26,7 +26,7 @@ class Background:
         self._plans = ThreadPoolExecutor(1, thread_name_prefix="plans")
         self._batches = ThreadPoolExecutor(1, thread_name_prefix="batches")
         self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
-        self._grip_process = GripProcess()
+        self._grip_process = SharedGripProcess()
         self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
         self._design: DesignProcess | None = None
         self._has_ended = False

@@ -18,7 +18,7 @@ from spiral_gripper_ros.parameters.spec import ParameterValue
 from spiral_gripper_ros.parameters.table import limits_from_values, number
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
 from spiral_gripper_ros.planning.grip_follower import GripFollower
-from spiral_gripper_ros.planning.grip_table import GripEntry
+from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
 from spiral_gripper_ros.planning.planner import NoPlanner, WrapPlan
@@ -169,8 +169,7 @@ class Runtime:
         if self.loaded is None:
             return Grip()
         answer = self.loaded.grip(seen.plan, seen.radius, self.seen_object(), pressure)
-        mass = payload or number(self.values, "payload")
-        return grip_to_msg(answer, self.now(), mass, self.loaded.mount.gravity)
+        return self._grip_to_msg(answer, self.loaded, payload)
 
     # --- commands ------------------------------------------------------------------------------
 
@@ -225,7 +224,9 @@ class Runtime:
         self.control.observe(now, loaded.regime(pressure), force)
         snapshot, header = self.control.snapshot(), self.outputs.header()
         status = status_to_msg(snapshot, loaded, self.limits.pressure_cap, header)
-        status.grip = self.grip_message(pressure)
+        status.grip = self._grip_to_msg(grip, loaded)
+        if grip is not None:
+            status.contact_length = grip.contact_length
         if seen_object is not None:
             age = now - seen_object.seen_at
             fill_object(status, seen_object, age, loaded.placement(snapshot.plan))
@@ -236,6 +237,12 @@ class Runtime:
         if measured_moved:
             self.outputs.publish_measured_backbone(loaded.measured_shape, points, header)
         self.log.tell(now, snapshot)
+
+    def _grip_to_msg(
+        self, answer: GripAnswer | None, loaded: LoadedGripper, payload: float = 0.0
+    ) -> Grip:
+        mass = payload or number(self.values, "payload")
+        return grip_to_msg(answer, self.now(), mass, loaded.mount.gravity)
 
     def _prepare_grips(self) -> None:
         loaded, background = self.loaded, self.background

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Grips of some radii, and what they say of any other."""
+
+import math
+
+import numpy as np
+import pytest
+from ros.grip_stand_ins import figures
+
+from spiral_core import WrapRegime
+from spiral_gripper_ros.planning.grip_table import (
+    GripEntry,
+    blended_answer,
+    highest_good,
+    neighbors,
+)
+
+
+@pytest.mark.parametrize(
+    ("pressure", "regime"),
+    [
+        (0.0, WrapRegime.OVERHANG),
+        (4.899e4, WrapRegime.OVERHANG),
+        (4.9e4, WrapRegime.PERFECT_WRAP),
+        (5.999e4, WrapRegime.PERFECT_WRAP),
+        (6.0e4, WrapRegime.CURLING),
+        (7.999e4, WrapRegime.CURLING),
+        (8.0e4, WrapRegime.OVERHANG),
+    ],
+)
+def test_the_regime_is_that_of_the_contact(pressure, regime):
+    assert figures().regime(pressure) is regime
+    assert GripEntry(figures(), 0.0).answer(pressure, at_pose=True).regime is regime
+
+
+def test_what_never_curls_and_is_never_lost_stays_wrapped():
+    grip = figures(curling=None, loss=None)
+    assert grip.regime(1e9) is WrapRegime.PERFECT_WRAP
+    answer = GripEntry(grip, 0.0).answer(5.0e4, at_pose=False)
+    assert (answer.onset_curling, answer.loss) == (math.inf, math.inf)
+
+
+def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
+    entry = GripEntry(figures(), 7.0)
+    middle = entry.answer(5.0e4, at_pose=False)
+    assert (middle.away, middle.towards, middle.down) == pytest.approx((0.5, 0.05, 0.25))
+    assert (middle.contact_length, middle.normal_force) == pytest.approx((0.1, 1.0))
+    assert middle.computed_at == 7.0
+    assert entry.answer(4.7e4, at_pose=False).away == 0.0
+    lost = entry.answer(8.0e4, at_pose=False)
+    assert (lost.away, lost.normal_force, lost.contact_length) == (0.0, 0.0, 0.0)
+
+
+def test_the_drawn_tube_is_blended_between_pressures():
+    grip = figures()
+    assert grip.shape(0.0).positions[0, 0] == 0.0
+    assert grip.shape(3.75e4).positions[2, 1] == pytest.approx(3.75e4)
+    assert grip.shape(7.5e4).positions[0, 0] == pytest.approx(7.5e4)
+    assert grip.shape(7.6e4) is None
+    norms = np.linalg.norm(grip.shape(1.0e4).orientations, axis=1)
+    assert norms == pytest.approx(1.0)
+
+
+def blend(radius, pressure, low=None, high=None, tip=4.0e4):
+    entries = [GripEntry(low or figures(), 3.0), GripEntry(high or figures(), 5.0)]
+    return blended_answer([0.01, 0.03], entries, radius, tip, pressure)
+
+
+def test_at_the_radii_of_the_table_the_answer_is_that_of_its_grips():
+    thin, thick = figures(), figures(tip=3.0e4, curling=3.5e4, loss=None, force=0.5)
+    alone = GripEntry(thin, 3.0).answer(5.5e4, at_pose=False)
+    assert blend(0.01, 5.5e4, thin, thick, tip=5.0e4).away == pytest.approx(alone.away)
+    answer = blend(0.03, 3.2e4, thin, thick, tip=3.0e4)
+    alone = GripEntry(thick, 3.0).answer(3.2e4, at_pose=False)
+    assert (answer.away, answer.normal_force) == pytest.approx((alone.away, alone.normal_force))
+    assert answer.onset_curling == pytest.approx(3.5e4)
+
+
+def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
+    answer = blend(0.02, 4.4e4)  # 1.1 of 40 kPa, as 55 kPa of 50
+    assert answer.away == pytest.approx(GripEntry(figures(), 0.0).answer(5.5e4, at_pose=False).away)
+    assert answer.onset_wrap == pytest.approx(0.98 * 4.0e4)
+    assert answer.loss == pytest.approx(1.6 * 4.0e4)
+    assert answer.computed_at == 3.0
+
+
+def test_where_only_one_neighbor_loses_the_grip_that_one_counts():
+    answer = blend(0.011, 4.4e4, figures(loss=None), figures(loss=6.0e4))
+    assert answer.loss == pytest.approx(4.8e4)
+    assert blend(0.02, 4.85e4, figures(loss=None), figures(loss=6.0e4)).away == 0.0
+
+
+@pytest.mark.parametrize(
+    ("radius", "places"),
+    [(0.01, (0, 1)), (0.02, (1, 2)), (0.04, (1, 2)), (0.015, (0, 1)), (0.009, None), (0.041, None)],
+)
+def test_the_neighbors_of_a_radius(radius, places):
+    assert neighbors((0.01, 0.02, 0.04), radius) == places
+
+
+def test_a_good_grip_ends_at_curling_or_below_the_loss_but_never_below_the_wrap():
+    assert highest_good(5.0e4, 6.0e4, 8.0e4) == 6.0e4
+    assert highest_good(5.0e4, math.inf, 8.0e4) == pytest.approx(7.2e4)
+    assert highest_good(5.0e4, math.inf, 5.2e4) == 5.0e4
+    assert highest_good(5.0e4, math.inf, math.inf) == math.inf
