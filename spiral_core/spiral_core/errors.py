@@ -149,7 +149,9 @@ ask for fewer turns
         self.at_actuator_limit = at_actuator_limit
 
     def __str__(self) -> str:
-        if self.closes_at is not None and self.turns == 0.0:
+        if self.turns == 0.0 and self.closes_at is None:
+            return f"no pressure up to {self.pressure:.6g} Pa bends the gripper into a coil"
+        if self.turns == 0.0:
             return (
                 f"no pressure up to {self.pressure:.6g} Pa leaves room for an object inside the "
                 "coil; take a thinner tube, or a single fiber that is less steep"

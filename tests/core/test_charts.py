@@ -52,6 +52,9 @@ def test_design_space_ends_where_fibers_lock() -> None:
     assert 1.06 < curve.stretch[-1] < 1.0 / math.cos(math.radians(20.0))
     with pytest.raises(InvalidInputError, match="turns"):
         design_space(HOOP, [1.0], turns=0.0)
+    for stretch in (1.005, 1.01, math.nan, math.inf):
+        with pytest.raises(InvalidInputError, match="stretch_max"):
+            design_space(HOOP, [1.0], stretch_max=stretch)
 
 
 def test_without_weight_rod_and_helix_agree() -> None:

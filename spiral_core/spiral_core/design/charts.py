@@ -12,8 +12,9 @@ from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.curvature import longest_stretch, rest_shape_from_stretch
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.brief import brief_repr
+from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Array, Vector
-from spiral_core.validation import require_positive
+from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.helix import helix_from_curvature
@@ -102,14 +103,16 @@ def design_space(
         actuator: tube, first angle and form of the curvature; its second angle is replaced.
         fiber_angles_beta: one curve each [rad].
         turns: n, for lengths.
-        stretch_max: where the curves end, unless a fiber locks before.
+        stretch_max: where the curves end, unless a fiber locks before; above 1.01.
         points: of each curve.
 
     Raises:
-        InvalidInputError: an angle is out of range.
+        InvalidInputError: an angle or the stretch is out of range.
         ActuationLimitError: the straight fiber locks (``EXACT``) before ``stretch_max``.
     """
     require_positive("turns", turns)
+    if not require_finite("stretch_max", stretch_max) > 1.0 + LEAST_STRAIN:
+        raise InvalidInputError("stretch_max", stretch_max, f"above {1.0 + LEAST_STRAIN:g}")
     return tuple(
         _design_space(_with_beta(actuator, beta), turns, stretch_max, points)
         for beta in fiber_angles_beta
