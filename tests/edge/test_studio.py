@@ -11,7 +11,15 @@ import numpy as np
 import pytest
 import trimesh
 
-from spiral_core import InvalidInputError, Pull, Rod, RodLoad, WrapRegime, solve_rod
+from spiral_core import (
+    InvalidInputError,
+    Pull,
+    Rod,
+    RodLoad,
+    WrapRegime,
+    lay_into_coil,
+    solve_rod,
+)
 from spiral_gripper import load_description
 from spiral_gripper.reports.meshes import SIDES, tube_mesh, turned_mesh
 from spiral_gripper.studio.chart import chart_data, chart_scales
@@ -19,7 +27,7 @@ from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
 from spiral_gripper.studio.force_chart import force_data, force_scales
 from spiral_gripper.studio.pull import pull_frames
 from spiral_gripper.studio.scene import node_values
-from spiral_gripper.studio.session import Session, answer_for
+from spiral_gripper.studio.session import Session, answer_for, object_shape
 from spiral_gripper.studio.settings import gripper_for, settings_of
 from spiral_gripper.studio.words import answer_text
 
@@ -255,3 +263,27 @@ def test_every_export_is_of_what_is_shown(description, settings, tmp_path):
     spheres = robot.findall("link/collision/geometry/sphere")
     assert len(spheres) == written["spheres"].decode().count("  - [")
     assert len(spheres) == len(robot.findall("link/visual"))
+
+
+def test_a_tapered_object_is_a_cone_with_the_radius_in_the_middle(settings):
+    assert object_shape(settings, 0.1) is None
+    for taper in (0.1, -0.1, 0.3):
+        shape = object_shape(replace(settings, taper=taper), 0.1)
+        radius, slope = settings.object_radius, math.tan(taper)
+        on_surface = [[radius + slope * z, 0.0, z] for z in (-0.03, 0.0, 0.03)]
+        gap, _, _ = shape.distance(np.array(on_surface))
+        assert gap == pytest.approx(0.0, abs=1e-9)
+        assert min(shape.radii) > 0.19 * radius
+
+
+def test_a_tapered_object_is_laid_into_the_coil(description, settings, answer):
+    shape = object_shape(replace(settings, taper=0.1), answer.wrap.object_length_needed)
+    gripper = gripper_for(description, settings)
+    setup = lay_into_coil(gripper, settings.object_radius, shape=shape, curve=answer.curve)
+    assert setup.tip_pressure == pytest.approx(answer.wrap.pressure)
+
+
+def test_what_is_computed_is_said_with_its_time(answer, settings, state):
+    words = answer_text(answer, settings, state, waited=7.2)
+    assert "contact: computing ..., 7 s" in words
+    assert answer_text(None, settings, state, waited=0.4).startswith("**computing ..., 0 s**")

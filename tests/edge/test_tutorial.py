@@ -47,6 +47,7 @@ def printed_by(line: str) -> str:
     return output.getvalue()
 
 
+@pytest.mark.timeout(3000)  # all that a page computes, on a busy machine
 @pytest.mark.parametrize("page", ["tutorial.md", "building.md", "how_to.md"])
 def test_a_pages_commands_run_and_print_what_it_says(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

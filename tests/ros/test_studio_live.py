@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -65,6 +66,9 @@ def simulation(namespace):
         start_new_session=True,
     ) as process:
         yield process
+        process.send_signal(signal.SIGINT)  # ends its node and its simulator too
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(PATIENCE)
         if group_exists(process.pid):
             os.killpg(process.pid, signal.SIGKILL)
 

@@ -41,6 +41,7 @@ class Controls:
             self._radius = self._slider(
                 "object radius [mm]", 2.0, 80.0, 0.1, 1e3 * settings.object_radius
             )
+            self._taper = self._angle("object taper [deg]", settings.taper, -20.0, 20.0)
             self._friction = self._slider("friction", 0.0, 1.5, 0.05, settings.friction)
         with gui.add_folder("Gripper"):
             self._angles = tuple(
@@ -59,8 +60,8 @@ class Controls:
     @property
     def _sliders(self) -> tuple[Slider, ...]:
         return (
-            self.pressure, self._radius, self._friction, *self._angles, self._length, self._tilt,
-            self._roll,
+            self.pressure, self._radius, self._taper, self._friction, *self._angles, self._length,
+            self._tilt, self._roll,
         )  # fmt: skip
 
     def settings(self) -> Settings:
@@ -74,6 +75,7 @@ class Controls:
             roll=math.radians(self._roll.value),
             gravity=self._gravity,
             friction=self._friction.value,
+            taper=math.radians(self._taper.value),
         )
 
     def set_pressure(self, pressure: float, pressure_max: float) -> None:

@@ -136,6 +136,7 @@ class Page:
                 self._server.gui, settings, self._session.gripper, self._changed
             )
             self._scene.look_at_gripper(settings.length)
+            self._scene.show_mount(self._session.gripper.tube.outer_radius)
             self._refresh()
 
     def _changed(self) -> None:
@@ -190,7 +191,7 @@ class Page:
         self._scene.show_gravity(settings.gravity_vector)
         opacity = FAINT if point is None else OPAQUE
         place = None if answer is None else answer.object_place()
-        self._scene.show_object(place, opacity=opacity)
+        self._scene.show_object(place, opacity=opacity, taper=settings.taper)
 
     def _wrap_pressure(self) -> float | None:
         """Return the pressure of the perfect wrap [Pa], where it is known."""
@@ -238,12 +239,13 @@ class Page:
             return
         self._playing.set()
         place, outer = answer.object_place(), session.gripper.tube.outer_radius
+        taper = session.settings.taper
         for frame in pull_frames(answer.grip, session.settings.pressure):
             if not self._playing.is_set():
                 break
             with self._lock:
                 self._scene.show_gripper(frame.state, outer, None)
-                self._scene.show_object(place, frame.displacement)
+                self._scene.show_object(place, frame.displacement, taper=taper)
                 distance = 1e3 * float(np.linalg.norm(frame.displacement))
                 self._words.content = f"**pulled by {distance:.1f} mm: {frame.force:.2f} N**"
             time.sleep(PULL_SECONDS / FRAMES)

@@ -16,6 +16,7 @@ TUBE_COLOR = (200, 85, 61)
 OBJECT_COLOR = (123, 167, 180)
 # An object is drawn longer than its contact by this many of its radii at each end.
 OVERHANG = 2.0
+CLAMP = 0.015  # [m] length of the clamp that is drawn
 ARROW = 0.06  # [m] gravity at 9.81 m/s^2
 COLORINGS = ("plain", "contact force", "curvature", "strain", "bending moment")
 GHOST_COLOR = (120, 120, 120)
@@ -66,19 +67,42 @@ class Scene:
         placement: ObjectPlacement | None,
         displacement: Array | None = None,
         opacity: float = OPAQUE,
+        taper: float = 0.0,
     ) -> None:
-        """Draw the object where it is wrapped, or moved from there [m]; or nothing."""
+        """Draw the object where it is wrapped, or moved from there [m]; or nothing.
+
+        Args:
+            placement: where it is wrapped.
+            displacement: (3,) from there [m].
+            opacity: 1 hides what is behind it.
+            taper: its half-angle [rad].
+        """
         if placement is None:
-            self._scene.remove_by_name("/object")
+            for name in ("/object", "/object_frame"):
+                self._scene.remove_by_name(name)
             return
         reach = 0.5 * placement.length + OVERHANG * placement.radius
         center, axis = np.asarray(placement.center), np.asarray(placement.axis)
         center = center if displacement is None else center + displacement
-        ends = np.array((center - reach * axis, center + reach * axis))
-        mesh = turned_mesh(ends, np.full(2, placement.radius))
+        heights = np.array((-reach, reach))
+        if taper != 0.0:  # a cone ends before its apex
+            apex = -0.8 * placement.radius / np.tan(taper)
+            heights = np.maximum(heights, apex) if taper > 0.0 else np.minimum(heights, apex)
+        ends = center + heights[:, None] * axis
+        mesh = turned_mesh(ends, placement.radius + np.tan(taper) * heights)
         self._scene.add_mesh_simple(
             "/object", mesh.vertices, mesh.faces, color=OBJECT_COLOR, opacity=opacity
         )
+        self._scene.add_frame(
+            "/object_frame", axes_length=1.5 * placement.radius, axes_radius=0.0008,
+            position=tuple(center.tolist()), wxyz=tuple(_turned_to(axis).tolist()),
+        )  # fmt: skip
+
+    def show_mount(self, outer_radius: float) -> None:
+        """Draw the clamp of a tube of this outer radius [m]: it ends where the base frame is."""
+        ends = np.array(((-CLAMP, 0.0, 0.0), (0.0, 0.0, 0.0)))
+        mesh = turned_mesh(ends, np.full(2, 1.4 * outer_radius))
+        self.show_mesh("/mount", mesh, GHOST_COLOR)
 
     def show_gravity(self, gravity: Vector) -> None:
         """Draw gravity [m/s^2] as an arrow beside the base."""
@@ -89,6 +113,13 @@ class Scene:
             "/gravity", points, colors=(90, 90, 90),
             shaft_radius=0.001, head_radius=0.003, head_length=0.008,
         )  # fmt: skip
+
+
+def _turned_to(axis: Array) -> Array:
+    """Return the unit quaternion (w, x, y, z) that turns z to a unit vector the shortest way."""
+    turn = np.array((1.0 + axis[2], -axis[1], axis[0], 0.0))
+    size = float(np.linalg.norm(turn))
+    return turn / size if size > 1e-6 else np.array((0.0, 1.0, 0.0, 0.0))
 
 
 def node_values(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -19,6 +20,7 @@ from spiral_core import (
     NoCoilError,
     NotGrippableError,
     ObjectPlacement,
+    Profile,
     RodState,
     SpiralError,
     Wrap,
@@ -204,7 +206,8 @@ class Session:
         if answer.wrap is None or answer.curve is None:
             return
         try:
-            setup = lay_into_coil(gripper, asked.object_radius, curve=answer.curve)
+            shape = object_shape(asked, answer.wrap.object_length_needed or 0.0)
+            setup = lay_into_coil(gripper, asked.object_radius, shape=shape, curve=answer.curve)
             window = grip_window(setup, progress=go_on)
             give(replace(answer, window=window))
             grip = solve_grip(setup, window=window, progress=go_on)
@@ -229,6 +232,24 @@ def answer_for(settings: Settings, gripper: Gripper) -> Answer:
     except NotGrippableError as error:
         return Answer(settings, pressures, radii, None, None, str(error), curve)
     return Answer(settings, pressures, radii, wrap, place_object(wrap), "", curve)
+
+
+def object_shape(settings: Settings, length: float) -> Profile | None:
+    """Return the shape of a tapered object that a coil of this length [m] lies on, or beyond.
+
+    None for a cylinder. A cone ends where only a fifth of its radius is left.
+    """
+    if settings.taper == 0.0:
+        return None
+    radius, slope = settings.object_radius, math.tan(settings.taper)
+    reach = length + 10.0 * radius
+    low, high = -reach, reach
+    if slope > 0.0:
+        low = max(low, -0.8 * radius / slope)
+    else:
+        high = min(high, -0.8 * radius / slope)
+    heights = np.linspace(low, high, 5)
+    return Profile(tuple(heights.tolist()), tuple((radius + slope * heights).tolist()))
 
 
 def _without_pressure(settings: Settings) -> Settings:

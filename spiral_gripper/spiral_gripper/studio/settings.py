@@ -27,6 +27,8 @@ class Settings:
             fiber.
         gravity: its magnitude [m/s^2].
         friction: Coulomb's coefficient between tube and object.
+        taper: half-angle of the object [rad]: it thickens the way the coil advances; its radius is
+            that in the middle of the coil.
     """
 
     pressure: float
@@ -37,6 +39,7 @@ class Settings:
     roll: float = 0.0
     gravity: float = STANDARD_GRAVITY
     friction: float = DEFAULT_FRICTION
+    taper: float = 0.0
 
     @property
     def gravity_vector(self) -> Vector:
