@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
@@ -68,6 +69,9 @@ GOALS = (
     ),
     Goal("... capstan: slide while held, m", "scenarios", "capstan_held", 1e-5, True, error),
     Goal(
+        "... without bending stiffness, m", "scenarios", "capstan_held_flexible", 1e-5, True, error
+    ),
+    Goal(
         "... capstan: slide when too heavy, m", "scenarios", "capstan_sliding", 0.05, False, error
     ),
     Goal("contact, warm solve, N = 180", "contact", "warm_180", 3e-3, True, milli),
@@ -88,7 +92,8 @@ def goal_rows(goals: Iterable[Goal], values: Mapping[str, Values]) -> list[tuple
         value = values.get(goal.section, {}).get(goal.key)
         if value is not None:
             bound = ("≤ " if goal.at_most else "≥ ") + goal.show(goal.bound)
-            rows.append((goal.what, bound, goal.show(value), "yes" if goal.met(value) else "no"))
+            shown = goal.show(value) if math.isfinite(value) else "no answer"
+            rows.append((goal.what, bound, shown, "yes" if goal.met(value) else "no"))
     return rows
 
 

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from core.contact_transforms import imbalance
+from scipy.optimize import brentq
 
 from spiral_core import (
     Clamped,
@@ -182,3 +183,25 @@ def test_round_section_has_the_stiffness_of_its_shape(bore: float) -> None:
         coefficient = 2.0 * (1.0 + nu) / (4.0 + 3.0 * nu)
     # The thin tube's wall is a millionth of its radius.
     assert section.shear == pytest.approx(coefficient * shear_modulus * area, rel=1e-5)
+
+
+@pytest.mark.parametrize("flexibility", [1.0, 1e-1, 1e-2])
+def test_cable_hangs_as_a_catenary_however_flexible(flexibility: float) -> None:
+    """Elements are up to 100 times as long as sqrt(EI / F)."""
+    length, span, weight = 1.0, 0.8, 3.0
+    bending = 1e-5 * flexibility
+    u = brentq(lambda u: math.sinh(u) / u - length / span, 1e-3, 5.0)
+    sag = 0.5 * span / u * (math.cosh(u) - 1.0)
+    x = np.linspace(0.0, span, 61)
+    parabola = np.column_stack((x, 0.0 * x, -4.0 * sag * x * (span - x) / span**2))
+    problem = ContactProblem(
+        ElasticRod(length, Section((bending, bending, bending))),
+        RodLoad((0.0, 0.0, -weight)),
+        Pinned(),
+        Pinned((span, 0.0, 0.0)),
+    )
+    state = solve_contact(problem, start=parabola, elements=50)
+    assert state.stable
+    # Bending stiffness lifts the lowest point in proportion; 50 elements leave 1e-6.
+    assert -state.positions[:, 2].min() == pytest.approx(sag, abs=2e-4 * flexibility + 2e-6)
+    assert max(imbalance(problem, state)) < 1e-6 * weight * length

@@ -91,8 +91,14 @@ def test_rope_on_a_cylinder_is_held(values: dict[str, float]) -> None:
     assert result.observations["max_penetration"] < 1e-2
 
 
+@pytest.mark.parametrize("overhang", [0.5, 0.8, 0.95])
+def test_heavy_rope_is_held_by_much_friction(overhang: float) -> None:
+    """Its elements are long for its tension: 3.1e-5 m at 0.95, with four times as many 1.3e-5."""
+    assert answer("capstan", friction=0.6, overhang=overhang).metrics["slide"] < 4e-5
+
+
 @pytest.mark.parametrize(
-    "values", [{"friction": f, "overhang": o} for f in (0.1, 0.3) for o in (1.1, 1.5)]
+    "values", [{"friction": f, "overhang": o} for f in (0.1, 0.3, 0.6) for o in (1.1, 1.5)]
 )
 def test_rope_on_a_cylinder_slides(values: dict[str, float]) -> None:
     assert answer("capstan", **values).metrics["slide"] > 0.05

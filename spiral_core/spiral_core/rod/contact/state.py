@@ -33,7 +33,7 @@ class ContactStatus(Enum):
     )
     NOT_HELD = (
         "the rod keeps moving and finds no equilibrium: nothing holds it, or it slides off its "
-        "obstacle; hold an end or raise the friction"
+        "obstacle; hold an end, raise the friction, or take more elements where it is pulled hard"
     )
     SELF_CONTACT = (
         "the rod touches itself, which this model does not resist; reduce the load, use a longer "
