@@ -169,7 +169,7 @@ def _wrong(window: GripWindow) -> str:
     return ""
 
 
-def judge_all(count: int, kept: Path | None) -> list[Verdict]:
+def judge_all(count: int, kept: Path | None, workers: int) -> list[Verdict]:
     """Judge the first ``count`` random grips, but for those that a file has already."""
     verdicts = []
     if kept is not None and kept.exists():
@@ -177,7 +177,7 @@ def judge_all(count: int, kept: Path | None) -> list[Verdict]:
     verdicts = [verdict for verdict in verdicts if verdict.seed < count]
     missing = sorted(set(range(count)) - {verdict.seed for verdict in verdicts})
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
         for verdict in pool.map(judge, missing):
             verdicts.append(verdict)
             if kept is not None:
@@ -191,8 +191,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--results", type=Path, help="verdicts are kept here, one a line")
+    parser.add_argument("--workers", type=int, default=WORKERS, help="processes")
     arguments = parser.parse_args()
-    verdicts = judge_all(arguments.count, arguments.results)
+    verdicts = judge_all(arguments.count, arguments.results, arguments.workers)
     kinds = Counter(verdict.kind for verdict in verdicts)
     offs = np.array([100.0 * (v.off - 1.0) for v in verdicts if v.off is not None])
     seconds = np.array([verdict.seconds for verdict in verdicts])

@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import cache
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -118,6 +121,56 @@ def test_a_search_never_ends_below_its_start(monkeypatch: pytest.MonkeyPatch) ->
     tries: list[tuple[int, int]] = []
     search_mount(setup(), most_tries=7, progress=lambda done, total: tries.append((done, total)))
     assert tries[-1] == (7, 7)
+
+
+def test_a_search_on_a_real_grip_takes_the_best_place_it_tried() -> None:
+    """Where it begins, along the cylinder both ways, which changes nothing, and away and back."""
+    step = 0.2 * 0.025
+    places = [place_mount(setup(), (0.0, away, 0.0)) for away in (0.0, step, -step)]
+    scores = [place.score for place in places]
+    assert len(set(scores)) == 3
+    best = search_mount(setup(), most_tries=5)
+    # Along the cylinder the score changes in its ninth digit, and so do the places tried after it.
+    assert best.score == pytest.approx(max(scores), rel=1e-4)
+    assert best.score > scores[0]
+    assert best.shift[1] == pytest.approx((0.0, step, -step)[int(np.argmax(scores))])
+    assert best.window is not None
+
+
+@contextmanager
+def processes() -> Iterator[Executor]:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        yield executor
+
+
+@contextmanager
+def dask_cluster() -> Iterator[Executor]:
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client.get_executor()
+
+
+@pytest.mark.slow
+# Dask's own teardown leaves closing connections to the garbage collector.
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
+@pytest.mark.parametrize("executor", [processes, dask_cluster])
+def test_a_study_gives_the_same_on_any_executor(
+    executor: Callable[[], AbstractContextManager[Executor]],
+) -> None:
+    cases = grip_cases(
+        [load_gripper("paper_design_70")], [0.025, 0.06], [0.3], closing=Closing.FRICTIONLESS
+    )
+    kept: dict[int, GripOutcome] = {}
+    with executor() as pool:
+        outcomes = solve_cases(cases, pool, keep=kept.__setitem__)
+    assert outcomes == solve_cases(cases)
+    assert kept == dict(enumerate(outcomes))
+    assert outcomes[0].away is not None
+    assert "too thick" in outcomes[1].refusal
 
 
 def test_misplacements_are_judged_each_way() -> None:
