@@ -52,6 +52,7 @@ def contacts() -> None:
     floor = Obstacle(Plane(), position=(0.0, 0.0, -0.02), friction=0.5)
     hanging = ContactProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.28)), obstacles=(floor,))
     state = solve_contact(hanging, elements=8)
+    solve_contact(hanging, start=state.positions, elements=8)
     inertia = Inertia(mass=0.0285, rotary=3e-7)
     solve_motion(lambda time: hanging, inertia, (0.0, 0.01), start=state)
     vibration_modes(solve_contact(ContactProblem(rod), elements=8), inertia)

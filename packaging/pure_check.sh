@@ -33,5 +33,6 @@ assert not ros, f"ROS came along: {ros}"
 packages = {path.parts[0] for path in distribution.files if path.suffix == ".py"}
 assert packages == {"spiral_core", "spiral_gripper"}, f"not the core and the edge: {packages}"
 PYTHON
+step compile "$name: compiling the numerical kernels" "$python" packaging/compile_kernels.py
 # --pyargs: the doctests of the installed packages, not those of the folders beside this one.
 "$scratch/venv/bin/pytest" --numprocesses=auto --dist=loadfile -m "not slow" --pyargs spiral_core spiral_gripper tests/core tests/edge

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import os
@@ -11,6 +12,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 from textwrap import dedent
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -21,9 +23,11 @@ from spiral_gripper.cli.ros import side as ros_side
 from spiral_gripper.doctor.checks import Answer, Check, Facts, Finding, Mark, finding_of
 from spiral_gripper.doctor.gripper import (
     KernelCache,
+    add_called,
     check_cache,
     check_gripper,
     check_kernels,
+    is_kept,
     kernels_finding,
 )
 from spiral_gripper.doctor.install import (
@@ -174,6 +178,36 @@ def test_what_is_not_compiled_is_said_before_it_is(kernels, mark, text) -> None:
     finding = check_cache(HEALTHY, KernelCache(60, kernels, Path("/cache")))
     assert finding.mark is mark
     assert text in finding.text
+
+
+def test_a_kernel_is_kept_while_its_source_says_the_same(tmp_path: Path) -> None:
+    """A source that was written again, to the same text, needs no compilation."""
+    source, index = tmp_path / "kernels.py", tmp_path / "kernels.kernel-1.py311.nbi"
+    source.write_text("def kernel(): ...", encoding="utf-8")
+    names: dict[str, object] = {}
+    exec(compile(source.read_text(encoding="utf-8"), str(source), "exec"), names)
+    kernel = SimpleNamespace(
+        py_func=names["kernel"], stats=SimpleNamespace(cache_path=str(tmp_path))
+    )
+    assert not is_kept(kernel)
+    index.write_bytes(b"version" + hashlib.sha256(source.read_bytes()).digest() + b"overloads")
+    os.utime(index, (0.0, 0.0))
+    assert is_kept(kernel)
+    source.write_text("def kernel(): return 1", encoding="utf-8")
+    assert not is_kept(kernel)
+    later = source.stat().st_mtime + 1.0
+    os.utime(index, (later, later))
+    assert is_kept(kernel)
+
+
+def test_a_kernel_that_is_kept_holds_all_that_it_calls() -> None:
+    from spiral_core.rod._continuation import load_uniform
+
+    names: set[str] = set()
+    add_called(load_uniform.py_func, names)  # type: ignore[attr-defined]
+    kernels = {name.rpartition("_")[0] or name for name in names}
+    assert kernels >= {"load_uniform", "uniform_system", "minimize", "element_derivatives", "dot"}
+    assert not kernels & {"solve_on_object", "solve_uniform_from"}
 
 
 def test_kernels_that_cannot_be_compiled_are_a_problem() -> None:

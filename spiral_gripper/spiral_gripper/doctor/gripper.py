@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import sys
 import time
 from collections.abc import Iterator
@@ -64,7 +65,11 @@ class KernelCache:
     def here(cls) -> KernelCache:
         """Return the state of this installation's cache."""
         kernels = list(_kernels())
-        current = sum(_is_kept(kernel) for kernel in kernels)
+        ready: set[str] = set()
+        for kernel in kernels:
+            if is_kept(kernel):
+                add_called(kernel.py_func, ready)
+        current = sum(kernel.py_func.__qualname__ in ready for kernel in kernels)
         return cls(len(kernels), current, Path(kernels[0].stats.cache_path))
 
 
@@ -164,8 +169,23 @@ def _kernels() -> Iterator[Any]:
                 yield value
 
 
-def _is_kept(kernel: Any) -> bool:  # noqa: ANN401 - numba's dispatchers are untyped
-    """Return whether the machine code of a kernel, as it is now, is kept on disk."""
+def is_kept(kernel: Any) -> bool:  # noqa: ANN401 - numba's dispatchers are untyped
+    """Return whether the machine code of a kernel, as it is now, is kept on disk.
+
+    numba tells whether a source has changed by its digest, older versions by its time.
+    """
     source, name = Path(kernel.py_func.__code__.co_filename), kernel.py_func.__qualname__
+    changed, digest = source.stat().st_mtime, hashlib.sha256(source.read_bytes()).digest()
     kept = Path(kernel.stats.cache_path).glob(f"*.{name}-*.nbi")
-    return any(index.stat().st_mtime >= source.stat().st_mtime for index in kept)
+    return any(digest in file.read_bytes() or file.stat().st_mtime >= changed for file in kept)
+
+
+def add_called(function: Any, names: set[str]) -> None:  # noqa: ANN401
+    """Add the names of a kernel and of all that it calls: its machine code holds theirs."""
+    if function.__qualname__ in names:
+        return
+    names.add(function.__qualname__)
+    for name in function.__code__.co_names:
+        called = function.__globals__.get(name)
+        if hasattr(called, "py_func"):
+            add_called(called.py_func, names)
