@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures in the units that the reader chose, wherever they are printed or drawn."""
 
+import io
 import json
 from contextlib import suppress
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
-from spiral_core import InvalidInputError, WrapCurve
+from spiral_core import InvalidInputError, Pull, WrapCurve
 from spiral_gripper import convert_from_si, display_units, load_gripper, plot
 from spiral_gripper.cli import main as cli
 from spiral_gripper.files.shown import axis_label, number, scale_of, shown, shown_range
 from spiral_gripper.files.units import Dimension
+from spiral_gripper.reports.grip_document import print_forces
+from spiral_gripper.reports.grip_study import print_outcomes
 
 WRAP = ["wrap", "paper_design_70", "--radius", "20 mm"]
 
@@ -79,3 +84,15 @@ def test_a_refusal_is_in_the_chosen_units(capfd):
 def test_units_that_are_none_are_refused(capfd):
     assert cli.run([*WRAP, "--units", "psi,parsnip"]) == 2
     assert "got 'parsnip'" in capfd.readouterr().err
+
+
+def test_the_columns_of_a_study_name_their_units():
+    console = Console(file=io.StringIO(), width=200)
+    print_outcomes([], [], console)
+    assert "0 grips, forces at the recommended pressure [kPa, N]" in console.file.getvalue()
+    console = Console(file=io.StringIO(), width=200)
+    grip = SimpleNamespace(forces={Pull.AWAY: [], Pull.TWIST_LEFT: []}, points=[])
+    with display_units("psi"):
+        print_forces(SimpleNamespace(grip=grip), console)
+    for column in ("pressure [psi]", "in contact [mm]", "away from the base [N]", "[N mm]"):
+        assert column in console.file.getvalue()

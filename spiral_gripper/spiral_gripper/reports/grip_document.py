@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from spiral_core.errors import NotGrippableError
@@ -154,7 +155,7 @@ def print_forces(solved: SolvedGrip, console: Console) -> None:
     columns += [axis_label("presses with", "N")]
     columns += [axis_label(_PULLS[pull], _unit(pull)) for pull in grip.forces]
     for column in columns:
-        table.add_column(column, justify="left" if column == "regime" else "right")
+        table.add_column(escape(column), justify="left" if column == "regime" else "right")
     for index, point in enumerate(grip.points):
         held = [_figure(grip.forces[pull][index]) for pull in grip.forces]
         table.add_row(

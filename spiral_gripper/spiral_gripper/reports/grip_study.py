@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from spiral_core.errors import InvalidInputError
@@ -87,7 +88,8 @@ def print_outcomes(
 ) -> None:
     """Print a line for each grip; refusals with their reason below."""
     units = ", ".join(scale_of(unit).unit for unit in ("Pa", "N"))
-    table = Table(title=f"{len(cases)} grips, forces at the recommended pressure [{units}]")
+    title = f"{len(cases)} grips, forces at the recommended pressure [{units}]"
+    table = Table(title=escape(title))
     columns = ("gripper", "radius", "friction", "gravity", "wrapped", "curls", "lost", "at")
     for column in (*columns, "away", "towards"):
         table.add_column(column, justify="left" if column == "gripper" else "right")
