@@ -101,10 +101,10 @@ def test_a_profile_builds_its_spline_once(monkeypatch):
 
 
 def test_self_clearance_is_the_least_distance_of_places_apart() -> None:
-    """Against all pairs; on random curves with turns near each other and one with none."""
+    """Against all pairs, on random curves whose turns are near each other, and one with none."""
     rng = np.random.default_rng(5)
     radius, sites = 0.01, np.linspace(0.0, 1.0, 121)
-    for turns in (0.3, 3.0, 6.0):
+    for turns in (0.3, 3.0, *np.linspace(5.0, 7.0, 20)):
         angle = 2.0 * np.pi * turns * sites
         curve = 0.05 * np.column_stack((np.cos(angle), np.sin(angle), 3.0 * sites))
         curve += rng.normal(scale=5e-4, size=curve.shape)
