@@ -69,6 +69,7 @@ class Rig:
                 Parameter("gravity_timeout", value=5.0),
                 Parameter("activation", value="take_over"),
                 Parameter("marker_rate", value=0.0),
+                Parameter("pressure_rate_up", value=1.0e5),  # a wrap within WRAP_TIME
                 Parameter("grip_radii", value=grip_radii),
             ],
         )
