@@ -102,10 +102,15 @@ def test_ctrl_c_cancels_the_grasp(active):
 
 def test_watch_shows_the_node_and_ends_in_time(active):
     active.wrap(0.02)
-    with started("watch", "--duration", "2", "--namespace", active.get_namespace()) as watch:
-        active.wait_until(lambda: watch.poll() is not None, "the end")
-        shown = watch.stdout.read()
-    assert watch.returncode == 0, shown
+    for duration in ("2", "10", "60"):  # within which it finds the node, however busy the machine
+        with started(
+            "watch", "--duration", duration, "--namespace", active.get_namespace()
+        ) as watch:
+            active.wait_until(lambda watch=watch: watch.poll() is not None, "the end")
+            shown = watch.stdout.read()
+        assert watch.returncode == 0, shown
+        if "57.0" in shown:
+            break
     assert "57.0" in shown
     assert "tracking" in shown
 
