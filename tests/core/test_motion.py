@@ -28,6 +28,8 @@ from spiral_core import (
     solve_motion,
     vibration_modes,
 )
+from spiral_core.rod.motion import solve
+from spiral_core.rod.motion._step import advanced
 
 LENGTH, BENDING = 0.36, 2.7e-4
 SECTION = Section((2.0 / 3.0 * BENDING, BENDING, BENDING))
@@ -209,6 +211,26 @@ def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> No
     rest = solve_contact(heavy, elements=30)
     assert np.abs(motion.positions[-1] - rest.positions).max() < 1e-4 * LENGTH
     assert min(frame.state.gaps.min() for frame in motion.frames) > -1e-6
+
+
+def test_steps_of_the_least_length_are_taken_whatever_their_error(monkeypatch) -> None:
+    floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3), friction=0.3)
+    lying = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3), WEIGHT, obstacles=(floor,))
+    line = np.column_stack((np.linspace(0.0, LENGTH, 5), np.zeros(5), np.zeros(5)))
+    start = solve_contact(lying, start=line, elements=4)
+    tried = []
+
+    def rough(*given):
+        tried.append(given[2])
+        assert len(tried) < 1000
+        return advanced(*given)[0], 1.0
+
+    monkeypatch.setattr(solve, "advanced", rough)
+    # Steps grow to half of the longest in 9.85 ms; then the last two are longer by rounding alone.
+    times = (0.0, 0.0098515625 + 0.02 + 2.5e-12)
+    motion = solve_motion(lambda _: lying, TUBE, times, start=start)
+    assert motion.status is MotionStatus.COMPLETED
+    assert 1.0 < max(tried) / (0.5 * solve.DEFAULT_LONGEST_STEP) < 1.0 + 1e-6
 
 
 def test_a_rod_is_let_go_beside_an_obstacle() -> None:

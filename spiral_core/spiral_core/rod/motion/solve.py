@@ -43,6 +43,8 @@ EVENT_WIDTH, EVENT_PAUSE = 0.03, 20.0
 # Impacts excite vibrations of single elements, which the method damps and no one asks for: once
 # the rod has touched, errors shorten steps to this fraction of the longest one only.
 AFTER_TOUCH = 0.5
+# Steps that differ by this fraction are one.
+ROUNDING = 1e-6
 
 Problem = Callable[[float], ContactProblem]
 
@@ -215,8 +217,9 @@ class _Run:
             return False
         ratio = (self.allowed / max(error, 1e-3 * self.allowed)) ** (1.0 / 3.0)
         factor = float(np.clip(SAFETY * ratio, SHRINKING, GROWTH))
-        if error > 2.0 * self.allowed and duration > self._least(duration):
-            self.step = max(duration * factor, self._least(duration))
+        least = self._least(duration)
+        if error > 2.0 * self.allowed and duration > (1.0 + ROUNDING) * least:
+            self.step = max(duration * factor, least)
             return False
         changes = _changes(self.here, after)
         locating = changes and at > self.quiet_until
@@ -234,7 +237,7 @@ class _Run:
         )
         self.residual = max(self.residual, after.point.solution.residual)
         self.passes += after.point.solution.passes
-        self.step = min(self.longest, max(duration * factor, self._least(duration)))
+        self.step = min(self.longest, max(duration * factor, least))
         return True
 
     def _least(self, duration: float) -> float:
