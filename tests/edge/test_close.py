@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
-from spiral_core import Damping
+from spiral_core import Damping, GripPoint, lay_into_coil
+from spiral_core.grip.hanging import hanging_tube
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import load_description
 from spiral_gripper.reports.closing.document import (
@@ -16,6 +18,7 @@ from spiral_gripper.reports.closing.document import (
     close_rows,
     solve_close,
 )
+from spiral_gripper.reports.grip_plots import object_surface
 
 ASKED = ["close", "paper_design_70", "--radius", "20 mm", "--rate", "500 kPa/s", "--wait", "0.2 s"]
 
@@ -46,3 +49,17 @@ def test_an_interrupt_keeps_what_was_computed() -> None:
     assert not solved.forces
     assert "NOT COMPLETE" in dict(close_rows(solved))
     assert close_as_dict(solved)["complete"] is False
+
+
+def test_the_object_of_an_animation_has_one_length() -> None:
+    setup = lay_into_coil(load_description("paper_design_70").gripper, 0.02)
+    hanging = GripPoint(0.0, setup, hanging_tube(setup))
+    lengths = []
+    for reach in (None, (-0.3, 0.1)):
+        surface = object_surface(hanging, reach)
+        heights = (
+            surface.triangles.reshape(-1, 3) - np.asarray(setup.obstacle.position)
+        ) @ setup.axis
+        lengths.append(np.ptp(heights))
+    assert lengths[1] == pytest.approx(0.4 + 8.0 * hanging.outer_radius, rel=1e-6)
+    assert lengths[0] != pytest.approx(lengths[1], rel=0.01)

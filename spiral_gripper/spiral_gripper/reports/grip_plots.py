@@ -160,22 +160,31 @@ def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
-def draw_coil(axes: Axes, point: GripPoint, view: tuple[str, Vector, Vector]) -> None:
-    """Draw a tube on its object, to scale, seen with these directions to the right and upwards."""
+def draw_coil(
+    axes: Axes,
+    point: GripPoint,
+    view: tuple[str, Vector, Vector],
+    reach: tuple[float, float] | None = None,
+) -> None:
+    """Draw a tube on its object, to scale, seen with these directions to the right and upwards.
+
+    ``reach`` is where the object ends, along its axis [m]; None draws it as far as the tube goes.
+    """
     name, right, up = view
-    surfaces = [tube_surface(point.state, point.outer_radius), object_surface(point)]
+    surfaces = [tube_surface(point.state, point.outer_radius), object_surface(point, reach)]
     draw_surfaces(axes, surfaces, right, up)
     axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
     axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
 
 
-def object_surface(point: GripPoint) -> Surface:
-    """Return the object's surface as far as the tube reaches, and a little beyond."""
+def object_surface(point: GripPoint, reach: tuple[float, float] | None = None) -> Surface:
+    """Return the object's surface as far as the tube reaches, or to ``reach``, and a bit beyond."""
     setup = point.setup
     axis, center = setup.axis, np.asarray(setup.obstacle.position)
     heights = (point.state.positions - center) @ axis
     margin = 4.0 * point.outer_radius
-    low, high = float(heights.min()) - margin, float(heights.max()) + margin
+    first, last = (float(heights.min()), float(heights.max())) if reach is None else reach
+    low, high = first - margin, last + margin
     radii = [surface_radius(point, height) for height in np.linspace(low, high, OBJECT_RINGS)]
     return turned_surface(np.stack((center + low * axis, center + high * axis)), np.array(radii))
 

@@ -28,8 +28,9 @@ from spiral_gripper_ros.tools.injection import local_discovery
 
 # A first start compiles the solver: half a minute, some minutes on a slow machine.
 START_TIMEOUT = 300.0
-# The wrap is reached in about a second, a release in half of one; slow machines get ten times that.
-GRASP_TIMEOUT = 10.0
+# The wrap is reached in about five seconds, a release in half of one; slow machines get ten times
+# that.
+GRASP_TIMEOUT = 50.0
 RELEASE_TIMEOUT = 5.0
 ANSWER_TIMEOUT = 10.0
 # What was published before something ended is heard this much later, at most [s].

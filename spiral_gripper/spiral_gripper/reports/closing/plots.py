@@ -77,8 +77,15 @@ def _draw_frame(figure: Figure, closing: TimedClosing, index: int, limits: Limit
     figure.suptitle(f"{frame.time:.2f} s, {shown(pressure, 'Pa', 3)}")
     for number, view in enumerate(VIEWS, start=1):
         axes = figure.add_subplot(1, len(VIEWS), number)
-        draw_coil(axes, point, view)
+        draw_coil(axes, point, view, _object_reach(closing))
         axes.set(xlim=limits[0], ylim=limits[1])
+
+
+def _object_reach(closing: TimedClosing) -> tuple[float, float]:
+    """Return where an object ends that every frame's tube lies beside, along its axis [m]."""
+    center = np.asarray(closing.setup.obstacle.position)
+    heights = [(frame.state.positions - center) @ closing.setup.axis for frame in closing.frames]
+    return float(np.min(heights)), float(np.max(heights))
 
 
 def _limits(closing: TimedClosing) -> Limits:
