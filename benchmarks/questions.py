@@ -192,8 +192,8 @@ def judge_no_coil(scan: Scan, error: NoCoilError) -> str | None:
     closed = [p for p, r in zip(scan.pressures, scan.radii, strict=True) if not r > 0.0]
     open_turns = [t for t, r in zip(scan.turns, scan.radii, strict=True) if r > 0.0]
     # A sharp maximum between samples is missed by a little.
-    if max(open_turns) > 1.05 * error.turns:
-        return f"{max(open_turns):.4g} turns"
+    if max(open_turns, default=0.0) > 1.05 * error.turns:
+        return f"{max(open_turns, default=0.0):.4g} turns"
     return None if (error.closes_at is not None) == bool(closed) else "closes, or does not"
 
 
