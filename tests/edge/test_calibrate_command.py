@@ -181,4 +181,4 @@ def test_the_report_in_one_file_holds_every_figure_and_the_picture(folder, suffi
         assert name.strip() in text
         assert value in text.replace("&#x27;", "'")
     assert "an object of radius 1 m cannot be gripped" in text
-    assert text.count("data:image/png;base64,") == 1
+    assert text.count("data:image/png;base64,") == 2  # the residuals, and pressure against radius

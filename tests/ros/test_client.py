@@ -146,6 +146,19 @@ def test_cancel_is_sent_at_once(slow, monkeypatch):
     assert sent[0] == "sent"
 
 
+def test_a_wrap_interrupted_before_its_answer_is_known_is_canceled(slow, active, monkeypatch):
+    def interrupted(*_):
+        active.wait_until(lambda: active.status.state == State.GRASPING, "the goal's acceptance")
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(slow._link, "answer", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            slow.wrap(RADIUS)
+    assert slow.cancel()
+    active.wait_for_state(State.RELEASED)
+
+
 @pytest.mark.parametrize("policy", ["hold", AbortPolicy.HOLD])
 def test_the_abort_policy_may_be_a_word(slow, policy):
     slow.wrap(RADIUS, abort_policy=policy)

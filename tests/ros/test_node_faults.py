@@ -11,7 +11,7 @@ from lifecycle_msgs.msg import State as LifecycleState
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from ros.harness import DEADLINE, deliver
+from ros.harness import DEADLINE, FAST_RAMP, PATIENT, deliver
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
@@ -114,6 +114,9 @@ def test_an_exception_while_telling_is_logged_now_and_then_and_the_grip_is_kept(
 
 
 def test_a_shape_that_raises_leaves_the_grip_and_calls_nothing_wrapped(node):
+    node.set_parameters(
+        [Parameter(name, value=value) for name, value in (FAST_RAMP | PATIENT).items()]
+    )
     deliver(node, "object_radius", Float64(data=0.02))
     deadline = time.monotonic() + DEADLINE
     while not node.runtime.control.snapshot().wrapped:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A calibration's report as one file: Markdown or HTML, its figure embedded."""
+"""A calibration's report as one file: Markdown or HTML, its figures embedded."""
 
 from __future__ import annotations
 

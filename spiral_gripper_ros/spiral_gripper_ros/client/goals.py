@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from action_msgs.msg import GoalStatus
+from rclpy.task import Future
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_non_negative, require_positive
@@ -24,6 +25,32 @@ _OUTCOMES = {
     GoalStatus.STATUS_SUCCEEDED: WrapOutcome.SUCCEEDED,
     GoalStatus.STATUS_CANCELED: WrapOutcome.CANCELED,
 }
+
+
+class LateCancel:
+    """Cancels a goal that nobody waits for any more, as soon as its answer comes.
+
+    Args:
+        answer: of the node to the goal; None: there is no such goal.
+
+    Attributes:
+        is_over: whether there is nothing left to cancel.
+    """
+
+    def __init__(self, answer: Future | None = None) -> None:
+        self.is_over = answer is None
+        if answer is not None:
+            answer.add_done_callback(self._on_answer)
+
+    def _on_answer(self, answer: Future) -> None:
+        handle = answer.result()
+        if handle is not None and handle.accepted:
+            handle.cancel_goal_async().add_done_callback(self._on_canceled)
+        else:
+            self.is_over = True
+
+    def _on_canceled(self, _: Future) -> None:
+        self.is_over = True
 
 
 def goal_of_wrap(

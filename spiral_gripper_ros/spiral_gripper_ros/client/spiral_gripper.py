@@ -26,7 +26,12 @@ from spiral_gripper_ros.client.answers import (
     no_node_in,
 )
 from spiral_gripper_ros.client.connection import Connection
-from spiral_gripper_ros.client.goals import goal_of_wrap, request_of_plan, result_of_wrap
+from spiral_gripper_ros.client.goals import (
+    LateCancel,
+    goal_of_wrap,
+    request_of_plan,
+    result_of_wrap,
+)
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.messages.qos import LATEST
@@ -66,7 +71,7 @@ class SpiralGripper:
         self._status: GripStatus | None = None
         self._goal: Any = None
         self._result: Future | None = None
-        self._late: Future | None = None  # a goal's answer that is late, then its cancellation's
+        self._late = LateCancel()
         self._feedback: Grasp.Feedback | None = None
         self._told = 0  # statuses heard when last told of the wrap
         self._connect()
@@ -85,7 +90,7 @@ class SpiralGripper:
     def close(self) -> None:
         """End the connection, once; the gripper goes on with what it does."""
         if not self._link.closed:
-            self._link.spin_until(lambda: self._late is None, GLANCE)
+            self._link.spin_until(lambda: self._late.is_over, GLANCE)
             self._grasp.destroy()
         self._link.close()
 
@@ -222,7 +227,7 @@ class SpiralGripper:
         Raises:
             InvalidInputError: a figure is not possible.
             NoAnswerError: the node does not answer. If the goal is accepted later, the next call
-                of this object that hears of it cancels it.
+                of this object that hears of it cancels it, as after an interrupt.
         """
         goal = goal_of_wrap(radius, overpressure, timeout, abort_policy)
         self._link.require(self._grasp.server_is_ready)
@@ -230,14 +235,16 @@ class SpiralGripper:
         answer = self._grasp.send_goal_async(goal, feedback_callback=self._on_feedback)
         try:
             handle = self._link.answer(answer, "grasp")
+            if handle.accepted:
+                self._goal, self._result = handle, handle.get_result_async()
+                self._told = self._statuses
         except NoAnswerError as error:
-            self._late = answer
-            answer.add_done_callback(self._cancel_if_accepted)
+            self._late = LateCancel(answer)
             late = "it may still start; it is canceled as soon as it answers; release() vents"
             raise NoAnswerError(f"{error.missing}: {late}", error.timeout) from None
-        if handle.accepted:
-            self._goal, self._result = handle, handle.get_result_async()
-            self._told = self._statuses
+        except BaseException:  # Ctrl-C: the node may have accepted what is not known here yet
+            self._goal, self._result, self._late = None, None, LateCancel(answer)
+            raise
         return bool(handle.accepted)
 
     def is_done(self) -> bool:
@@ -291,8 +298,10 @@ class SpiralGripper:
         Raises:
             NoAnswerError: the node does not answer.
         """
+        was_late = not self._late.is_over
+        self._link.require(lambda: self._late.is_over)
         if self._result is None or self._result.done():
-            return False
+            return was_late
         self._link.require(self._grasp.server_is_ready)
         answer = self._link.answer(self._goal.cancel_goal_async(), "grasp (cancel)")
         return len(answer.goals_canceling) > 0
@@ -307,17 +316,6 @@ class SpiralGripper:
     def _on_feedback(self, message: Any) -> None:  # noqa: ANN401
         self._feedback = message.feedback
         self._told = self._statuses
-
-    def _cancel_if_accepted(self, answer: Future) -> None:
-        """Cancel a goal whose answer comes after the program was told that there is none."""
-        handle = answer.result()
-        accepted = handle is not None and handle.accepted
-        self._late = handle.cancel_goal_async() if accepted else None
-        if self._late is not None:
-            self._late.add_done_callback(self._forget_late)
-
-    def _forget_late(self, _: Future) -> None:
-        self._late = None
 
     def _missing(self) -> str:
         """Return what there is of the gripper's node, and how to go on."""
