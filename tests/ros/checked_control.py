@@ -15,7 +15,8 @@ from spiral_gripper_ros.control.limits import FaultPolicy, Limits
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State
 
-SANE = Limits(pressure_cap=9.0e4)
+# Half a second to the pressure of a wrap, so that a run of some ticks ends there.
+SANE = Limits(pressure_cap=9.0e4, pressure_rate_up=1.0e5)
 GRIPPING = {State.TRACKING, State.HOLDING, State.RAMPING_DOWN, State.GRASPING}
 # What is left of a second's digits after a hundred leaps of the inner clock [s].
 CLOCK_RESOLUTION = 1.0e-8
