@@ -28,6 +28,7 @@ from spiral_core import (
     follow_path,
 )
 from spiral_core.rod.path import RodPath
+from spiral_core.wrap.branch import LEAST_RADIUS
 from spiral_core.wrap.wrap import wrapped_radius
 from spiral_gripper import available_grippers, load_gripper
 
@@ -189,12 +190,22 @@ def judge_no_coil(scan: Scan, error: NoCoilError) -> str | None:
     """Return what is untrue in the statement that nothing coils; None if nothing is."""
     if scan.coiled():
         return "it coils"
-    closed = [p for p, r in zip(scan.pressures, scan.radii, strict=True) if not r > 0.0]
-    open_turns = [t for t, r in zip(scan.turns, scan.radii, strict=True) if r > 0.0]
+    # Where it says that the coil closes, the turns are those with room inside, else all of them.
+    counted = [
+        turns
+        for turns, radius in zip(scan.turns, scan.radii, strict=True)
+        if radius > 0.0 or error.closes_at is None
+    ]
     # A sharp maximum between samples is missed by a little.
-    if max(open_turns, default=0.0) > 1.05 * error.turns:
-        return f"{max(open_turns, default=0.0):.4g} turns"
-    return None if (error.closes_at is not None) == bool(closed) else "closes, or does not"
+    if max(counted, default=0.0) > 1.05 * error.turns:
+        return f"{max(counted):.4g} turns"
+    if error.closes_at is None:
+        untrue = not (scan.radii[-1] > 0.0 or error.at_actuator_limit)
+        return "closed at the limit that is to be raised" if untrue else None
+    i = min(int(np.searchsorted(scan.pressures, error.closes_at)), len(scan.pressures) - 1)
+    there = scan_of(scan.gripper, *path_of(scan.gripper, [error.closes_at], scan.states[i]))
+    closed = there.radii[0] <= scan.slack(0.0) + LEAST_RADIUS * scan.outer_radius
+    return None if closed else f"open at {error.closes_at:.6g} Pa"
 
 
 def axes_for(gripper: Gripper, rng: np.random.Generator) -> list[Vector | None]:

@@ -124,7 +124,8 @@ class NoCoilError(SpiralError):
         turns: the most turns it makes with room for an object inside the coil; 0 without any.
         turns_required: the turns that count as a wrap.
         pressure: where it makes them [Pa].
-        closes_at: from where on the coil has closed on itself [Pa]; None if it does not.
+        closes_at: the lowest pressure found at which the coil has closed on itself [Pa]; None if it
+            does not. About a given axis it may open again above.
         at_actuator_limit: whether the actuator has no more pressure to give.
 
     Example:
@@ -157,7 +158,7 @@ ask for fewer turns
                 "coil; take a thinner tube, or a single fiber that is less steep"
             )
         closed = self.closes_at is not None
-        past = f"; from {self.closes_at:.6g} Pa on the coil has closed on itself" if closed else ""
+        past = f"; at {self.closes_at:.6g} Pa the coil has closed on itself" if closed else ""
         stronger = "" if closed or self.at_actuator_limit else ", raise the pressure limit"
         return (
             f"the gripper makes {rounded_down(self.turns, 3):g} turns at most "

@@ -121,7 +121,7 @@ def test_a_coil_that_closed_is_no_reason_to_ask_for_more_pressure() -> None:
     assert "makes 1.04 turns at most (at 50000 Pa)" in limited
     assert "raise the pressure limit" in limited
     closed = str(NoCoilError(7.0, 10.0, 5.0e4, closes_at=6.0e4))
-    assert "from 60000 Pa on the coil has closed on itself" in closed
+    assert "at 60000 Pa the coil has closed on itself" in closed
     assert "raise the pressure limit" not in closed
     nothing = str(NoCoilError(0.0, 1.05, 5.0e4, closes_at=1.0e3))
     assert "no pressure up to 50000 Pa leaves room for an object" in nothing

@@ -20,6 +20,7 @@ from spiral_core import (
 )
 from spiral_core.wrap.coil import coil_from_state
 from spiral_core.wrap.curve import RADIUS_TOLERANCE
+from spiral_core.wrap.scan import PressureScan
 
 G = 9.80665
 AXIS = (1.0, 0.0, 0.0)
@@ -126,6 +127,14 @@ def test_a_tube_that_snaps_is_answered_on_both_sides() -> None:
     assert np.linalg.norm(after - before) > 0.02
 
 
+def test_what_a_tube_wraps_right_after_a_snap_is_in_range() -> None:
+    curve = WrapCurve(paper_gripper("P2", (-0.1187 * G, -0.4911 * G, 0.863 * G)))
+    (snap,) = curve.snap_pressures
+    landed = curve.wrap_at_pressure(1.0001 * snap)
+    found = curve.wrap_for_radius(landed.object_radius)
+    assert found.pressure == pytest.approx(landed.pressure, rel=1e-7)
+
+
 def test_the_reason_is_what_ends_the_range() -> None:
     closing = WrapCurve(linear_gripper(curvature=250.0, torsion=-30.0))
     limited = WrapCurve(linear_gripper())
@@ -157,6 +166,18 @@ def test_turns_that_leave_no_room_are_not_called_too_few() -> None:
     # Between the samples of the range, 1 % of it apart.
     assert caught.value.closes_at == pytest.approx(closes, rel=0.02)
     assert caught.value.turns == pytest.approx(0.5 * rate * closes / 1e5 / 2 / math.pi, rel=0.02)
+
+
+def test_a_coil_that_opens_again_is_not_called_closed_from_there_on() -> None:
+    gripper = paper_gripper("P2", (0.0, G, 0.0), AXIS)
+    with pytest.raises(NoCoilError) as caught:
+        WrapCurve(gripper)
+    error, scan = caught.value, PressureScan(gripper)
+    assert error.closes_at is not None
+    assert error.closes_at < error.pressure
+    assert not scan.wrap_at(error.closes_at).object_radius > 1e-3 * OUTER_RADIUS
+    assert scan.wrap_at(error.pressure).object_radius > 1e-3 * OUTER_RADIUS
+    assert f"; at {error.closes_at:.6g} Pa the coil has closed on itself;" in str(error)
 
 
 def measured(curvatures: tuple[float, ...], torsions: tuple[float, ...]) -> WrapCurve:

@@ -35,9 +35,10 @@ SAMPLE_TURN = 1.2
 # About a given axis the wrapped radius rises and falls once per turn of the tip: this many samples
 # in place of one show each rise.
 GIVEN_AXIS_SAMPLES = 4
-# A track goes on to this fraction of the distance of two samples from a snap, which is located to
-# 1/4096 of it.
+# A track ends at this fraction of the distance of two samples before a snap, which is located to
+# 1/4096 of it. The next one begins closer to it: the shape that the tube snaps into is a firm one.
 SNAP_MARGIN = 0.01
+LANDING_MARGIN = 1.0 / 2048.0
 # A gripper that turns by more than this [rad], some hundred turns, is not scanned: the work grows
 # with the square of it, and such a length is often one in millimeters that was taken for meters.
 MOST_TURN = 600.0
@@ -95,9 +96,10 @@ class PressureScan:
             low, high = pressures[station : station + 2]
             last = max(f.position for f in path.folds if math.floor(f.position) == station)
             snap = low + (last - station) * (high - low)
-            margin = SNAP_MARGIN * (high - low)
-            before = self._reached(*solved[station], max(snap - margin, low))
-            after = self._reached(*solved[station + 1], min(snap + margin, high))
+            last_held = max(snap - SNAP_MARGIN * (high - low), low)
+            first_landed = min(snap + LANDING_MARGIN * (high - low), high)
+            before = self._reached(*solved[station], last_held)
+            after = self._reached(*solved[station + 1], first_landed)
             self.tracks.append(_track([*joined, *solved[first : station + 1], *before]))
             self.snaps.append(snap)
             joined, first = after, station + 1
