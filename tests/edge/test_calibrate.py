@@ -144,6 +144,7 @@ def test_the_files_law_is_simplified_only_where_the_readings_tell_no_more(folder
     result = run(folder, "--no-save")
     assert result.output.splitlines()[0] == "law: NeoHookean"
     assert "do not tell the constants of mooney_rivlin, the file's law" in result.output
+    assert "--law mooney_rivlin fits it all the same" in result.output
     asked = run(folder, "--no-save", "--law", "mooney_rivlin")
     assert asked.output.splitlines()[0] == "law: MooneyRivlin"
     assert "the file's law" not in asked.output
@@ -151,6 +152,7 @@ def test_the_files_law_is_simplified_only_where_the_readings_tell_no_more(folder
     (folder / "bench.csv").write_text(bench_test(rows=[6] * 6))
     result = run(folder, "--no-save")
     assert result.output.splitlines()[0] == "law: NeoHookean"
+    assert "fits it all the same" not in result.output
     refused = run(folder, "--no-save", "--law", "mooney_rivlin")
     assert refused.exit_code == 2
     assert "at 2 different pressures above 0 at least" in refused.output

@@ -147,10 +147,10 @@ def run_command(
     ]
     own = law_name(description)
     if not options.laws and best.model.fitted_law is not LAWS[own]:
+        fitted = any(one.model.fitted_law is LAWS[own] for one in choice.calibrations)
+        remedy = f"; --law {own} fits it all the same" if fitted else ""
         warnings.insert(
-            0,
-            f"the readings do not tell the constants of {own}, the file's law, apart; "
-            f"--law {own} fits it all the same",
+            0, f"the readings do not tell the constants of {own}, the file's law, apart{remedy}"
         )
     pressures, refusals = _pressures(best, options)
     return CommandResult(choice, _cross_validation(best), tuple(warnings), pressures, refusals)
