@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from spiral_gripper import available_grippers, load_description
+from spiral_gripper import DescriptionError, available_grippers, load_description
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper.files.description import parse_description
@@ -57,6 +57,13 @@ def test_a_value_that_is_hardly_meant_is_named(old, new, expected):
         assert found == ()
         return
     assert any(expected in doubt for doubt in found), found
+
+
+def test_a_pressure_that_a_doubtful_value_rules_out_is_refused_with_the_doubt():
+    text = TEXT.replace("inner_radius: 4.7625 mm", "inner_radius: 4.75 m")
+    with pytest.raises(DescriptionError, match=r"limits\.pressure_max must be at most") as caught:
+        parse_description(text, Path("mine.yaml"))
+    assert "mine.yaml:12:17: tube.inner_radius 4.75 m is not between" in str(caught.value)
 
 
 def test_the_command_line_warns_and_goes_on(tmp_path, capsys):

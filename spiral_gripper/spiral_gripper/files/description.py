@@ -182,7 +182,8 @@ def _description(values: Values, document: Document, source: Path) -> GripperDes
     )
     actuation = _measured_actuation(values) or unlimited.actuation
     pressure_max = _pressure_max(values)
-    _check_pressure(pressure_max, actuation, document)
+    doubts = doubts_of(document, actuator, density)
+    _check_pressure(pressure_max, actuation, document, doubts)
     return GripperDescription(
         source=source,
         description=str(values.get("description", "")),
@@ -191,19 +192,22 @@ def _description(values: Values, document: Document, source: Path) -> GripperDes
         extra_mass_per_length=extra_mass_per_length,
         gripper=replace(unlimited, actuation=actuation, pressure_max=pressure_max),
         written={name: entry.raw for name, entry in document.entries.items()},
-        doubts=doubts_of(document, actuator, density),
+        doubts=doubts,
     )
 
 
-def _check_pressure(pressure_max: float, actuation: ActuationModel, document: Document) -> None:
-    """Refuse a pressure past the actuator's own limit, in the unit of the file."""
+def _check_pressure(
+    pressure_max: float, actuation: ActuationModel, document: Document, doubts: tuple[str, ...]
+) -> None:
+    """Refuse a pressure past the actuator's own limit, in the unit of the file, with doubts."""
     if pressure_max <= actuation.pressure_limit:
         return
     entry = document.entries["limits.pressure_max"]
     unit = unit_of(entry.text, Dimension.PRESSURE)
     limit = convert_from_si(actuation.pressure_limit, unit, Dimension.PRESSURE)
     requirement = (
-        f"at most {_rounded_down(limit)} {unit}, the actuator's own limit: {actuation.limit.value}"
+        f"at most {_rounded_down(limit)} {unit}, the actuator's own limit"
+        f"{''.join(f' ({doubt})' for doubt in doubts)}: {actuation.limit.value}"
     )
     document.complain(Complaint.WRONG, "limits.pressure_max", entry, requirement, entry.raw)
     document.raise_problems()
