@@ -104,7 +104,7 @@ MISUSES = {
         "--payload needs gravity"
     ),
     "grip prototype_p1 --radius '9 mm' --object-axis 0 0 0": "must not all be zero",
-    "grip prototype_p1 --profile {folder}/falling.csv": "falling.csv: positions must be increasing",
+    "grip prototype_p1 --profile {folder}/falling.csv": "[mm] must be increasing, got '10, 0'",
     # wrap
     "wrap prototype_p1": "either --radius or --profile",
     W + "--profile {folder}/good.csv": "either --radius or --profile",
@@ -124,7 +124,7 @@ MISUSES = {
     "wrap prototype_p1 --profile {folder}/binary.yaml": "not text in UTF-8",
     "wrap prototype_p1 --profile {folder}/empty.yaml": "columns with units",
     "wrap prototype_p1 --profile {folder}/good.csv": "columns with units",
-    "wrap prototype_p1 --profile {folder}/falling.csv": "falling.csv: positions must be increasing",
+    "wrap prototype_p1 --profile {folder}/falling.csv": "[mm] must be increasing, got '10, 0'",
     "wrap prototype_p1 --profile {folder}/cone.csv --pressure '8 psi'": "--pressure goes with",
     # design
     "design": "--radius-min",

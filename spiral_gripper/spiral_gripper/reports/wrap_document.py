@@ -213,7 +213,10 @@ def read_profile(path: Path) -> ObjectProfile:
     try:
         return ObjectProfile(positions=columns[0], radii=columns[1])
     except InvalidInputError as error:
-        raise InvalidInputError(f"{path}: {error.field}", error.value, error.requirement) from None
+        place = ("positions", "radii").index(error.field)
+        written = ", ".join(row[place].strip() for row in rows[1:])
+        name = f"{path}: {rows[0][place].strip()}"
+        raise InvalidInputError(name, written, error.requirement) from None
 
 
 def _scales(header: list[str], path: Path) -> tuple[float, float]:
