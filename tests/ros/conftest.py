@@ -35,10 +35,6 @@ from spiral_gripper_ros.client import SpiralGripper
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.gripper_node import GripperNode
 
-# A shell's background jobs ignore Ctrl-C, and so would every process that is started here.
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-
 # An example takes its time on a busy machine.
 hypothesis.settings.register_profile(
     "patient", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
