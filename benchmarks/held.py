@@ -129,6 +129,8 @@ def _judged(seed: int) -> tuple[str, float | None]:
         rest = follow_loss(window)
         if rest is not None and rest.is_wrapped:
             return "WRONG: still wrapped after the loss", off
+        if rest is not None and rest.contact_length > 0.5 * window.points[-1].contact_length:
+            return "WRONG: keeps its contact after the loss", off
         return "window, loss confirmed by following the fall", off
     return f"window, ended by: {window.end.name}", off
 

@@ -289,6 +289,7 @@ def test_there_are_enough_and_of_every_command() -> None:
     assert {text.split()[0] for text in MISUSES} >= COMMANDS.keys()
 
 
+@pytest.mark.timeout(60)  # a hang that costs no processor time
 @pytest.mark.parametrize("text", MISUSES)
 def test_a_misuse_is_answered_at_once_with_the_reason(
     text: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
