@@ -51,7 +51,8 @@ def test_energy_is_the_documented_one(angle: float, varying: bool) -> None:
         q0, q1, n0, n1, row = random_element(angle, seed, varying)
         _, _, u, a0, a1 = kernel_inputs(q0, q1, n0, n1)
         expected = documented.element(q0, q1, n0, n1, row, H)
-        assert rod_element.element_energy(u, a0, a1, row, H) == pytest.approx(expected, rel=1e-13)
+        energy = rod_element.element_energy(u, a0, a1, rod_element.section_of(row), H)
+        assert energy == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("angle", ANGLES)
@@ -60,7 +61,8 @@ def test_gradient_and_hessian_are_those_of_the_energy(angle: float, varying: boo
     for seed in range(3):
         q0, q1, n0, n1, row = random_element(angle, seed, varying)
         x, w, u, a0, a1 = kernel_inputs(q0, q1, n0, n1)
-        g0, g1, h00, h01, h11 = rod_element.element_derivatives(x, w, u, a0, a1, row, H)
+        section = rod_element.section_of(row)
+        g0, g1, h00, h01, h11 = rod_element.element_derivatives(x, w, u, a0, a1, section, H)
 
         def energy(
             eta: np.ndarray,
@@ -86,9 +88,9 @@ def test_an_element_at_its_rest_strain_pushes_nothing() -> None:
     q1 = q0 * Rotation.from_rotvec(H * strain)
     x, w, u = rod_element.element_frame(tuple(q0.as_quat()), tuple(q1.as_quat()), H)
     k = np.array([0.7, 1.1, 1.1])
-    row = np.concatenate(([0.7, 1.1], k * np.array(u), np.zeros(5)))
     none = (0.0, 0.0, 0.0)
-    g0, g1, *_ = rod_element.element_derivatives(x, w, u, none, none, row, H)
+    section = rod_element.Section(0.7, 1.1, tuple(k * np.array(u)), 0.0, 0.0, none)
+    g0, g1, *_ = rod_element.element_derivatives(x, w, u, none, none, section, H)
     np.testing.assert_allclose(np.array(g0 + g1), 0.0, atol=1e-14)
     # The series of the strain differs from the rotation vector by its first term left out.
     left_out = 35.0 / 1152.0 * math.sin(0.5 * H * np.linalg.norm(strain)) ** 8

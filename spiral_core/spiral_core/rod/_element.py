@@ -13,9 +13,10 @@ The first term is the elastic energy at constant strain, the second the Hermite 
 load's trapezoidal rule, the third the energy released by the strain's variation inside the element:
 together the error is O(h^4).
 
-``elements`` is an (N, 10) array: mean torsional and bending stiffness, mean c = K u*, then the
-slopes of those five.
+``elements`` is an (N, 10) array, a row for each element: see :class:`Section`.
 """
+
+from typing import NamedTuple
 
 from spiral_core.numerics.kernel import inlined
 from spiral_core.rod._algebra import (
@@ -40,6 +41,38 @@ from spiral_core.rod._algebra import (
     skew_matmul,
     transpose,
 )
+
+
+class Section(NamedTuple):
+    """The section in the middle of an element, and how it changes along the rod.
+
+    Attributes:
+        torsional: mean torsional stiffness [N m^2].
+        bending: mean bending stiffness [N m^2].
+        rest: mean rest moment c = K u* [N m].
+        torsional_slope, bending_slope, rest_slope: their derivatives along the rod.
+    """
+
+    torsional: float
+    bending: float
+    rest: Vec
+    torsional_slope: float
+    bending_slope: float
+    rest_slope: Vec
+
+
+@inlined
+def section_of(row: Array) -> Section:
+    """Return the section that a row of ``elements`` holds."""
+    return Section(
+        row[0], row[1], (row[2], row[3], row[4]), row[5], row[6], (row[7], row[8], row[9])
+    )
+
+
+@inlined
+def moment_of(u: Vec, torsional: float, bending: float, rest: Vec) -> Vec:
+    """Return K u - c."""
+    return (torsional * u[0] - rest[0], bending * u[1] - rest[1], bending * u[2] - rest[2])
 
 
 @inlined
@@ -67,52 +100,53 @@ def element_frame(q0: Quat, q1: Quat, h: float) -> tuple[Vec, float, Vec]:
 
 
 @inlined
-def imbalance(u: Vec, row: Array, mean_load: Vec) -> Vec:
+def imbalance(u: Vec, section: Section, mean_load: Vec) -> Vec:
     """Return G, the moment imbalance per length in the middle of an element of strain u [N]."""
-    kt, kb = row[0], row[1]
-    m = (kt * u[0] - row[2], kb * u[1] - row[3], kb * u[2] - row[4])
-    varying = (row[5] * u[0] - row[7], row[6] * u[1] - row[8], row[6] * u[2] - row[9])
+    m = moment_of(u, section.torsional, section.bending, section.rest)
+    varying = moment_of(u, section.torsional_slope, section.bending_slope, section.rest_slope)
     return add(add(varying, cross(u, m)), (0.0, -mean_load[2], mean_load[1]))
 
 
 @inlined
-def element_energy(u: Vec, a0: Vec, a1: Vec, row: Array, h: float) -> float:
+def element_energy(u: Vec, a0: Vec, a1: Vec, section: Section, h: float) -> float:
     """Return W of one element [J] (see the module's head)."""
-    kt, kb = row[0], row[1]
+    kt, kb, c = section.torsional, section.bending, section.rest
     elastic = (
         0.5 * (kt * u[0] * u[0] + kb * (u[1] * u[1] + u[2] * u[2]))
-        - row[2] * u[0]
-        - row[3] * u[1]
-        - row[4] * u[2]
+        - c[0] * u[0]
+        - c[1] * u[1]
+        - c[2] * u[2]
     )
     change = (0.0, -(a1[2] - a0[2]), a1[1] - a0[1])
-    g = imbalance(u, row, scale(0.5, add(a0, a1)))
+    g = imbalance(u, section, scale(0.5, add(a0, a1)))
     released = (kb * g[0] * g[0] + kt * (g[1] * g[1] + g[2] * g[2])) / (kt * kb)
     energy: float = h * elastic + h * h / 12.0 * dot(u, change) - h * h * h / 24.0 * released
     return energy
 
 
 @inlined
-def strain_derivatives(u: Vec, a0: Vec, a1: Vec, row: Array, h: float) -> tuple[Vec, Mat, Mat, Vec]:
+def strain_derivatives(
+    u: Vec, a0: Vec, a1: Vec, section: Section, h: float
+) -> tuple[Vec, Mat, Mat, Vec]:
     """Return dW/du, d2W/du2, and h^3/12 times J^T K^-1 and K^-1 G, with J = dG/du."""
-    kt, kb = row[0], row[1]
+    kt, kb = section.torsional, section.bending
     third = h * h * h / 12.0
     square = h * h / 12.0
-    m = (kt * u[0] - row[2], kb * u[1] - row[3], kb * u[2] - row[4])
-    g = imbalance(u, row, scale(0.5, add(a0, a1)))
+    m = moment_of(u, kt, kb, section.rest)
+    g = imbalance(u, section, scale(0.5, add(a0, a1)))
     per_both = third / (kt * kb)
     twist, bend = per_both * kb, per_both * kt
     y = (twist * g[0], bend * g[1], bend * g[2])
     j = (
-        row[5],
+        section.torsional_slope,
         m[2] - kb * u[2],
         kb * u[1] - m[1],
         kt * u[2] - m[2],
-        row[6],
+        section.bending_slope,
         m[0] - kb * u[0],
         m[1] - kt * u[1],
         kb * u[0] - m[0],
-        row[6],
+        section.bending_slope,
     )
     jc = (
         twist * j[0],
@@ -182,10 +216,10 @@ def load_pair(k: float, a: Vec, b: Vec) -> Mat:
 
 @inlined
 def element_derivatives(
-    x: Vec, w: float, u: Vec, a0: Vec, a1: Vec, row: Array, h: float
+    x: Vec, w: float, u: Vec, a0: Vec, a1: Vec, section: Section, h: float
 ) -> tuple[Vec, Vec, Mat, Mat, Mat]:
     """Return gradient and Hessian of W for rotations eta of both nodes: g0, g1, H00, H01, H11."""
-    w_u, w_uu, jc, y = strain_derivatives(u, a0, a1, row, h)
+    w_u, w_uu, jc, y = strain_derivatives(u, a0, a1, section, h)
     square = h * h / 12.0
     # Chain through u(x) = c f x: F = du/dx = c f I + s x x^T.
     f, f1, f2 = strain_factor(dot(x, x))
@@ -216,7 +250,7 @@ def element_derivatives(
     half = matscale(-0.5, jc)
     load0 = turned_load(matadd(half, diagonal(-square, -square, -square)), a0)
     load1 = turned_load(matadd(half, diagonal(square, square, square)), a1)
-    k = 0.25 * h * h * h / (12.0 * row[1])
+    k = 0.25 * h * h * h / (12.0 * section.bending)
     bend = 0.5 * s * w
     pull0 = pushed_back(load0, x, w, cf, bend, -1.0)
     pull1 = pushed_back(load1, x, w, cf, bend, 1.0)

@@ -44,6 +44,7 @@ from spiral_core.rod._element import (
     element_energy,
     element_frame,
     rotated_load_hessian,
+    section_of,
 )
 from spiral_core.rod._system import System
 
@@ -77,11 +78,11 @@ def scales_of(system: System) -> Scales:
     """Return the scales of a rod, with its smallest bending stiffness."""
     bending, length, shortest, across = np.inf, 0.0, np.inf, 0.0
     for i in range(system.steps.shape[0]):
-        row = system.elements[i]
-        bending = min(bending, row[1])
+        section = section_of(system.elements[i])
+        bending = min(bending, section.bending)
         length += system.steps[i]
         shortest = min(shortest, system.steps[i])
-        across = max(across, abs(row[3]), abs(row[4]))
+        across = max(across, abs(section.rest[1]), abs(section.rest[2]))
     for i in range(system.force.shape[0]):
         across = max(across, length * abs(system.force[i, 1]), length * abs(system.force[i, 2]))
     across = max(across, abs(system.tip_moment[1]), abs(system.tip_moment[2]))
@@ -143,11 +144,11 @@ def newton_pass(
         q0, a0 = q1, a1
         q1 = quaternion_at(q, i + 1)
         a1 = to_material(q1, vector_at(system.force, i + 1))
-        h, row = system.steps[i], system.elements[i]
+        h, section = system.steps[i], section_of(system.elements[i])
         x, w, u = element_frame(q0, q1, h)
         pull0, pull1 = end_loads(system, i, q0, q1, a0, a1)
-        energy += element_energy(u, a0, a1, row, h) - pull0[0] - pull1[0]
-        g0, g1, h00, h01, h11 = element_derivatives(x, w, u, a0, a1, row, h)
+        energy += element_energy(u, a0, a1, section, h) - pull0[0] - pull1[0]
+        g0, g1, h00, h01, h11 = element_derivatives(x, w, u, a0, a1, section, h)
         g1 = add(g1, cross(pull1, TANGENT))
         carried = (0.0, 0.0, 0.0)
         fill = shifted

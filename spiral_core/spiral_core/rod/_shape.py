@@ -19,7 +19,13 @@ from spiral_core.rod._algebra import (
     to_material,
     vector_at,
 )
-from spiral_core.rod._element import element_derivatives, element_frame, imbalance, strain_factor
+from spiral_core.rod._element import (
+    element_derivatives,
+    element_frame,
+    imbalance,
+    section_of,
+    strain_factor,
+)
 from spiral_core.rod._elimination import end_loads
 from spiral_core.rod._system import System
 
@@ -76,16 +82,20 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
         q0, a0 = q1, a1
         q1 = quaternion_at(q, i + 1)
         a1 = to_material(q1, vector_at(system.force, i + 1))
-        h, row = system.steps[i], system.elements[i]
+        h, section = system.steps[i], section_of(system.elements[i])
         x, w, strain = element_frame(q0, q1, h)
         # Past half a turn the quaternion's real part changes its sign.
         largest = max(largest, 1.0 - w)
-        g = imbalance(strain, row, scale(0.5, add(a0, a1)))
-        relaxed = (g[0] / row[0], g[1] / row[1], g[2] / row[1])
+        g = imbalance(strain, section, scale(0.5, add(a0, a1)))
+        relaxed = (
+            g[0] / section.torsional,
+            g[1] / section.bending,
+            g[2] / section.bending,
+        )
         arc = scale(h * arc_shortening(dot(x, x)), cross(x, cross(x, TANGENT)))
         bend = scale(h * h * h / 12.0, cross(relaxed, TANGENT))
         at = add(at, to_base(middle(q0, q1), add(scale(h, TANGENT), add(arc, bend))))
-        g0, g1, _, _, _ = element_derivatives(x, w, strain, a0, a1, row, h)
+        g0, g1, _, _, _ = element_derivatives(x, w, strain, a0, a1, section, h)
         pull0, pull1 = end_loads(system, i, q0, q1, a0, a1)
         m = scale(-1.0, add(g0, cross(pull0, TANGENT)))
         push = add(g1, cross(pull1, TANGENT))

@@ -8,7 +8,7 @@ import numpy as np
 
 from spiral_core.numerics.kernel import compiled, inlined
 from spiral_core.rod._algebra import Array
-from spiral_core.rod._element import strain_factor
+from spiral_core.rod._element import section_of, strain_factor
 from spiral_core.rod._profiles import UniformRod
 
 
@@ -19,7 +19,7 @@ class System(NamedTuple):
         force: (N + 1, 3) force of everything beyond a node, base frame [N].
         distributed: (N, 6) load per length at each element's two ends, base frame [N/m].
         tip_moment: (3,) base frame [N m].
-        elements: (N, 10), see :mod:`spiral_core.rod._element`.
+        elements: (N, 10), a :class:`Section` each.
         steps: (N,) lengths of the elements [m].
         sections: (N + 1, 5) at the nodes: GJ and EI [N m^2], and K u* [N m]; where a property
             jumps, its value on the tip's side.
@@ -120,8 +120,10 @@ def constant_strain_energy(elements: Array, steps: Array) -> float:
     """Return the energy [J] that takes each element from its mean rest strain to none."""
     energy = 0.0
     for i in range(elements.shape[0]):
-        e = elements[i]
-        energy += 0.5 * steps[i] * (e[2] * e[2] / e[0] + (e[3] * e[3] + e[4] * e[4]) / e[1])
+        section = section_of(elements[i])
+        c = section.rest
+        bent = (c[1] * c[1] + c[2] * c[2]) / section.bending
+        energy += 0.5 * steps[i] * (c[0] * c[0] / section.torsional + bent)
     return energy
 
 

@@ -17,6 +17,7 @@ from spiral_core.rod._algebra import (
     to_base,
     vector_at,
 )
+from spiral_core.rod._element import section_of
 from spiral_core.rod._system import System
 
 
@@ -67,12 +68,12 @@ def turn_about_base_axis(q: Array, system: System) -> float:
     n = system.elements.shape[0]
     cosine, sine = 0.0, 0.0
     for i in range(n):
-        h, row = system.steps[i], system.elements[i]
+        h, rest = system.steps[i], section_of(system.elements[i]).rest
         a, b = quaternion_at(q, i), quaternion_at(q, i + 1)
         _, y, z, _ = quaternion_product((-a[0], -a[1], -a[2], a[3]), b)
         t = to_base(b, TANGENT)
-        cosine -= 2.0 * (row[3] * y + row[4] * z)
-        sine -= 2.0 * (row[4] * y - row[3] * z)
+        cosine -= 2.0 * (rest[1] * y + rest[2] * z)
+        sine -= 2.0 * (rest[2] * y - rest[1] * z)
         if i == n - 1:
             h *= 0.5
         cosine -= h * (system.force[i + 1, 1] * t[1] + system.force[i + 1, 2] * t[2])
