@@ -18,6 +18,7 @@ from spiral_core import (
     DesignRequirement,
     Elastomer,
     InvalidInputError,
+    MooneyRivlin,
     Preference,
     TubeSize,
     WrapCurve,
@@ -27,7 +28,7 @@ from spiral_gripper import load_description, load_tubing
 from spiral_gripper.files.description import parse_description
 from spiral_gripper_msgs.srv import DesignGripper
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.design_service import question_from_msg
+from spiral_gripper_ros.node.design_service import fill_response, question_from_msg
 
 LIMITS = {
     "object_length": 0.25,
@@ -103,6 +104,7 @@ def assert_same(answer, report):
     assert answer.tube_wall_thickness == design.tube.wall_thickness
     assert answer.fiber_angle_alpha == design.actuator.fibers.alpha
     assert answer.fiber_angle_beta == design.actuator.fibers.beta
+    assert answer.fiber_angle_gamma == design.actuator.single_fibers[0].angle
     assert (answer.length, answer.length_helix) == (design.length, design.helix_length)
     assert answer.cut_length == design.cut_length
     assert [(w.angle, w.pitch, w.turns, w.fiber_length) for w in answer.windings] == [
@@ -169,6 +171,26 @@ def test_a_whole_request_reaches_the_procedure(active):
     assert_same(answer, design_gripper(requirement))
 
 
+def test_the_angle_of_the_single_fiber_is_answered():
+    """Without a node: the shipped grippers' constants are of the law for straight fibers."""
+    gamma = math.radians(2.0)
+    elastomer = Elastomer("section latex", MooneyRivlin(95.0e3, 10.0e3), 950.0)
+    tubes = (TubeSize("3/8 in x 1/32 in", 4.7625e-3, 0.79375e-3),)
+    report = design_gripper(
+        DesignRequirement(
+            radius_min=0.011,
+            radius_max=0.030,
+            tubes=tubes,
+            elastomers=(elastomer,),
+            fiber_angles_beta=(math.radians(70.0),),
+            fiber_angles_gamma=(gamma,),
+        )
+    )
+    answer = fill_response(DesignGripper.Response(), report)
+    assert answer.fiber_angle_gamma == gamma
+    assert_same(answer, report)
+
+
 def test_a_catalog_by_name(active):
     tubing = load_tubing("natural_latex")
     requirement = own_requirement(
@@ -216,6 +238,8 @@ def test_the_description_loads_as_the_design(active):
         (0.011, 0.03, {"length_max": -1.0}, "length_max"),
         (0.011, 0.03, {"fiber_angles_beta": [math.nan]}, "beta"),
         (0.011, 0.03, {"fiber_angles_beta": [-0.5], "fiber_angle_alpha": 0.5}, "extend"),
+        (0.011, 0.03, {"fiber_angles_gamma": [math.nan]}, "gamma"),
+        (0.011, 0.03, {"fiber_angles_gamma": [0.03]}, "constants of the section law"),
         (0.011, 0.03, {"gravity": [Vector3(x=math.inf)]}, "gravity"),
         (0.011, 0.03, {"object_axis": [Vector3()]}, "object_axis"),
         (0.011, 0.03, {"tubing": "silicone"}, "natural_latex"),
@@ -361,7 +385,7 @@ def test_more_combinations_than_can_be_computed_are_refused(active):
         fiber_angles_beta=angles,
     )
     assert not answer.success
-    assert "at most 2000, got '200 x 200'" in answer.message
+    assert "at most 2000, got '200 x 200 x 1'" in answer.message
 
 
 def test_the_interface_bounds_every_list_of_a_request():

@@ -6,10 +6,10 @@ import threading
 
 import pytest
 
-from spiral_core import InvalidInputError
+from spiral_core import InvalidInputError, PressureLaw
 from spiral_gripper import load_description
 from spiral_gripper_ros.planning import design_worker
-from spiral_gripper_ros.planning.design_question import DesignQuestion
+from spiral_gripper_ros.planning.design_question import DesignQuestion, requirement_from_question
 from spiral_gripper_ros.planning.design_worker import DesignEndedError, DesignProcess
 
 QUESTION = DesignQuestion(
@@ -25,6 +25,7 @@ QUESTION = DesignQuestion(
     tube_wall_thicknesses=(),
     fiber_angles_beta=(),
     fiber_angle_alpha=0.0,
+    fiber_angles_gamma=(),
     end_allowance=0.0,
     gravity=(9.80665, 0.0, 0.0),
     object_axis=None,
@@ -40,6 +41,19 @@ LONG = dataclasses.replace(
 @pytest.fixture
 def description():
     return load_description("paper_design_70")
+
+
+def test_angles_of_the_single_fiber_are_candidates_and_count_as_such(description):
+    assert requirement_from_question(QUESTION, description).fiber_angles_gamma == (0.0,)
+    section = dataclasses.replace(description.actuator, pressure_law=PressureLaw.SECTION)
+    gripper_of_section = dataclasses.replace(description, actuator=section)
+    helical = dataclasses.replace(QUESTION, fiber_angles_gamma=(0.0, 0.03))
+    assert requirement_from_question(helical, gripper_of_section).fiber_angles_gamma == (0.0, 0.03)
+    with pytest.raises(InvalidInputError, match="belong to the uniform pressure law"):
+        requirement_from_question(helical, description)
+    many = dataclasses.replace(LONG, fiber_angles_gamma=tuple(0.001 * k for k in range(9)))
+    with pytest.raises(InvalidInputError, match="combinations of tube and angles must be at most"):
+        requirement_from_question(many, gripper_of_section)
 
 
 def test_a_design_is_answered(description):

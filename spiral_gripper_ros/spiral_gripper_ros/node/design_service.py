@@ -48,6 +48,7 @@ def question_from_msg(request: Any, gravity: Vector) -> DesignQuestion:  # noqa:
         tube_wall_thicknesses=tuple(request.tube_wall_thicknesses),
         fiber_angles_beta=tuple(request.fiber_angles_beta),
         fiber_angle_alpha=request.fiber_angle_alpha,
+        fiber_angles_gamma=tuple(request.fiber_angles_gamma),
         end_allowance=request.end_allowance,
         gravity=gravity,
         object_axis=axis,
@@ -96,6 +97,7 @@ def _fill_design(response: Any, design: Design) -> None:  # noqa: ANN401
     response.tube_inner_radius = design.tube.inner_radius
     response.tube_wall_thickness = design.tube.wall_thickness
     response.fiber_angle_alpha, response.fiber_angle_beta = fibers.alpha, fibers.beta
+    response.fiber_angle_gamma = design.actuator.single_fibers[0].angle
     response.length, response.length_helix = design.length, design.helix_length
     response.cut_length = design.cut_length
     response.windings = [

@@ -40,6 +40,7 @@ class DesignQuestion:
         tube_wall_thicknesses: [m].
         fiber_angles_beta: [rad].
         fiber_angle_alpha: [rad].
+        fiber_angles_gamma: [rad]; empty: straight.
         end_allowance: [m].
         gravity: [m/s^2].
         object_axis: direction, of any length; None: the gripper's own.
@@ -58,6 +59,7 @@ class DesignQuestion:
     tube_wall_thicknesses: tuple[float, ...]
     fiber_angles_beta: tuple[float, ...]
     fiber_angle_alpha: float
+    fiber_angles_gamma: tuple[float, ...]
     end_allowance: float
     gravity: Vector
     object_axis: Vector | None
@@ -76,10 +78,11 @@ def requirement_from_question(
     own = Elastomer(gripper.name, actuator.material, description.density, actuator.pressure_law)
     tubes, elastomer = _on_offer(question, description, own)
     angles = question.fiber_angles_beta or DEFAULT_BETAS
-    if len(tubes) * len(angles) > MOST_COMBINATIONS:
+    single_angles = question.fiber_angles_gamma or (0.0,)
+    if len(tubes) * len(angles) * len(single_angles) > MOST_COMBINATIONS:
         raise InvalidInputError(
-            "combinations of tube and angle",
-            f"{len(tubes)} x {len(angles)}",
+            "combinations of tube and angles",
+            f"{len(tubes)} x {len(angles)} x {len(single_angles)}",
             f"at most {MOST_COMBINATIONS}",
         )
     return DesignRequirement(
@@ -88,6 +91,7 @@ def requirement_from_question(
         tubes=tubes,
         elastomers=(elastomer,),
         fiber_angles_beta=angles,
+        fiber_angles_gamma=single_angles,
         fiber_angle_alpha=_given(question.fiber_angle_alpha, actuator.fiber_pair.alpha),
         turns_required=_given(question.turns_required, gripper.turns_required),
         object_length=_limit(question.object_length),
