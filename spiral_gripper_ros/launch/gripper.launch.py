@@ -6,6 +6,7 @@ Nothing here waits for the node: it configures and activates itself, after a res
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription
@@ -93,6 +94,8 @@ def nodes(context: LaunchContext) -> list[object]:
         executable="spiral_gripper_node",
         name="spiral_gripper",
         parameters=[existing_file(context, "parameters"), own],
+        # This process may end before the node can look for its parent.
+        additional_env={"SPIRAL_GRIPPER_STARTED_BY": str(os.getpid())},
         on_exit=[OpaqueFunction(function=ended)],
         **common(context),
     )

@@ -30,14 +30,7 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             *_arguments(),
-            IncludeLaunchDescription(
-                PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/gripper.launch.py"]),
-                launch_arguments={
-                    **{name: LaunchConfiguration(name) for name in PASSED_ON},
-                    "required": "true",
-                }.items(),
-            ),
-            OpaqueFunction(function=simulator),
+            OpaqueFunction(function=node_and_simulator),
             Node(
                 package="rviz2",
                 executable="rviz2",
@@ -49,12 +42,20 @@ def generate_launch_description() -> LaunchDescription:
     )
 
 
-def simulator(context: LaunchContext) -> list[object]:
+def node_and_simulator(context: LaunchContext) -> list[object]:
+    """Return both, or neither: an argument that cannot be must not leave a node running."""
     given = {name: LaunchConfiguration(name).perform(context) for name in SETTINGS}
     values = {name: typed(name, value) for name, value in given.items() if value}
     if "recording" in values:
         values.setdefault("profile", "recording")
     return [
+        IncludeLaunchDescription(
+            PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/gripper.launch.py"]),
+            launch_arguments={
+                **{name: LaunchConfiguration(name) for name in PASSED_ON},
+                "required": "true",
+            }.items(),
+        ),
         # Two nodes in one process: no name here, which would be given to both.
         Node(
             package="spiral_gripper_ros",
@@ -69,7 +70,7 @@ def simulator(context: LaunchContext) -> list[object]:
                 }
             ],
             on_exit=[OpaqueFunction(function=end_without_simulator)],
-        )
+        ),
     ]
 
 

@@ -81,7 +81,9 @@ class Node:
         respawn=False,
         respawn_delay=None,
         ros_arguments=(),
+        additional_env=None,
     ):
+        self.additional_env = additional_env
         self.respawn, self.respawn_delay, self.ros_arguments = respawn, respawn_delay, ros_arguments
         self.package, self.executable, self.name = package, executable, name
         self.namespace, self.parameters, self.arguments = namespace, parameters, arguments

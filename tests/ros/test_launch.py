@@ -4,6 +4,7 @@
 The launch files are loaded with stand-ins for launch and launch_ros.
 """
 
+import os
 import re
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from ros.simulation_harness import RunningSimulator
 from ruamel.yaml import YAML
 
 from spiral_gripper_ros.parameters.table import PARAMETERS, refusal_of_values
+from spiral_gripper_ros.process.stop_signals import STARTED_BY
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 
 PACKAGE = ROOT / "spiral_gripper_ros"
@@ -227,6 +229,19 @@ def test_a_file_that_is_not_there_is_refused_with_its_argument(argument):
 def test_what_is_no_number_is_refused_with_its_argument(argument):
     with pytest.raises(RuntimeError, match=f"argument {argument} must be a number, got 'abc'"):
         nodes(SIMULATION, **{argument: "abc"})
+
+
+def test_what_is_refused_is_refused_before_anything_is_started():
+    """Launch starts what comes first, and ends with the error: a node would be left running."""
+    entities = launch_stand_ins.described(SIMULATION).entities
+    declared = launch_stand_ins.DeclareLaunchArgument
+    first = next(entity for entity in entities if not isinstance(entity, declared))
+    assert isinstance(first, launch_stand_ins.OpaqueFunction)
+
+
+def test_the_node_is_told_which_process_launches_it():
+    (node,) = nodes(GRIPPER)
+    assert node.additional_env == {STARTED_BY: str(os.getpid())}
 
 
 @pytest.mark.parametrize("simulation", ["false", "true"])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node's process among others: parents, second commanders, late regulators, a cold cache."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -11,11 +12,12 @@ import pytest
 from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros.harness import DEADLINE, FAST_RAMP, PATIENT, RunningNode
+from ros.harness import DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode
 from std_msgs.msg import Float64
 
 from spiral_gripper_ros.process.node_process import NODE, SIMULATOR
 from spiral_gripper_ros.process.program import choose_transport
+from spiral_gripper_ros.process.stop_signals import STARTED_BY, Parent
 
 # Starts what its arguments say, and waits: what `ros2 run` does.
 STARTER = "import subprocess, sys; subprocess.Popen(sys.argv[1:]).wait()"
@@ -34,6 +36,22 @@ def test_a_node_ends_with_the_process_that_started_it(client, namespace):
     parent.wait()
     client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
     client.wait_until(lambda: client.count_publishers("pressure_command") == 0, "its end")
+
+
+def test_a_node_ends_if_what_launched_it_has_ended_before_it_could_look(namespace):
+    launch = subprocess.Popen([sys.executable, "-c", ""])
+    launch.wait()
+    environment = {STARTED_BY: str(launch.pid)}
+    with RunningNode(namespace, {"exit_with_parent": "true"}, environment=environment) as node:
+        assert node.wait(START_DEADLINE), node.log()
+        assert "the process that started this one has gone" in node.log()
+
+
+def test_a_launch_that_still_runs_keeps_its_node(monkeypatch):
+    monkeypatch.setenv(STARTED_BY, str(os.getpid()))
+    assert not Parent().has_gone
+    monkeypatch.setenv(STARTED_BY, "not a number")
+    assert not Parent().has_gone
 
 
 def test_without_the_parameter_a_node_survives_its_parent(client, namespace):

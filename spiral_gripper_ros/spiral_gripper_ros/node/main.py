@@ -8,6 +8,7 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from spiral_gripper_ros.process.program import run
+from spiral_gripper_ros.process.stop_signals import Parent
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
@@ -25,6 +26,9 @@ class NodeProgram:
     """The gripper's node, its executor and its end."""
 
     executable = "spiral_gripper_node"
+
+    def __init__(self) -> None:
+        self._parent = Parent()
 
     def usage(self) -> str:
         """Return the help text."""
@@ -54,12 +58,11 @@ class NodeProgram:
 
         from spiral_gripper_ros.node.garbage import GarbageFreezer
         from spiral_gripper_ros.node.guarded_loop import GuardedLoop
-        from spiral_gripper_ros.process.stop_signals import Parent
 
         signals.defer()
         executor, memory = SingleThreadedExecutor(), GarbageFreezer()
         executor.add_node(node)
-        loop, parent = GuardedLoop(node.runtime.errors, executor), Parent()
+        loop = GuardedLoop(node.runtime.errors, executor)
         try:
             _compile_kernels(node, loop, signals)
             if node.runtime.values["autostart"] and not signals.requested and not node.start():
@@ -67,7 +70,7 @@ class NodeProgram:
             while not signals.requested:
                 memory.freeze_for(node.runtime.loaded)
                 loop.turn()
-                if node.runtime.values["exit_with_parent"] and parent.has_gone:
+                if node.runtime.values["exit_with_parent"] and self._parent.has_gone:
                     node.get_logger().warning("the process that started this one has gone: vented")
                     break
         except (KeyboardInterrupt, ExternalShutdownException):

@@ -14,16 +14,26 @@ from types import FrameType
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
+# Variable in which a launch file says which process it runs in: one that ends before this one can
+# look for it leaves no other trace.
+STARTED_BY = "SPIRAL_GRIPPER_STARTED_BY"
+
+
 class Parent:
-    """The process that started this one: `ros2 run`, `ros2 launch`, a shell, a service manager."""
+    """The process that started this one: `ros2 run`, `ros2 launch`, a shell, a service manager.
+
+    To be made as early as possible: who has ended before is noticed only by ``STARTED_BY``.
+    """
 
     def __init__(self) -> None:
         self._id = os.getppid()
+        started_by = os.environ.get(STARTED_BY, "")
+        self._came_too_late = started_by.isdigit() and not _is_running(int(started_by))
 
     @property
     def has_gone(self) -> bool:
         """Whether it has ended, and left this process to another."""
-        return os.getppid() != self._id
+        return self._came_too_late or os.getppid() != self._id
 
 
 class StopSignals:
@@ -57,3 +67,13 @@ class StopSignals:
         self.requested = True
         if not self._deferred:
             raise KeyboardInterrupt
+
+
+def _is_running(process_id: int) -> bool:
+    try:
+        os.kill(process_id, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        pass  # of another user; no process of this machine
+    return True

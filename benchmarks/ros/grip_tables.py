@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node's table of grips next to exact ones: ``python -m benchmarks.ros.grip_tables [GRIPPER ...]``.
+
+The table is refined as in the node, grip by grip. Then objects between its radii are solved, and
+what the table says of them is compared. Some minutes a gripper.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from spiral_core.errors import SpiralError
+from spiral_core.wrap.gripper import Gripper
+from spiral_gripper import load_gripper
+from spiral_gripper_ros.parameters.table import PARAMETERS
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion, solve_figures
+from spiral_gripper_ros.planning.grip_follower import MARGIN
+from spiral_gripper_ros.planning.grip_table import GripEntry, table_radii
+from spiral_gripper_ros.planning.planner import GripperPlanner
+from spiral_gripper_ros.planning.refining_table import NEGLIGIBLE, RefiningTable
+
+FORCES = ("normal_force", "away", "towards", "down")
+ENDS = ("onset_wrap", "onset_curling", "loss")
+# Pressures of the comparison, as multiples of the exact onset; what is past the loss is left out.
+MULTIPLES = (1.0, 1.05, 1.1, 1.15, 1.2)
+Solve = Callable[[GripQuestion], GripFigures]
+
+
+@dataclass(slots=True)
+class Comparison:
+    """How far a table is off exact grips.
+
+    Args:
+        radii: of the objects [m].
+        told: of those, which the table tells the forces of.
+        errors: by name, of each object that is told: the largest relative deviation.
+        not_held: of the objects, which are not held.
+    """
+
+    radii: tuple[float, ...]
+    told: list[float] = field(default_factory=list)
+    errors: dict[str, list[float]] = field(default_factory=dict)
+    not_held: list[float] = field(default_factory=list)
+
+
+def refined_table(gripper: Gripper, count: int, solve: Solve) -> RefiningTable:
+    """Return the table that a node ends up with."""
+    low, high = GripperPlanner(gripper).radius_range
+    table = RefiningTable(table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count))
+    while (radius := table.next_radius()) is not None:
+        table.add(radius, _entry(gripper, radius, solve))
+    return table
+
+
+def compare(gripper: Gripper, table: RefiningTable, count: int, solve: Solve) -> Comparison:
+    """Return how far a table is off ``count`` exact grips, evenly over its range."""
+    low, high = GripperPlanner(gripper).radius_range
+    ends = table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count + 1)
+    compared = Comparison(tuple(float(r) for r in np.sqrt(np.multiply(ends[:-1], ends[1:]))))
+    for radius in compared.radii:
+        entry = _entry(gripper, radius, solve)
+        if entry is None:
+            compared.not_held.append(radius)
+        errors = {} if entry is None else _errors(table, radius, entry)
+        if errors:
+            compared.told.append(radius)
+        for name, error in errors.items():
+            compared.errors.setdefault(name, []).append(error)
+    return compared
+
+
+def _errors(table: RefiningTable, radius: float, entry: GripEntry) -> dict[str, float]:
+    figures, largest = entry.figures, dict[str, float]()
+    for multiple in MULTIPLES:
+        pressure = multiple * figures.onset_wrap
+        if pressure > figures.top:
+            break
+        exact = entry.answer(pressure, at_pose=False)
+        told = table.answer(radius, figures.tip_pressure, pressure)
+        if told is None:
+            return {}
+        floor = NEGLIGIBLE * exact.normal_force
+        for name in (*ENDS, "contact_length", *FORCES):
+            value = getattr(exact, name)
+            if np.isinf(value) and np.isinf(getattr(told, name)):
+                continue
+            error = abs(getattr(told, name) - value) / max(value, floor if name in FORCES else 0.0)
+            largest[name] = max(largest.get(name, 0.0), error)
+    return largest
+
+
+def _entry(gripper: Gripper, radius: float, solve: Solve) -> GripEntry | None:
+    try:
+        return GripEntry(solve(GripQuestion(gripper, radius)), 0.0)
+    except SpiralError:
+        return None
+
+
+def _print(name: str, compared: Comparison) -> None:
+    print(
+        f"{name}: {len(compared.radii)} objects, {len(compared.not_held)} not held, "
+        f"forces told of {len(compared.told)}"
+    )
+    for what, errors in compared.errors.items():
+        print(f"  {what:15} median {np.median(errors):6.1%}   largest {max(errors):6.1%}")
+
+
+def main() -> None:
+    """Compare the tables of some grippers."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("grippers", nargs="*", default=["paper_design_70", "prototype_p1"])
+    parser.add_argument("--objects", type=int, default=12, help="between the radii of the table")
+    given = parser.parse_args()
+    (count,) = (spec.default for spec in PARAMETERS if spec.name == "grip_radii")
+    for name in given.grippers:
+        gripper = load_gripper(name)
+        table = refined_table(gripper, int(count), solve_figures)
+        _print(name, compare(gripper, table, given.objects, solve_figures))
+
+
+if __name__ == "__main__":
+    main()
