@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node's table of grips next to exact ones: ``python -m benchmarks.ros.grip_tables [GRIPPER ...]``.
+"""The node's table of grips next to exact ones: ``python -m benchmarks.ros.grip_tables GRIPPER``.
 
 The table is refined as in the node, grip by grip. Then objects between its radii are solved, and
 what the table says of them is compared. Some minutes a gripper.
@@ -115,10 +115,10 @@ def main() -> None:
     parser.add_argument("grippers", nargs="*", default=["paper_design_70", "prototype_p1"])
     parser.add_argument("--objects", type=int, default=12, help="between the radii of the table")
     given = parser.parse_args()
-    (count,) = (spec.default for spec in PARAMETERS if spec.name == "grip_radii")
+    (count,) = (int(str(spec.default)) for spec in PARAMETERS if spec.name == "grip_radii")
     for name in given.grippers:
         gripper = load_gripper(name)
-        table = refined_table(gripper, int(count), solve_figures)
+        table = refined_table(gripper, count, solve_figures)
         _print(name, compare(gripper, table, given.objects, solve_figures))
 
 
