@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random grips, window found or refused with a true reason: ``python -m benchmarks.held``.
+"""Random grips: window found or refused with a true reason.
 
 The shipped grippers in random lengths and mounts, random cylinders, friction and closing. Each
-window is checked for balance and order, a tenth of the losses by following the coil's fall; a
-refusal's reason by another way than the one that found it: the free tube's distance, or the same
-grip on half as many elements again. With ``--results FILE`` verdicts are kept one by one and an
-interrupted run goes on. Some half an hour for 1,000 on one core.
+window is checked for balance and order. A tenth of them is computed again on half as many elements
+again, and its loss is followed to where the coil rests: still wrapped, the loss is *wrong*. A
+refusal's reason is checked by another way than the one that found it: the free tube's distance, or
+the same grip on more elements. Verdicts are kept in ``benchmarks/results/held.jsonl`` as they come,
+so that a run that was interrupted goes on; ``python -m benchmarks.held`` names another file.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ import numpy as np
 
 from benchmarks.cases import SEED, random_direction
 from benchmarks.command import wide_console
-from benchmarks.report import show
-from benchmarks.results import Table
+from benchmarks.report import RESULTS, show
+from benchmarks.results import Effort, Section, Table
 from benchmarks.robustness import WORKERS
 from spiral_core import (
     Closing,
@@ -36,6 +37,7 @@ from spiral_core import (
     NoCoilError,
     NotGrippableError,
     SolverError,
+    SpiralError,
     WindowEnd,
     WrapCurve,
     follow_loss,
@@ -46,12 +48,14 @@ from spiral_core import (
 )
 from spiral_gripper import available_grippers, load_description
 
-# Of the weight of the tube.
+# Of the weight of the tube and the normal forces.
 BALANCE = 1e-6
-# Every so many losses are followed to where the coil comes to rest, and refusals asked again on so
-# many times the elements.
-FOLLOWED = 10
+# One of so many answers is asked again on so many times the elements, and its loss followed.
+SAMPLED = 10
 FINER = 1.5
+# An end that lets go takes most of the coil along where less than this of its contact stays.
+MOST = 0.5
+KEPT = RESULTS / "held.jsonl"
 
 
 class Verdict(NamedTuple):
@@ -61,13 +65,18 @@ class Verdict(NamedTuple):
         kind: in words.
         off: onset of the wrap over the tip criterion; None without a wrap.
         seed: repeats it.
-        seconds: of CPU.
+        seconds: of CPU, without the checks.
+        remaining: contact after the loss over contact before it; None where it was not followed.
+        wrap_change, loss_change: of onset and loss on finer elements, as fractions, or None.
     """
 
     kind: str
     off: float | None
     seed: int
     seconds: float
+    remaining: float | None = None
+    wrap_change: float | None = None
+    loss_change: float | None = None
 
 
 def random_setup(seed: int) -> GripSetup:
@@ -98,47 +107,67 @@ def random_setup(seed: int) -> GripSetup:
 def judge(seed: int) -> Verdict:
     """Return what became of a random grip."""
     begin = time.process_time()
-    kind, off = _judged(seed)
-    return Verdict(kind, off, seed, time.process_time() - begin)
-
-
-def _judged(seed: int) -> tuple[str, float | None]:
-    """Return how a random grip ended, and its onset over the tip criterion."""
     try:
         setup = random_setup(seed)
-    except (NoCoilError, NotGrippableError) as error:
-        return f"refused before closing: {type(error).__name__}", None
-    try:
         window = grip_window(setup)
-    except NotGrippableError:
-        clear = _clearance(setup.gripper, setup)
-        return "refused: hanging tube in the way" if clear < 0.0 else "WRONG: tube is clear", None
-    except SolverError as error:
-        return f"no answer: {error.status.name}", None
+    except (NoCoilError, NotGrippableError, SolverError) as error:
+        spent = time.process_time() - begin
+        return Verdict(_refused(seed, error), None, seed, spent)
+    verdict = Verdict(f"window, {window.end.value}", None, seed, time.process_time() - begin)
     wrong = _wrong(window)
     if wrong:
-        return f"WRONG: {wrong}", None
-    sampled = seed % FOLLOWED == 0
+        return verdict._replace(kind=f"WRONG: {wrong}")
+    sampled = seed % SAMPLED == 0
     if window.onset_wrap is None:
-        if sampled and _is_held_on_finer_elements(setup):
-            return "WRONG: held on finer elements", None
+        if sampled and _finer(setup).onset_wrap is not None:
+            return verdict._replace(kind="WRONG: held on finer elements")
         confirmed = ", the same on finer elements" if sampled else ""
-        return f"refused: tip never touches, {window.end.name}{confirmed}", None
-    off = window.onset_wrap / float(setup.tip_pressure or math.nan)
-    if window.end is WindowEnd.LOST and sampled:
-        rest = follow_loss(window)
-        if rest is not None and rest.is_wrapped:
-            return "WRONG: still wrapped after the loss", off
-        if rest is not None and rest.contact_length > 0.5 * window.points[-1].contact_length:
-            return "WRONG: keeps its contact after the loss", off
-        return "window, loss confirmed by following the fall", off
-    return f"window, ended by: {window.end.name}", off
+        return verdict._replace(kind=f"refused: no touch, {window.end.value}{confirmed}")
+    verdict = verdict._replace(off=window.onset_wrap / float(setup.tip_pressure or math.nan))
+    return _sampled(verdict, window) if sampled else verdict
 
 
-def _is_held_on_finer_elements(setup: GripSetup) -> bool:
-    """Return whether a grip that was refused is held on more elements."""
-    finer = replace(setup, elements=math.ceil(FINER * setup.element_count))
-    return grip_window(finer).onset_wrap is not None
+def _refused(seed: int, error: SpiralError) -> str:
+    """Return why a random grip has no window, and whether that is true."""
+    if isinstance(error, SolverError):
+        return f"no answer: {error.status.name}"
+    try:
+        setup = random_setup(seed)
+    except (NoCoilError, NotGrippableError):
+        return f"refused before closing: {type(error).__name__}"
+    clear = _clearance(setup.gripper, setup)
+    return "refused: hanging tube in the way" if clear < 0.0 else "WRONG: tube is clear"
+
+
+def _sampled(verdict: Verdict, window: GripWindow) -> Verdict:
+    """Return a verdict with what follows the loss, and what finer elements change."""
+    finer = _finer(window.setup)
+    verdict = verdict._replace(
+        wrap_change=_change(window.onset_wrap, finer.onset_wrap),
+        loss_change=_change(window.loss, finer.loss),
+    )
+    if finer.onset_wrap is None:
+        return verdict._replace(kind="WRONG: not held on finer elements")
+    if window.end is not WindowEnd.LOST:
+        return verdict
+    rest = follow_loss(window)
+    if rest is None:
+        return verdict._replace(kind="window, the end lets go and finds no rest")
+    remaining = rest.contact_length / window.points[-1].contact_length
+    if rest.is_wrapped:
+        return verdict._replace(kind="WRONG: still wrapped after the loss", remaining=remaining)
+    how = "most of the coil with it" if remaining < MOST else "most of the contact stays"
+    return verdict._replace(kind=f"window, the end lets go, followed: {how}", remaining=remaining)
+
+
+def _finer(setup: GripSetup) -> GripWindow:
+    """Return the window on more elements."""
+    return grip_window(replace(setup, elements=math.ceil(FINER * setup.element_count)))
+
+
+def _change(pressure: float | None, finer: float | None) -> float | None:
+    """Return how far two pressures differ, as a fraction; None where one of them is missing."""
+    return None if pressure is None or finer is None else abs(finer / pressure - 1.0)
 
 
 def _clearance(gripper: Gripper, setup: GripSetup) -> float:
@@ -188,6 +217,51 @@ def judge_all(count: int, kept: Path | None, workers: int) -> list[Verdict]:
     return verdicts
 
 
+def section(verdicts: list[Verdict]) -> Section:
+    """Return how random grips ended: a table and its figures."""
+    kinds = Counter(verdict.kind for verdict in verdicts)
+    wrong = [v for v in verdicts if v.kind.startswith(("WRONG", "no answer"))]
+    rows = [(kind, str(number)) for kind, number in kinds.most_common()]
+    rows += [
+        (what, _spread([100.0 * value for value in values if value is not None]))
+        for what, values in (
+            ("wrap begins off the tip criterion, %", [_percent_off(v) for v in verdicts]),
+            ("... changed by finer elements by, %", [v.wrap_change for v in verdicts]),
+            ("loss changed by finer elements by, %", [v.loss_change for v in verdicts]),
+            ("contact that stays after the loss, %", [v.remaining for v in verdicts]),
+        )
+    ]
+    rows.append(("processor time, s", _spread([v.seconds for v in verdicts])))
+    note = "Spreads: median, least and most. " + "; ".join(
+        f"seed {verdict.seed}: {verdict.kind}" for verdict in wrong
+    )
+    values = {
+        "grips": float(len(verdicts)),
+        "windows": float(sum(v.off is not None for v in verdicts)),
+        "wrong": float(len(wrong)),
+    }
+    columns = ("outcome", "grips; or median (least, most)")
+    title = f"{len(verdicts):,} random grips"
+    return Section((Table(title, columns, tuple(rows), note.strip()),), values)
+
+
+def _percent_off(verdict: Verdict) -> float | None:
+    """Return how far the onset of the wrap is from the tip criterion, as a fraction."""
+    return None if verdict.off is None else verdict.off - 1.0
+
+
+def _spread(values: list[float]) -> str:
+    """Return median, least and most of some figures."""
+    if not values:
+        return "none"
+    return f"{np.median(values):.2g} ({min(values):.2g}, {max(values):.2g}) of {len(values)}"
+
+
+def measure(effort: Effort) -> Section:
+    """Judge the sample; verdicts that are kept are not computed again."""
+    return section(judge_all(effort.grips, KEPT, WORKERS))
+
+
 def main() -> None:
     """Judge many random grips and print how they ended."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -196,21 +270,8 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=WORKERS, help="processes")
     arguments = parser.parse_args()
     verdicts = judge_all(arguments.count, arguments.results, arguments.workers)
-    kinds = Counter(verdict.kind for verdict in verdicts)
-    offs = np.array([100.0 * (v.off - 1.0) for v in verdicts if v.off is not None])
-    seconds = np.array([verdict.seconds for verdict in verdicts])
-    spread = "No window was found."
-    if offs.size:
-        spread = (
-            f"The wrap begins {np.median(offs):+.1f} % from the tip criterion in the median, "
-            f"{offs.min():+.1f} to {offs.max():+.1f} % at the extremes."
-        )
-    spread += f" CPU time: {np.median(seconds):.2f} s in the median, {seconds.max():.1f} s at most."
-    rows = tuple((kind, str(number)) for kind, number in kinds.most_common())
-    show(Table(f"{len(verdicts)} random grips", ("outcome", "grips"), rows, spread), wide_console())
-    for verdict in verdicts:
-        if verdict.kind.startswith(("WRONG", "no answer")):
-            print(f"seed {verdict.seed}: {verdict.kind}")
+    for table in section(verdicts).tables:
+        show(table, wide_console())
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ class Effort:
     questions: int = 20_000
     contacts: int = 2000
     closings: int = 1000
+    grips: int = 1000
     collocation_rods: int = 60
     starts: int = 5
     simulated: float = 4.0
@@ -34,6 +35,7 @@ SMOKE = Effort(
     questions=100,
     contacts=2,
     closings=1,
+    grips=1,
     collocation_rods=1,
     starts=1,
     simulated=0.01,

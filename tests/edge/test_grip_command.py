@@ -27,6 +27,12 @@ def test_programs_get_the_window_and_the_forces(
     assert set(KEYS) <= answer.keys()
     assert answer["onset_wrap"] == pytest.approx(answer["tip_criterion"], rel=0.05)
     assert answer["onset_wrap"] < answer["onset_curling"] < answer["loss"]
+    left = answer["after_loss"]
+    assert answer["loss"] < left["pressure"] <= 1.02 * answer["loss"]
+    assert left["contact_length"] < 0.7 * answer["contact_length"][-1]
+    assert left["normal_force"] < answer["normal_force"][-1]
+    assert 0.0 <= left["holding_force_towards"] <= left["holding_force_away"]
+    assert left["holding_force_away"] < answer["holding_force_away"][-1]
     away, towards = (np.array(answer[f"holding_force_{way}"]) for way in ("away", "towards"))
     assert len(away) == len(answer["pressures"]) == len(answer["contact_length"])
     assert np.all(away > towards)
@@ -40,6 +46,13 @@ def test_programs_get_the_window_and_the_forces(
 def test_people_get_rows_and_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*ASKED, "--friction", "0.2"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    for text in ("wrapped from", "from the tip criterion's", "unwinds and lets go", "away from"):
+    for text in (
+        "wrapped from",
+        "from the tip criterion's",
+        "end of the coil lets go",
+        "away from",
+    ):
         assert text in said
     assert "friction coefficient │ 0.2" in said
+    assert "after that │" in said
+    assert "in contact; holds" in said

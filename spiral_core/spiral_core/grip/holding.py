@@ -182,8 +182,9 @@ def _curve(pull: Pull, step: float, forces: list[float], end: PullEnd) -> Holdin
     """Return the result of a pull from its force at each step."""
     values = np.array(forces)
     peak = int(np.argmax(values))
+    held = max(0.0, float(values[peak]))  # a coil that itself pushes this way holds nothing
     displacements: Array = step * np.arange(len(values), dtype=np.float64)
     stiffness = float(values[1] - values[0]) / step if len(values) > 1 else 0.0
     return HoldingForce(
-        pull, float(values[peak]), float(displacements[peak]), stiffness, displacements, values, end
+        pull, held, float(displacements[peak]), stiffness, displacements, values, end
     )

@@ -14,7 +14,7 @@ import numpy as np
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.hanging import hanging_tube
 from spiral_core.grip.point import CURL_GAP, TOUCH_GAP, GripPoint, wraps
-from spiral_core.grip.setup import GripSetup
+from spiral_core.grip.setup import Closing, GripSetup
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.contact.state import ContactPath, ContactStatus
 from spiral_core.rod.types import Array
@@ -30,6 +30,10 @@ STEPS_OF_LIMIT = 32
 GIVE_UP = 1.6
 # Pressures of the window are located to this fraction of themselves.
 PRESSURE_TOLERANCE = 2e-3
+# A loss with friction to this one: which increments fail next to it depends on the way there.
+FRICTION_TOLERANCE = 5e-3
+# Pressures up to which the coil's fall is followed, as fractions of the loss.
+FALL_PRESSURES = (1.004, 1.01, 1.02)
 # So often an onset is looked for by a line between two points, before it is bracketed by halves.
 LINE_TRIES = 4
 # A loss of more than this fraction of what touches is the loss of the grip.
@@ -41,7 +45,7 @@ Progress = Callable[[int, int], None]
 class WindowEnd(Enum):
     """What ends a rising pressure; the value says it in words."""
 
-    LOST = "the coil unwinds and lets go"
+    LOST = "the end of the coil lets go"
     LIMIT = "the gripper's pressure limit"
     PASSED_BY = "the tip has not touched far above the tip criterion's pressure"
     SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
@@ -59,7 +63,8 @@ class GripWindow:
             with it: the perfect wrap [Pa]; None if there is none.
         onset_curling: pressure above it at which the end bridges more than a tenth of the tube's
             outer radius [Pa]; None if it does not.
-        loss: pressure at which the grip is lost: a fold, the coil unwinds [Pa]; None if it is not.
+        loss: lowest pressure at which the wrapped coil has no stable shape next to the one it has:
+            its end lets go [Pa]; None if it does not. :func:`follow_loss` has what remains.
         end: what ended the path.
     """
 
@@ -119,11 +124,11 @@ class GripWindow:
 
 
 def follow_loss(window: GripWindow) -> GripPoint | None:
-    """Return where the coil comes to rest after the loss of the grip.
+    """Return where the coil comes to rest after the loss of the grip: what remains of it.
 
-    The pressure goes on rising by 0.4 % from the last stable state below the loss; the motion is
-    overdamped. What is left in contact at rest may be most of the coil, closed with friction; its
-    end has let go.
+    From the last stable state below the loss the pressure rises until the end has let go, by 2 % at
+    most; the motion is overdamped. ``contact_length`` of the result is what stays in contact: with
+    friction it may be most of the coil. :func:`holding_force` of it is what still holds.
 
     Args:
         window: of a grip.
@@ -133,16 +138,22 @@ def follow_loss(window: GripWindow) -> GripPoint | None:
     """
     if window.loss is None:
         return None
-    last, limit = window.points[-1], window.setup.gripper.pressure_max
-    beyond = min(limit, (1.0 + 2.0 * PRESSURE_TOLERANCE) * window.loss)
-    path = follow_contact(
-        [window.setup.closing_problem(beyond)],
-        start=last.state,
-        smallest_increment=_finest(last.pressure, beyond),
-    )
-    if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
-        return None
-    return GripPoint(beyond, window.setup, path.states[-1])
+    point, limit = window.points[-1], window.setup.gripper.pressure_max
+    for factor in FALL_PRESSURES:
+        beyond = min(limit, factor * window.loss)
+        if not beyond > point.pressure:
+            break
+        path = follow_contact(
+            [window.setup.closing_problem(beyond)],
+            start=point.state,
+            smallest_increment=_finest(point, beyond),
+        )
+        if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
+            return None
+        point = GripPoint(beyond, window.setup, path.states[-1])
+        if not point.is_wrapped:
+            break
+    return point
 
 
 def grip_window(
@@ -217,7 +228,7 @@ def _raised(
         follow_contact(
             [problem],
             start=point.state,
-            smallest_increment=_finest(point.pressure, pressure),
+            smallest_increment=_finest(point, pressure),
             stop_at_event=True,
         )
         if wrapped
@@ -228,9 +239,11 @@ def _raised(
     return GripPoint(pressure, point.setup, path.states[-1]), path
 
 
-def _finest(low: float, high: float) -> float:
-    """Return the fraction of the way between two pressures to which a loss is located."""
-    return min(1.0, 0.5 * PRESSURE_TOLERANCE * high / (high - low))
+def _finest(point: GripPoint, pressure: float) -> float:
+    """Return the fraction of the way from a point to a pressure to which a loss is located."""
+    rubs = point.setup.closing is Closing.SLOW and point.setup.obstacle.friction > 0.0
+    tolerance = FRICTION_TOLERANCE if rubs else PRESSURE_TOLERANCE
+    return min(1.0, 0.5 * tolerance * pressure / (pressure - point.pressure))
 
 
 def _why(path: ContactPath) -> WindowEnd:

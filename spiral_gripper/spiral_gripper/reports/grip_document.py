@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,10 @@ from rich.table import Table
 
 from spiral_core.errors import NotGrippableError
 from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip, solve_grip
-from spiral_core.grip.holding import HoldingForce, Pull, is_twist
+from spiral_core.grip.holding import HoldingForce, Pull, holding_force, is_twist
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
+from spiral_core.grip.window import follow_loss
 from spiral_core.rod.types import Array
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import axis_label, number, shown
@@ -79,6 +80,8 @@ class SolvedGrip:
         recommended: pressure to command [Pa]; None if none meets the conditions.
         point: the grip there, or at the middle of the recommended range.
         refusal: why no pressure meets the conditions, or None.
+        rest: what remains of the grip after its loss; None if nothing was lost, or nothing rests.
+        rest_forces: what the rest still holds, by the question's ways of moving the object.
     """
 
     question: GripQuestion
@@ -86,6 +89,8 @@ class SolvedGrip:
     recommended: float | None
     point: GripPoint
     refusal: str | None
+    rest: GripPoint | None
+    rest_forces: Mapping[Pull, float]
 
 
 def solve_question(
@@ -104,7 +109,9 @@ def solve_question(
     except NotGrippableError as error:
         refusal = error.constraint
     at = grip.recommended_pressure() if recommended is None else recommended
-    return SolvedGrip(question, grip, recommended, grip.window.at(at), refusal)
+    rest = follow_loss(grip.window)
+    held = {} if rest is None else {p: holding_force(rest, p).force for p in question.pulls}
+    return SolvedGrip(question, grip, recommended, grip.window.at(at), refusal, rest, held)
 
 
 def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
@@ -119,6 +126,8 @@ def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
         ("end curls from", _or_not(window.onset_curling)),
         ("lost at", f"{_or_not(window.loss)} ({window.end.value})"),
     ]
+    if solved.rest is not None:
+        rows.append(("  after that", _remaining(solved, solved.rest)))
     if solved.refusal is not None:
         rows.append(("NOT HELD", solved.refusal))
     rows += [
@@ -174,7 +183,7 @@ def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
     """Return a grip for programs, in SI."""
     question, grip, point = solved.question, solved.grip, solved.point
     window, setup = grip.window, grip.setup
-    names = {pull: f"holding_{_kind(pull)}_{pull.name.lower()}" for pull in grip.forces}
+    names = {pull: _name(pull) for pull in grip.forces}
     document: dict[str, Any] = {
         "gripper": setup.gripper.name,
         "object_radius": setup.obstacle.shape.feature_radius,
@@ -188,6 +197,7 @@ def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
         "onset_curling": window.onset_curling,
         "loss": window.loss,
         "end": window.end.name.lower(),
+        "after_loss": _after_loss(solved),
         "recommended_range": list(grip.recommended_range),
         "recommended_pressure": solved.recommended,
         "refusal": solved.refusal,
@@ -216,6 +226,21 @@ def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
     return checked
 
 
+def _after_loss(solved: SolvedGrip) -> dict[str, float] | None:
+    """Return what is left of a grip after its loss, as plain data."""
+    rest = solved.rest
+    if rest is None:
+        return None
+    forces = {_name(pull): force for pull, force in solved.rest_forces.items()}
+    return {
+        "pressure": rest.pressure,
+        "contact_length": rest.contact_length,
+        "turns": rest.turns,
+        "normal_force": rest.normal_force,
+        **forces,
+    }
+
+
 def _setup(question: GripQuestion) -> GripSetup:
     closing = Closing.FRICTIONLESS if question.frictionless else Closing.SLOW
     if question.profile is not None:
@@ -227,8 +252,9 @@ def _setup(question: GripQuestion) -> GripSetup:
     return lay_into_coil(question.gripper, radius, friction=question.friction, closing=closing)
 
 
-def _kind(pull: Pull) -> str:
-    return "torque" if is_twist(pull) else "force"
+def _name(pull: Pull) -> str:
+    """Return the key of what is held against a pull."""
+    return f"holding_{'torque' if is_twist(pull) else 'force'}_{pull.name.lower()}"
 
 
 def _or_not(pressure: float | None) -> str:
@@ -248,6 +274,16 @@ def _against_tip(grip: Grip) -> str:
 def _reaction(point: GripPoint) -> str:
     force, moment = point.base_reaction[:3], point.base_reaction[3:]
     return f"{shown(_size(force), 'N', 3)}, {shown(_size(moment), 'N m', 3)}"
+
+
+def _remaining(solved: SolvedGrip, rest: GripPoint) -> str:
+    """Return what is left of a grip after its loss."""
+    before = shown(solved.grip.window.points[-1].contact_length, "m")
+    holds = ", ".join(
+        f"{shown(force, _unit(pull), 3)} {_PULLS[pull]}"
+        for pull, force in solved.rest_forces.items()
+    )
+    return f"{shown(rest.contact_length, 'm')} of {before} in contact; holds {holds}"
 
 
 def _held(grip: Grip, pull: Pull, pressure: float) -> str:

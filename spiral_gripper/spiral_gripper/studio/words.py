@@ -43,7 +43,7 @@ def regime_text(answer: Answer, settings: Settings) -> str:
     if point is not None:
         return f"**{point.regime.value}** (in contact)"
     if answer.window is not None:
-        return "**lost:** the coil has let go"
+        return "**lost:** the end of the coil has let go"
     regime = answer.regime(settings.pressure)
     return f"**{regime.value if regime else 'no coil'}** (free coil)"
 

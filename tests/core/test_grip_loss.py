@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loss of a grip: where it is, what remains of the coil after it, and what that holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from spiral_core import (
+    Closing,
+    GripPoint,
+    GripWindow,
+    Pull,
+    PullEnd,
+    WindowEnd,
+    follow_loss,
+    grip_window,
+    gripper_from_actuator,
+    holding_force,
+    lay_into_coil,
+    solve_grip,
+)
+from spiral_gripper import load_description, load_gripper
+
+# Pressures, as fractions of the tip criterion's, up to beyond the loss.
+UP_TO_LOSS = (0.6, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
+
+
+@cache
+def lost(
+    name: str = "prototype_p2",
+    length: float = 0.45286,
+    radius: float = 9.4135e-3,
+    friction: float = 0.62303,
+    closing: Closing = Closing.SLOW,
+) -> GripWindow:
+    """Return a window up to its loss; by default of a thin object with much friction."""
+    described = load_description(name)
+    tube = replace(described.actuator.tube, length=length)
+    gripper = gripper_from_actuator(
+        name, replace(described.actuator, tube=tube), density=described.density
+    )
+    setup = lay_into_coil(gripper, radius, friction=friction, closing=closing)
+    assert setup.tip_pressure is not None
+    return grip_window(setup, [fraction * setup.tip_pressure for fraction in UP_TO_LOSS])
+
+
+@cache
+def rest() -> GripPoint:
+    found = follow_loss(lost())
+    assert found is not None
+    return found
+
+
+def test_with_friction_the_end_lets_go_and_most_of_the_contact_stays() -> None:
+    """Two of three turns stay: the tip is five object's radii away, friction holds the others."""
+    window = lost()
+    assert window.end is WindowEnd.LOST
+    assert window.loss is not None
+    before = window.points[-1]
+    assert before.is_wrapped
+    assert not rest().is_wrapped
+    assert rest().tip_gap > 3.0 * 9.4e-3
+    assert 0.5 * before.contact_length < rest().contact_length < 0.8 * before.contact_length
+    assert 1.5 < rest().turns < before.turns - 0.5
+    assert 0.2 * before.normal_force < rest().normal_force < before.normal_force
+
+
+def test_what_remains_still_holds_something() -> None:
+    assert holding_force(rest(), Pull.AWAY).force > 0.1
+
+
+def test_without_friction_the_same_coil_loses_most_of_its_contact() -> None:
+    window = lost(closing=Closing.FRICTIONLESS)
+    fallen = follow_loss(window)
+    assert fallen is not None
+    assert not fallen.is_wrapped
+    assert fallen.contact_length < 0.5 * window.points[-1].contact_length
+
+
+def test_a_fall_is_followed_until_the_end_has_let_go() -> None:
+    """With friction the end of the branch is found up to a percent early: the coil still clings."""
+    window = lost("prototype_p1", 0.40407, 12.4294e-3, 0.63968)
+    fallen = follow_loss(window)
+    assert fallen is not None
+    assert window.loss is not None
+    assert not fallen.is_wrapped
+    assert window.loss < fallen.pressure <= 1.02 * window.loss
+
+
+def test_a_loss_is_the_same_by_other_stations() -> None:
+    """Located to 0.5 % with friction, along another way to 1 %; to 0.2 % without."""
+    for closing, tolerance in ((Closing.SLOW, 0.015), (Closing.FRICTIONLESS, 4e-3)):
+        window = lost(closing=closing)
+        tip = window.setup.tip_pressure
+        assert tip is not None
+        other = grip_window(window.setup, [f * tip for f in (0.5, 0.8, 1.05, 1.15, 1.45, 1.75)])
+        assert other.loss == pytest.approx(window.loss, rel=tolerance)
+
+
+def test_the_recommended_pressure_stays_below_the_loss() -> None:
+    window = lost()
+    assert window.loss is not None
+    grip = solve_grip(window.setup, (), pressures=(), window=window)
+    assert grip.recommended_range[1] <= 0.9 * window.loss
+    assert grip.onset_wrap < grip.recommended_pressure() < 0.9 * window.loss
+
+
+def test_no_force_is_held_where_the_coil_pushes_that_way_itself() -> None:
+    """Close below its loss a coil presses towards the base, and gives way at the first step."""
+    window = grip_window(
+        lay_into_coil(load_gripper("paper_design_70"), 0.02), [57e3, 75e3, 85.57e3]
+    )
+    held = holding_force(window.points[-1], Pull.TOWARDS)
+    assert held.end is PullEnd.LOST
+    assert held.forces.max() < 0.0
+    assert held.force == 0.0
