@@ -11,15 +11,21 @@ from core.contact_transforms import imbalance
 
 from spiral_core import (
     Capsule,
+    Cone,
     ContactProblem,
-    ContactState,
+    ContactStatus,
     Cylinder,
     ElasticRod,
     Obstacle,
+    Pinned,
     Plane,
+    Profile,
     Section,
+    Sphere,
     follow_contact,
+    solve_contact,
 )
+from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.contact.shapes import Shape
 
 LENGTH, RADIUS = 0.4, 3e-3
@@ -60,14 +66,9 @@ def test_cylinder_pulled_through_a_coil_at_once_ends_where_small_steps_end() -> 
     def pulled(shift: float) -> ContactProblem:
         return ContactProblem(rod, obstacles=(peg.moved((0.0, shift, 0.0)),))
 
-    def winding(state: ContactState, shift: float) -> float:
-        away = state.positions - np.array((0.0, radius + RADIUS + shift, 0.0))
-        angles = np.unwrap(np.arctan2(away[:, 1], away @ (-z, 0.0, x)))
-        return float(angles[-1] - angles[0]) / (2.0 * np.pi)
-
     ways = np.linspace(0.0, 0.15, 31)
     slowly = follow_contact([pulled(w) for w in ways], elements=80)
-    turns = [winding(state, w) for state, w in zip(slowly.states, ways, strict=True)]
+    turns = [float(state.turns[0]) for state in slowly.states]
     assert abs(turns[0]) > 1.0
     assert abs(turns[-1]) < 0.6
     snaps = {int(event.position) for event in slowly.events}
@@ -78,3 +79,58 @@ def test_cylinder_pulled_through_a_coil_at_once_ends_where_small_steps_end() -> 
     np.testing.assert_allclose(
         fast.states[-1].positions, slowly.states[-1].positions, atol=1e-6 * LENGTH
     )
+
+
+def stretched(height: float, needle: Shape) -> ContactProblem:
+    """Return a cord pulled to four times its length, its elements longer than a needle is thick."""
+    rod = ElasticRod(0.1, Section((1e-5, 1e-5, 1e-5), extension=1.0), 1e-4)
+    lowered = Obstacle.along(needle, (0.2013, 0.0, height), (0.0, 1.0, 0.0))
+    return ContactProblem(rod, base=Pinned(), tip=Pinned((0.4, 0.0, 0.0)), obstacles=(lowered,))
+
+
+NEEDLES = [Cylinder(2.5e-3), Cone(2.5e-3, 1e-3), Capsule(2.5e-3, 0.1),
+           Profile((-0.1, 0.0, 0.1), (3e-3, 2.5e-3, 3e-3))]  # fmt: skip
+
+
+@pytest.mark.parametrize("needle", NEEDLES, ids=lambda s: type(s).__name__)
+def test_needle_does_not_pass_between_two_nodes(needle: Shape) -> None:
+    """Nodes alone would see it approach, touch nothing, and leave on the other side."""
+    line = np.linspace((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), 41)
+    start = solve_contact(stretched(0.05, needle), start=line, elements=40)
+    lowered = [stretched(height, needle) for height in np.linspace(0.05, -0.05, 21)]
+    path = follow_contact(lowered, start=start)
+    turns = np.array([state.turns[0] for state in path.states])
+    assert np.abs(np.diff(turns)).max() < 0.1
+    assert len(path.states) < 21
+    assert path.events[-1].last.status is ContactStatus.NOT_HELD  # take more elements
+    jump = follow_contact([lowered[-1]], start=start, largest_increment=1.0)
+    assert not jump.states
+
+
+def test_needle_pushes_a_cord_of_enough_elements() -> None:
+    line = np.linspace((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), 321)
+    needle = Cylinder(2.5e-3)
+    start = solve_contact(stretched(0.05, needle), start=line, elements=320)
+    state = solve_contact(stretched(-0.05, needle), start=start)
+    assert state.normal_forces.sum() > 1.0
+    assert -0.7 < state.turns[0] < -0.5  # still below it
+
+
+def test_turns_are_those_of_a_helix_about_each_axis() -> None:
+    """Two and a quarter, right-handed; beyond the ends of a capsule nothing counts."""
+    angle = np.linspace(0.0, 4.5 * np.pi, 200)
+    helix = np.column_stack((0.02 * np.cos(angle), 0.02 * np.sin(angle), 0.01 * angle - 0.03))
+    turn, shift = np.array((0.6, 0.0, 0.8)), np.array((0.3, -0.2, 0.1))
+    upright = Obstacle(Cylinder(0.01))
+    assert turns_about(upright, helix) == pytest.approx(2.25)
+    assert turns_about(upright, helix[::-1]) == pytest.approx(-2.25)
+    tilted = Obstacle.along(Cylinder(0.01), tuple(shift), tuple(turn))
+    frame = np.column_stack((np.cross((0.0, 1.0, 0.0), turn), (0.0, 1.0, 0.0), turn))
+    assert turns_about(tilted, helix @ frame.T + shift) == pytest.approx(2.25)
+    assert turns_about(Obstacle(Capsule(0.01, 0.05)), helix) == pytest.approx(
+        0.05 / 0.01 / 2 / np.pi
+    )
+    cone = Obstacle(Cone(0.01, -0.2))  # its apex at 50 mm
+    assert turns_about(cone, helix) == pytest.approx(0.08 / 0.01 / 2.0 / np.pi)
+    for shape in (Plane(), Sphere(0.01), Cylinder(0.05, inside=True)):
+        assert np.isnan(turns_about(Obstacle(shape), helix))

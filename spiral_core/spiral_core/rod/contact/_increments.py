@@ -12,12 +12,14 @@ from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, d
 from spiral_core.rod.contact._mesh import Arrays, between, last_slip
 from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
 from spiral_core.rod.contact._quaternions import matrices, turn_between, turned
+from spiral_core.rod.contact.obstacles import passes_through
 from spiral_core.rod.types import Array
 
 # In one increment a node moves by at most this fraction of an obstacle's arc, or its distance from
 # it, so that it cannot change sides; and of the rod's length, so that a jump is seen as one.
 LARGEST_ARC = 0.5
 LARGEST_MOVE = 0.1
+THROUGH = 2.0  # where an element passed through an obstacle
 # An iteration on whose way a node is so many times as far is given up.
 TOO_FAR = 3.0
 # Increments grow up to this many times where they are easy.
@@ -102,7 +104,7 @@ def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
     """Return the largest move of a node as a fraction of what it may, up to a problem and a place.
 
     A node may not change sides of an obstacle: its move is seen from the obstacle, wherever that
-    goes meanwhile.
+    goes meanwhile. Nor may an element: its nodes then went too far.
     """
     moves = np.sqrt(np.sum((positions - here.x.p) ** 2, axis=1))
     fraction = float(moves.max()) / (LARGEST_MOVE * arrays.length)
@@ -116,6 +118,8 @@ def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
             seen = np.sqrt(np.sum((after - before) ** 2, axis=1))
         arc = LARGEST_ARC * (old.shape.feature_radius + arrays.radius)
         fraction = max(fraction, float(np.max(seen / np.maximum(arc, gap))))
+        if passes_through(old, new, here.x.p, positions):
+            fraction = max(fraction, THROUGH)
     return fraction
 
 

@@ -132,12 +132,18 @@ def discretize(problem: ContactProblem, count: int) -> Arrays:
         InvalidInputError: a profile's values are not valid, or the elements are too long to see an
             obstacle.
     """
-    rod = problem.rod
-    nodes = _nodes(rod, sorted({load.at for load in problem.point_loads}), count)
+    nodes = _nodes(problem.rod, sorted({load.at for load in problem.point_loads}), count)
     steps = np.diff(nodes)
     if not steps.max() <= LONGEST_ARC * smallest_arc(problem):
-        fewest = math.ceil(rod.length / (LONGEST_ARC * smallest_arc(problem)))
+        fewest = math.ceil(problem.rod.length / (LONGEST_ARC * smallest_arc(problem)))
         raise InvalidInputError("elements", count, f"at least {fewest} to see the obstacles")
+    return on_nodes(problem, nodes)
+
+
+def on_nodes(problem: ContactProblem, nodes: Array) -> Arrays:
+    """Return the arrays of a problem whose elements end at the arc lengths ``nodes`` [m]."""
+    rod = problem.rod
+    steps = np.diff(nodes)
     sites = nodes[:-1, None] + steps[:, None] * np.array((INSIDE, 0.5, 1.0 - INSIDE))
     own, rest_energy, bending = _elements(rod, sites, steps)
     weight = vector_samples("distributed", problem.load.distributed, sites.ravel())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a solve begins: the straight rod, or a rod along a given centerline."""
+"""Where a solve begins: the straight rod, a given centerline, or a state on longer elements."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod.contact._contact import Iterate
-from spiral_core.rod.contact._increments import empty
+from spiral_core.rod.contact._contact import Iterate, carried
+from spiral_core.rod.contact._increments import Point, empty
 from spiral_core.rod.contact._mesh import Arrays
-from spiral_core.rod.contact._quaternions import matrices
+from spiral_core.rod.contact._newton import UNSTABLE, Solution
+from spiral_core.rod.contact._quaternions import blended, matrices
 from spiral_core.rod.contact._slots import rotation
 from spiral_core.rod.contact.problem import Clamped, ContactProblem, Free, Guided
 from spiral_core.rod.types import Array
@@ -99,6 +100,31 @@ def from_centerline(problem: ContactProblem, arrays: Arrays, points: Array) -> I
     frame = turn_to(tangents[0]) if held is None else np.asarray(held, dtype=np.float64)
     q = np.vstack((frame, _carried(frame, tangents[1:])))
     return empty(arrays.count, len(arrays.obstacles), q, p)
+
+
+def unsolved(arrays: Arrays, x: Iterate) -> Point:
+    """Return a point whose equilibrium has not been looked for."""
+    anchors = carried(x, None, arrays.obstacles, arrays.obstacles, arrays.lever, 0.0)
+    nothing = Solution(
+        UNSTABLE, 0, math.nan, math.inf, math.nan, np.zeros((arrays.count + 1, 6)),
+        np.zeros((arrays.count + 1, 3)), (),
+    )  # fmt: skip
+    return Point(0.0, arrays, x, anchors, nothing)
+
+
+def halved(here: Point, arrays: Arrays) -> Iterate:
+    """Return a frictionless state's unknowns on elements half as long, those of ``arrays``."""
+    old, half, count = here.x, here.arrays.half, arrays.count
+    x = empty(count, len(arrays.obstacles), np.empty((count + 1, 4)), np.empty((count + 1, 3)))
+    x.q[::2], x.p[::2] = old.q, old.p
+    x.q[1::2] = blended(old.q[:-1], old.q[1:], 0.5)
+    legs = np.sqrt(np.sum(np.diff(old.p, axis=0) ** 2, axis=1))[:, None]
+    tangents = matrices(old.q)[:, :, 0]
+    x.p[1::2] = 0.5 * (old.p[:-1] + old.p[1:]) + 0.125 * legs * (tangents[:-1] - tangents[1:])
+    x.n[::2], x.n[1::2] = old.n + 0.5 * half, old.n - 0.5 * half
+    x.normal[:, ::2] = 0.5 * old.normal
+    x.normal[:, 1::2] = 0.25 * (old.normal[:, :-1] + old.normal[:, 1:])
+    return x
 
 
 def turn_to(direction: Array) -> Array:

@@ -7,8 +7,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+import numpy as np
+
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.contact.shapes import Shape
+from spiral_core.rod.contact.shapes import Array, Range, Shape
 from spiral_core.rod.types import Vector
 from spiral_core.validation import require_finite, require_unit_vector, require_vector
 
@@ -71,3 +73,65 @@ class Obstacle:
         )
         x, y, z = (p + d for p, d in zip(self.position, shift, strict=True))
         return replace(self, position=(x, y, z), orientation=product)
+
+
+def turns_about(obstacle: Obstacle, points: Array) -> float:
+    """Return the turns of a curve (n, 3) [m] about an obstacle's z axis, counterclockwise positive.
+
+    What lies beyond the axis' ends, as above a cone's apex, does not count; NaN for shapes without
+    such an axis.
+    """
+    axis = _axis_range(obstacle)
+    if axis is None:
+        return math.nan
+    local = _seen_from(obstacle, points)
+    first, last = local[:-1], local[1:]
+    rise = last[:, 2] - first[:, 2]
+    ends = []
+    for z, along in ((first[:, 2], rise), (last[:, 2], -rise)):
+        beyond = np.clip(z, *axis) - z
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ends.append(np.where(beyond == 0.0, 0.0, np.clip(beyond / along, 0.0, 1.0)))
+    beside = 1.0 - ends[0] - ends[1] > 0.0
+    legs = last - first
+    swept = _swept(first + ends[0][:, None] * legs, last - ends[1][:, None] * legs)
+    return float(np.sum(swept[beside])) / math.tau
+
+
+def passes_through(old: Obstacle, new: Obstacle, before: Array, after: Array) -> bool:
+    """Return whether an element passed an obstacle's axis while its nodes (n, 3) moved.
+
+    ``before`` and ``after`` are seen from the obstacle in its two places. The angle between an
+    element's ends changes by what they turn about the axis, each by less than half a turn; if it
+    has passed, by a turn more or less.
+    """
+    axis = _axis_range(old)
+    if axis is None:
+        return False
+    start, end = _seen_from(old, before), _seen_from(new, after)
+    moved = _swept(start, end)
+    change = _swept(end[:-1], end[1:]) - _swept(start[:-1], start[1:]) - np.diff(moved)
+    inside = np.all([(axis[0] <= z) & (z <= axis[1]) for z in (start[:, 2], end[:, 2])], axis=0)
+    return bool(np.any((np.abs(change) > math.pi) & inside[:-1] & inside[1:]))
+
+
+def _axis_range(obstacle: Obstacle) -> Range | None:
+    """Return the heights between which an obstacle's z axis lies in its solid, if any."""
+    axis: Range | None = getattr(obstacle.shape, "axis_range", None)
+    return axis
+
+
+def _seen_from(obstacle: Obstacle, points: Array) -> Array:
+    """Return points (n, 3) in the obstacle's frame."""
+    axis, away = np.array(obstacle.orientation[:3]), points - np.asarray(obstacle.position)
+    across = np.cross(axis, away)
+    local: Array = away - 2.0 * (obstacle.orientation[3] * across - np.cross(axis, across))
+    return local
+
+
+def _swept(first: Array, last: Array) -> Array:
+    """Return the angles (n,) about z by which points (n, 3) turn, each by less than half a turn."""
+    x = first[:, 0] * last[:, 0] + first[:, 1] * last[:, 1]
+    y = first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]
+    angles: Array = np.arctan2(y, x)
+    return angles

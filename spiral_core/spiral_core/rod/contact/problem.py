@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TypeAlias
@@ -268,3 +268,19 @@ class ContactProblem:
         for load in self.point_loads:
             if not 0.0 <= load.at <= self.rod.length:
                 raise InvalidInputError("at", load.at, "an arc length inside the rod")
+
+
+def require_alike(problems: Sequence[ContactProblem]) -> None:
+    """Refuse stations between which no path leads."""
+    first = problems[0]
+    for problem in problems[1:]:
+        alike = (
+            problem.rod.length == first.rod.length
+            and problem.rod.radius == first.rod.radius
+            and type(problem.base) is type(first.base)
+            and type(problem.tip) is type(first.tip)
+            and [o.shape for o in problem.obstacles] == [o.shape for o in first.obstacles]
+        )
+        if not alike:
+            requirement = "stations with one rod length, radius, kinds of ends and obstacle shapes"
+            raise InvalidInputError("problems", problem, requirement)

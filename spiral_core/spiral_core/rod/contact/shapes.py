@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 # Distance (n,), its gradient (n, 3) and Hessian (n, 3, 3), in the shape's frame.
 Distance: TypeAlias = tuple[Array, Array, Array]
+# From and to which height of a shape's z axis.
+Range: TypeAlias = tuple[float, float]
 
 # Step of the central differences that give a user's distance its Hessian, in radii of curvature.
 DIFFERENCE = 1e-5
@@ -78,6 +80,11 @@ class Cylinder:
         """The radius."""
         return self.radius
 
+    @property
+    def axis_range(self) -> Range | None:
+        """Where the z axis lies in the solid: everywhere, or nowhere in a tube."""
+        return None if self.inside else (-math.inf, math.inf)
+
 
 @dataclass(frozen=True, slots=True)
 class Cone:
@@ -108,6 +115,20 @@ class Cone:
     def feature_radius(self) -> float:
         """The radius at z = 0."""
         return self.radius
+
+    @property
+    def axis_range(self) -> Range:
+        """Where the z axis lies in the solid: up to the apex."""
+        return _up_to_apexes((0.0, self.radius, self.slope), (0.0, self.radius, self.slope))
+
+
+def _up_to_apexes(low: tuple[float, float, float], high: tuple[float, float, float]) -> Range:
+    """Return where a body ends that goes on from height, radius and slope at two ends as a cone."""
+    (z, r, slope), (top, last, bend) = low, high
+    return (
+        z - r / slope if slope > 0.0 else -math.inf,
+        top - last / bend if bend < 0.0 else math.inf,
+    )
 
 
 @lru_cache(maxsize=32)
@@ -172,6 +193,14 @@ class Profile:
     def feature_radius(self) -> float:
         """The smallest of the given radii."""
         return min(self.radii)
+
+    @property
+    def axis_range(self) -> Range:
+        """Where the z axis lies in the solid: up to the apexes of the cones at its ends."""
+        ends = np.array((self.heights[0], self.heights[-1]))
+        radii, slopes, _ = self._curve(ends)
+        low, high = np.column_stack((ends, radii, slopes)).tolist()
+        return _up_to_apexes((*low,), (*high,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,6 +267,11 @@ class Capsule:
     def feature_radius(self) -> float:
         """The radius."""
         return self.radius
+
+    @property
+    def axis_range(self) -> Range:
+        """Where the z axis is that of the cylindrical part."""
+        return -0.5 * self.length, 0.5 * self.length
 
 
 @dataclass(frozen=True, slots=True)

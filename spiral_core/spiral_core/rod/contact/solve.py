@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
-from spiral_core.rod.contact._contact import Iterate, carried, distances
+from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._increments import (
     SMALLEST_INCREMENT,
     Point,
@@ -24,17 +24,21 @@ from spiral_core.rod.contact._increments import (
     release,
     slide,
 )
-from spiral_core.rod.contact._mesh import Arrays, discretize, element_count
-from spiral_core.rod.contact._newton import UNSTABLE, Solution
+from spiral_core.rod.contact._mesh import Arrays, discretize, element_count, on_nodes
+from spiral_core.rod.contact._newton import CONVERGED
 from spiral_core.rod.contact._results import state_from_point
-from spiral_core.rod.contact._start import from_centerline, straight
-from spiral_core.rod.contact.problem import ContactProblem
+from spiral_core.rod.contact._start import from_centerline, halved, straight, unsolved
+from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact.problem import ContactProblem, require_alike
 from spiral_core.rod.contact.state import ContactEvent, ContactPath, ContactState, ContactStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array
 
 # With friction the state that a rod reaches depends on its way there: from the straight rod the
 # loads, and then the rest strain, come on in increments of at most this fraction.
 FRICTION_INCREMENT = 0.1
+# Lift-off moves by nodes, so no order above one is relied on: the error is at most this many times
+# the distance to the state on elements half as long.
+FIRST_ORDER = 2.0
 # A path with more events than this is given up.
 MAX_EVENTS = 64
 
@@ -44,6 +48,7 @@ def solve_contact(
     *,
     start: ContactState | Array | None = None,
     elements: int | None = None,
+    estimate_error: bool = False,
     throw: bool = True,
 ) -> ContactState:
     r"""Return a stable static shape of a rod among obstacles.
@@ -62,6 +67,9 @@ def solve_contact(
         start: a state, or a centerline (n, 3) [m] along the rod; with one point more than elements,
             the nodes themselves, stretched as they are.
         elements: how many; None takes enough for the rod's rest strain and its obstacles.
+        estimate_error: whether to solve once more on elements half as long and estimate the
+            discretization's error, the state's ``discretization_error``. It takes about twice the
+            time of a warm solve, or with friction, which remembers its way, of the whole solve.
         throw: whether a solve that does not converge raises; otherwise its status says so.
 
     Returns:
@@ -84,20 +92,66 @@ def solve_contact(
         >>> state.stable, bool(state.gaps.min() > -1e-6)
         (True, True)
     """
+    if estimate_error and isinstance(start, ContactState) and _rubs(problem.obstacles):
+        requirement = "a start that is no state where there is friction: the slips up to it are not"
+        raise InvalidInputError("estimate_error", True, requirement + " known on other elements")
+    state = _solved(problem, start, elements)
+    if throw and state.status is not ContactStatus.CONVERGED:
+        raise SolverError(state.status, state.residual, state.iterations)
+    if estimate_error and state.status is ContactStatus.CONVERGED:
+        apart = _halving_changes(problem, start, state)
+        return replace(state, discretization_error=FIRST_ORDER * apart)
+    return state
+
+
+def _solved(
+    problem: ContactProblem, start: ContactState | Array | None, elements: int | None
+) -> ContactState:
+    """Return the state that is reached from a start."""
     if isinstance(start, ContactState):
         path = follow_contact([problem], start=start, elements=elements)
-        state = path.states[-1] if path.states else path.events[-1].last
-        return _checked(state, throw)
-    count = _count([problem], elements)
-    arrays = discretize(problem, count)
+        return path.states[-1] if path.states else path.events[-1].last
+    return _solved_on(problem, discretize(problem, _count([problem], elements)), start)
+
+
+def _solved_on(problem: ContactProblem, arrays: Arrays, start: Array | None) -> ContactState:
+    """Return the state that is reached on given elements from the straight rod or a centerline."""
     if start is None:
-        return _checked(_from_straight(problem, arrays), throw)
+        return _from_straight(problem, arrays)
     x = from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
     here = unsolved(arrays, x)
     there, rests, trail = release(here, arrays)
     status = None if rests else ContactStatus.NOT_HELD
     state = state_from_point(_tried(there), there.solution.passes, status)
-    return _checked(replace(state, trail=np.array(trail)), throw)
+    return replace(state, trail=np.array(trail))
+
+
+def _halving_changes(
+    problem: ContactProblem, start: ContactState | Array | None, state: ContactState
+) -> float:
+    """Return the largest distance of a node from the state on elements half as long [m].
+
+    That follows from the state or, since friction remembers its way, from the same start.
+    """
+    coarse = _point_of(state, None)
+    nodes = coarse.arrays.arc_lengths
+    between = 0.5 * (nodes[:-1] + nodes[1:])
+    arrays = on_nodes(problem, np.insert(nodes, np.arange(1, len(nodes)), between))
+    if _rubs(problem.obstacles):
+        finer = _solved_on(problem, arrays, None if start is None else np.asarray(start))
+        positions, found = finer.positions, finer.status is ContactStatus.CONVERGED
+    else:
+        x = halved(coarse, arrays)
+        x, _, solution, _ = attempt(unsolved(arrays, x), arrays, x.copy())
+        positions, found = x.p, solution.outcome == CONVERGED
+    if not found:
+        return math.inf
+    return float(np.linalg.norm(positions[::2] - state.positions, axis=1).max())
+
+
+def _rubs(obstacles: Sequence[Obstacle]) -> bool:
+    """Return whether there is friction."""
+    return any(obstacle.friction > 0.0 for obstacle in obstacles)
 
 
 def follow_contact(
@@ -142,7 +196,7 @@ def follow_contact(
     if not 0.0 < smallest_increment <= largest_increment:
         requirement = f"in (0, {largest_increment:g}], the largest increment"
         raise InvalidInputError("smallest_increment", smallest_increment, requirement)
-    _check_alike(problems)
+    require_alike(problems)
     states: list[ContactState] = []
     events: list[ContactEvent] = []
     stations = list(problems)
@@ -227,8 +281,7 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
     loaded = replace(arrays, own=first.own, rest_energy=first.rest_energy)
     events: list[ContactEvent] = []
     spent = 0
-    rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
-    largest = FRICTION_INCREMENT if rubs else 1.0
+    largest = FRICTION_INCREMENT if _rubs(arrays.obstacles) else 1.0
     for end in (loaded, arrays):
         reached, _, used = _travel(here, None, end, (SMALLEST_INCREMENT, largest), False, 0, events)
         spent += used
@@ -236,16 +289,6 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
             return replace(events[-1].last, iterations=spent)
         here = reached
     return state_from_point(here, spent)
-
-
-def unsolved(arrays: Arrays, x: Iterate) -> Point:
-    """Return a point whose equilibrium has not been looked for."""
-    anchors = carried(x, None, arrays.obstacles, arrays.obstacles, arrays.lever, 0.0)
-    nothing = Solution(
-        UNSTABLE, 0, math.nan, math.inf, math.nan, np.zeros((arrays.count + 1, 6)),
-        np.zeros((arrays.count + 1, 3)), (),
-    )  # fmt: skip
-    return Point(0.0, arrays, x, anchors, nothing)
 
 
 def _tried(here: Point) -> Point:
@@ -272,26 +315,3 @@ def _count(problems: Sequence[ContactProblem], elements: int | None) -> int:
     if type(count) is not int or not 2 <= count <= MAX_ELEMENTS:
         raise InvalidInputError("elements", elements, f"a whole number from 2 to {MAX_ELEMENTS}")
     return count
-
-
-def _check_alike(problems: Sequence[ContactProblem]) -> None:
-    """Refuse stations between which no path leads."""
-    first = problems[0]
-    for problem in problems[1:]:
-        alike = (
-            problem.rod.length == first.rod.length
-            and problem.rod.radius == first.rod.radius
-            and type(problem.base) is type(first.base)
-            and type(problem.tip) is type(first.tip)
-            and [o.shape for o in problem.obstacles] == [o.shape for o in first.obstacles]
-        )
-        if not alike:
-            requirement = "stations with one rod length, radius, kinds of ends and obstacle shapes"
-            raise InvalidInputError("problems", problem, requirement)
-
-
-def _checked(state: ContactState, throw: bool) -> ContactState:
-    """Raise if the state is no answer and that is wanted."""
-    if throw and state.status is not ContactStatus.CONVERGED:
-        raise SolverError(state.status, state.residual, state.iterations)
-    return state

@@ -12,6 +12,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.types import Array
 
 # A node touches where its normal force is above this fraction of its obstacle's largest, and of
@@ -89,6 +90,9 @@ class ContactState:
             the rod is too short to touch itself.
         trail: (k, n, 3) positions that the rod passed, overdamped, where it snapped or slid to this
             state [m]; empty if it did not.
+        discretization_error: estimated largest error of a node's position [m]: twice the distance
+            to the state on elements half as long; infinite where those find none, None where it was
+            not asked for.
     """
 
     __repr__ = brief_repr
@@ -111,6 +115,7 @@ class ContactState:
     iterations: int
     self_clearance: float
     trail: Array = field(default_factory=lambda: np.empty((0, 0, 3)), repr=False)
+    discretization_error: float | None = None
     # What the next increment starts from.
     _point: Point | None = field(default=None, repr=False)
     # The point passed before it, to extrapolate from.
@@ -166,6 +171,16 @@ class ContactState:
         """Contact force per length (m, n, 3) [N/m]."""
         lengths: Array = self.contact_forces / self.node_lengths[:, None]
         return lengths
+
+    @property
+    def turns(self) -> Array:
+        """Turns of the rod about each obstacle's z axis (m,), from base to tip.
+
+        Counterclockwise positive, NaN for shapes without an axis. Along a path they change
+        continuously: nothing passes through an obstacle.
+        """
+        obstacles = () if self._point is None else self._point.arrays.obstacles
+        return np.array([turns_about(obstacle, self.positions) for obstacle in obstacles])
 
     def on_obstacle(self, index: int = 0) -> Resultant:
         """Return what the rod does to an obstacle: resultant of normal forces and friction.

@@ -18,9 +18,9 @@ from spiral_core.rod.contact._elimination import newton_pass
 from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays, discretize
 from spiral_core.rod.contact._results import state_from_point
-from spiral_core.rod.contact._start import from_centerline
+from spiral_core.rod.contact._start import from_centerline, unsolved
 from spiral_core.rod.contact.problem import ContactProblem
-from spiral_core.rod.contact.solve import solve_contact, unsolved
+from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.contact.state import ContactState, ContactStatus
 from spiral_core.rod.motion._step import Moment, advanced, at_rest
 from spiral_core.rod.motion._terms import masses
