@@ -54,16 +54,22 @@ def strain(q0: Complex, q1: Complex, h: float) -> Complex:
     return u
 
 
+def section(numbers: Complex) -> Complex:
+    """Return K of an element's row: twist, bending about y and z, and the coupling."""
+    twist, y, z, coupling = numbers
+    return np.array([[twist, 0.0, coupling], [0.0, y, 0.0], [coupling, 0.0, z]])
+
+
 def element(q0: Complex, q1: Complex, n0: Complex, n1: Complex, row: Complex, h: float) -> Any:
     """Return W = h (u.Ku/2 - c.u) + h^2/12 u.(t x D) - h^3/24 G.K^-1 G."""
-    k, c = row[[0, 1, 1]], row[2:5]
-    dk, dc = row[[5, 6, 6]], row[7:10]
+    k, c = section(row[:4]), row[4:7]
+    dk, dc = section(row[7:11]), row[11:14]
     u = strain(q0, q1, h)
     a0, a1 = seen(q0, n0), seen(q1, n1)
-    g = dk * u - dc + np.cross(u, k * u - c) + np.cross(TANGENT, 0.5 * (a0 + a1))
-    elastic = h * np.sum(0.5 * u * k * u - c * u)
+    g = dk @ u - dc + np.cross(u, k @ u - c) + np.cross(TANGENT, 0.5 * (a0 + a1))
+    elastic = h * np.sum(0.5 * u * (k @ u) - c * u)
     lean = h**2 / 12.0 * np.sum(u * np.cross(TANGENT, a1 - a0))
-    return elastic + lean - h**3 / 24.0 * np.sum(g * g / k)
+    return elastic + lean - h**3 / 24.0 * np.sum(g * np.linalg.solve(k, g))
 
 
 def rod(q: Complex, system: System) -> Any:

@@ -37,7 +37,7 @@ class Rods:
     """B rods at once; a profile is (B, 3) or a function of s / L giving (B, 3)."""
 
     lengths: Array  # (B,)
-    stiffness: Profile  # diagonal of K: torsion, bending about y, bending about z
+    stiffness: Profile  # diagonal of K: torsion, bending about y, bending about z; or K (B, 3, 3)
     rest_strain: Profile
     distributed: Profile  # base frame
     tip_force: Array  # (B, 3) base frame
@@ -126,7 +126,9 @@ def _integrate(rods: Rods, tips: Rotation, copies: int, sites: Array) -> Array:
     def slope(x: float, flat: Array) -> Array:
         y = flat.reshape(count, 13)
         q, m, n = y[:, 3:7], y[:, 7:10], y[:, 10:13]
-        u = at(rods.rest_strain, x) + m / at(rods.stiffness, x)
+        k = at(rods.stiffness, x)
+        u = at(rods.rest_strain, x)
+        u = u + (m / k if k.ndim == 2 else np.linalg.solve(k, m[:, :, None])[:, :, 0])
         out = np.empty_like(y)
         out[:, :3] = _rotate(q, np.broadcast_to(TANGENT, (count, 3)))
         out[:, 3:6] = 0.5 * (q[:, 3:] * u + _cross(q[:, :3], u))

@@ -32,9 +32,11 @@ def random_element(angle: float, seed: int, varying: bool = True) -> tuple[np.nd
     axis = rng.normal(size=3)
     first = Rotation.random(random_state=seed)
     second = first * Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
-    row = np.concatenate((rng.uniform(0.4, 2.0, 2), rng.normal(size=3), rng.normal(size=5)))
+    stiffness = rng.uniform(0.4, 2.0, 3)
+    coupling = rng.uniform(-0.9, 0.9) * math.sqrt(stiffness[0] * stiffness[2])
+    row = np.concatenate((stiffness, [coupling], rng.normal(size=3), rng.normal(size=7)))
     if not varying:
-        row[5:] = 0.0
+        row[7:] = 0.0
     return first.as_quat(), second.as_quat(), rng.normal(size=3), rng.normal(size=3), row
 
 
@@ -87,9 +89,10 @@ def test_an_element_at_its_rest_strain_pushes_nothing() -> None:
     q0 = Rotation.random(random_state=7)
     q1 = q0 * Rotation.from_rotvec(H * strain)
     x, w, u = rod_element.element_frame(tuple(q0.as_quat()), tuple(q1.as_quat()), H)
-    k = np.array([0.7, 1.1, 1.1])
+    numbers = np.array([0.7, 1.1, 1.3, 0.6])
+    row = np.concatenate((numbers, documented.section(numbers) @ np.array(u), np.zeros(7)))
     none = (0.0, 0.0, 0.0)
-    section = rod_element.Section(0.7, 1.1, tuple(k * np.array(u)), 0.0, 0.0, none)
+    section = rod_element.section_of(row)
     g0, g1, *_ = rod_element.element_derivatives(x, w, u, none, none, section, H)
     np.testing.assert_allclose(np.array(g0 + g1), 0.0, atol=1e-14)
     # The series of the strain differs from the rotation vector by its first term left out.

@@ -8,15 +8,20 @@ import math
 import numpy as np
 import pytest
 from core.actuator_cases import PAPER_TUBE
+from core.reference_section import BruteSection, Found
 from core.section_cases import one_family, section, wall_energy
+from scipy.optimize import newton
 
 from spiral_core import (
     FreeActuation,
     InvalidInputError,
+    NeoHookean,
     Tube,
 )
 from spiral_core.actuator.section_curve import SectionCurve
+from spiral_core.section.closure import closures
 from spiral_core.section.path import motion_at
+from spiral_core.section.ring import invariant_excess, ring_at
 from spiral_core.wrap.gripper import stiffness_from_actuator
 
 
@@ -56,3 +61,80 @@ def test_stiffness_needs_two_families_and_a_single_fiber() -> None:
         SectionCurve(section(88.0, 60.0).without_single_fibers()).stiffness(0.0)
     with pytest.raises(InvalidInputError, match="two families"):
         SectionCurve(one_family(70.0)).stiffness(0.0)
+
+
+@pytest.mark.parametrize("pair", [(88.0, 60.0), (75.0, 50.0), (65.0, -65.0)])
+@pytest.mark.parametrize("gamma", [0.0, 20.0])
+def test_bending_sideways_takes_a_third_at_rest(pair: tuple[float, float], gamma: float) -> None:
+    """The strain around is K sin instead of K (1 - cos): means of 1/2 and 3/2, with twist too."""
+    if gamma and pair[1] < 0.0:
+        gamma = -gamma
+    stiffness = FreeActuation(section(*pair, gamma=gamma)).curve.stiffness(0.0)
+    assert stiffness.sideways == pytest.approx(stiffness.bending / 3.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 20.0])
+@pytest.mark.parametrize("thick", [False, True])
+def test_sideways_stiffness_is_the_second_difference_of_energy_less_work(
+    gamma: float, thick: bool
+) -> None:
+    """The single fiber turned out of the coil's plane by an angle, the wall closed again."""
+    bent = section(88.0, 60.0, gamma=gamma, thick_wall=thick)
+    curve = SectionCurve(bent)
+    pressure = 70.0e3
+    far = np.array([curve.strain_from_pressure(pressure)])
+    (change,), _ = closures(curve.path.fibers, far)
+
+    def turned(angle: float) -> tuple[float, float]:
+        """Return energy less work [J/m], and the curvature [1/m], at an angle [rad]."""
+        ring = ring_at(
+            curve.path.fibers, far, newton(warp, change, args=(angle,)), np.array([angle])
+        )
+        first, second, quadrature = invariant_excess(curve.path.fibers, ring)
+        share = np.tile(ring.weight, (1, len(quadrature) // ring.weight.shape[1])) * quadrature
+        density = np.vectorize(bent.material.energy_density)(3.0 + first, 3.0 + second)
+        volume = (1.0 + ring.stretch_change[0]) * ring.hoop[0] ** 2
+        stored = bent.tube.wall_area * float((share * density).sum())
+        work = pressure * math.pi * bent.wound_radius**2 * volume
+        return stored - work, float((ring.bend / ring.hoop)[0]) / bent.wound_radius
+
+    def warp(turn: np.ndarray, angle: float) -> np.ndarray:
+        return np.asarray(ring_at(curve.path.fibers, far, turn, np.array([angle])).warp)
+
+    rest, curvature = turned(0.0)
+    near, farther = (
+        2.0 * (turned(angle)[0] - rest) / (angle * curvature) ** 2 for angle in (0.03, 0.06)
+    )
+    expected = (4.0 * near - farther) / 3.0
+    # The next term of the differences is of the fourth power of the angle.
+    assert curve.stiffness(pressure).sideways == pytest.approx(expected, rel=1e-5)
+
+
+def test_two_single_fibers_leave_no_bending_sideways() -> None:
+    assert (
+        FreeActuation(section(88.0, 60.0, apart=80.0)).curve.stiffness(20.0e3).sideways == math.inf
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("gamma", "pressure"), [(0.0, 30.0e3), (0.0, 90.0e3), (15.0, 60.0e3)])
+def test_brute_force_bends_sideways_alike(gamma: float, pressure: float) -> None:
+    """Local fields minimized at a curvature held out of the coil's plane, nothing shared."""
+    bent = section(88.0, 60.0, NeoHookean(c1=145.0e3), gamma=gamma)
+    curve = SectionCurve(bent)
+    shape = curve.unloaded_shape(pressure)
+    stretch, radius = shape.stretch or math.nan, bent.wound_radius
+    wall = bent.tube.wall_area / (math.pi * radius**2)
+    guess = Found(
+        stretch, shape.curvature * stretch * radius, shape.torsion * stretch * radius, 0.0, 0.0
+    )
+    held = []
+    for aside in (0.0, 0.02, 0.04):
+        angle = math.radians(gamma)
+        brute = BruteSection((bent.fibers.alpha, bent.fibers.beta), angle, aside=aside)
+        found = brute.solve(lambda i, _: 145.0e3 * (i - 3.0), pressure, wall, guess)
+        held.append(wall * found.energy - pressure * found.volume)
+    near, farther = (2.0 * (held[k] - held[0]) / (0.02 * k) ** 2 for k in (1, 2))
+    expected = math.pi * radius**4 * (4.0 * near - farther) / 3.0
+    # Differences of energies that SLSQP minimizes to 1e-15 of themselves.
+    assert curve.stiffness(pressure).sideways == pytest.approx(expected, rel=1e-4)

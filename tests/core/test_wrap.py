@@ -278,16 +278,18 @@ def test_every_state_is_certified(curves: dict[str, WrapCurve]) -> None:
 
 
 @pytest.mark.parametrize("torsion", [-15.0, 15.0])
-def test_the_line_force_is_the_energys_slope(torsion: float) -> None:
+@pytest.mark.parametrize("coupling", [0.0, 1.5e-4, -1.0e-4])
+def test_the_line_force_is_the_energys_slope(torsion: float, coupling: float) -> None:
     """Squeezing the cylinder by d(rho) gives back the energy q d(rho) per length of rod."""
-    stiffness = RodStiffness(3.0e-4, 2.0e-4)
+    stiffness = RodStiffness(3.0e-4, 2.0e-4, coupling=coupling)
     shape = UnloadedShape(40.0, torsion, 0.4)
     radius, angle = 0.02, 1.2
 
     def energy(rho: float) -> float:
         bent = math.sin(angle) ** 2 / rho - shape.curvature
-        twisted = math.sin(angle) * math.cos(angle) / rho - abs(torsion)
-        return 0.5 * stiffness.bending * bent**2 + 0.5 * stiffness.torsional * twisted**2
+        coiled = math.copysign(math.sin(angle) * math.cos(angle) / rho, torsion)
+        change = np.array([coiled - torsion, 0.0, bent])
+        return 0.5 * float(change @ np.array(stiffness.matrix) @ change)
 
     rho, d = radius + OUTER_RADIUS, 1e-6
     slope = (energy(rho + d) - energy(rho - d)) / (2.0 * d)

@@ -5,9 +5,11 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from spiral_core import OneFamily, SingleFiber
+from spiral_core.wrap.gripper import FIBER_STIFFNESS
 from spiral_gripper import DescriptionError, available_grippers, load_description
 from spiral_gripper.files.description import parse_description
 from spiral_gripper.files.fields import FIELDS, LAWS, Kind, constants_of
@@ -139,19 +141,27 @@ def test_allowed_single_fibers():
 def test_allowed_pressures_of_the_sections_stiffness():
     assert ROWS["stiffness.section_at"][2] == "0 to the pressure limit"
     annulus = read(SMALLEST).gripper.stiffness
-    section = read(with_field("stiffness.section_at", "0 kPa")).gripper.stiffness
-    assert section.bending == pytest.approx(3.8 * annulus.bending, rel=0.02)
-    assert section.torsional == pytest.approx(15.0 * annulus.torsional, rel=0.03)
-    pressed = read(with_field("stiffness.section_at", "80 kPa")).gripper.stiffness
-    assert pressed.bending == pytest.approx(2.2 * annulus.bending, rel=0.02)
+    for pressure, (bending, torsional, sideways) in {
+        "0 kPa": (3.8, 15.0, 1.26), "80 kPa": (2.2, 10.3, 0.97),
+    }.items():  # fmt: skip
+        section = read(with_field("stiffness.section_at", pressure)).gripper.stiffness
+        compliance = np.linalg.inv(np.array(section.matrix))
+        # One motion is free, of bending and twist; fibers that give a thirtieth add to both.
+        assert 1.0 / compliance[2, 2] == pytest.approx(bending * annulus.bending, rel=0.03)
+        assert 1.0 / compliance[0, 0] == pytest.approx(torsional * annulus.torsional, rel=0.12)
+        assert section.sideways == pytest.approx(sideways * annulus.bending, rel=0.01)
+        stiff = np.linalg.eigvalsh(np.array(section.matrix)[np.ix_([0, 2], [0, 2])])
+        assert stiff[1] == pytest.approx(FIBER_STIFFNESS * stiff[0])
+    straight = with_field("stiffness.section_at", "0 kPa").replace("beta: 60", "beta: -88")
+    bends = read(straight).gripper.stiffness
+    assert abs(bends.coupling) < 1e-9 * bends.bending  # a pair that does not twist
+    assert bends.torsional == pytest.approx(FIBER_STIFFNESS * bends.bending)
     both = with_field("stiffness.section_at", "0 kPa") + "\n"
     both = both.replace("section_at: 0 kPa", "section_at: 0 kPa\n  bending: 2e-4 N m^2")
     even = with_field("stiffness.section_at", "0 kPa") + "\nmodel: {pressure_law: uniform}\n"
-    straight = with_field("stiffness.section_at", "0 kPa").replace("beta: 60", "beta: -88")
     for text, reason in (
         (both, "left out where bending or torsional is stated"),
         (even, "pressure_law must be section"),
-        (straight, "a pair that does not twist"),
         (with_field("stiffness.section_at", "16.1 psi"), "from 0 to limits.pressure_max"),
         (with_field("stiffness.section_at", "-1 kPa"), "from 0 to limits.pressure_max"),
     ):

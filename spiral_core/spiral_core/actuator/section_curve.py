@@ -35,6 +35,7 @@ from spiral_core.section.path import (
     ShapePath,
     motion_at,
     section_path,
+    sideways_motion,
 )
 
 # States at which the pressure is tabulated: brackets for the inverse, and where it stops rising.
@@ -43,6 +44,8 @@ TABLE_NODES = 129
 POLE_PANELS = 14
 # Less change of the torsion with the far side's strain than this is rounding.
 NO_TWIST = 1e-9
+# At rest the stiffness is that at this strain of the far side: sideways it is 0 by 0.
+LEAST_STRAIN = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +58,13 @@ class SectionStiffness:
         bending: moment over curvature, the twist left free [N m^2].
         torsional: torque over twist, the curvature left free [N m^2]; infinite without twist.
         twist_per_curvature: how far it twists as it bends.
+        sideways: out of that plane [N m^2]; infinite with two single fibers.
     """
 
     bending: float
     torsional: float
     twist_per_curvature: float
+    sideways: float
 
 
 class SectionEnergy:
@@ -144,7 +149,10 @@ class SectionCurve:
 
         At fixed pressure the energy less the pressure's work rises by half
         :math:`\pi a^2 L \, P'(y) v'(y)` times the square of a change of y, so that the bending
-        stiffness is :math:`\pi a^4 P' v' / \kappa_n'^2` with :math:`\kappa_n = a \hat\kappa`.
+        stiffness is :math:`\pi a^4 P' v' / \kappa_n'^2` with :math:`\kappa_n = a \hat\kappa`. Bent
+        sideways, the fiber leaves the plane of the coil by an angle, whose cosine c the energy
+        less the work, per :math:`\pi a^2 L`, depends on:
+        :math:`-\pi a^4 (d\Phi/dc) / \kappa_n^2`.
 
         Raises:
             InvalidInputError: it has one wound family, or no single fiber.
@@ -152,14 +160,27 @@ class SectionCurve:
         self._actuator.fiber_pair  # noqa: B018 - refuses one family
         if not (self._actuator.single_fibers and isinstance(self.path, SectionPath)):
             raise InvalidInputError("single_fibers", (), "one that makes the section bend")
-        size = self.strain_from_pressure(pressure)
+        size = max(self.strain_from_pressure(pressure), LEAST_STRAIN)
         volume = self.path.volume_slope(size)
         curvature, curvature_slope = self.path.curvature.with_slope(size)
         torsion, torsion_slope = self.path.torsion.with_slope(size)
         bend, twist = curvature + size * curvature_slope, torsion + size * torsion_slope
         rise = math.pi * self._radius**4 * self.energy.pressure_with_slope(size)[1] * volume
         torsional = rise / twist**2 if abs(twist) > NO_TWIST else math.inf
-        return SectionStiffness(rise / bend**2, torsional, twist / bend)
+        sideways = (
+            self._sideways(self.path, size) if len(self._actuator.single_fibers) == 1 else math.inf
+        )
+        return SectionStiffness(rise / bend**2, torsional, twist / bend, sideways)
+
+    def _sideways(self, path: SectionPath, size: float) -> float:
+        """Return the stiffness of bending out of the coil's plane [N m^2]."""
+        actuator = self._actuator
+        motion = sideways_motion(path.fibers, np.array([path.direction * size]))
+        wall = actuator.tube.wall_area / (math.pi * self._radius**2)
+        energy = wall * float(_mean_energy_slope(motion, actuator.material)[0])
+        work = self.energy.pressure_with_slope(size)[0] * float(motion.volume_slope[0])
+        curvature = size * path.curvature(size)
+        return math.pi * self._radius**4 * (work - energy) / curvature**2
 
     def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a pressure [Pa] from 0 to ``pressure_limit``."""

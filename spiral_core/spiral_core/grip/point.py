@@ -94,6 +94,7 @@ class GripPoint:
         Hertz's line contact of a solid elastomer cylinder of the tube's outer radius with a flat,
         hard surface; q is the largest line force, averaged over a length of two outer radii, which
         the tube's thickness spreads a point force over. A hollow tube flattens and presses less.
+        EI is that of bending sideways, in which fibers take the least part.
         """
         tube = self.setup.gripper.tube
         forces = self.state.normal_forces[0]
@@ -102,7 +103,7 @@ class GripPoint:
         within = np.abs(at[:, None] - at[None, :]) <= half
         shared = np.maximum(within @ self.state.node_lengths, 2.0 * half)
         peak = float(np.max((within @ forces) / shared))
-        modulus = self.setup.gripper.stiffness.bending / tube.second_moment_of_area / 0.75
+        modulus = self.setup.gripper.stiffness.matrix[1][1] / tube.second_moment_of_area / 0.75
         return math.sqrt(max(peak, 0.0) * modulus / (math.pi * half))
 
     @property

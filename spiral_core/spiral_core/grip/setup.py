@@ -104,10 +104,9 @@ class GripSetup:
         """
         gripper = self.gripper
         shape = gripper.unloaded_shape(pressure)
-        stiffness = gripper.stiffness
         rod = ElasticRod(
             length=shape.backbone_length,
-            section=Section((stiffness.torsional, stiffness.bending, stiffness.bending)),
+            section=Section(gripper.stiffness.matrix),
             radius=gripper.tube.outer_radius,
             rest_strain=(shape.torsion, 0.0, shape.curvature),
         )

@@ -10,14 +10,17 @@ import numpy as np
 from spiral_core.rod._mesh import Counts
 from spiral_core.rod._profiles import (
     pieces,
-    scalar_samples,
     sites_in,
+    stiffness_samples,
     uniform_rod,
     varies,
     vector_samples,
 )
 from spiral_core.rod._system import System, discrete_strain_scale, uniform_system
 from spiral_core.rod.types import Array, Rod, RodLoad
+
+# What the coupling adds to K u: the twist's share to bending about z, and the other way round.
+COUPLED = np.array([1.0, 0.0, 1.0])
 
 
 def discretize(rod: Rod, load: RodLoad, counts: Counts) -> System:
@@ -50,23 +53,18 @@ def discretize(rod: Rod, load: RodLoad, counts: Counts) -> System:
 def _piece(
     rod: Rod, load: RodLoad, piece: tuple[float, float], count: int
 ) -> tuple[Array, Array, Array, Array, float]:
-    """Return one piece's elements (n, 10) and steps (n,), its load, sections and rest energy.
+    """Return one piece's elements (n, 14) and steps (n,), its load, sections and rest energy.
 
-    Load (2 n + 1, 3) and sections (2 n + 1, 5) are at nodes and midpoints; Simpson's means over
+    Load (2 n + 1, 3) and sections (2 n + 1, 7) are at nodes and midpoints; Simpson's means over
     elements keep the order.
     """
     h = (piece[1] - piece[0]) / count
     sites = sites_in(rod, piece, 2 * count + 1)
-    stiffness = np.column_stack(
-        (
-            scalar_samples("torsional_stiffness", rod.torsional_stiffness, sites),
-            scalar_samples("bending_stiffness", rod.bending_stiffness, sites),
-        )
-    )
+    stiffness = stiffness_samples(rod, sites)
     rest_strain = vector_samples("rest_strain", rod.rest_strain, sites)
     angles = h * np.sqrt(np.sum(rest_strain**2, axis=1))
     scales = np.array([discrete_strain_scale(float(angle)) for angle in angles])[:, None]
-    moment = stiffness[:, [0, 1, 1]] * rest_strain
+    moment = stiffness[:, :3] * rest_strain + stiffness[:, 3:] * COUPLED * rest_strain[:, ::-1]
     columns = np.hstack((stiffness, scales * moment))
     elements = np.hstack((_simpson(columns), np.diff(columns[::2], axis=0) / h))
     density = np.sum(scales**2 * moment * rest_strain, axis=1)

@@ -13,7 +13,7 @@ The first term is the elastic energy at constant strain, the second the Hermite 
 load's trapezoidal rule, the third the energy released by the strain's variation inside the element:
 together the error is O(h^4).
 
-``elements`` is an (N, 10) array, a row for each element: see :class:`Section`.
+``elements`` is an (N, 14) array, a row for each element: see :class:`Section`.
 """
 
 from typing import NamedTuple
@@ -43,21 +43,34 @@ from spiral_core.rod._algebra import (
 )
 
 
+class Stiffness(NamedTuple):
+    """Stiffness of a section, or its inverse: K = [[twist, 0, both], [0, y, 0], [both, 0, z]].
+
+    Attributes:
+        twist: to twist [N m^2].
+        y: to bending about y.
+        z: to bending about z.
+        both: coupling of twist with bending about z.
+    """
+
+    twist: float
+    y: float
+    z: float
+    both: float
+
+
 class Section(NamedTuple):
     """The section in the middle of an element, and how it changes along the rod.
 
     Attributes:
-        torsional: mean torsional stiffness [N m^2].
-        bending: mean bending stiffness [N m^2].
+        stiffness: mean K.
         rest: mean rest moment c = K u* [N m].
-        torsional_slope, bending_slope, rest_slope: their derivatives along the rod.
+        stiffness_slope, rest_slope: their derivatives along the rod.
     """
 
-    torsional: float
-    bending: float
+    stiffness: Stiffness
     rest: Vec
-    torsional_slope: float
-    bending_slope: float
+    stiffness_slope: Stiffness
     rest_slope: Vec
 
 
@@ -65,14 +78,32 @@ class Section(NamedTuple):
 def section_of(row: Array) -> Section:
     """Return the section that a row of ``elements`` holds."""
     return Section(
-        row[0], row[1], (row[2], row[3], row[4]), row[5], row[6], (row[7], row[8], row[9])
+        Stiffness(row[0], row[1], row[2], row[3]),
+        (row[4], row[5], row[6]),
+        Stiffness(row[7], row[8], row[9], row[10]),
+        (row[11], row[12], row[13]),
     )
 
 
 @inlined
-def moment_of(u: Vec, torsional: float, bending: float, rest: Vec) -> Vec:
+def times(k: Stiffness, u: Vec) -> Vec:
+    """Return K u."""
+    return (k.twist * u[0] + k.both * u[2], k.y * u[1], k.z * u[2] + k.both * u[0])
+
+
+@inlined
+def compliance_of(k: Stiffness) -> Stiffness:
+    """Return K^-1."""
+    square = k.twist * k.z - k.both * k.both
+    per = 1.0 / (k.y * square)
+    return Stiffness(per * k.y * k.z, per * square, per * k.y * k.twist, -per * k.y * k.both)
+
+
+@inlined
+def moment_of(u: Vec, k: Stiffness, rest: Vec) -> Vec:
     """Return K u - c."""
-    return (torsional * u[0] - rest[0], bending * u[1] - rest[1], bending * u[2] - rest[2])
+    m = times(k, u)
+    return (m[0] - rest[0], m[1] - rest[1], m[2] - rest[2])
 
 
 @inlined
@@ -102,24 +133,18 @@ def element_frame(q0: Quat, q1: Quat, h: float) -> tuple[Vec, float, Vec]:
 @inlined
 def imbalance(u: Vec, section: Section, mean_load: Vec) -> Vec:
     """Return G, the moment imbalance per length in the middle of an element of strain u [N]."""
-    m = moment_of(u, section.torsional, section.bending, section.rest)
-    varying = moment_of(u, section.torsional_slope, section.bending_slope, section.rest_slope)
+    m = moment_of(u, section.stiffness, section.rest)
+    varying = moment_of(u, section.stiffness_slope, section.rest_slope)
     return add(add(varying, cross(u, m)), (0.0, -mean_load[2], mean_load[1]))
 
 
 @inlined
 def element_energy(u: Vec, a0: Vec, a1: Vec, section: Section, h: float) -> float:
     """Return W of one element [J] (see the module's head)."""
-    kt, kb, c = section.torsional, section.bending, section.rest
-    elastic = (
-        0.5 * (kt * u[0] * u[0] + kb * (u[1] * u[1] + u[2] * u[2]))
-        - c[0] * u[0]
-        - c[1] * u[1]
-        - c[2] * u[2]
-    )
+    elastic = 0.5 * dot(u, times(section.stiffness, u)) - dot(section.rest, u)
     change = (0.0, -(a1[2] - a0[2]), a1[1] - a0[1])
     g = imbalance(u, section, scale(0.5, add(a0, a1)))
-    released = (kb * g[0] * g[0] + kt * (g[1] * g[1] + g[2] * g[2])) / (kt * kb)
+    released = dot(g, times(compliance_of(section.stiffness), g))
     energy: float = h * elastic + h * h / 12.0 * dot(u, change) - h * h * h / 24.0 * released
     return energy
 
@@ -129,42 +154,46 @@ def strain_derivatives(
     u: Vec, a0: Vec, a1: Vec, section: Section, h: float
 ) -> tuple[Vec, Mat, Mat, Vec]:
     """Return dW/du, d2W/du2, and h^3/12 times J^T K^-1 and K^-1 G, with J = dG/du."""
-    kt, kb = section.torsional, section.bending
+    kt, ky, kz, kc = section.stiffness
+    slope, soft = section.stiffness_slope, compliance_of(section.stiffness)
     third = h * h * h / 12.0
     square = h * h / 12.0
-    m = moment_of(u, kt, kb, section.rest)
+    m = moment_of(u, section.stiffness, section.rest)
     g = imbalance(u, section, scale(0.5, add(a0, a1)))
-    per_both = third / (kt * kb)
-    twist, bend = per_both * kb, per_both * kt
-    y = (twist * g[0], bend * g[1], bend * g[2])
+    p = Stiffness(third * soft.twist, third * soft.y, third * soft.z, third * soft.both)
+    y = times(p, g)
     j = (
-        section.torsional_slope,
-        m[2] - kb * u[2],
-        kb * u[1] - m[1],
-        kt * u[2] - m[2],
-        section.bending_slope,
-        m[0] - kb * u[0],
-        m[1] - kt * u[1],
-        kb * u[0] - m[0],
-        section.bending_slope,
+        slope.twist + kc * u[1],
+        m[2] - ky * u[2],
+        slope.both + kz * u[1] - m[1],
+        kt * u[2] - kc * u[0] - m[2],
+        slope.y,
+        m[0] + kc * u[2] - kz * u[0],
+        slope.both + m[1] - kt * u[1],
+        ky * u[0] - m[0],
+        slope.z - kc * u[1],
     )
     jc = (
-        twist * j[0],
-        bend * j[3],
-        bend * j[6],
-        twist * j[1],
-        bend * j[4],
-        bend * j[7],
-        twist * j[2],
-        bend * j[5],
-        bend * j[8],
+        p.twist * j[0] + p.both * j[6],
+        p.y * j[3],
+        p.z * j[6] + p.both * j[0],
+        p.twist * j[1] + p.both * j[7],
+        p.y * j[4],
+        p.z * j[7] + p.both * j[1],
+        p.twist * j[2] + p.both * j[8],
+        p.y * j[5],
+        p.z * j[8] + p.both * j[2],
     )
     pull = (0.0, square * (a0[2] - a1[2]), square * (a1[1] - a0[1]))
     w_u = add(add(scale(h, m), pull), scale(-1.0, matvec_t(j, y)))
-    d = kt - kb
+    # h K - J^T P J and what the curvature of G adds, [y] K - K [y].
+    tilt = h * kc - (kt - kz) * y[1]
+    twist = (kt - ky) * y[2] - kc * y[0]
+    bend = (ky - kz) * y[0] + kc * y[2]
+    lean = 2.0 * kc * y[1]
     w_uu = matadd(
-        matadd(diagonal(h * kt, h * kb, h * kb), matscale(-1.0, matmul(jc, j))),
-        (0.0, d * y[2], -d * y[1], d * y[2], 0.0, 0.0, -d * y[1], 0.0, 0.0),
+        matscale(-1.0, matmul(jc, j)),
+        (h * kt + lean, twist, tilt, twist, h * ky, bend, tilt, bend, h * kz - lean),
     )
     return w_u, w_uu, jc, y
 
@@ -196,21 +225,18 @@ def rotated_load_hessian(p: Vec, a: Vec) -> Mat:
 
 
 @inlined
-def load_pair(k: float, a: Vec, b: Vec) -> Mat:
-    """Return -k (T [a])^T (T [b]), T = [t]: two nodes' loads acting on the energy released."""
-    m = outer((1.0, 0.0, 0.0), scale(k * b[0], a))
-    d = -k * a[0] * b[0]
-    side = scale(k * a[0], b)
+def load_pair(y: float, z: float, a: Vec, b: Vec) -> Mat:
+    """Return -(T [a])^T diag(0, y, z) (T [b]), T = [t]: two nodes' loads on the energy released."""
     return (
-        m[0] + side[0] + d - k * dot(a, b),
-        m[1],
-        m[2],
-        side[1],
-        d,
+        -y * a[1] * b[1] - z * a[2] * b[2],
+        y * a[1] * b[0],
+        z * a[2] * b[0],
+        y * a[0] * b[1],
+        -y * a[0] * b[0],
         0.0,
-        side[2],
+        z * a[0] * b[2],
         0.0,
-        d,
+        -z * a[0] * b[0],
     )
 
 
@@ -250,7 +276,8 @@ def element_derivatives(
     half = matscale(-0.5, jc)
     load0 = turned_load(matadd(half, diagonal(-square, -square, -square)), a0)
     load1 = turned_load(matadd(half, diagonal(square, square, square)), a1)
-    k = 0.25 * h * h * h / (12.0 * section.bending)
+    soft, quarter = compliance_of(section.stiffness), 0.25 * h * h * h / 12.0
+    ky, kz = quarter * soft.y, quarter * soft.z
     bend = 0.5 * s * w
     pull0 = pushed_back(load0, x, w, cf, bend, -1.0)
     pull1 = pushed_back(load1, x, w, cf, bend, 1.0)
@@ -263,7 +290,7 @@ def element_derivatives(
     h00 = matadd(
         matadd(matscale(0.5, matadd(matscale(w, p0), skew_matmul(x, p0))), diagonal(bow, bow, bow)),
         matadd(
-            matadd(rotated_load_hessian(q0, a0), load_pair(k, a0, a0)),
+            matadd(rotated_load_hessian(q0, a0), load_pair(ky, kz, a0, a0)),
             matadd(pull0, transpose(pull0)),
         ),
     )
@@ -273,13 +300,13 @@ def element_derivatives(
             diagonal(bow, bow, bow),
         ),
         matadd(
-            matadd(rotated_load_hessian(q1, a1), load_pair(k, a1, a1)),
+            matadd(rotated_load_hessian(q1, a1), load_pair(ky, kz, a1, a1)),
             matadd(pull1, transpose(pull1)),
         ),
     )
     h01 = matadd(
         matadd(matscale(-0.5, matadd(matscale(w, p1), skew_p1)), diagonal(bow, bow, bow)),
-        matadd(matadd(twist, load_pair(k, a0, a1)), matadd(cross01, transpose(cross10))),
+        matadd(matadd(twist, load_pair(ky, kz, a0, a1)), matadd(cross01, transpose(cross10))),
     )
     turned = cross(x, g_x)
     g0 = add(scale(-0.5, add(scale(w, g_x), turned)), cross(q0, a0))

@@ -40,6 +40,7 @@ from spiral_core.rod._algebra import (
     vector_at,
 )
 from spiral_core.rod._element import (
+    compliance_of,
     element_derivatives,
     element_energy,
     element_frame,
@@ -75,11 +76,12 @@ class Scales(NamedTuple):
 
 @inlined
 def scales_of(system: System) -> Scales:
-    """Return the scales of a rod, with its smallest bending stiffness."""
+    """Return the scales of a rod, with its smallest bending stiffness where it may twist."""
     bending, length, shortest, across = np.inf, 0.0, np.inf, 0.0
     for i in range(system.steps.shape[0]):
         section = section_of(system.elements[i])
-        bending = min(bending, section.bending)
+        soft = compliance_of(section.stiffness)
+        bending = min(bending, 1.0 / soft.y, 1.0 / soft.z)
         length += system.steps[i]
         shortest = min(shortest, system.steps[i])
         across = max(across, abs(section.rest[1]), abs(section.rest[2]))

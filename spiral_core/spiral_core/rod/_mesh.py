@@ -12,12 +12,12 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod._profiles import (
     SURVEY_SITES,
     pieces,
-    scalar_samples,
     sites_in,
+    stiffness_samples,
     varies,
     vector_samples,
 )
-from spiral_core.rod.types import MAX_ELEMENTS, Rod, RodLoad
+from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad
 
 # Elements in each piece of a rod.
 Counts: TypeAlias = tuple[int, ...]
@@ -74,14 +74,14 @@ def piece_angles(rod: Rod, load: RodLoad) -> list[float]:
     sampled = []
     for piece in pieces(rod):
         sites = np.zeros(1) if uniform else sites_in(rod, piece, SURVEY_SITES)
-        bending = scalar_samples("bending_stiffness", rod.bending_stiffness, sites).min()
-        torsional = scalar_samples("torsional_stiffness", rod.torsional_stiffness, sites).min()
+        softest, stiffest = principal_stiffnesses(*stiffness_samples(rod, sites).T)
         strains = vector_samples("rest_strain", rod.rest_strain, sites)
         weights = vector_samples("distributed", load.distributed, sites)
         with np.errstate(over="ignore"):
             curvature = np.linalg.norm(strains, axis=1).max()
             weight = np.linalg.norm(weights, axis=1).max()
-        sampled.append((float(bending), float(torsional), float(curvature), float(weight)))
+        ends = float(softest.min()), float(stiffest.min())
+        sampled.append((*ends, float(curvature), float(weight)))
     heaviest = max(weight for *_, weight in sampled)
     force = heaviest * rod.length + math.hypot(*load.tip_force)
     moment = math.hypot(*load.tip_moment)
@@ -97,6 +97,21 @@ def piece_angles(rod: Rod, load: RodLoad) -> list[float]:
         rate = max(curvature, bent + moment / bending, coupled)
         angles.append((end - begin) * rate)
     return angles
+
+
+def principal_stiffnesses(
+    torsional: Array, sideways: Array, bending: Array, coupling: Array
+) -> tuple[Array, Array]:
+    """Return the softest bending of sections (n,), and the stiffness farthest from it.
+
+    That is GJ where bending is alike in every direction and not coupled; otherwise the largest of
+    the section.
+    """
+    if np.array_equal(sideways, bending) and not np.any(coupling):
+        return bending, torsional
+    softest = np.minimum(sideways, bending - coupling * coupling / torsional)
+    mean, half = 0.5 * (torsional + bending), 0.5 * (torsional - bending)
+    return softest, np.maximum(mean + np.hypot(half, coupling), sideways)
 
 
 def shared_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
@@ -143,9 +158,8 @@ def path_counts(rod: Rod, counts: Counts) -> Counts:
     each = []
     for piece, turn, count in zip(pieces(rod), rest_turns(rod), counts, strict=True):
         sites = sites_in(rod, piece, PATH_SITES)
-        torsional = scalar_samples("torsional_stiffness", rod.torsional_stiffness, sites)
-        bending = scalar_samples("bending_stiffness", rod.bending_stiffness, sites)
-        stiffer = float((torsional / bending).max())
+        softest, stiffest = principal_stiffnesses(*stiffness_samples(rod, sites).T)
+        stiffer = float((stiffest / softest).max())
         each.append(path_count(count, turn, stiffer, (piece[1] - piece[0]) / rod.length))
     return tuple(each)
 

@@ -5,12 +5,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.types import Array, Rod, RodLoad, ScalarProfile, Vector, VectorProfile
+from spiral_core.rod.types import (
+    COUPLING_REQUIREMENT,
+    Array,
+    Rod,
+    RodLoad,
+    ScalarProfile,
+    Vector,
+    VectorProfile,
+)
 
 # Values at the ends of a piece are taken this far inside [of the rod's length]: what a profile says
 # at a break itself, and how the break's place was rounded, do not matter then.
@@ -26,6 +34,8 @@ DIVISIONS = 6
 # What then changes by more than this fraction of the profile's largest value is a jump.
 SMALLEST_JUMP = 1e-6
 
+Sampler: TypeAlias = Callable[[str, Any, Array], Array]
+
 
 class UniformRod(NamedTuple):
     """A uniform rod and its load, as numbers.
@@ -33,7 +43,9 @@ class UniformRod(NamedTuple):
     Attributes:
         length: [m].
         torsional: GJ [N m^2].
-        bending: EI [N m^2].
+        bending: EI about z [N m^2].
+        sideways: EI about y [N m^2].
+        coupling: of twist and bending about z [N m^2].
         rest_strain: u* [1/m].
         weight: load per length, base frame [N/m].
         tip_force: base frame [N].
@@ -43,6 +55,8 @@ class UniformRod(NamedTuple):
     length: float
     torsional: float
     bending: float
+    sideways: float
+    coupling: float
     rest_strain: Vector
     weight: Vector
     tip_force: Vector
@@ -54,6 +68,8 @@ def varies(rod: Rod, load: RodLoad) -> bool:
     return (
         callable(rod.bending_stiffness)
         or callable(rod.torsional_stiffness)
+        or callable(rod.sideways_stiffness)
+        or callable(rod.coupling_stiffness)
         or callable(rod.rest_strain)
         or callable(load.distributed)
         or bool(rod.breaks)
@@ -87,6 +103,36 @@ def scalar_samples(field: str, profile: ScalarProfile, sites: Array) -> Array:
     return values
 
 
+def stiffness_samples(rod: Rod, sites: Array) -> Array:
+    """Return the four stiffnesses of a rod's section at the sites (n, 4), in the kernels' order.
+
+    Raises:
+        InvalidInputError: one is not finite, not positive where it must be, or the coupling too
+            large for a section that resists every bend and twist.
+    """
+    torsional = scalar_samples("torsional_stiffness", rod.torsional_stiffness, sites)
+    bending = scalar_samples("bending_stiffness", rod.bending_stiffness, sites)
+    sideways = bending
+    if rod.sideways_stiffness is not None:
+        sideways = scalar_samples("sideways_stiffness", rod.sideways_stiffness, sites)
+    coupling = np.zeros(len(sites))
+    if callable(rod.coupling_stiffness) or rod.coupling_stiffness != 0.0:
+        coupling = signed_samples("coupling_stiffness", rod.coupling_stiffness, sites)
+    if not np.all(np.abs(coupling) < np.sqrt(torsional) * np.sqrt(bending)):
+        raise InvalidInputError("coupling_stiffness", coupling, COUPLING_REQUIREMENT)
+    return np.column_stack((torsional, sideways, bending, coupling))
+
+
+def signed_samples(field: str, profile: ScalarProfile, sites: Array) -> Array:
+    """Return a profile's values of any sign at the sites (n,)."""
+    if not callable(profile):
+        return np.full(len(sites), float(profile))
+    values = np.asarray(profile(sites), dtype=np.float64)
+    if values.shape != sites.shape or not np.all(np.isfinite(values)):
+        raise InvalidInputError(field, values, f"a function giving {len(sites)} finite values")
+    return values
+
+
 def vector_samples(field: str, profile: VectorProfile, sites: Array) -> Array:
     """Return a vector profile's values at the sites (n, 3)."""
     if not callable(profile):
@@ -106,19 +152,22 @@ def require_continuous(rod: Rod, load: RodLoad) -> None:
         InvalidInputError: it does, or its values are not valid; names the property and the place.
     """
     for field, profile in (
-        ("bending_stiffness", rod.bending_stiffness),
-        ("torsional_stiffness", rod.torsional_stiffness),
+        *rod.stiffness_profiles,
         ("rest_strain", rod.rest_strain),
         ("distributed", load.distributed),
     ):
         if not callable(profile):
             continue
-        sample = vector_samples if field in ("rest_strain", "distributed") else scalar_samples
+        sample: Sampler = scalar_samples
+        if field == "coupling_stiffness":
+            sample = signed_samples
+        elif field in ("rest_strain", "distributed"):
+            sample = vector_samples
 
         def values(
-            sites: Array, field: str = field, profile: object = profile, sample: object = sample
+            sites: Array, field: str = field, profile: object = profile, sample: Sampler = sample
         ) -> Array:
-            return np.asarray(sample(field, profile, sites)).reshape(len(sites), -1)  # type: ignore[operator]
+            return sample(field, profile, sites).reshape(len(sites), -1)
 
         for piece in pieces(rod):
             place = jump(values, sites_in(rod, piece, SURVEY_SITES))
@@ -168,13 +217,18 @@ def floats(vector: Vector) -> Vector:
 def uniform_rod(rod: Rod, load: RodLoad) -> UniformRod:
     """Return what describes a uniform rod and its load to the kernels."""
     bending, torsional = rod.bending_stiffness, rod.torsional_stiffness
-    rest, weight = rod.rest_strain, load.distributed
+    sideways = bending if rod.sideways_stiffness is None else rod.sideways_stiffness
+    coupling, rest, weight = rod.coupling_stiffness, rod.rest_strain, load.distributed
     if callable(bending) or callable(torsional) or callable(rest) or callable(weight):
+        raise TypeError("a rod that varies is not described by numbers")
+    if callable(sideways) or callable(coupling):
         raise TypeError("a rod that varies is not described by numbers")
     return UniformRod(
         float(rod.length),
         float(torsional),
         float(bending),
+        float(sideways),
+        float(coupling),
         floats(rest),
         floats(weight),
         floats(load.tip_force),

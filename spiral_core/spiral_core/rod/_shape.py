@@ -20,11 +20,14 @@ from spiral_core.rod._algebra import (
     vector_at,
 )
 from spiral_core.rod._element import (
+    Stiffness,
+    compliance_of,
     element_derivatives,
     element_frame,
     imbalance,
     section_of,
     strain_factor,
+    times,
 )
 from spiral_core.rod._elimination import end_loads
 from spiral_core.rod._system import System
@@ -87,11 +90,7 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
         # Past half a turn the quaternion's real part changes its sign.
         largest = max(largest, 1.0 - w)
         g = imbalance(strain, section, scale(0.5, add(a0, a1)))
-        relaxed = (
-            g[0] / section.torsional,
-            g[1] / section.bending,
-            g[2] / section.bending,
-        )
+        relaxed = times(compliance_of(section.stiffness), g)
         arc = scale(h * arc_shortening(dot(x, x)), cross(x, cross(x, TANGENT)))
         bend = scale(h * h * h / 12.0, cross(relaxed, TANGENT))
         at = add(at, to_base(middle(q0, q1), add(scale(h, TANGENT), add(arc, bend))))
@@ -105,7 +104,10 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
     for k in range(3):
         moments[n, k] = push[k]
     for i in range(n + 1):
+        node = system.sections[i]
+        stiffness = Stiffness(node[0], node[1], node[2], node[3])
+        total = add(vector_at(moments, i), (node[4], node[5], node[6]))
+        strain = times(compliance_of(stiffness), total)
         for k in range(3):
-            stiffness = system.sections[i, 0 if k == 0 else 1]
-            strains[i, k] = (moments[i, k] + system.sections[i, 2 + k]) / stiffness
+            strains[i, k] = strain[k]
     return positions, moments, strains, 2.0 * math.acos(max(-1.0, 1.0 - largest))

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled, inlined
-from spiral_core.rod._algebra import Array
-from spiral_core.rod._element import section_of, strain_factor
+from spiral_core.rod._algebra import Array, dot
+from spiral_core.rod._element import Stiffness, compliance_of, section_of, strain_factor, times
 from spiral_core.rod._profiles import UniformRod
 
 
@@ -19,10 +19,10 @@ class System(NamedTuple):
         force: (N + 1, 3) force of everything beyond a node, base frame [N].
         distributed: (N, 6) load per length at each element's two ends, base frame [N/m].
         tip_moment: (3,) base frame [N m].
-        elements: (N, 10), a :class:`Section` each.
+        elements: (N, 14), a :class:`spiral_core.rod._element.Section` each.
         steps: (N,) lengths of the elements [m].
-        sections: (N + 1, 5) at the nodes: GJ and EI [N m^2], and K u* [N m]; where a property
-            jumps, its value on the tip's side.
+        sections: (N + 1, 7) at the nodes: the four numbers of K [N m^2], and K u* [N m]; where a
+            property jumps, its value on the tip's side.
         rest_energy: elastic energy of the rod without strain [J], which the elements leave out.
     """
 
@@ -88,30 +88,33 @@ def uniform_system(count: int, rod: UniformRod) -> System:
     """Return a uniform rod on ``count`` elements."""
     h = rod.length / count
     rest, weight = rod.rest_strain, rod.weight
-    stiffness = (rod.torsional, rod.bending, rod.bending)
+    stiffness = Stiffness(rod.torsional, rod.sideways, rod.bending, rod.coupling)
     force = np.empty((count + 1, 3))
     distributed = np.empty((count, 6))
     moment = np.empty(3)
-    elements = np.zeros((count, 10))
-    sections = np.empty((count + 1, 5))
+    elements = np.zeros((count, 14))
+    sections = np.empty((count + 1, 7))
     square = rest[0] * rest[0] + rest[1] * rest[1] + rest[2] * rest[2]
     scale = discrete_strain_scale(h * math.sqrt(square))
     for k in range(3):
         moment[k] = rod.tip_moment[k]
     for i in range(count + 1):
-        sections[i, 0], sections[i, 1] = rod.torsional, rod.bending
+        for k in range(4):
+            sections[i, k] = stiffness[k]
+        product = times(stiffness, rest)
         for k in range(3):
             force[i, k] = rod.tip_force[k] + weight[k] * h * (count - i)
-            sections[i, 2 + k] = stiffness[k] * rest[k]
+            sections[i, 4 + k] = product[k]
     for i in range(count):
-        elements[i, 0], elements[i, 1] = rod.torsional, rod.bending
+        for k in range(4):
+            elements[i, k] = stiffness[k]
         for k in range(3):
-            elements[i, 2 + k] = scale * sections[i, 2 + k]
+            elements[i, 4 + k] = scale * sections[i, 4 + k]
             distributed[i, k] = weight[k]
             distributed[i, 3 + k] = weight[k]
     energy = 0.0
     for k in range(3):
-        energy += 0.5 * rod.length * scale * scale * stiffness[k] * rest[k] * rest[k]
+        energy += 0.5 * rod.length * scale * scale * sections[0, 4 + k] * rest[k]
     return System(force, distributed, moment, elements, np.full(count, h), sections, energy)
 
 
@@ -121,9 +124,8 @@ def constant_strain_energy(elements: Array, steps: Array) -> float:
     energy = 0.0
     for i in range(elements.shape[0]):
         section = section_of(elements[i])
-        c = section.rest
-        bent = (c[1] * c[1] + c[2] * c[2]) / section.bending
-        energy += 0.5 * steps[i] * (c[0] * c[0] / section.torsional + bent)
+        soft = compliance_of(section.stiffness)
+        energy += 0.5 * steps[i] * dot(section.rest, times(soft, section.rest))
     return energy
 
 
@@ -174,23 +176,29 @@ def without_rest_strain(system: System, moment_fraction: float) -> System:
     for k in range(3):
         moment[k] = moment_fraction * system.tip_moment[k]
         for i in range(elements.shape[0]):
-            elements[i, 2 + k] = 0.0
-            elements[i, 7 + k] = 0.0
+            elements[i, 4 + k] = 0.0
+            elements[i, 11 + k] = 0.0
         for i in range(sections.shape[0]):
-            sections[i, 2 + k] = 0.0
+            sections[i, 4 + k] = 0.0
     return System(system.force, system.distributed, moment, elements, system.steps, sections, 0.0)
 
 
 @compiled
 def with_torsion_no_stiffer(system: System, ratio: float) -> System:
-    """Return the same rod with a torsional stiffness of at most ``ratio`` times the bending one."""
+    """Return the same rod with a torsional stiffness of at most ``ratio`` times the bending one.
+
+    The coupling falls in proportion, so that the section stays positive definite.
+    """
     elements = np.empty_like(system.elements)
     for i in range(elements.shape[0]):
         for k in range(elements.shape[1]):
             elements[i, k] = system.elements[i, k]
-        if elements[i, 0] > ratio * elements[i, 1]:
+        softer = ratio * elements[i, 1] / elements[i, 0]
+        if softer < 1.0:
             elements[i, 0] = ratio * elements[i, 1]
-            elements[i, 5] = ratio * elements[i, 6]
+            elements[i, 7] = ratio * elements[i, 8]
+            elements[i, 3] *= softer
+            elements[i, 10] *= softer
     return System(
         system.force,
         system.distributed,

@@ -113,7 +113,7 @@ def _solve_chunk(rows: list[list[float]], elements: int) -> list[tuple[Array, So
         tip = (vectors[6], vectors[7], vectors[8])
         turn = length * math.hypot(*rest)
         few = path_count(elements, turn, torsional / bending)
-        rod = UniformRod(length, torsional, bending, rest, weight, tip, ZERO)
+        rod = UniformRod(length, torsional, bending, bending, 0.0, rest, weight, tip, ZERO)
         states.append(load_uniform(few, elements, rod))
     return states
 

@@ -22,8 +22,15 @@ from spiral_core.rod._continuation import (
     solve_uniform_from,
     solved_from,
 )
-from spiral_core.rod._mesh import Counts, element_counts, path_count, path_counts, shared_counts
-from spiral_core.rod._profiles import require_continuous, uniform_rod, varies
+from spiral_core.rod._mesh import (
+    Counts,
+    element_counts,
+    path_count,
+    path_counts,
+    principal_stiffnesses,
+    shared_counts,
+)
+from spiral_core.rod._profiles import require_continuous, stiffness_samples, uniform_rod, varies
 from spiral_core.rod._turns import resample
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad, RodState, RodStatus
 
@@ -134,7 +141,11 @@ def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: RodState |
         return state_from_solved(arc_lengths_of(system.steps), q, solved)
     uniform = uniform_rod(rod, load)
     turn = uniform.length * math.hypot(*uniform.rest_strain)
-    few_elements = path_count(counts[0], turn, uniform.torsional / uniform.bending)
+    stiffer = uniform.torsional / uniform.bending
+    if uniform.coupling != 0.0 or uniform.sideways != uniform.bending:
+        softest, stiffest = principal_stiffnesses(*stiffness_samples(rod, np.zeros(1)).T)
+        stiffer = float((stiffest / softest)[0])
+    few_elements = path_count(counts[0], turn, stiffer)
     q, solved = load_uniform(few_elements, counts[0], uniform)
     return state_from_solved(even_arc_lengths(rod.length, counts[0]), q, solved)
 
@@ -228,7 +239,7 @@ def with_error_estimate(rod: Rod, load: RodLoad, counts: Counts, state: RodState
     finer = max(math.ceil(max(2 * count, most) / count) for count, most in pairs)
     halved = all(count % 2 == 0 and count >= most for count, most in pairs)
     callables = callable(rod.rest_strain) or callable(load.distributed)
-    callables |= callable(rod.bending_stiffness) or callable(rod.torsional_stiffness)
+    callables |= any(callable(profile) for _, profile in rod.stiffness_profiles)
     if (halved and not callables) or finer * sum(counts) > MAX_ELEMENTS:
         other = tuple(max(1, count // 2) for count in counts)
         stride, other_stride, factor = 2, 1, 1.0 / RICHARDSON

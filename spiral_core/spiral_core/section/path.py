@@ -15,7 +15,7 @@ from spiral_core.numerics.panels import Panels, panel_nodes, relative_tail
 from spiral_core.numerics.roots import first_sign_change, rising_root
 from spiral_core.section.closure import ROWS, STEP, closure_slopes, closures, ring_of
 from spiral_core.section.fiber_set import Array, FiberSet
-from spiral_core.section.ring import Ring, invariant_excess
+from spiral_core.section.ring import Ring, invariant_excess, ring_at
 
 # The path stops short of where something diverges or turns back by this fraction of its strain.
 END_MARGIN = 1e-4
@@ -32,6 +32,8 @@ CLOSED_TOLERANCE = 1e-6
 
 class Motion(NamedTuple):
     """Closed sections at (n,) strains y of the far side, and their derivatives in y.
+
+    Of :func:`sideways_motion` the derivatives are those in the cosine that it names.
 
     Attributes:
         ring: the states.
@@ -115,7 +117,27 @@ def motion_at(fibers: FiberSet, far_strains: Array) -> Motion:
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         slopes = closure_slopes(fibers, far_strains, unknowns)
         moved = ring_of(fibers, far_strains + 1j * STEP, unknowns + 1j * STEP * slopes)
-        first, second, quadrature = invariant_excess(fibers, moved)
+        return _motion(fibers, moved, closed)
+
+
+def sideways_motion(fibers: FiberSet, far_strains: Array) -> Motion:
+    """Return the closed section with derivatives as one single fiber leaves the coil's plane.
+
+    The derivatives are those in the cosine of the angle between the two, at 1: by symmetry nothing
+    changes in the first order of the angle itself.
+    """
+    unknowns, closed = closures(fibers, far_strains)
+    change, step = unknowns[:, 0], 1j * STEP
+    by_change = ring_at(fibers, far_strains, change + step).warp.imag
+    by_facing = ring_at(fibers, far_strains, change + 0j, facing=1.0 + step).warp.imag
+    slope = -by_facing / by_change
+    moved = ring_at(fibers, far_strains, change + step * slope, facing=1.0 + step)
+    return _motion(fibers, moved, closed)
+
+
+def _motion(fibers: FiberSet, moved: Ring, closed: NDArray[np.bool_]) -> Motion:
+    """Return states and derivatives from a section moved by the complex step."""
+    first, second, quadrature = invariant_excess(fibers, moved)
     share = np.tile(moved.weight, (1, len(quadrature) // moved.weight.shape[1])) * quadrature
     volume = (1.0 + moved.stretch_change) * moved.hoop**2
     return Motion(

@@ -72,6 +72,7 @@ def ring_at(
     twist_change: Numbers,
     near_angle: Numbers | float = 0.0,
     free: Numbers | None = None,
+    facing: complex = 1.0,
 ) -> Ring:
     """Return the section at a strain of its far side, not yet closed: see its residuals.
 
@@ -81,6 +82,8 @@ def ring_at(
         twist_change: (n,) g - T.
         near_angle: (n,) deformed angle of the single fibers [rad]; 0 for one.
         free: (n, FREE_ANGLES) z, for one wound family.
+        facing: cosine of the angle between one single fiber and the plane of the coil; 1 unless the
+            section is bent sideways.
     """
     cosines = _COSINES[ANGLES if free is None else free.shape[1]]
     tangent = fibers.single_slope
@@ -90,7 +93,7 @@ def ring_at(
     if fibers.is_bending:
         square = fibers.single_radius**2
         near = np.sqrt(1.0 - square * turn)  # that of the single fibers' line
-        reach = fibers.single_radius * np.cos(near_angle)
+        reach = fibers.single_radius * np.cos(near_angle) * facing
         bend = (far_strain - (1.0 - square) * turn) / ((far + near) * (1.0 + reach))
     stretch_change = (far_strain - turn) / (1.0 + far) - bend
     axial = 1.0 + stretch_change[:, None] - bend[:, None] * cosines

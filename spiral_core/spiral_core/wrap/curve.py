@@ -21,6 +21,9 @@ from spiral_core.wrap.wrap import PERFECT_BAND, Wrap, WrapRegime, wrapped_radius
 
 # Relative error of 1/(r_w + r_o) at which the search for its pressure ends.
 RADIUS_TOLERANCE = 1e-9
+# A radius outside of the range by no more than this fraction is the one at its end: two solves of
+# one shape differ by rounding.
+ROUNDING = 1e-12
 # A state is certified to 1e-8 of EI/L, and a soft one moves by more than that. Where rounding of
 # this kind keeps the search from its end, an error up to this one is accepted: no more than the
 # elements' own.
@@ -113,8 +116,9 @@ class WrapCurve:
         require_positive("radius", radius)
         for branch in self._branches:
             smallest, largest = branch.radius_range
-            if smallest <= radius <= largest:
-                wrap = self._search(branch, radius)
+            inside = min(max(radius, smallest), largest)
+            if abs(inside - radius) <= ROUNDING * radius:
+                wrap = self._search(branch, inside)
                 if wrap is not None and (
                     wrap.pressure > branch.scarce_up_to
                     or wrap.turns >= wrap.turns_required - TURNS_TOLERANCE

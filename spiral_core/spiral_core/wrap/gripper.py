@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.free import FreeActuation
@@ -35,6 +36,10 @@ FRICTION_MAX = 10.0
 # GJ/EI of an annulus is 2/3, that of a section of fibers up to some twenty. Beyond a hundred, or
 # below a hundredth, curves of wraps take minutes.
 LARGEST_STIFFNESS_RATIO = 100.0
+# Fibers that do not stretch forbid all but one combination of bending and twist. A rod takes them
+# as this many times as stiff as what they allow. Tips are then 0.2 to 2 % of the length from where
+# 1000 times puts them, for which solves take a hundred times as long.
+FIBER_STIFFNESS = 30.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +50,7 @@ class Gripper:
         name: how messages call it.
         tube: the elastomer tube at rest.
         actuation: turns a pressure into the unloaded shape.
-        stiffness: bending and torsional stiffness of the tube, neither more than a hundred times
-            the other.
+        stiffness: of the tube; to no motion more than a hundred times as stiff as to another.
         weight_per_length: mass times standard gravity per unstretched length [N/m], >= 0.
         pressure_max: largest gauge pressure that may be commanded [Pa], > 0 and within the
         actuation's range.
@@ -109,6 +113,8 @@ class Gripper:
             bending_stiffness=self.stiffness.bending,
             torsional_stiffness=self.stiffness.torsional,
             rest_strain=(shape.torsion, 0.0, shape.curvature),
+            sideways_stiffness=self.stiffness.sideways,
+            coupling_stiffness=self.stiffness.coupling,
         )
 
     def load(self, shape: UnloadedShape) -> RodLoad:
@@ -137,6 +143,10 @@ def _check_stiffness(stiffness: RodStiffness) -> None:
             f"from {bending / most:.4g} to {bending * most:.4g} N m^2, a hundredth to a hundred "
             "times the bending stiffness; are both in the same unit?",
         )
+    softest, _, stiffest = np.linalg.eigvalsh(np.array(stiffness.matrix)).tolist()
+    if not stiffest <= most * softest:
+        requirement = f"a section at most {most:g} times as stiff to one motion as to another"
+        raise InvalidInputError("stiffness", stiffness, requirement)
 
 
 def stiffness_from_actuator(actuator: Actuator) -> RodStiffness:
@@ -152,20 +162,25 @@ def stiffness_from_actuator(actuator: Actuator) -> RodStiffness:
 
 
 def stiffness_from_section(actuator: Actuator, pressure: float) -> RodStiffness:
-    """Return the stiffness that the section law's own energy gives, at a pressure held constant.
+    r"""Return the stiffness that the section law's own energy gives, at a pressure held constant.
 
-    An estimate from above, to compare: fibers that neither stretch nor slip. Bending is that in the
-    coil's plane with the twist left free, taken for every direction, and twist that with the
-    curvature left free; that one drags the other along is left out. What public data support is the
-    annulus, :func:`stiffness_from_actuator`.
+    An estimate from above, to compare: fibers that neither stretch nor slip. In the plane of the
+    coil they leave bending and twist one motion, of stiffness S along a unit direction d; every
+    other combination gets :data:`FIBER_STIFFNESS` times as much, as does bending sideways where
+    two single fibers forbid it. What public data support is the annulus,
+    :func:`stiffness_from_actuator`.
+
+    .. math:: K = S \, [d d^T + N (1 - d d^T)]
 
     Args:
         actuator: two wound families and a single fiber, with constants of the section law.
         pressure: gauge pressure [Pa], from 0 to the actuator's limit.
 
+    Returns:
+        Stiffness per length of the backbone, with coupling and the bending sideways.
+
     Raises:
-        InvalidInputError: the law is not the section's, the fibers are others, or do not let the
-            section twist.
+        InvalidInputError: the law is not the section's, or the fibers are others.
         ActuationLimitError: the pressure is past the actuator's limit.
 
     Source: ``docs/derivations/section.md``, "Stiffness".
@@ -180,19 +195,27 @@ def stiffness_from_section(actuator: Actuator, pressure: float) -> RodStiffness:
         ... )
         >>> annulus = stiffness_from_actuator(actuator)
         >>> section = stiffness_from_section(actuator, pressure=0.0)
-        >>> round(section.bending / annulus.bending, 1)
-        3.8
+        >>> round(section.sideways / annulus.bending, 2)
+        1.26
     """
     actuation = FreeActuation(actuator)
-    actuation.stretch_from_pressure(pressure)  # refuses one that is out of range
+    shape = actuation.unloaded_shape(pressure)
     if not isinstance(actuation.curve, SectionCurve):
         requirement = "section: the even wall of the uniform law has no stiffness of its own"
         raise InvalidInputError("pressure_law", actuator.pressure_law.value, requirement)
     found = actuation.curve.stiffness(pressure)
-    if not math.isfinite(found.torsional):
-        requirement = "families of two sizes: a pair that does not twist is infinitely stiff to it"
-        raise InvalidInputError("fibers", actuator.fiber_pair.degrees, requirement)
-    return RodStiffness(bending=found.bending, torsional=found.torsional)
+    slope = found.twist_per_curvature
+    square = 1.0 / (1.0 + slope * slope)  # of d's component of bending
+    # Per length of the backbone, where the section counts per length at rest.
+    along = found.bending * square * shape.backbone_length / actuator.tube.length
+    other = FIBER_STIFFNESS * along
+    sideways = found.sideways * shape.backbone_length / actuator.tube.length
+    return RodStiffness(
+        bending=along * square + other * (1.0 - square),
+        torsional=along * (1.0 - square) + other * square,
+        sideways=min(sideways, other),
+        coupling=(along - other) * slope * square,
+    )
 
 
 def gripper_from_actuator(

@@ -125,10 +125,13 @@ class PressureScan:
         gripper = self.gripper
         shape = gripper.unloaded_shape(pressure)
         q = self.start_at(pressure) if start is None else start
+        stiffness = gripper.stiffness
         rod = UniformRod(
             float(shape.backbone_length),
-            float(gripper.stiffness.torsional),
-            float(gripper.stiffness.bending),
+            float(stiffness.torsional),
+            float(stiffness.bending),
+            float(stiffness.matrix[1][1]),
+            float(stiffness.coupling),
             floats((shape.torsion, 0.0, shape.curvature)),
             gripper.weight(shape),
             ZERO,

@@ -145,12 +145,14 @@ def line_force(
 ) -> float:
     r"""Return the force per length [N/m] of a uniform coil on a cylinder; negative lifts off.
 
-    .. math:: q = [EI (\kappa - \kappa_c) \sin^2\theta
-        + GJ (\tau - \tau_c) \sin\theta \cos\theta] / \rho^2, \quad \rho = r_w + r_o
+    .. math:: q = [m_z \sin^2\theta + m_x \sin\theta \cos\theta] / \rho^2, \quad
+        m_z = EI (\kappa - \kappa_c) + C (\tau - \tau_c), \quad
+        m_x = GJ (\tau - \tau_c) + C (\kappa - \kappa_c), \quad \rho = r_w + r_o
 
-    with :math:`\kappa_c = \sin^2\theta/\rho`, :math:`\tau_c = \pm\sin\theta\cos\theta/\rho` of the
-    free shape's hand: the derivative of the energy per length by the radius (our derivation; the
-    paper gives no force model). Zero at the perfect wrap of the unloaded helix.
+    with the coupling C, and :math:`\kappa_c = \sin^2\theta/\rho` and
+    :math:`\tau_c = \pm\sin\theta\cos\theta/\rho` of the free shape's hand: the derivative of the
+    energy per length by the radius (our derivation; the paper gives no force model). Zero at the
+    perfect wrap of the unloaded helix.
 
     Args:
         stiffness: of the rod.
@@ -167,7 +169,10 @@ def line_force(
     require_positive("outer_radius", outer_radius)
     rho = radius + outer_radius
     sine, cosine = math.sin(helix_angle), abs(math.cos(helix_angle))
-    torsion = abs(shape.torsion)
-    bending = stiffness.bending * (shape.curvature - sine * sine / rho) * sine * sine
-    twisting = stiffness.torsional * (torsion - sine * cosine / rho) * sine * cosine
+    # Mirrored to the right hand, where the coupling has the other sign.
+    coupling = math.copysign(stiffness.coupling, stiffness.coupling * shape.torsion)
+    bent = shape.curvature - sine * sine / rho
+    twisted = abs(shape.torsion) - sine * cosine / rho
+    bending = (stiffness.bending * bent + coupling * twisted) * sine * sine
+    twisting = (stiffness.torsional * twisted + coupling * bent) * sine * cosine
     return (bending + twisting) / (rho * rho)

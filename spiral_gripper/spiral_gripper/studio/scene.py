@@ -143,9 +143,10 @@ def node_values(
     if coloring == "bending moment":
         return moment
     rest = gripper.unloaded_shape(pressure)
-    towards = rest.curvature + state.moments[:, 2] / gripper.stiffness.bending
+    change = np.linalg.solve(np.array(gripper.stiffness.matrix), state.moments.T)
+    towards = rest.curvature + change[2]
     if coloring == "curvature":
-        total: Array = np.hypot(state.moments[:, 1] / gripper.stiffness.bending, towards)
+        total: Array = np.hypot(change[1], towards)
         return total
     strain: Array = 2.0 * gripper.tube.outer_radius * np.abs(towards)
     return strain if coloring == "strain" else None

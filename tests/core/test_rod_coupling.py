@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rods whose twist and bending are coupled, and that bend unequally: a section's full stiffness."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from core.reference_shooting import Rods, shoot
+from scipy.spatial.transform import Rotation
+
+from spiral_core import (
+    InvalidInputError,
+    Rod,
+    RodLoad,
+    RodStiffness,
+    follow_path,
+    solve_rod,
+)
+from spiral_core.rod.contact.problem import ContactProblem, ElasticRod, Section
+from spiral_core.rod.contact.solve import solve_contact
+
+STIFFNESS = RodStiffness(bending=6.0e-4, torsional=5.0e-4, sideways=2.0e-4, coupling=4.0e-4)
+HELIX = (-9.0, 0.0, 18.0)
+
+
+def rod(rest: tuple[float, float, float] = HELIX, stiffness: RodStiffness = STIFFNESS) -> Rod:
+    return Rod(
+        0.36, stiffness.bending, stiffness.torsional, rest,
+        sideways_stiffness=stiffness.sideways, coupling_stiffness=stiffness.coupling,
+    )  # fmt: skip
+
+
+def mirrored(stiffness: RodStiffness) -> RodStiffness:
+    return dataclasses.replace(stiffness, coupling=-stiffness.coupling)
+
+
+def test_a_small_moment_at_the_tip_bends_and_twists_by_the_compliance() -> None:
+    moment = 1e-9 * np.array([3.0, -2.0, 5.0])
+    state = solve_rod(rod((0.0, 0.0, 0.0)), RodLoad(tip_moment=tuple(moment.tolist())))
+    twist, about_y, about_z = np.linalg.solve(np.array(STIFFNESS.matrix), moment)
+    np.testing.assert_allclose(
+        state.tip_position[1:], 0.5 * 0.36**2 * np.array([about_z, -about_y]), rtol=1e-4
+    )  # what is left out grows with the moment
+    assert 2.0 * state.orientations[-1, 0] == pytest.approx(0.36 * twist, rel=1e-4)
+
+
+@pytest.mark.parametrize("stiffness", [STIFFNESS, mirrored(STIFFNESS)], ids=["with", "against"])
+@pytest.mark.parametrize("rest", [(0.0, 0.0, 0.0), HELIX], ids=["straight", "helix"])
+@pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.3, 0.8, -0.52)], ids=["along", "askew"])
+def test_a_heavy_cantilever_is_that_of_shooting(
+    stiffness: RodStiffness, rest: tuple[float, float, float], direction: tuple[float, float, float]
+) -> None:
+    weight = tuple(0.24 * component for component in direction)
+    force = (0.004, -0.006, 0.003)
+    state = solve_rod(rod(rest, stiffness), RodLoad(weight, tip_force=force), elements=160)
+    rods = Rods(np.array([0.36]), np.array([stiffness.matrix]), np.array([rest]),
+                np.array([weight]), np.array([force]), np.zeros((1, 3)))  # fmt: skip
+    # Near the state: which of several equilibria it is, is not the question here.
+    near = Rotation.from_quat(state.orientations[-1]) * Rotation.from_rotvec([0.02, -0.01, 0.02])
+    expected = shoot(rods, near.as_quat()[None], np.array([0.0, 0.5, 1.0]))
+    assert expected.miss.max() < 1e-9
+    assert state.stable
+    for site, node in ((1, 80), (2, 160)):
+        away = np.linalg.norm(state.positions[node] - expected.positions[0, site])
+        assert away < 2e-7 * 0.36  # fourth order: 160 elements leave this much
+    np.testing.assert_allclose(
+        state.moments[0], expected.moments[0, 0], atol=1e-6 * np.abs(expected.moments).max()
+    )
+    error = state.discretization_error
+    assert error is not None
+    assert error < 1e-6 * 0.36
+
+
+@pytest.mark.parametrize("gravity", [(0.24, 0.0, 0.0), (0.0, 0.2, -0.13)])
+def test_the_rod_among_obstacles_hangs_alike(gravity: tuple[float, float, float]) -> None:
+    """Another code, another element: the contact rod's, without obstacles."""
+    load = RodLoad(distributed=gravity)
+    fast = solve_rod(rod(), load, elements=120)
+    problem = ContactProblem(ElasticRod(0.36, Section(STIFFNESS.matrix), rest_strain=HELIX), load)
+    slow = solve_contact(problem, elements=120)
+    assert np.linalg.norm(fast.tip_position - slow.tip_position) < 1e-6 * 0.36
+    np.testing.assert_allclose(fast.positions, slow.positions, atol=1e-6 * 0.36)
+
+
+def test_error_falls_with_the_fourth_power_where_the_section_varies() -> None:
+    """Every stiffness a function of the arc length, the coupling too."""
+    varied = Rod(
+        0.36,
+        lambda s: 6.0e-4 * (1.0 - 0.8 * s),
+        lambda s: 5.0e-4 * (1.0 + s),
+        lambda s: np.column_stack((-9.0 + 12.0 * s, 5.0 * s, 18.0 - 20.0 * s)),
+        sideways_stiffness=lambda s: 2.0e-4 * (1.0 + 2.0 * s),
+        coupling_stiffness=lambda s: 4.0e-4 * np.cos(9.0 * s),
+    )
+    load = RodLoad((0.1, 0.15, -0.1))
+    tips = [
+        solve_rod(varied, load, elements=n, estimate_error=False).tip_position
+        for n in (20, 40, 80, 640)
+    ]
+    errors = [float(np.linalg.norm(tip - tips[-1])) for tip in tips[:-1]]
+    assert 3.6 < math.log2(errors[0] / errors[1]) < 4.6
+    assert 3.6 < math.log2(errors[1] / errors[2]) < 4.6
+    even = solve_rod(rod(), load, elements=80)
+    constant = dataclasses.replace(
+        rod(), sideways_stiffness=lambda s: np.full(len(s), 2.0e-4),
+        coupling_stiffness=lambda s: np.full(len(s), 4.0e-4),
+    )  # fmt: skip
+    same = solve_rod(constant, load, elements=80)
+    assert np.linalg.norm(even.tip_position - same.tip_position) < 1e-9
+    assert even.energy == pytest.approx(same.energy, rel=1e-9)
+
+
+def test_without_load_the_rod_keeps_its_rest_shape_and_no_energy() -> None:
+    state = solve_rod(rod(), RodLoad())
+    np.testing.assert_allclose(state.strains, np.tile(HELIX, (len(state.strains), 1)), atol=1e-6)
+    assert abs(state.energy) < 1e-15
+
+
+def test_a_path_of_coupled_rods_ends_where_each_alone_hangs() -> None:
+    rods = [rod(tuple(f * part for part in HELIX)) for f in (0.2, 0.6, 1.0)]
+    path = follow_path(rods, RodLoad((0.24, 0.0, 0.0)), elements=60)
+    assert path.folds == ()
+    alone = solve_rod(rods[-1], RodLoad((0.24, 0.0, 0.0)), elements=60)
+    assert np.linalg.norm(path.states[-1].tip_position - alone.tip_position) < 1e-9
+
+
+def test_stiff_fibers_tie_twist_to_bending() -> None:
+    """One motion left free: strains move along it alone, the more the stiffer the rest."""
+    across = []
+    for stiffer in (30.0, 300.0):
+        free, held = 1.0e-3, stiffer * 1.0e-3
+        along = np.array([-0.5, 0.0, 1.0]) / math.sqrt(1.25)
+        square = along[2] ** 2
+        stiffness = RodStiffness(
+            bending=free * square + held * (1.0 - square),
+            torsional=free * (1.0 - square) + held * square,
+            sideways=4.0e-4,
+            coupling=(free - held) * along[0] * along[2],
+        )
+        state = solve_rod(rod(HELIX, stiffness), RodLoad((0.24, 0.0, 0.0)))
+        change = state.strains - np.array(HELIX)
+        normal = np.array([along[2], 0.0, -along[0]])
+        across.append(float(np.abs(change @ normal).max() / np.abs(change @ along).max()))
+    assert across[0] < 0.1
+    assert across[1] == pytest.approx(0.1 * across[0], rel=0.1)  # in proportion, to first order
+
+
+@pytest.mark.parametrize(
+    ("values", "field"),
+    [
+        ({"coupling_stiffness": 6.0e-4}, "coupling_stiffness"),
+        ({"coupling_stiffness": -math.sqrt(6.0e-4 * 5.0e-4)}, "coupling_stiffness"),
+        ({"coupling_stiffness": math.nan}, "coupling_stiffness"),
+        ({"sideways_stiffness": 0.0}, "sideways_stiffness"),
+        ({"sideways_stiffness": math.inf}, "sideways_stiffness"),
+    ],
+)
+def test_sections_that_do_not_resist_are_refused(values: dict[str, float], field: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        dataclasses.replace(rod(), **values)
+    assert caught.value.field == field
+    name = field.removesuffix("_stiffness")
+    with pytest.raises(InvalidInputError) as caught:
+        dataclasses.replace(STIFFNESS, **{name: values[field]})
+    assert caught.value.field == name
+
+
+def test_profiles_that_do_not_resist_are_refused() -> None:
+    for bad in (lambda s: 6.0e-4 + 0.0 * s, lambda s: math.nan * s, lambda s: np.zeros(2)):
+        with pytest.raises(InvalidInputError) as caught:
+            solve_rod(dataclasses.replace(rod(), coupling_stiffness=bad), RodLoad())
+        assert caught.value.field == "coupling_stiffness"
+    with pytest.raises(InvalidInputError, match="sideways_stiffness"):
+        solve_rod(
+            dataclasses.replace(rod(), sideways_stiffness=lambda s: -1.0 + 0.0 * s), RodLoad()
+        )
+    jump = dataclasses.replace(rod(), coupling_stiffness=lambda s: np.where(s < 0.1, 1e-4, -1e-4))
+    with pytest.raises(InvalidInputError, match="a jump at"):
+        solve_rod(jump, RodLoad())
+
+
+def test_alike_in_every_direction_is_the_plain_rod() -> None:
+    plain = Rod(0.36, 2.5e-4, 1.7e-4, HELIX)
+    spelled = dataclasses.replace(plain, sideways_stiffness=2.5e-4, coupling_stiffness=0.0)
+    load = RodLoad((0.1, 0.2, 0.0))
+    one, other = solve_rod(plain, load), solve_rod(spelled, load)
+    np.testing.assert_array_equal(one.positions, other.positions)
+    assert RodStiffness(2.5e-4, 1.7e-4).matrix == RodStiffness(2.5e-4, 1.7e-4, 2.5e-4).matrix
