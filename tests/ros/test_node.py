@@ -160,6 +160,9 @@ def test_gravity_is_solved_anew_and_moves_the_pressure(active, gripper):
     )
 
 
+# Where a subscription is incompatible, as the node's other one is, rclpy of Kilted calls a method
+# of its own that is deprecated.
+@pytest.mark.filterwarnings("ignore:Deprecated in favor of:DeprecationWarning")
 def test_gravity_that_was_published_once_before_the_node_started_is_heard(client, namespace):
     gravity = Vector3Stamped()
     gravity.vector.z = -9.80665

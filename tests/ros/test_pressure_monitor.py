@@ -338,3 +338,10 @@ def test_the_envelope_holds_every_command_of_the_window_and_little_more(commands
     assert max(least) <= high
     assert min(most) <= low
     assert high <= max(most)
+
+
+def test_the_envelope_knows_a_dip_between_two_commands_of_one_part():
+    envelope = CommandEnvelope()
+    for now, command in ((0.0, 5.0e4), (0.01, 1.0e4), (0.02, 4.0e4)):
+        envelope.add(now, command, window=1.0)
+    assert envelope.bounds(1.0, window=1.0) == (1.0e4, 5.0e4)
