@@ -7,9 +7,16 @@ log=$1 what=$2
 shift 2
 mkdir -p "$(dirname -- "$log")"
 start=$(date +%s)
-printf '%s ... ' "$what"
+printf '%s; log: %s ... ' "$what" "$log"
+clock=
+if [ -t 1 ]; then # who waits at a terminal sees the seconds
+  while sleep 1; do printf '\r%s; log: %s ... %d s ' "$what" "$log" $(($(date +%s) - start)); done &
+  clock=$!
+  trap 'kill "$clock" 2>/dev/null' EXIT
+fi
 "$@" >"$log" 2>&1 </dev/null
 status=$?
+[ -z "$clock" ] || { kill "$clock"; printf '\r%s; log: %s ... ' "$what" "$log"; }
 if [ "$status" -eq 0 ]; then
   printf 'done (%d s)\n' $(($(date +%s) - start))
   exit 0

@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from spiral_core import InvalidInputError, NoCoilError, NotGrippableError, SpiralError
 from spiral_gripper import available_grippers, convert_from_si, load_description
+from spiral_gripper.cli import main as main_module
 from spiral_gripper.cli import types
 from spiral_gripper.cli.main import COMMANDS, run
 from spiral_gripper.cli.sentences import Given, sentence
@@ -480,3 +483,34 @@ def test_without_viser_one_line_says_what_to_install(
     assert "the studio needs viser: pip install 'spiral-gripper[studio]'" in complaint(
         capsys, "studio", "prototype_p1", "--no-browser"
     )
+
+
+def test_a_diameter_is_told_to_be_halved(capsys):
+    said = complaint(capsys, "wrap", "prototype_p1", "--diameter", "32 mm")
+    assert said.endswith("No such option '--diameter'. Give --radius, half the diameter.\n")
+
+
+class Terminal(io.StringIO):
+    """Standard error as a person at a terminal has it."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(("command", "told"), [("wrap", True), ("watch", False)])
+def test_who_waits_at_a_terminal_is_told_what_for(monkeypatch, command, told):
+    screen = Terminal()
+
+    def wait(_):
+        end = time.monotonic() + (240.0 if told else 0.2)
+        while not screen.getvalue() and time.monotonic() < end:
+            time.sleep(0.01)
+        return 0
+
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(sys, "argv", ["spiral-gripper", command])
+    monkeypatch.setattr(main_module, "PATIENCE", 0.0)
+    monkeypatch.setattr(main_module, "run", wait)
+    with pytest.raises(SystemExit):
+        main_module.main()
+    assert ("compiles the solver" in screen.getvalue()) is told

@@ -40,7 +40,7 @@ def test_the_shipped_grippers_are_beyond_doubt(name):
         (
             "wall_thickness: 0.794 mm",
             "wall_thickness: 1.2 mm",
-            "is 0.25 of the bore radius: the model takes one strain for the whole wall",
+            "holds up to 0.25; calibrate it, or set model.thick_wall to true",
         ),
         ("wall_thickness: 0.794 mm", "wall_thickness: 9 mm", "is 1.9 of the bore radius"),
         ("wall_thickness: 0.794 mm", "wall_thickness: 10 mm", "is 2.1 times the bore radius"),

@@ -347,3 +347,13 @@ def test_the_error_example_is_what_the_code_says():
     with pytest.raises(DescriptionError) as caught:
         parse_description(text, Path("mine.yaml"))
     assert str(caught.value) == block.strip()
+
+
+def test_the_constants_from_the_hardness_follow_gents_relation():
+    section = PAGE.split("\n## Only the hardness is known\n")[1].split("\n## ")[0]
+    rows = [line.strip("| ").split(" | ") for line in section.splitlines() if line[:1] == "|"]
+    hardness, constants = ([float(cell) for cell in row[1:]] for row in (rows[0], rows[2]))
+    assert len(constants) == 7
+    for shore, c1 in zip(hardness, constants, strict=True):
+        modulus = 0.0981 * (56.0 + 7.62336 * shore) / (0.137505 * (254.0 - 2.54 * shore))
+        assert c1 == pytest.approx(modulus * 1e3 / 6.0, abs=0.5)

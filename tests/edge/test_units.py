@@ -172,7 +172,12 @@ ANGLE = 'must be an angle with its unit, such as "60 deg"'
             Dimension.LENGTH,
             f"length {LENGTH} (there is no unit \"nan\"), got '3 nan'",
         ),
-        ("1,5 mm", Dimension.LENGTH, f"length {LENGTH}, got '1,5 mm'"),
+        (
+            "1,5 mm",
+            Dimension.LENGTH,
+            f"length {LENGTH} (decimals follow a point, not a comma: \"1.5 mm\"), got '1,5 mm'",
+        ),
+        ("1,500 mm", Dimension.LENGTH, f"length {LENGTH}, got '1,500 mm'"),
         ("1.0.0 mm", Dimension.LENGTH, f"length {LENGTH}, got '1.0.0 mm'"),
         ("±3 mm", Dimension.LENGTH, f"length {LENGTH}, got '±3 mm'"),
         ("mm", Dimension.LENGTH, f"length {LENGTH}, got 'mm'"),

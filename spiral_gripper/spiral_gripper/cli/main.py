@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
+from threading import Timer
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
@@ -20,6 +21,9 @@ import click
 from spiral_gripper.cli.group import Group, NoCommandError
 
 NO_ANSWER: Final = 2
+# Commands that show nothing of their own while they compute, and how long that is no news [s].
+COMPUTING: Final = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
+PATIENCE: Final = 3.0
 # Libraries that are not always installed: what needs them, and the extra that brings them.
 EXTRAS: Final = MappingProxyType(
     {
@@ -112,7 +116,8 @@ def run(arguments: Sequence[str]) -> int:
         click.echo(error.format_message(), err=True)
         return NO_ANSWER
     except click.UsageError as error:  # click puts choices on lines of their own
-        return _complain(" ".join(error.format_message().split()))
+        advice = " Give --radius, half the diameter." if _asks_for_diameter(error) else ""
+        return _complain(" ".join(error.format_message().split()) + advice)
     except click.ClickException as error:
         return _complain(error.format_message())
     except (click.Abort, KeyboardInterrupt):
@@ -136,7 +141,28 @@ def run(arguments: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the command line of this process."""
-    sys.exit(run(sys.argv[1:]))
+    patience = Timer(PATIENCE, _say_what_takes_long)
+    patience.daemon = True
+    if sys.argv[1:2] and sys.argv[1] in COMPUTING and sys.stderr is not None:
+        patience.start()
+    try:
+        sys.exit(run(sys.argv[1:]))
+    finally:
+        patience.cancel()
+
+
+def _say_what_takes_long() -> None:
+    """Tell a person at a terminal what there is to wait for."""
+    if sys.stderr.isatty():
+        click.echo(
+            "computing ... (the first run after an installation with pip compiles the solver: "
+            "half a minute, minutes on a busy machine)",
+            err=True,
+        )
+
+
+def _asks_for_diameter(error: click.UsageError) -> bool:
+    return isinstance(error, click.NoSuchOption) and error.option_name == "--diameter"
 
 
 def _flush() -> None:

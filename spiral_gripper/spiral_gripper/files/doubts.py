@@ -90,7 +90,8 @@ def _of_size(
         yield "wall_thickness", f"is {ratio:.3g} times the bore radius; check both units"
     elif ratio > thin_wall:
         thin = f"the model takes one strain for the whole wall, which holds up to {THIN_WALL:g}"
-        yield "wall_thickness", f"is {ratio:.2g} of the bore radius: {thin}; calibrate it"
+        advice = "calibrate it, or set model.thick_wall to true"
+        yield "wall_thickness", f"is {ratio:.2g} of the bore radius: {thin}; {advice}"
 
 
 def _of_material(law: HyperelasticLaw, density: float) -> Iterator[tuple[str, str]]:

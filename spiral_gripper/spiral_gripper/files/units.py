@@ -27,6 +27,7 @@ PLAIN_NUMBER = "a plain finite number, such as 1.05 (no unit, no percent)"
 # A longer exponent is no length of anything, and would leave the range of decimals.
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 _DECIMAL = re.compile(_NUMBER)
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?[0-9]+,(?![0-9]{3}\b)[0-9]+[^0-9,.]*$")
 _QUANTITY = re.compile(
     rf"(?P<number>{_NUMBER})(?:/(?P<divisor>0*[1-9][0-9]*))?\s*(?P<unit>[^\s0-9.,+/-].*)"
 )
@@ -183,13 +184,15 @@ def _split(text: object, dimension: Dimension, name: str) -> tuple[Decimal, str]
     """Return the number and the unit's text of a quantity."""
     match = _QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
-        hint = _bare_number_hint(text, dimension)
+        hint = _hint(text, dimension)
         raise InvalidInputError(name, text, dimension.requirement + hint)
     return Decimal(match["number"]) / Decimal(match["divisor"] or 1), match["unit"]
 
 
-def _bare_number_hint(text: object, dimension: Dimension) -> str:
-    """Return how a number without a unit could be meant; nothing if it is not a number."""
+def _hint(text: object, dimension: Dimension) -> str:
+    """Return how a decimal comma or a number without a unit is written; nothing for other texts."""
+    if _DECIMAL_COMMA.match(str(text)) is not None:
+        return f' (decimals follow a point, not a comma: "{str(text).replace(",", ".")}")'
     if _DECIMAL.fullmatch(str(text)) is None:
         return ""
     first, second = dimension.usual_units[:2]
