@@ -59,6 +59,7 @@ _NAMES = {
     ),
     "closing.course": ("PressureCourse",),
     "closing.pneumatics": ("Orifice", "Supply", "in_series"),
+    "closing.settling": ("settling_after_move", "settling_after_ramp", "vibrations"),
     "design.charts": (
         "DesignSpace",
         "PressureRange",
@@ -140,6 +141,7 @@ _NAMES = {
         "contact_fraction",
     ),
     "rod.motion.solve": ("motion_frames", "solve_motion"),
+    "rod.motion.swing": ("Swing",),
     "rod.path": ("Fold", "RodPath", "follow_path"),
     "rod.solve": ("solve_rod",),
     "rod.types": ("Rod", "RodCertificate", "RodLoad", "RodState", "RodStatus", "RodStiffness"),

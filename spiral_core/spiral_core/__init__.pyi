@@ -62,6 +62,9 @@ from spiral_core.closing.course import PressureCourse as PressureCourse
 from spiral_core.closing.pneumatics import Orifice as Orifice
 from spiral_core.closing.pneumatics import Supply as Supply
 from spiral_core.closing.pneumatics import in_series as in_series
+from spiral_core.closing.settling import settling_after_move as settling_after_move
+from spiral_core.closing.settling import settling_after_ramp as settling_after_ramp
+from spiral_core.closing.settling import vibrations as vibrations
 from spiral_core.design.charts import DesignSpace as DesignSpace
 from spiral_core.design.charts import PressureRange as PressureRange
 from spiral_core.design.charts import RegimeChart as RegimeChart
@@ -159,6 +162,7 @@ from spiral_core.rod.motion.motion import MotionStatus as MotionStatus
 from spiral_core.rod.motion.motion import contact_fraction as contact_fraction
 from spiral_core.rod.motion.solve import motion_frames as motion_frames
 from spiral_core.rod.motion.solve import solve_motion as solve_motion
+from spiral_core.rod.motion.swing import Swing as Swing
 from spiral_core.rod.path import Fold as Fold
 from spiral_core.rod.path import RodPath as RodPath
 from spiral_core.rod.path import follow_path as follow_path

@@ -2,17 +2,24 @@
 """Rods and obstacles that the contact tests share."""
 
 import math
+from functools import cache
 
 import numpy as np
 
 from spiral_core import (
+    Actuator,
     ContactProblem,
     Cylinder,
     ElasticRod,
     FiberAngles,
+    Gripper,
+    NeoHookean,
     Obstacle,
+    RodStiffness,
     Section,
+    Tube,
     fiber_state,
+    gripper_from_actuator,
 )
 
 LENGTH = 0.36
@@ -23,6 +30,15 @@ INERTIA = 0.25 * math.pi * (OUTER**4 - INNER**4)
 BENDING = YOUNG * INERTIA
 SECTION = Section((2.0 / 3.0 * BENDING, BENDING, BENDING))
 ANGLES = FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0))
+
+
+@cache
+def gripper() -> Gripper:
+    """Return the 70 degree gripper, hanging."""
+    actuator = Actuator(Tube(INNER, WALL, LENGTH), ANGLES, NeoHookean(0.13e6))
+    return gripper_from_actuator(
+        "example", actuator, density=930.0, stiffness=RodStiffness(BENDING, 2.0 / 3.0 * BENDING)
+    )
 
 
 def rest_strain(stretch: float) -> tuple[float, float, float]:

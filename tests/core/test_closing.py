@@ -5,30 +5,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
-from core.contact_cases import ANGLES, BENDING, INNER, LENGTH, WALL
+from core.contact_cases import INNER, LENGTH, gripper
 
 from spiral_core import (
-    Actuator,
     ContactStatus,
     Cylinder,
     GripSetup,
     InvalidInputError,
-    NeoHookean,
     NotGrippableError,
     Obstacle,
     Orifice,
     PressureCourse,
-    RodStiffness,
     Supply,
-    Tube,
     close_on,
     enclosed_volume,
     grip_window,
-    gripper_from_actuator,
     holding_force,
     in_series,
     lay_into_coil,
@@ -44,14 +38,6 @@ SUPPLY = Supply(Orifice(1e-9, 0.5), 5e5)
 
 def rigid(_: float) -> float:
     return VOLUME
-
-
-@cache
-def gripper():
-    actuator = Actuator(Tube(INNER, WALL, LENGTH), ANGLES, NeoHookean(0.13e6))
-    return gripper_from_actuator(
-        "example", actuator, density=930.0, stiffness=RodStiffness(BENDING, 2.0 / 3.0 * BENDING)
-    )
 
 
 def test_a_rigid_volume_fills_evenly_while_the_flow_is_choked() -> None:

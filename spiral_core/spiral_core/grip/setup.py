@@ -102,22 +102,26 @@ class GripSetup:
             pressure: gauge pressure, at most the gripper's limit.
             obstacle: the object elsewhere; None leaves it in its place.
         """
-        gripper = self.gripper
-        shape = gripper.unloaded_shape(pressure)
-        rod = ElasticRod(
-            length=shape.backbone_length,
-            section=Section(gripper.stiffness.matrix),
-            radius=gripper.tube.outer_radius,
-            rest_strain=(shape.torsion, 0.0, shape.curvature),
-        )
         obstacles = (self.obstacle if obstacle is None else obstacle,)
-        return ContactProblem(rod, gripper.load(shape), obstacles=obstacles)
+        return replace(free_problem(self.gripper, pressure), obstacles=obstacles)
 
     def closing_problem(self, pressure: float) -> ContactProblem:
         """Return the problem at a pressure [Pa] while the gripper closes."""
         if self.closing is Closing.SLOW:
             return self.problem(pressure)
         return self.problem(pressure, replace(self.obstacle, friction=0.0))
+
+
+def free_problem(gripper: Gripper, pressure: float) -> ContactProblem:
+    """Return the problem of a gripper without an object, at a pressure [Pa]."""
+    shape = gripper.unloaded_shape(pressure)
+    rod = ElasticRod(
+        length=shape.backbone_length,
+        section=Section(gripper.stiffness.matrix),
+        radius=gripper.tube.outer_radius,
+        rest_strain=(shape.torsion, 0.0, shape.curvature),
+    )
+    return ContactProblem(rod, gripper.load(shape))
 
 
 def lay_into_coil(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a rod vibrates about a static state: frequencies and shapes of its slowest modes."""
+"""How a rod vibrates about a static state: its slowest modes, and how they decay."""
 
 from __future__ import annotations
 
@@ -12,10 +12,20 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._elimination import newton_pass
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CHORD_COMPLIANCE
+from spiral_core.rod.contact._quaternions import matrices
 from spiral_core.rod.contact.state import ContactState
-from spiral_core.rod.motion._terms import masses
+from spiral_core.rod.motion._terms import TINY, masses, node_lengths, stiffened, strains
 from spiral_core.rod.motion.inertia import Damping, Inertia
+from spiral_core.rod.motion.swing import Swing, air_coefficients
 from spiral_core.rod.types import Array
+
+# Stiffness that is added to the material's and taken away, to tell it from that of the weight: the
+# error is the square.
+STIFFER = 1e-3
+# A node that touches stays where it is: so many times the largest stiffness of its neighbors.
+HELD = 1e6
+# Vectors that the iteration keeps beside the modes asked for.
+SPARE = 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,25 +35,30 @@ class Modes:
     Args:
         frequencies: (k,) increasing, undamped [Hz].
         shapes: (k, n, 3) displacements of the nodes, the largest of each mode of length one.
+        swings: (k,) how the amplitude of each decays.
     """
 
     frequencies: Array
     shapes: Array
+    swings: tuple[Swing, ...]
 
-    def settling_times(self, damping: Damping, fraction: float = 0.05) -> Array:
-        r"""Return the times in which the modes decay to a fraction of their amplitude (k,) [s].
+    def settling_times(
+        self, damping: Damping, fraction: float = 0.05, start: float = 1e-2
+    ) -> Array:
+        """Return the times in which the modes decay to a fraction of their amplitude (k,) [s].
 
-        .. math:: t = -\ln(x) / \left((2 \pi f)^2 T / 2 + \nu / 2\right)
+        Args:
+            damping: of the rod.
+            fraction: between 0 and 1.
+            start: amplitude in the beginning [m]: the air takes less from a small one.
 
-        Damping of the material and linear drag; the air's drag is left out, which makes the time
-        longer than it is. Infinite without damping.
+        Returns:
+            Infinite without damping.
         """
         if not 0.0 < fraction < 1.0:
             raise InvalidInputError("fraction", fraction, "between 0 and 1")
-        omega = 2.0 * math.pi * self.frequencies
-        decay = 0.5 * (omega * omega * damping.retardation_time + damping.drag_rate)
-        times: Array = -math.log(fraction) / decay if np.all(decay > 0.0) else omega * math.inf
-        return times
+        times = [swing.settling_time(damping, start, fraction * start) for swing in self.swings]
+        return np.array(times)
 
 
 def vibration_modes(state: ContactState, inertia: Inertia, count: int = 6) -> Modes:
@@ -51,58 +66,121 @@ def vibration_modes(state: ContactState, inertia: Inertia, count: int = 6) -> Mo
 
     .. math:: H \xi = (2 \pi f)^2 M \xi
 
-    with the Hessian H of the static energy and the lumped inertia M. The rod touches nothing.
+    with the Hessian H of the static energy and the lumped inertia M. Nodes that touch an obstacle
+    stay where they are.
 
     Args:
-        state: a converged state without contact.
+        state: a converged state.
         inertia: of the rod.
         count: how many modes.
 
     Raises:
-        InvalidInputError: the state is not stable, or it touches an obstacle, or there are not as
-            many modes.
+        InvalidInputError: the state is not stable, or there are not as many modes.
     """
-    if not state.stable or state._point is None or bool(state.touching.any()):
-        raise InvalidInputError("state", state.status, "a stable state that touches no obstacle")
+    if not state.stable or state._point is None:
+        raise InvalidInputError("state", state.status, "a stable state")
     arrays = state._point.arrays
     size = 6 * (arrays.count + 1)
     if not 1 <= count < size // 2:
         raise InvalidInputError("count", count, f"from 1 to {size // 2 - 1}")
-    compliance = _compliance(state, arrays)
     lumped = masses(arrays, inertia)
     turning = lumped[:, 3:4] * np.array((2.0, 1.0, 1.0))  # about x, y and z
-    root = np.sqrt(np.hstack((turning, lumped[:, :3]))).ravel()
-    symmetric = root[:, None] * compliance * root
-    values, vectors = np.linalg.eigh(0.5 * (symmetric + symmetric.T))
-    chosen = np.argsort(values)[::-1][:count]
-    if not values[chosen[-1]] > 0.0:
+    inertias = np.hstack((turning, lumped[:, :3]))
+    values, vectors = _largest(_Compliance(state, arrays), np.sqrt(inertias).ravel(), count)
+    if not values[-1] > 0.0:
         raise InvalidInputError("count", count, "no more than the motions left free")
-    shapes = (vectors[:, chosen] / root[:, None]).T.reshape(count, -1, 6)[:, :, 3:]
-    sizes = np.sqrt(np.max(np.sum(shapes * shapes, axis=2), axis=1))
-    shapes /= np.maximum(sizes, 1e-300)[:, None, None]
-    return Modes(1.0 / (2.0 * math.pi * np.sqrt(values[chosen])), shapes)
+    turned = vectors.reshape(count, -1, 6)
+    material = _material_stiffness(state, arrays, turned * inertias, values)
+    shapes, swings = [], []
+    for mode, value, stiffness in zip(turned, values, material, strict=True):
+        # the modal mass is 1 before the fastest node gets length one
+        largest = max(float(np.linalg.norm(mode[:, 3:], axis=1).max()), TINY)
+        shape, modal = mode[:, 3:] / largest, 1.0 / largest**2
+        shapes.append(shape)
+        swings.append(_swing(state, arrays, shape, modal, value, stiffness))
+    frequencies = 1.0 / (2.0 * math.pi * np.sqrt(values))
+    return Modes(frequencies, np.array(shapes), tuple(swings))
 
 
-def _compliance(state: ContactState, arrays: Arrays) -> Array:
-    """Return the inverse of the Hessian over rotations and displacements, column by column."""
+def _largest(compliance: _Compliance, root: Array, count: int) -> tuple[Array, Array]:
+    """Return the largest eigenvalues of R C R, falling, and C's vectors (count, size) for them."""
+    size = len(root)
+
+    def symmetric(vector: Array) -> Array:
+        product: Array = root * compliance.times((root * vector.ravel()).reshape(-1, 6)).ravel()
+        return product
+
+    if 2 * count + SPARE < size // 4:
+        from scipy.sparse.linalg import LinearOperator, eigsh
+
+        operator = LinearOperator((size, size), matvec=symmetric, dtype=np.float64)
+        kept = 2 * count + SPARE
+        values, vectors = eigsh(operator, k=count, ncv=kept, v0=np.sqrt(np.arange(1.0, size + 1.0)))
+    else:
+        matrix = np.column_stack([symmetric(column) for column in np.eye(size)])
+        values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    chosen = np.argsort(values)[::-1][:count]
+    return values[chosen], (vectors[:, chosen] / root[:, None]).T
+
+
+def _material_stiffness(
+    state: ContactState, arrays: Arrays, forces: Array, values: Array
+) -> list[float]:
+    r"""Return the material's part of the squared angular frequencies (k,) [1/s^2].
+
+    From how much the deflection under each mode's inertia M xi shrinks when only the material gets
+    stiffer: :math:`\xi^T K \xi = -\omega^4\, d(\xi^T M C_r M \xi)/dr` for the compliance C_r of
+    H + r K.
+    """
     assert state._point is not None  # noqa: S101 - for the type checker; the caller has looked
-    x, count = state._point.x, arrays.count
-    size = 6 * (count + 1)
-    tangent = np.zeros((count + 1, 6, 6))
-    turn = np.zeros((count + 1, 6))
-    turn[:, 3:] = -arrays.nodal[:, 3:]
-    soft = CHORD_COMPLIANCE * np.diff(arrays.arc_lengths) ** 3 / (12.0 * arrays.bending)
-    step, force = np.zeros((count + 1, 6)), np.zeros((count, 3))
-    gradient, chord, moments = np.zeros_like(step), np.zeros_like(force), np.zeros((count + 1, 3))
-    columns = np.empty((size + 1, size))
-    for column in range(size + 1):
-        load = turn.copy()
-        if column < size:
-            load.ravel()[column] -= 1.0
+    strain, every = strains(state._point.x, arrays, arrays), np.ones((arrays.count, 1))
+    softer, stiffer = (
+        _Compliance(state, stiffened(arrays, sign * STIFFER * every, strain)) for sign in (-1, 1)
+    )
+    found = []
+    for force, value in zip(forces, values, strict=True):
+        change = np.sum(force * (softer.times(force) - stiffer.times(force))) / (2.0 * STIFFER)
+        # the modes come with xi . M xi = 1
+        found.append(float(change / value**2))
+    return found
+
+
+def _swing(
+    state: ContactState, arrays: Arrays, shape: Array, modal: float, value: float, material: float
+) -> Swing:
+    """Return how a mode decays, whose fastest node has length one."""
+    along = matrices(state._point.x.q)[:, :, 0] if state._point is not None else shape
+    across = shape - np.sum(shape * along, axis=1)[:, None] * along
+    omega = 1.0 / math.sqrt(value)
+    speeds = np.linalg.norm(across, axis=1)
+    air = air_coefficients(speeds, node_lengths(arrays), modal, omega, 2.0 * arrays.radius)
+    return Swing(omega / (2.0 * math.pi), material, *air)
+
+
+class _Compliance:
+    """The inverse of the Hessian over rotations and displacements; touching nodes stay."""
+
+    def __init__(self, state: ContactState, arrays: Arrays) -> None:
+        count = arrays.count
+        self.state, self.arrays = state, arrays
+        self.tangent = np.zeros((count + 1, 6, 6))
+        stiffness = (arrays.bending / np.diff(arrays.arc_lengths) ** 3).max()
+        for axis in range(3, 6):
+            self.tangent[state.touching.any(axis=0), axis, axis] = HELD * stiffness
+        self.still = np.zeros((count + 1, 6))
+        self.still = self.times(np.zeros((count + 1, 6)))
+
+    def times(self, force: Array) -> Array:
+        """Return the small motion (n, 6) under forces on rotations and displacements (n, 6)."""
+        assert self.state._point is not None  # noqa: S101 - for the type checker
+        x, arrays, count = self.state._point.x, self.arrays, self.arrays.count
+        soft = CHORD_COMPLIANCE * np.diff(arrays.arc_lengths) ** 3 / (12.0 * arrays.bending)
+        load = -force
+        load[:, 3:] -= arrays.nodal[:, 3:]
+        step, pull = np.zeros((count + 1, 6)), np.zeros((count, 3))
         newton_pass(
-            x.q, x.p, x.n, arrays.half, arrays.own, soft, load, tangent, arrays.end_free,
-            arrays.step, False, step, force, gradient, chord, moments,
+            x.q, x.p, x.n, arrays.half, arrays.own, soft, load, self.tangent, arrays.end_free,
+            arrays.step, False, step, pull, np.zeros_like(step), np.zeros_like(pull),
+            np.zeros((count + 1, 3)),
         )  # fmt: skip
-        columns[column] = step.ravel()
-    compliance: Array = (columns[:-1] - columns[-1]).T
-    return compliance
+        return step - self.still

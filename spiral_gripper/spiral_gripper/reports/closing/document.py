@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -13,20 +14,21 @@ from spiral_core.closing.close import (
     TimedClosing,
     advise_rate,
     closing_frames,
-    inertia_of,
 )
 from spiral_core.closing.course import PressureCourse
+from spiral_core.closing.settling import settling_after_move, vibrations
 from spiral_core.errors import SolverError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import GripSetup, lay_into_coil
-from spiral_core.rod.contact.solve import solve_contact
-from spiral_core.rod.motion.frequencies import Modes, vibration_modes
+from spiral_core.rod.motion.frequencies import Modes
 from spiral_core.rod.motion.inertia import Damping
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import shown
 
 # Pressure that a grip is closed to, over that of the perfect wrap.
 BEYOND_WRAP = 1.15
+# Speed of an arm that stops before the approach [m/s].
+MOVE = 0.25
 # Rates that advice looks at, as times in which the pressure rises [s].
 RISES = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 
@@ -66,6 +68,7 @@ class SolvedClose:
         closing: in time, as far as it was computed.
         forces: what holds then, for a complete closing; else empty.
         hanging: vibrations of the tube as it hangs, without pressure.
+        settling: wait before it rests again after an arm's move [s].
         advice: on the rate, where it was asked for.
     """
 
@@ -74,6 +77,7 @@ class SolvedClose:
     closing: TimedClosing
     forces: tuple[HoldingForce, ...]
     hanging: Modes
+    settling: float
     advice: RateAdvice | None
 
 
@@ -103,12 +107,10 @@ def solve_close(
                 setup, pressure, rates, wait=question.wait, damping=question.damping,
                 progress=progress,
             )  # fmt: skip
-    rod = setup.closing_problem(0.0)
-    free = type(rod)(rod.rod, rod.load)
-    modes = vibration_modes(
-        solve_contact(free, elements=setup.element_count), inertia_of(question.gripper), 2
-    )
-    return SolvedClose(question, pressure, closing, forces, modes, advice)
+    gripper = question.gripper
+    settling = settling_after_move(gripper, 0.0, MOVE, damping=question.damping)
+    hanging = vibrations(gripper, 0.0, 2)
+    return SolvedClose(question, pressure, closing, forces, hanging, settling, advice)
 
 
 def _interruptible(
@@ -168,10 +170,10 @@ def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
         fastest = solved.advice.fastest
         said = "none of these" if fastest is None else shown(fastest, "Pa/s")
         rows.append(("fastest that keeps 90 %", said))
-    settling = solved.hanging.settling_times(solved.question.damping)[0]
+    speed = shown(MOVE, "m/s", 3)
     rows += [
         ("hanging tube swings at", f"{solved.hanging.frequencies[0]:.3g} Hz"),
-        ("  to 5 % within, air left out", _seconds(float(settling))),
+        (f"  rests after a stop from {speed}", _waited(solved.settling)),
     ]
     return rows
 
@@ -203,7 +205,7 @@ def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
             "fastest_rate": advice.fastest,
         },
         "hanging_frequency": float(solved.hanging.frequencies[0]),
-        "hanging_settling_time": float(solved.hanging.settling_times(solved.question.damping)[0]),
+        "hanging_settling_time": solved.settling if math.isfinite(solved.settling) else None,
         "frames": [
             {
                 "time": frame.time,
@@ -219,3 +221,8 @@ def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
 def _seconds(time: float | None) -> str:
     """Return a time as text."""
     return "not within this time" if time is None else f"{time:.2f} s"
+
+
+def _waited(time: float) -> str:
+    """Return a time that may be endless as text."""
+    return f"{time:.1f} s" if math.isfinite(time) else "never: nothing damps it"
