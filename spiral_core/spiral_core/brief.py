@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from inspect import isfunction
 
 import numpy as np
 
@@ -49,5 +50,7 @@ def _brief(value: object) -> str:
     if is_dataclass(value):
         name = getattr(value, "name", "")
         return f"<{type(value).__name__}{f' {name}' if isinstance(name, str) and name else ''}>"
+    if isfunction(value):
+        return f"<function {value.__name__}>"
     text = repr(value)
     return text if len(text) <= 60 else f"<{type(value).__name__}>"

@@ -86,7 +86,12 @@ def test_the_command_writes_a_measured_curve(folder):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--hold", "c2"], "of the form NAME=VALUE"),
+        (["--hold", "c2"], 'of the form NAME=VALUE, such as "c2=15 kPa", got'),
+        (["--error", "2 mm"], 'of the form NAME=VALUE, such as "extension=0.2 mm", got'),
+        (["--error", "coil=2 mm"], "--error must be for one of pressure, extension, twist, bend"),
+        (["--error", "twist=2 deg"], "a column of the files: extension, pressure, got 'twist'"),
+        (["--error", "extension=2 psi"], "--error extension must be a length with its unit"),
+        (["--error", "extension=-1 %"], "--error extension must be positive, got '-1 %'"),
         (["--hold", "density=1 kPa"], "a constant of the law"),
         (["--hold", "c2=1 mm"], "--hold c2"),
         (["--hold", "c2=1e9kPa"], "--hold c2 must be at most 100 MPa in size"),
@@ -104,7 +109,7 @@ def test_the_command_writes_a_measured_curve(folder):
         (["--plot", "{folder}/x.bmp"], ".png, .svg, .pdf"),
         (["--section-length", "1e300 m"], "at most 10 m"),
         (["--section-length", "-1 mm"], "above 0"),
-        (["--unit", "twist=deg"], "--unit must be for a column of the files, got 'twist'"),
+        (["--unit", "twist=deg"], "extension_error, pressure, section_length, got 'twist'"),
     ],
 )
 def test_the_command_explains_what_is_wrong(folder, arguments, message):

@@ -166,7 +166,10 @@ def test_what_is_stated_beside_the_file_must_fit_it():
     assert "no column" in problems(GOOD, units={"presure": "psi"})[0][3]
     assert 'but "psi" is stated for it' in problems(GOOD, units={"pressure": "psi"})[0][3]
     assert "no such heading" in problems(GOOD, ignored=("remark",))[0][3]
-    assert "can be only for" in problems(GOOD, errors={"colour": "1 mm"})[0][3]
+    assert (
+        "only these can have one: pressure, extension"
+        in problems(GOOD, errors={"colour": "1 mm"})[0][3]
+    )
     bare = GOOD.replace(",extension_error [mm]", "").replace(",0.2\n", "\n")
     for wrong in ("0.2", "2 kPa", "a %", "-1 %", "0 mm"):
         found = problems(bare, errors={"extension": wrong})

@@ -3,6 +3,7 @@
 
 import io
 import json
+import re
 from contextlib import suppress
 from types import SimpleNamespace
 
@@ -13,7 +14,14 @@ from rich.console import Console
 from spiral_core import InvalidInputError, Pull, WrapCurve
 from spiral_gripper import convert_from_si, display_units, load_gripper, plot
 from spiral_gripper.cli import main as cli
-from spiral_gripper.files.shown import axis_label, number, scale_of, shown, shown_range
+from spiral_gripper.files.shown import (
+    axis_label,
+    number,
+    reworded,
+    scale_of,
+    shown,
+    shown_range,
+)
 from spiral_gripper.files.units import Dimension
 from spiral_gripper.reports.grip_document import print_forces
 from spiral_gripper.reports.grip_study import print_outcomes
@@ -44,7 +52,7 @@ def test_the_usual_units_return_with_the_end_of_the_block():
     assert (number(2e5, "Pa"), shown(2.0, "m")) == ("200", "2 m")
 
 
-@pytest.mark.parametrize("units", [("psi", "kPa"), ("furlongs per",), ("",), ("g/m",), ("%",)])
+@pytest.mark.parametrize("units", [("psi", "kPa"), ("furlong",), ("",), ("g/m",), ("%",), ("MM",)])
 def test_what_is_no_unit_of_these_is_refused(units):
     with pytest.raises(InvalidInputError, match="units must be"), display_units(*units):
         pass
@@ -70,6 +78,42 @@ def test_a_command_prints_in_the_chosen_units_and_forgets_them():
     assert "57.05 kPa" in run(*WRAP).output
 
 
+DESIGN = ["design", "--radius-min", "12 mm", "--radius-max", "25 mm", "--tube", "9.5 mm x 0.8 mm"]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        DESIGN,
+        [*DESIGN, "--pressure-max", "20 kPa"],
+        ["shape", "prototype_p1", "--pressure", "8 psi"],
+        [*WRAP[:-1], "0.8 in", "--pressure", "8 psi"],
+        ["winding-sheet", "prototype_p1"],
+    ],
+)
+def test_no_usual_unit_is_left_where_all_are_chosen(arguments):
+    printed = run(*arguments, "--units", "psi,in,rad,lbf,oz").output
+    assert " in" in printed
+    named = printed.replace("9.5 mm x 0.8 mm", "")  # the tube's name, as it was typed
+    assert re.findall(r"\d (?:mm|m|kPa|Pa|deg|N|N mm|kg)\b", named) == []
+
+
+def test_the_verdict_of_a_design_is_in_the_chosen_units():
+    feasible = " ".join(run(*DESIGN, "--units", "psi,in").output.split())
+    assert re.search(r"feasible: .* length [\d.]+ in, [\d.]+ to [\d.]+ psi", feasible)
+    refused = run(*DESIGN, "--pressure-max", "20 kPa", "--units", "psi,in").output
+    assert re.search(
+        r"not feasible: .*[\d.]+ psi, .*at most 2\.90\d* psi", " ".join(refused.split())
+    )
+
+
+def test_a_sentence_keeps_names_and_compound_units():
+    with display_units("psi", "in"):
+        text = "tube of 10 mm x 1 mm; 3 N mm; 5 m^2; 254 mm; at most 6894.757 Pa"
+        assert reworded(text) == "tube of 10 mm x 1 mm; 3 N mm; 5 m^2; 10 in; at most 1 psi"
+    assert reworded("10.125 to 20.25 kPa") == "10.125 to 20.25 kPa"
+
+
 def test_json_stays_in_si():
     document = json.loads(run(*WRAP, "--json", "--units", "psi,in").output)
     assert document["pressure"] == pytest.approx(57.05e3, rel=1e-3)  # as the table has it
@@ -84,6 +128,11 @@ def test_a_refusal_is_in_the_chosen_units(capfd):
 def test_units_that_are_none_are_refused(capfd):
     assert cli.run([*WRAP, "--units", "psi,parsnip"]) == 2
     assert "got 'parsnip'" in capfd.readouterr().err
+    assert cli.run([*WRAP, "--units", "psi,furlong"]) == 2
+    said = capfd.readouterr().err
+    assert "got 'furlong'" in said
+    for one in ("pressure: kPa, psi, bar", "length: mm, in", "angle: deg", "force: N", "mass: g"):
+        assert one in said
 
 
 def test_the_columns_of_a_study_name_their_units():

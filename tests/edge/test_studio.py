@@ -21,8 +21,10 @@ from spiral_core import (
     solve_rod,
 )
 from spiral_gripper import load_description
+from spiral_gripper.files.shown import display_units
 from spiral_gripper.reports.meshes import SIDES, tube_mesh, turned_mesh
 from spiral_gripper.studio.chart import chart_data, chart_scales
+from spiral_gripper.studio.closing import Closings, StoppedError
 from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
 from spiral_gripper.studio.force_chart import force_data, force_scales
 from spiral_gripper.studio.pull import pull_frames
@@ -64,6 +66,16 @@ def held(description, settings):
 @pytest.fixture(scope="module")
 def state():
     return solve_rod(Rod(0.36, 2.7e-4, 1.8e-4, (-13.5, 0.0, 21.0)), RodLoad((0.24, 0.0, 0.0)))
+
+
+@pytest.fixture(scope="module")
+def said(description):
+    """What the page says of a gripper with the described limit."""
+
+    def text(answer, settings, state, waited=None):
+        return answer_text(answer, settings, description.gripper, state, waited)
+
+    return text
 
 
 def surface(mesh):
@@ -193,30 +205,78 @@ def test_colors_follow_what_they_name(description, held):
     assert pressed.sum() == pytest.approx(point.normal_force)
 
 
-def test_words_say_what_is_known(answer, settings, state):
-    assert "computing" in answer_text(None, settings, state)
-    text = answer_text(answer, replace(settings, pressure=answer.wrap.pressure), state)
+def test_words_say_what_is_known(said, answer, settings, state):
+    assert "computing" in said(None, settings, state)
+    text = said(answer, replace(settings, pressure=answer.wrap.pressure), state)
     assert "perfect wrap" in text
-    assert f"{answer.wrap.pressure / 1e3:.1f} kPa" in text
+    assert f"{answer.wrap.pressure / 1e3:.4g} kPa" in text
     refused = replace(answer, wrap=None, placement=None, refusal="too thick for it")
-    assert "20.0 mm cannot be wrapped:** too thick for it" in answer_text(refused, settings, state)
+    assert "20 mm cannot be wrapped:** too thick for it" in said(refused, settings, state)
+
+
+def test_margins_are_those_of_limit_and_strain(said, description, answer, settings, state):
+    limit = description.gripper.pressure_max  # 16 psi
+    text = said(answer, replace(settings, pressure=0.75 * limit), state)
+    assert "margins: 25 % below the pressure limit (110.3 kPa)" in text
+    strains = [description.gripper.unloaded_shape(f * limit).stretch - 1.0 for f in (0.75, 1.0)]
+    assert (
+        "strain {:.1f} %, at the pressure limit {:.1f} %".format(*np.multiply(strains, 100)) in text
+    )
+    with display_units("psi", "in"):
+        text = said(answer, replace(settings, pressure=0.75 * limit), state)
+        assert "25 % below the pressure limit (16 psi)" in text
+        assert "perfect wrap of 0.7874 in: **8.274 psi**" in text
+        assert not any(unit in text for unit in (" mm", " kPa"))
 
 
 @pytest.mark.slow
-def test_a_complete_answer_holds_contact_and_forces(held, settings, state):
+def test_the_margin_to_the_loss_is_known_with_contact(said, held, settings, state):
+    loss = held.window.loss
+    known = f"the loss ({1e-3 * loss:.4g} kPa)"
+    assert f"20 % below {known}" in said(held, replace(settings, pressure=0.799 * loss), state)
+    assert f"**10 % above** {known}" in said(held, replace(settings, pressure=1.099 * loss), state)
+
+
+@pytest.mark.slow
+def test_a_closing_is_computed_once_for_its_settings(description, settings, held):
+    session = Session(description, replace(settings, rate=2e5), lambda _: None)
+    closings, shares = Closings(), []
+    assert closings.of(session, shares.append) is None  # contact is not known yet
+    session.answer = held
+    closing = closings.of(session, shares.append)
+    assert closing.course.pressures[-1] == pytest.approx(1.15 * held.wrap.pressure)
+    assert closing.course.times[1] == pytest.approx(1.15 * held.wrap.pressure / 2e5)
+    assert closing.is_complete
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    session.update(replace(session.settings, pressure=5e4))
+    assert closings.of(session, shares.append) is closing
+    session.update(replace(session.settings, rate=1e5))
+    session.answer = held
+    with pytest.raises(StoppedError):
+        closings.of(session, stop)
+    session.close()
+
+
+def stop(_):
+    raise StoppedError
+
+
+@pytest.mark.slow
+def test_a_complete_answer_holds_contact_and_forces(said, held, settings, state):
     pressure = held.grip.recommended_pressure()
     point = held.contact_at(pressure)
     assert abs(point.pressure - pressure) <= 0.05 * pressure
     assert point.state.gaps.min() > -1e-5
     assert held.contact_at(1.2 * held.window.top) is None
-    text = answer_text(held, replace(settings, pressure=pressure), state)
+    text = said(held, replace(settings, pressure=pressure), state)
     assert "(in contact)" in text
     assert "N** away from the base" in text
     assert "computing" not in text
-    assert "lost" in answer_text(held, replace(settings, pressure=1.2 * held.window.top), state)
+    assert "lost" in said(held, replace(settings, pressure=1.2 * held.window.top), state)
     waiting = replace(held, window=None, grip=None)
-    assert answer_text(waiting, settings, state).count("computing") == 1
-    assert "not held:** too slippery" in answer_text(
+    assert said(waiting, settings, state).count("computing") == 1
+    assert "not held:** too slippery" in said(
         replace(waiting, no_grip="too slippery"), settings, state
     )
 
@@ -283,7 +343,7 @@ def test_a_tapered_object_is_laid_into_the_coil(description, settings, answer):
     assert setup.tip_pressure == pytest.approx(answer.wrap.pressure)
 
 
-def test_what_is_computed_is_said_with_its_time(answer, settings, state):
-    words = answer_text(answer, settings, state, waited=7.2)
+def test_what_is_computed_is_said_with_its_time(said, answer, settings, state):
+    words = said(answer, settings, state, waited=7.2)
     assert "contact: computing ..., 7 s" in words
-    assert answer_text(None, settings, state, waited=0.4).startswith("**computing ..., 0 s**")
+    assert said(None, settings, state, waited=0.4).startswith("**computing ..., 0 s**")

@@ -26,12 +26,12 @@ def page(address):
 def tip(page):
     """Return the tip's position that the page states [mm]."""
     text = page.get_by_text(re.compile("tip of the free coil at")).inner_text()
-    return tuple(float(number) for number in re.findall(r"-?\d+\.\d", text))
+    return tuple(float(number) for number in re.findall(r"-?\d+\.\d+", text))
 
 
 def pressure(page):
     """Return the pressure that the page states [kPa]."""
-    return float(re.search(r"([\d.]+) kPa", appears(page, r" at [\d.]+ kPa"))[1])
+    return float(re.search(r"at ([\d.]+) kPa", appears(page, r" at [\d.]+ kPa"))[1])
 
 
 def test_a_slider_moves_the_pressure_and_the_mesh(page):
@@ -58,6 +58,32 @@ def test_the_approach_plays_from_nothing_to_the_wrap(page):
     seen = set()
     wait_until(lambda: seen.add(tip(page)) or len(seen) > 2)
     wait_until(lambda: page.get_by_text("perfect wrap", exact=True).is_visible())
+
+
+def test_the_closing_is_computed_and_played_in_true_time(page):
+    appears(page, "in contact|away from the base at")
+    page.get_by_text("Play the closing in true time").click()
+    appears(page, r"computing the closing \.\.\.|% of the tube in contact")
+    seen = set()
+    wait_until(lambda: seen.add(page.locator("canvas").first.screenshot()) or len(seen) > 2)
+    appears(page, r"[1-9]\d? % of the tube in contact")
+    appears(page, "perfect wrap of")
+
+
+def test_the_page_is_in_the_units_that_were_chosen():
+    with studio("--units", "psi,in") as address, opened(address) as page:
+        appears(page, r"perfect wrap of .* in: .*psi")
+        slider = page.get_by_role("slider").first
+        before = appears(page, r" at [\d.]+ psi")
+        slider.focus()
+        for _ in range(50):
+            slider.press("ArrowRight")
+        wait_until(lambda: appears(page, r" at [\d.]+ psi") != before)
+        appears(page, r"holds from [\d.]+ psi")
+        text = page.locator("body").inner_text()
+        assert "pressure [psi]" in text
+        assert "object radius [in]" in text
+        assert re.findall(r"\d (?:kPa|mm)\b|\[(?:kPa|mm)\]", text) == []
 
 
 SUFFIXES = {"spheres": "model.yaml", "gripper file": "yaml"}

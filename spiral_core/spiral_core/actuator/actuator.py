@@ -10,6 +10,7 @@ from spiral_core.actuator.fibers import FiberAngles, OneFamily
 from spiral_core.actuator.materials import HyperelasticLaw
 from spiral_core.actuator.single_fiber import SingleFiber, check_single_fibers, fiber_set_of
 from spiral_core.actuator.tube import Tube
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.section.fiber_set import FiberSet
 from spiral_core.validation import require_positive
@@ -64,6 +65,8 @@ class Actuator:
         >>> actuator.fiber_radius
         0.0047625
     """
+
+    __repr__ = brief_repr
 
     tube: Tube
     fibers: FiberAngles | OneFamily

@@ -9,6 +9,7 @@ from spiral_core.actuator.actuator import Actuator, PressureLaw
 from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.actuator.section_curve import SectionCurve
 from spiral_core.actuator.uniform_curve import UniformCurve
+from spiral_core.brief import brief_repr
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.validation import require_finite, require_non_negative
 
@@ -46,6 +47,8 @@ class FreeActuation:
         >>> round(shape.curvature, 3), round(shape.torsion, 3)
         (20.365, -13.276)
     """
+
+    __repr__ = brief_repr
 
     actuator: Actuator
     stretch_limit: float = field(init=False, compare=False)

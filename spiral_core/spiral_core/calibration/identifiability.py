@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.calibration.model import FittedQuantity
 from spiral_core.calibration.readings import ShapeReading
 from spiral_core.calibration.result import Calibration
@@ -44,6 +45,8 @@ class WeakDirection:
         stretch_max: largest stretch among them.
         advice: what to measure, or what to fix.
     """
+
+    __repr__ = brief_repr
 
     names: tuple[str, ...]
     condition: float

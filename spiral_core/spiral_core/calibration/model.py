@@ -13,6 +13,7 @@ from typing import Any, cast
 from spiral_core.actuator.actuator import Actuator, PressureLaw
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.materials import Gent, HyperelasticLaw, MooneyRivlin, NeoHookean, Yeoh
+from spiral_core.brief import brief_repr
 from spiral_core.calibration.readings import ExtensionReading, Reading, TwistReading
 from spiral_core.errors import ActuationLimitError, InvalidInputError
 from spiral_core.rod.types import RodStiffness
@@ -111,6 +112,8 @@ class CalibrationModel:
         >>> model.names
         ('c1', 'c2', 'straight_fiber_radius')
     """
+
+    __repr__ = brief_repr
 
     actuator: Actuator
     law: type[HyperelasticLaw] | None = None

@@ -12,6 +12,7 @@ import numpy as np
 from spiral_core.actuator.fibers import FiberAngles, fiber_derivatives
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.volume import volume_from_jet
+from spiral_core.brief import brief_repr
 from spiral_core.closing.course import PressureCourse
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.hanging import hanging_tube
@@ -77,6 +78,8 @@ class TimedClosing:
         course: the pressure that was asked for.
         frames: from the beginning on, at least one.
     """
+
+    __repr__ = brief_repr
 
     setup: GripSetup
     course: PressureCourse
@@ -229,6 +232,8 @@ class RateAdvice:
         closings: at each.
         fastest: largest rate from which on downwards every one keeps 90 %; None if none does.
     """
+
+    __repr__ = brief_repr
 
     slow: float
     rates: tuple[float, ...]

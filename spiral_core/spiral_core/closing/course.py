@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_finite, require_non_negative, require_positive
 
@@ -28,6 +29,8 @@ class PressureCourse:
         >>> course.at(1.5), course.duration
         (30000.0, 4.0)
     """
+
+    __repr__ = brief_repr
 
     times: tuple[float, ...]
     pressures: tuple[float, ...]

@@ -8,6 +8,7 @@ from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
 from itertools import product
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import NoCoilError, NotGrippableError, SolverError
 from spiral_core.grip.grip import Grip, solve_grip
 from spiral_core.grip.holding import Pull
@@ -27,6 +28,8 @@ class GripCase:
         friction: Coulomb's coefficient.
         closing: how it closes.
     """
+
+    __repr__ = brief_repr
 
     gripper: Gripper
     radius: float

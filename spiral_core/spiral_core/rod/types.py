@@ -140,6 +140,8 @@ class Rod:
         (0.18,)
     """
 
+    __repr__ = brief_repr
+
     length: float
     bending_stiffness: ScalarProfile
     torsional_stiffness: ScalarProfile

@@ -73,6 +73,11 @@ class WrapCurve:
         self.radius_min = min(branch.radius_range[0] for branch in self._branches)
         self.radius_max = max(branch.radius_range[1] for branch in self._branches)
 
+    def __repr__(self) -> str:
+        radii = f"{1e3 * self.radius_min:.4g} to {1e3 * self.radius_max:.4g} mm"
+        pressures = f"{1e-3 * self.pressure_min:.4g} to {1e-3 * self.pressure_max:.4g} kPa"
+        return f"WrapCurve({self.gripper.name!r}, radii {radii}, pressures {pressures})"
+
     @property
     def gaps(self) -> tuple[tuple[float, float], ...]:
         """Radii between ``radius_min`` and ``radius_max`` that no pressure wraps [m], rising."""

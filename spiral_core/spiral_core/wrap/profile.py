@@ -45,6 +45,8 @@ class ObjectProfile:
         0.025
     """
 
+    __repr__ = brief_repr
+
     positions: ArrayLike
     radii: ArrayLike
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from spiral_core import (
     pressure_uncertainty_by_draws,
 )
 from spiral_gripper.bench.measurements import (
+    ERROR_COLUMNS,
     MeasurementOptions,
     Measurements,
     load_measurements,
@@ -41,6 +42,7 @@ from spiral_gripper.files.units import parse_number, parse_quantity
 # What a constant may be held at: far wider than any rubber, yet no slip of a unit passes [Pa], [1].
 HELD_PRESSURE = 1.0e8
 HELD_EXTENSION_LIMIT = (0.1, 1.0e4)
+_EXAMPLES = {"--hold": "c2=15 kPa", "--unit": "pressure=psi", "--error": "extension=0.2 mm"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,17 +113,28 @@ def load_files(
         InvalidInputError: an option cannot be used.
     """
     length, stated = description.actuator.tube.length, options.measurement_options()
+    for name, text in stated.errors.items():
+        if name not in ERROR_COLUMNS:
+            raise InvalidInputError("--error", name, f"for one of {', '.join(ERROR_COLUMNS)}")
+        if not stated_error(text, name, 1.0) > 0.0:
+            raise InvalidInputError(f"--error {name}", text, "positive")
     loaded = [load_measurements(file, length, stated) for file in files]
     columns = frozenset().union(*(one.columns for one in loaded))
-    unused = stated.units.keys() - columns
-    if unused:
-        raise InvalidInputError("--unit", min(unused), "for a column of the files")
-    for name, text in stated.errors.items():
-        column = "x" if name == "position" else name
-        if column not in columns:
-            raise InvalidInputError("--error", name, "for a column of the files")
-        _require_positive_error(column, text)
+    for name in stated.units:
+        if name not in columns:
+            raise InvalidInputError(
+                "--unit", name, f"for a column of the files: {_listed(columns)}"
+            )
+    with_errors = {name for name, column in ERROR_COLUMNS.items() if column in columns}
+    for name in stated.errors:
+        if name not in with_errors:
+            requirement = f"for a column of the files: {_listed(with_errors)}"
+            raise InvalidInputError("--error", name, requirement)
     return loaded
+
+
+def _listed(names: Collection[str]) -> str:
+    return ", ".join(sorted(names))
 
 
 def run_command(
@@ -154,12 +167,6 @@ def run_command(
         )
     pressures, refusals = _pressures(best, options)
     return CommandResult(choice, _cross_validation(best), tuple(warnings), pressures, refusals)
-
-
-def _require_positive_error(column: str, text: str) -> None:
-    """Refuse a stated error that no reading can have, whether or not a reading needs it."""
-    if not stated_error(text, column, 1.0) > 0.0:
-        raise InvalidInputError("--error", text, "positive")
 
 
 def measured_curve(
@@ -219,7 +226,8 @@ def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
-            raise InvalidInputError(option, text, "of the form NAME=VALUE")
+            requirement = f'of the form NAME=VALUE, such as "{_EXAMPLES[option]}"'
+            raise InvalidInputError(option, text, requirement)
         if name in pairs:
             raise InvalidInputError(option, text, f"given once for {name}")
         pairs[name] = value

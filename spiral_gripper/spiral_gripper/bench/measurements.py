@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from spiral_core import (
     BendReading,
@@ -187,6 +188,10 @@ _KINDS = (
     _Kind("x", "position", ("pressure", "y", "z"), _shape),
     _Kind("object_radius", "object_radius", ("pressure",), _grip),
 )
+# What an error can be stated for beside the files, and the column that it is the error of.
+ERROR_COLUMNS = MappingProxyType(
+    {"pressure": "pressure", **{kind.error_name: kind.name for kind in _KINDS}}
+)
 
 
 def _names(kinds: Collection[_Kind]) -> str:
@@ -200,10 +205,9 @@ def _check_columns(
     line = table.header_line
     if not kinds:
         table.complain(line, "", f"no column holds a measurement: one of {_names(_KINDS)}")
-    stated = {kind.error_name for kind in _KINDS} | {"pressure"}
-    for name in sorted(options.errors.keys() - stated):
-        allowed = ", ".join(sorted(stated))
-        table.complain(None, name, f"an error is stated for this, but can be only for {allowed}")
+    for name in sorted(options.errors.keys() - ERROR_COLUMNS.keys()):
+        known = ", ".join(ERROR_COLUMNS)
+        table.complain(None, name, f"has a stated error; only these can have one: {known}")
     for kind in kinds:
         for name in kind.needs:
             if name not in table.columns:
@@ -215,7 +219,8 @@ def _check_columns(
             example = COLUMNS[kind.name].usual_units[0]
             reason = (
                 f"is missing; state how well {kind.error_name} was measured in a column "
-                f'"{kind.error_name}_error [{example}]" or beside the file'
+                f'"{kind.error_name}_error [{example}]", or for all readings with '
+                f'--error "{kind.error_name}=0.5 {example}"'
             )
             table.complain(line, f"{kind.error_name}_error", reason)
 
@@ -241,7 +246,11 @@ def _reading(
         pressure_error = _error(values, "pressure", "pressure", options) or 0.0
         return kind.make(values, error or 0.0, pressure_error)
     except InvalidInputError as problem:
-        field_names = {"error": f"{kind.error_name}_error", "position": kind.name}
+        field_names = {
+            "error": f"{kind.error_name}_error",
+            "position": kind.name,
+            **{f"--error {name}": f"{name}_error" for name in ERROR_COLUMNS},
+        }
         name = field_names.get(problem.field, problem.field)
         table.complain(row.line, name, f"must be {problem.requirement}, got {problem.value!r} (SI)")
         return None
@@ -255,15 +264,15 @@ def _error(
     stated = options.errors.get(error_name)
     if own is not None or stated is None:
         return own
-    return stated_error(stated, measured_name, values[measured_name])
+    return stated_error(stated, error_name, values[measured_name])
 
 
-def stated_error(text: str, column: str, value: float) -> float:
+def stated_error(text: str, name: str, value: float) -> float:
     """Return the standard error of a value, in SI, that is stated beside a file.
 
     Args:
         text: a quantity, ``"0.2 mm"``, or a share, ``"2 %"``.
-        column: name of the measured column.
+        name: what it is the error of, one of :data:`ERROR_COLUMNS`.
         value: the measured value.
 
     Raises:
@@ -274,9 +283,9 @@ def stated_error(text: str, column: str, value: float) -> float:
         (0.001, 0.0002)
     """
     if not text.strip().endswith("%"):
-        return parse_quantity(text.strip(), COLUMNS[column], f"{column}_error")
+        return parse_quantity(text.strip(), COLUMNS[ERROR_COLUMNS[name]], f"--error {name}")
     try:
         return parse_number(text.strip().removesuffix("%").strip()) / 100.0 * abs(value)
     except InvalidInputError:
         requirement = 'a share such as "2 %" or a quantity'
-        raise InvalidInputError(f"{column}_error", text, requirement) from None
+        raise InvalidInputError(f"--error {name}", text, requirement) from None

@@ -82,11 +82,14 @@ def design(
 def _save(result: DesignReport, path: Path) -> None:
     """Write the description of a feasible design to a file that does not exist yet."""
     from spiral_gripper.cli.output import say_written
+    from spiral_gripper.files.shown import reworded
     from spiral_gripper.files.storage import write_file
     from spiral_gripper.reports.design_document import description_text
 
     if not result.feasible or result.design is None:
-        raise click.ClickException(f"nothing is saved: {result.message}")
+        raise click.ClickException(
+            f"nothing is saved: not feasible: {reworded(result.binding.sentence)}"
+        )
     text = description_text(result.design, path.stem)
     write_file(path, text, replace=False)
     say_written(path)

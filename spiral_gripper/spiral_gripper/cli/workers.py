@@ -75,14 +75,23 @@ def dask_cluster(address: str) -> Iterator[Executor]:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar on standard error while the block runs; yields what moves it (done, total)."""
+    """Show a bar on standard error while the block runs; yields what moves it (done, total).
+
+    Where standard error is no terminal a line says at the first move what is being computed.
+    """
     from rich.console import Console
     from rich.progress import Progress
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+        def move(done: int, total: int) -> None:
+            if not console.is_terminal and bar.tasks[task].total is None:
+                click.echo(f"{title} ...", err=True)
+            bar.update(task, completed=done, total=total)
+
+        yield move
 
 
 @contextmanager

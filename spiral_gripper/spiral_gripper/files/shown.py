@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import wraps
 from types import MappingProxyType
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -16,6 +18,9 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_gripper.files.units import Dimension, convert_from_si
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
 
 
 class Scale(NamedTuple):
@@ -50,27 +55,41 @@ CHOSEN: Final = (
     Dimension.FORCE,
     Dimension.MASS,
 )
+# Units in sentences of the mechanics -> their size in SI, and the SI unit.
+_WRITTEN: Final[Mapping[str, tuple[float, str]]] = MappingProxyType(
+    {
+        "mm": (1e-3, "m"),
+        "m": (1.0, "m"),
+        "kPa": (1e3, "Pa"),
+        "Pa": (1.0, "Pa"),
+        "deg": (math.pi / 180.0, "rad"),
+        "N": (1.0, "N"),
+        "kg": (1.0, "kg"),
+    }
+)
+_NUMBER: Final = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_QUANTITY: Final = re.compile(
+    rf"(?<![\w.])(?<! x )(?P<first>{_NUMBER})(?: to (?P<second>{_NUMBER}))? "
+    rf"(?P<unit>{'|'.join(_WRITTEN)})(?![\w^/·]| x \d| m?m\b| [a-zA-Z]*\^)"
+)
 _present: ContextVar[Mapping[str, Scale]] = ContextVar("units", default=_USUAL)
 
 
 def dimension_of(unit: str) -> Dimension:
-    """Return what a unit measures, of pressure, length, angle, force and mass.
+    """Return what a unit that figures can be shown in measures.
 
     Raises:
-        InvalidInputError: it measures none of these.
+        InvalidInputError: figures are not shown in it; the message lists the units that there are.
 
     Example:
         >>> dimension_of("psi").quantity
         'pressure'
     """
     for dimension in CHOSEN:
-        try:
-            convert_from_si(1.0, unit, dimension)
-        except InvalidInputError:
-            continue
-        return dimension
-    known = ", ".join(dimension.quantity for dimension in CHOSEN)
-    raise InvalidInputError("units", unit, f"units of {known}, such as psi,mm")
+        if unit in dimension.usual_units:
+            return dimension
+    known = "; ".join(f"{each.quantity}: {', '.join(each.usual_units)}" for each in CHOSEN)
+    raise InvalidInputError("units", unit, f"of these ({known})")
 
 
 @contextmanager
@@ -112,6 +131,28 @@ def display_units(*units: str) -> Iterator[None]:
         _present.reset(token)
 
 
+def in_present_units(function: Callable[Given, Result]) -> Callable[Given, Result]:
+    """Return a function that shows figures in the present units in whichever thread it is called.
+
+    Example:
+        >>> with display_units("psi"):
+        ...     later = in_present_units(lambda: shown(6894.757, "Pa"))
+        >>> later()
+        '1 psi'
+    """
+    present = _present.get()
+
+    @wraps(function)
+    def called(*arguments: Given.args, **named: Given.kwargs) -> Result:
+        token = _present.set(present)
+        try:
+            return function(*arguments, **named)
+        finally:
+            _present.reset(token)
+
+    return called
+
+
 def scale_of(unit: str) -> Scale:
     """Return the unit in which figures of an SI unit are shown.
 
@@ -143,6 +184,31 @@ def shown(value: float, unit: str, digits: int = 4) -> str:
     if name == "mm" and abs(value) >= 1.0:
         factor, name = 1.0, "m"
     return f"{factor * value:.{digits}g} {name}".rstrip()
+
+
+def reworded(text: str) -> str:
+    """Return a sentence of the mechanics with its quantities in the units they are shown in.
+
+    A size such as "10 mm x 1 mm" is a name and stays.
+
+    Example:
+        >>> with display_units("psi", "in"):
+        ...     print(reworded("10 mm x 1 mm, length 254 mm, 6.894757 to 13.78951 kPa"))
+        10 mm x 1 mm, length 10 in, 1 to 2 psi
+    """
+    return _QUANTITY.sub(_converted, text)
+
+
+def _converted(found: re.Match[str]) -> str:
+    """Return one quantity, or a range of two, in the unit it is shown in."""
+    factor, si_unit = _WRITTEN[found["unit"]]
+    texts = [text for text in (found["first"], found["second"]) if text]
+    written = max(len(text.partition("e")[0].strip("-0.").replace(".", "")) for text in texts)
+    digits = min(max(written, 4), 5)
+    *first, last = (float(text) * factor for text in texts)
+    return "".join(f"{number(one, si_unit, digits)} to " for one in first) + shown(
+        last, si_unit, digits
+    )
 
 
 def shown_range(low: float, high: float) -> str:

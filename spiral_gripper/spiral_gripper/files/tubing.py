@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from spiral_core import PressureLaw
+from spiral_core.brief import brief_repr
 from spiral_core.design.requirement import Elastomer, TubeSize
 from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.catalog import TUBING, find_description, read_description_text
@@ -43,6 +44,8 @@ class Tubing:
         elastomer: what they are made of.
         doubts: values that nobody means, most likely; a line each, with its place in the file.
     """
+
+    __repr__ = brief_repr
 
     source: Path
     name: str

@@ -55,11 +55,11 @@ class Dimension(Enum):
 
     Example:
         >>> Dimension.PRESSURE.si_unit, Dimension.PRESSURE.usual_units
-        ('Pa', ('kPa', 'psi', 'bar', 'MPa', 'Pa'))
+        ('Pa', ('kPa', 'psi', 'bar', 'mbar', 'MPa', 'Pa'))
     """
 
     LENGTH = ("length", "m", "4.7625 mm", ("mm", "in", "cm", "m", "ft"))
-    PRESSURE = ("pressure", "Pa", "55 kPa", ("kPa", "psi", "bar", "MPa", "Pa"))
+    PRESSURE = ("pressure", "Pa", "55 kPa", ("kPa", "psi", "bar", "mbar", "MPa", "Pa"))
     ANGLE = ("angle", "rad", "60 deg", ("deg", "rad"))
     DENSITY = ("density", "kg/m^3", "0.94 g/cm^3", ("g/cm^3", "kg/m^3"))
     ACCELERATION = ("acceleration", "m/s^2", "9.81 m/s^2", ("m/s^2", "standard_gravity"))

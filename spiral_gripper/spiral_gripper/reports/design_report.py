@@ -7,7 +7,7 @@ import html
 from pathlib import Path
 
 from spiral_core.design.report import DesignReport, DesignStep
-from spiral_gripper.files.shown import shown
+from spiral_gripper.files.shown import reworded, shown
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.page import (
     PAGE_STYLE,
@@ -39,7 +39,7 @@ def markdown_report(report: DesignReport) -> str:
     parts = [
         "# Spiral gripper: design report\n",
         f"**{_verdict(report)}**\n",
-        report.message + "\n",
+        _answer(report) + "\n",
     ]
     parts += [f"- would do: {relaxation_text(relaxation)}" for relaxation in report.relaxations]
     parts.append("")
@@ -49,7 +49,7 @@ def markdown_report(report: DesignReport) -> str:
     parts.append(f"![pressure against object radius]({figure_uri(design_figure(report))})\n")
     for step in report.steps:
         mark = "met" if step.satisfied else "NOT met"
-        parts.append(f"## Step {step.number}: {step.title} ({mark})\n\n{step.remark}\n")
+        parts.append(f"## Step {step.number}: {step.title} ({mark})\n\n{reworded(step.remark)}\n")
         parts.append(markdown_table(("quantity", "value"), _figures(step)))
     return "\n".join(parts)
 
@@ -63,7 +63,7 @@ def html_report(report: DesignReport) -> str:
         f"<title>Spiral gripper: design report</title><style>{PAGE_STYLE}</style></head><body>",
         "<h1>Spiral gripper: design report</h1>",
         f'<p class="{mark}"><strong>{html.escape(_verdict(report))}</strong></p>',
-        f"<p>{html.escape(report.message)}</p>",
+        f"<p>{html.escape(_answer(report))}</p>",
     ]
     if report.relaxations:
         items = "".join(
@@ -79,7 +79,7 @@ def html_report(report: DesignReport) -> str:
         mark, word = ("ok", "met") if step.satisfied else ("no", "not met")
         title = html.escape(f"Step {step.number}: {step.title}")
         parts.append(f'<h2>{title} <span class="{mark}">({word})</span></h2>')
-        parts.append(f"<p>{html.escape(step.remark)}</p>")
+        parts.append(f"<p>{html.escape(reworded(step.remark))}</p>")
         parts.append(html_table(("quantity", "value"), _figures(step)))
     parts.append("</body></html>\n")
     return "\n".join(parts)
@@ -87,6 +87,10 @@ def html_report(report: DesignReport) -> str:
 
 def _verdict(report: DesignReport) -> str:
     return "feasible" if report.feasible else "not feasible"
+
+
+def _answer(report: DesignReport) -> str:
+    return reworded(report.message if report.feasible else report.binding.sentence)
 
 
 def _sections(report: DesignReport) -> list[tuple[str, tuple[str, ...], Rows]]:
@@ -132,4 +136,4 @@ def _requirement_rows(report: DesignReport) -> Rows:
 
 
 def _figures(step: DesignStep) -> Rows:
-    return [(figure.name, shown(figure.value, figure.unit)) for figure in step.figures]
+    return [(reworded(figure.name), shown(figure.value, figure.unit)) for figure in step.figures]

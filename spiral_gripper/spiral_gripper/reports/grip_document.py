@@ -21,7 +21,7 @@ from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profil
 from spiral_core.grip.window import follow_loss
 from spiral_core.rod.types import Array
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper.files.shown import axis_label, number, shown
+from spiral_gripper.files.shown import axis_label, number, reworded, shown
 from spiral_gripper.reports.design_document import plain
 from spiral_gripper.reports.wrap_document import read_profile
 
@@ -129,7 +129,7 @@ def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
     if solved.rest is not None:
         rows.append(("  after that", _remaining(solved, solved.rest)))
     if solved.refusal is not None:
-        rows.append(("NOT HELD", solved.refusal))
+        rows.append(("NOT HELD", reworded(solved.refusal)))
     rows += [
         ("recommended pressure", _or_not(solved.recommended)),
         (f"at {shown(point.pressure, 'Pa')}", point.regime.value),

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.study import GripCase, GripOutcome
-from spiral_gripper.files.shown import number, scale_of, shown
+from spiral_gripper.files.shown import number, reworded, scale_of, shown
 from spiral_gripper.files.storage import FileError, read_text, reason_of, write_file
 
 
@@ -107,7 +107,8 @@ def print_outcomes(
     console.print(table)
     for case, outcome in zip(cases, outcomes, strict=True):
         if outcome.refusal:
-            console.print(f"{case.gripper.name}, {shown(case.radius, 'm')}: {outcome.refusal}")
+            name, radius = case.gripper.name, shown(case.radius, "m")
+            console.print(f"{name}, {radius}: {reworded(outcome.refusal)}")
 
 
 def _key(case: GripCase) -> str:

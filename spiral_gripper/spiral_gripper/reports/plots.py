@@ -21,7 +21,7 @@ from spiral_core.design.report import DesignReport
 from spiral_core.design.sweep import FeasibilityMap, SweepPoint
 from spiral_core.section.path import motion_at, section_path
 from spiral_core.section.ring import Ring
-from spiral_gripper.files.shown import axis_label, in_units, shown
+from spiral_gripper.files.shown import axis_label, in_units, reworded, shown
 from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
@@ -60,7 +60,7 @@ def design_figure(report: DesignReport) -> Figure:
         axes.axhline(limit, color=COLORS[2], ls="--", label="pressure limit")
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set_ylim(bottom=0.0)
-    figure.suptitle(report.design.sentence)
+    figure.suptitle(reworded(report.design.sentence))
     figure.legend(loc="outside right upper")
     return figure
 

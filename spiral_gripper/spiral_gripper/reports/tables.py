@@ -15,7 +15,7 @@ from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.report import Design, DesignReport, DesignStep, Relaxation
 from spiral_core.design.sweep import SweepPoint
 from spiral_core.wrap.placement import ObjectPlacement
-from spiral_gripper.files.shown import number, scale_of, shown, shown_range
+from spiral_gripper.files.shown import number, reworded, scale_of, shown, shown_range
 
 
 def print_report(report: DesignReport, console: Console) -> None:
@@ -26,9 +26,9 @@ def print_report(report: DesignReport, console: Console) -> None:
         console.print(_answer_table(report.design, report.feasible))
         console.print(_margins_table(report.design))
     if report.feasible:
-        console.print(f"[bold green]feasible[/]: {report.message}")
+        console.print(f"[bold green]feasible[/]: {reworded(report.message)}")
         return
-    console.print(f"[bold red]not feasible[/]: {report.binding.sentence}")
+    console.print(f"[bold red]not feasible[/]: {reworded(report.binding.sentence)}")
     for relaxation in report.relaxations:
         console.print(f"  would do: {relaxation_text(relaxation)}", highlight=False)
     if not report.relaxations:
@@ -42,7 +42,7 @@ def relaxation_text(relaxation: Relaxation) -> str:
     )
     return (
         f"{relaxation.field} = {shown(relaxation.sufficient, unit)} instead of "
-        f"{shown(relaxation.requested, unit)} ({relaxation.design})"
+        f"{shown(relaxation.requested, unit)} ({reworded(relaxation.design)})"
     )
 
 
@@ -62,7 +62,7 @@ def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> 
     for point in points:
         table.add_row(
             point.candidate.tube.name,
-            point.candidate.angles.removeprefix("beta "),
+            reworded(point.candidate.angles.removeprefix("beta ")),
             "" if point.pressure is None else shown(point.pressure, "Pa"),
             "" if point.strain is None else shown(point.strain, "1"),
             "" if point.length is None else shown(point.length, "m"),
@@ -159,10 +159,12 @@ def _mm(length: float) -> str:
 
 def _print_step(step: DesignStep, console: Console) -> None:
     mark = "[green]ok[/]" if step.satisfied else "[red]no[/]"
-    console.print(f"[bold]{step.number} {step.title}[/] {mark}  {step.remark}", highlight=False)
+    console.print(
+        f"[bold]{step.number} {step.title}[/] {mark}  {reworded(step.remark)}", highlight=False
+    )
     table = Table.grid(padding=(0, 3))
     for figure in step.figures:
-        table.add_row(f"    {figure.name}", shown(figure.value, figure.unit))
+        table.add_row(f"    {reworded(figure.name)}", shown(figure.value, figure.unit))
     console.print(table)
 
 

@@ -13,14 +13,16 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import viser
 
-from spiral_core import RodState, SpiralError
+from spiral_core import RodState, SpiralError, TimedClosing
 from spiral_gripper.files.catalog import available_grippers
 from spiral_gripper.files.description import GripperDescription, load_description
-from spiral_gripper.studio.chart import AXES, SERIES, chart_data, chart_scales
+from spiral_gripper.files.shown import in_present_units, shown
+from spiral_gripper.studio.chart import SERIES, chart_axes, chart_data, chart_scales
+from spiral_gripper.studio.closing import Closings, StoppedError
 from spiral_gripper.studio.controls import Controls
 from spiral_gripper.studio.exports import EXPORTS, png
 from spiral_gripper.studio.files import FileFolder
-from spiral_gripper.studio.force_chart import FORCE_AXES, FORCE_SERIES, force_data, force_scales
+from spiral_gripper.studio.force_chart import FORCE_SERIES, force_axes, force_data, force_scales
 from spiral_gripper.studio.pull import FRAMES, pull_frames
 from spiral_gripper.studio.scene import COLORINGS, FAINT, OPAQUE, Scene, node_values
 from spiral_gripper.studio.session import Answer, Session
@@ -52,6 +54,7 @@ class Page:
         self._lock = threading.RLock()  # controls and answers call from several threads
         self._playing = threading.Event()
         self._folder = TemporaryDirectory(prefix="studio_")  # of the file that is edited
+        self._closings = Closings()
         gui = server.gui
         gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
         names = tuple(dict.fromkeys((gripper, *available_grippers())))
@@ -59,11 +62,12 @@ class Page:
         self._words = gui.add_markdown("")
         self._to_wrap = gui.add_button("Set the wrap pressure")
         self._play = gui.add_button("Play the approach")
+        self._close = gui.add_button("Play the closing in true time")
         self._pull = gui.add_button("Play the pull")
         self._chart = gui.add_uplot(
             chart_data(None, START_RADIUS, 0.0),
             SERIES,
-            axes=AXES,
+            axes=chart_axes(),
             scales=chart_scales(None, 1e5),
             legend={"show": False},
             aspect=1.5,
@@ -71,23 +75,25 @@ class Page:
         self._forces = gui.add_uplot(
             force_data(None, 0.0),
             FORCE_SERIES,
-            axes=FORCE_AXES,
+            axes=force_axes(),
             scales=force_scales(None, 1e5),
             legend={"show": False},
             aspect=1.5,
         )
         self._coloring = gui.add_dropdown("color", COLORINGS)
         self._export = gui.add_button_group("export", (*EXPORTS, "html", "png"))
-        self._file = FileFolder(gui, self._load_text)
+        self._file = FileFolder(gui, in_present_units(self._load_text))
         self._controls: Controls | None = None
         self._session: Session | None = None
         self._load(gripper)
-        self._name.on_update(lambda _: self._load(self._name.value))
-        self._coloring.on_update(lambda _: self._refresh())
-        self._to_wrap.on_click(lambda _: self._set_wrap_pressure())
-        self._play.on_click(lambda _: self._approach())
-        self._pull.on_click(lambda _: self._pull_away())
-        self._export.on_click(lambda event: self._hand_out(self._export.value, event.client))
+        shows = in_present_units  # events come in threads of their own
+        self._name.on_update(shows(lambda _: self._load(self._name.value)))
+        self._coloring.on_update(shows(lambda _: self._refresh()))
+        self._to_wrap.on_click(shows(lambda _: self._set_wrap_pressure()))
+        self._play.on_click(shows(lambda _: self._approach()))
+        self._close.on_click(shows(lambda _: self._close_in_time()))
+        self._pull.on_click(shows(lambda _: self._pull_away()))
+        self._export.on_click(shows(lambda event: self._hand_out(self._export.value, event.client)))
 
     def tick(self) -> None:
         """Say for how long an answer is being computed; to be called once in a while."""
@@ -98,7 +104,7 @@ class Page:
             with suppress(SpiralError):  # the page says already that there is no shape
                 answer = session.answer if session.current else None
                 self._words.content = answer_text(
-                    answer, session.settings, session.shape(), session.waited
+                    answer, session.settings, session.gripper, session.shape(), session.waited
                 )
 
     def close(self) -> None:
@@ -131,7 +137,7 @@ class Page:
             if self._controls is not None and self._session is not None:
                 self._controls.remove()
                 self._session.close()
-            self._session = Session(description, settings, self._on_answer)
+            self._session = Session(description, settings, in_present_units(self._on_answer))
             self._controls = Controls(
                 self._server.gui, settings, self._session.gripper, self._changed
             )
@@ -173,7 +179,7 @@ class Page:
                 self._words.content = f"**No shape.** {error}"
                 return
             self._draw(session, state, answer)
-            self._words.content = answer_text(answer, settings, state, session.waited)
+            self._words.content = answer_text(answer, settings, gripper, state, session.waited)
             self._chart.scales = chart_scales(answer, gripper.pressure_max)
             self._chart.data = chart_data(answer, settings.object_radius, settings.pressure)
             self._forces.scales = force_scales(answer, gripper.pressure_max)
@@ -230,6 +236,53 @@ class Page:
             time.sleep(1.0 / FRAMES_PER_SECOND)
         self._playing.clear()
 
+    def _close_in_time(self) -> None:
+        """Compute the closing at the rate that is set and play it; a second click stops it."""
+        session = self._session
+        if self._playing.is_set() or session is None:
+            self._playing.clear()
+            return
+
+        def moved(share: float) -> None:
+            if not (self._playing.is_set() and session.current and session is self._session):
+                raise StoppedError
+            self._words.content = f"**computing the closing ...** {100.0 * share:.0f} %"
+
+        self._playing.set()
+        try:
+            closing = self._closings.of(session, moved)
+            if closing is not None:
+                self._play_closing(closing)
+        except SpiralError as error:
+            self._words.content = f"**No closing.** {error}"
+            return
+        except StoppedError:
+            pass
+        finally:
+            self._playing.clear()
+        self._refresh()
+
+    def _play_closing(self, closing: TimedClosing) -> None:
+        """Show the frames of a closing at their times; those that come late are left out."""
+        start, last = time.monotonic(), closing.frames[-1]
+        outer = closing.setup.gripper.tube.outer_radius
+        self._scene.show_ghost(None, outer)
+        for frame, touching in zip(closing.frames, closing.contact_fractions, strict=True):
+            early = start + frame.time - time.monotonic()
+            if not self._playing.is_set():
+                return
+            if early < -1.0 / FRAMES_PER_SECOND and frame is not last:
+                continue
+            time.sleep(max(0.0, early))
+            pressure = shown(closing.course.at(frame.time), "Pa", 3)
+            with self._lock:
+                self._scene.show_gripper(frame.state, outer, None)
+                self._words.content = (
+                    f"**{frame.time:.1f} s: {pressure}**, {100.0 * touching:.0f} % of the tube "
+                    "in contact"
+                )
+        time.sleep(PULL_SECONDS / 2.0)
+
     def _pull_away(self) -> None:
         """Move the object out of the coil, away from the base; a second click stops it."""
         session = self._session
@@ -246,8 +299,8 @@ class Page:
             with self._lock:
                 self._scene.show_gripper(frame.state, outer, None)
                 self._scene.show_object(place, frame.displacement, taper=taper)
-                distance = 1e3 * float(np.linalg.norm(frame.displacement))
-                self._words.content = f"**pulled by {distance:.1f} mm: {frame.force:.2f} N**"
+                distance = shown(float(np.linalg.norm(frame.displacement)), "m", 3)
+                self._words.content = f"**pulled by {distance}: {shown(frame.force, 'N', 3)}**"
             time.sleep(PULL_SECONDS / FRAMES)
         self._playing.clear()
         time.sleep(PULL_SECONDS / 2.0)

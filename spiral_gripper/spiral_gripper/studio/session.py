@@ -34,7 +34,7 @@ from spiral_core import (
 )
 from spiral_core.rod.types import Array
 from spiral_gripper.files.description import GripperDescription
-from spiral_gripper.studio.settings import Settings, gripper_for
+from spiral_gripper.studio.settings import DEFAULT_RATE, Settings, gripper_for
 
 # Pressures at which the chart is drawn.
 CHART_POINTS = 61
@@ -126,7 +126,7 @@ class Session:
         self._state: RodState | None = None
         self._background = ThreadPoolExecutor(1, thread_name_prefix="studio")
         self._pending: Future[None] | None = None
-        self._asked_at = 0.0
+        self._asked_since = 0.0
         self._ask()
 
     def update(self, settings: Settings) -> None:
@@ -135,7 +135,7 @@ class Session:
         Raises:
             SpiralError: there is no such gripper; says why.
         """
-        if _without_pressure(settings) != _without_pressure(self.settings):
+        if _asked_of(settings) != _asked_of(self.settings):
             self.gripper = gripper_for(self.description, settings)
             self._state = None
             self.settings = settings
@@ -167,14 +167,14 @@ class Session:
     @property
     def current(self) -> bool:
         """Whether :attr:`answer` belongs to the settings, whatever the pressure."""
-        return self.answer is not None and self.answer.settings == _without_pressure(self.settings)
+        return self.answer is not None and self.answer.settings == _asked_of(self.settings)
 
     @property
     def waited(self) -> float | None:
         """Time since the settings were asked about [s]; None where everything is answered."""
         if self.current and self.answer is not None and self.answer.is_complete:
             return None
-        return time.monotonic() - self._asked_at
+        return time.monotonic() - self._asked_since
 
     def close(self) -> None:
         """End the background's work; what is under way is dropped."""
@@ -185,8 +185,8 @@ class Session:
         """Have the settings answered, in place of what waits to be."""
         if self._pending is not None:
             self._pending.cancel()
-        self._asked_at = time.monotonic()
-        asked, gripper = _without_pressure(self.settings), self.gripper
+        self._asked_since = time.monotonic()
+        asked, gripper = _asked_of(self.settings), self.gripper
         self._pending = self._background.submit(self._reply, asked, gripper)
 
     def _reply(self, asked: Settings, gripper: Gripper) -> None:
@@ -198,7 +198,7 @@ class Session:
 
         def go_on(done: int, total: int) -> None:
             del done, total
-            if self._closed or asked != _without_pressure(self.settings):
+            if self._closed or asked != _asked_of(self.settings):
                 raise _StaleError
 
         answer = answer_for(asked, gripper)
@@ -252,6 +252,6 @@ def object_shape(settings: Settings, length: float) -> Profile | None:
     return Profile(tuple(heights.tolist()), tuple((radius + slope * heights).tolist()))
 
 
-def _without_pressure(settings: Settings) -> Settings:
-    """Return the settings that answers depend on."""
-    return replace(settings, pressure=0.0)
+def _asked_of(settings: Settings) -> Settings:
+    """Return the settings that answers depend on, whatever pressure and rate."""
+    return replace(settings, pressure=0.0, rate=DEFAULT_RATE)

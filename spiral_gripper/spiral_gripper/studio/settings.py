@@ -12,6 +12,9 @@ from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import DEFAULT_FRICTION, STANDARD_GRAVITY
 from spiral_gripper.files.description import GripperDescription
 
+# Below the fastest rates that keep a slow grip (docs/closing.md) [Pa/s].
+DEFAULT_RATE = 20e3
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:
@@ -29,6 +32,7 @@ class Settings:
         friction: Coulomb's coefficient between tube and object.
         taper: half-angle of the object [rad]: it thickens the way the coil advances; its radius is
             that in the middle of the coil.
+        rate: at which the pressure rises where the closing is played in true time [Pa/s].
     """
 
     pressure: float
@@ -40,6 +44,7 @@ class Settings:
     gravity: float = STANDARD_GRAVITY
     friction: float = DEFAULT_FRICTION
     taper: float = 0.0
+    rate: float = DEFAULT_RATE
 
     @property
     def gravity_vector(self) -> Vector:

@@ -1,39 +1,45 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the studio says of a shape, a wrap and a grip, in the units of the bench."""
+"""What the studio says of a shape, a wrap and a grip, in the units that are shown."""
 
 from __future__ import annotations
 
-from spiral_core import Pull, RodState
+import math
+
+from spiral_core import Gripper, Pull, RodState
+from spiral_core.rounding import rounded_down, rounded_up
+from spiral_gripper.files.shown import reworded, scale_of, shown
 from spiral_gripper.studio.session import Answer
 from spiral_gripper.studio.settings import Settings
 
 
 def answer_text(
-    answer: Answer | None, settings: Settings, state: RodState, waited: float | None = None
+    answer: Answer | None,
+    settings: Settings,
+    gripper: Gripper,
+    state: RodState,
+    waited: float | None = None,
 ) -> str:
     """Return a few lines of Markdown; what is still being computed is said to be.
 
     Args:
         answer: what is known for these settings; None where nothing is yet.
         settings: of the controls.
+        gripper: under these settings.
         state: the free shape at the pressure that is set.
         waited: time since these settings were asked about [s], where something is computed still.
     """
     since = "" if waited is None else f", {waited:.0f} s"
-    x, y, z = 1e3 * state.tip_position
-    lines = [f"tip of the free coil at **{x:.1f}, {y:.1f}, {z:.1f} mm**, stable"]
+    lines = [f"tip of the free coil at **{_place(state)}**, stable"]
     if answer is None:
         return "\n\n".join([f"**computing ...{since}**", *lines])
-    radius = 1e3 * settings.object_radius
+    radius = shown(settings.object_radius, "m")
     if answer.wrap is None or answer.placement is None:
-        lines.insert(0, f"**{radius:.1f} mm cannot be wrapped:** {answer.refusal}")
-        return "\n\n".join(lines)
-    lines.insert(0, f"{regime_text(answer, settings)} at {settings.pressure / 1e3:.1f} kPa")
-    pressure, turns = answer.wrap.pressure / 1e3, answer.wrap.turns
-    lines.append(f"perfect wrap of {radius:.1f} mm: **{pressure:.1f} kPa**, {turns:.2f} turns")
-    strain = 100.0 * ((answer.wrap.unloaded_shape.stretch or 1.0) - 1.0)
-    if answer.wrap.unloaded_shape.stretch is not None:
-        lines.append(f"strain at the wrap {strain:.1f} %")
+        lines.insert(0, f"**{radius} cannot be wrapped:** {reworded(answer.refusal)}")
+        return "\n\n".join([*lines, *margin_lines(answer, settings, gripper)])
+    lines.insert(0, f"{regime_text(answer, settings)} at {shown(settings.pressure, 'Pa')}")
+    pressure, turns = shown(answer.wrap.pressure, "Pa"), answer.wrap.turns
+    lines.append(f"perfect wrap of {radius}: **{pressure}**, {turns:.2f} turns")
+    lines += margin_lines(answer, settings, gripper)
     return "\n\n".join([*lines, *grip_lines(answer, settings, since)])
 
 
@@ -48,31 +54,60 @@ def regime_text(answer: Answer, settings: Settings) -> str:
     return f"**{regime.value if regime else 'no coil'}** (free coil)"
 
 
+def margin_lines(answer: Answer, settings: Settings, gripper: Gripper) -> list[str]:
+    """Return how far the pressure is from its limit and from the loss, and the strain."""
+    limit, pressure = gripper.pressure_max, settings.pressure
+    margins = [f"{_room(pressure, limit)} the pressure limit ({shown(limit, 'Pa')})"]
+    loss = None if answer.window is None else answer.window.loss
+    if loss is not None:
+        margins.append(f"{_room(pressure, loss)} the loss ({shown(loss, 'Pa')})")
+    lines = [f"margins: {', '.join(margins)}"]
+    now, most = (gripper.unloaded_shape(each).stretch for each in (pressure, limit))
+    if now is not None and most is not None:
+        ends = f"{100.0 * (now - 1.0):.1f} %", f"{100.0 * (most - 1.0):.1f} %"
+        lines.append(f"strain {ends[0]}, at the pressure limit {ends[1]}")
+    return lines
+
+
+def _place(state: RodState) -> str:
+    """Return where the tip is, to about a tenth of a millimeter."""
+    factor, unit = scale_of("m")
+    decimals = max(0, round(-math.log10(1e-4 * factor)))
+    return ", ".join(f"{factor * x:.{decimals}f}" for x in state.tip_position) + f" {unit}"
+
+
+def _room(pressure: float, bound: float) -> str:
+    """Return how far a pressure is below a bound, or above it, rounded to the bad side."""
+    share = 100.0 * (1.0 - pressure / bound)
+    if share < 0.0:
+        return f"**{rounded_up(-share, 2):.2g} % above**"
+    return f"{rounded_down(share, 2):.2g} % below"
+
+
 def grip_lines(answer: Answer, settings: Settings, since: str = "") -> list[str]:
     """Return what is known of contact and holding force, and since when the rest is computed."""
     if answer.no_grip:
-        return [f"**not held:** {answer.no_grip}"]
+        return [f"**not held:** {reworded(answer.no_grip)}"]
     if answer.window is None or answer.placement is None:
-        gap = 1e3 * answer.placement.largest_gap if answer.placement else 0.0
+        gap = answer.placement.largest_gap if answer.placement else 0.0
         return [
-            f"the free coil misses the object by up to {gap:.1f} mm",
+            f"the free coil misses the object by up to {shown(gap, 'm', 3)}",
             f"contact: computing ...{since}",
         ]
     window, lines = answer.window, []
     if window.onset_wrap is not None:
         end = window.onset_curling or window.loss or window.top
-        lines.append(f"holds from {1e-3 * window.onset_wrap:.1f} to {1e-3 * end:.1f} kPa")
+        lines.append(f"holds from {shown(window.onset_wrap, 'Pa')} to {shown(end, 'Pa')}")
     point = answer.contact_at(settings.pressure)
     if point is not None:
-        length, force = 1e3 * point.contact_length, point.normal_force
-        lines.append(
-            f"{length:.0f} mm in contact, presses with {force:.3f} N "
-            f"(solved at {1e-3 * point.pressure:.1f} kPa)"
-        )
+        length, force = shown(point.contact_length, "m", 3), shown(point.normal_force, "N", 3)
+        solved = shown(point.pressure, "Pa")
+        lines.append(f"{length} in contact, presses with {force} (solved at {solved})")
     if answer.grip is None:
         return [*lines, f"holding force: computing ...{since}"]
-    wanted = answer.grip.recommended_pressure()
+    wanted = shown(answer.grip.recommended_pressure(), "Pa")
     away = dict(zip(answer.grip.pressures.tolist(), answer.grip.force(Pull.AWAY), strict=True))
     nearest = min(away, key=lambda pressure: abs(pressure - settings.pressure))
-    held = f"holds **{away[nearest]:.2f} N** away from the base at {1e-3 * nearest:.1f} kPa"
-    return [*lines, f"{held}; recommended {1e-3 * wanted:.1f} kPa"]
+    force = shown(away[nearest], "N", 3)
+    held = f"holds **{force}** away from the base at {shown(nearest, 'Pa')}"
+    return [*lines, f"{held}; recommended {wanted}"]

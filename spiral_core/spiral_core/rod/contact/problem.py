@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact.obstacles import Obstacle, Quaternion
 from spiral_core.rod.types import ZERO, Array, RodLoad, Vector, VectorProfile
@@ -128,6 +129,8 @@ class ElasticRod:
     Raises:
         InvalidInputError: a value is out of range.
     """
+
+    __repr__ = brief_repr
 
     length: float
     section: SectionProfile
@@ -248,6 +251,8 @@ class ContactProblem:
     Raises:
         InvalidInputError: an end is not one of the four kinds, or a load lies outside the rod.
     """
+
+    __repr__ = brief_repr
 
     rod: ElasticRod
     load: RodLoad = field(default_factory=RodLoad)

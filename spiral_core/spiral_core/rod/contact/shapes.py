@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_finite, require_positive
 
@@ -147,6 +148,8 @@ class Profile:
         heights: z of the given radii [m], increasing, at least two.
         radii: r there [m], > 0.
     """
+
+    __repr__ = brief_repr
 
     heights: tuple[float, ...]
     radii: tuple[float, ...]
@@ -298,6 +301,8 @@ class SignedDistance:
         function: from points (n, 3) [m] to distances (n,) [m] and gradients (n, 3) of norm one.
         feature_radius: smallest radius of curvature that a rod meets [m], > 0.
     """
+
+    __repr__ = brief_repr
 
     function: Callable[[Array], tuple[Array, Array]]
     feature_radius: float

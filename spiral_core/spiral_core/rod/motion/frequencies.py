@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._elimination import newton_pass
 from spiral_core.rod.contact._mesh import Arrays
@@ -37,6 +38,8 @@ class Modes:
         shapes: (k, n, 3) displacements of the nodes, the largest of each mode of length one.
         swings: (k,) how the amplitude of each decays.
     """
+
+    __repr__ = brief_repr
 
     frequencies: Array
     shapes: Array

@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.rod.contact.state import ContactState
 from spiral_core.rod.types import Array
 
@@ -65,6 +66,8 @@ class Frame:
         events: since the previous frame.
     """
 
+    __repr__ = brief_repr
+
     time: float
     state: ContactState
     velocities: Array
@@ -83,6 +86,8 @@ class Motion:
         status: how it ended.
         frames: at the times asked for, as far as they were reached.
     """
+
+    __repr__ = brief_repr
 
     status: MotionStatus
     frames: tuple[Frame, ...]

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The closing in true time, to be played: computed when it is asked for, kept while it is true."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from spiral_core import PressureCourse, TimedClosing, close_on
+from spiral_core.closing.close import FRAMES
+from spiral_gripper.reports.closing.document import BEYOND_WRAP
+from spiral_gripper.studio.session import Session
+from spiral_gripper.studio.settings import Settings
+
+# At the pressure, after it has been reached [s].
+WAIT = 1.0
+
+
+class StoppedError(Exception):
+    """Nobody wants the closing any more."""
+
+
+class Closings:
+    """The last closing that was computed, for the settings that it belongs to."""
+
+    def __init__(self) -> None:
+        self._settings: Settings | None = None
+        self._closing: TimedClosing | None = None
+
+    def of(self, session: Session, moved: Callable[[float], None]) -> TimedClosing | None:
+        """Return the closing of a session's gripper on its object; None without contact yet.
+
+        The pressure rises at the rate that is set, to a little beyond the perfect wrap.
+
+        Args:
+            session: the gripper and its object.
+            moved: called with the share that is computed; what it raises ends the computation.
+
+        Raises:
+            SpiralError: the closing cannot be computed.
+        """
+        answer = session.answer if session.current else None
+        if answer is None or answer.window is None or answer.wrap is None:
+            return None
+        asked = replace(session.settings, pressure=0.0)
+        if asked != self._settings or self._closing is None:
+            end = min(BEYOND_WRAP * answer.wrap.pressure, session.gripper.pressure_max)
+            course = PressureCourse.ramp(asked.rate, end, WAIT)
+            self._closing = close_on(
+                answer.window.setup, course, progress=lambda done, _: moved(done / FRAMES)
+            )
+            self._settings = asked
+        return self._closing
