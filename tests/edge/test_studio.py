@@ -31,7 +31,7 @@ from spiral_gripper.studio.pull import pull_frames
 from spiral_gripper.studio.scene import node_values
 from spiral_gripper.studio.session import Session, answer_for, object_shape
 from spiral_gripper.studio.settings import gripper_for, settings_of
-from spiral_gripper.studio.words import answer_text
+from spiral_gripper.studio.words import answer_text, closing_line
 
 RADIUS = 0.0055
 # A polygon's area as a fraction of its circle's.
@@ -250,8 +250,10 @@ def test_a_closing_is_computed_once_for_its_settings(description, settings, held
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     session.update(replace(session.settings, pressure=5e4))
-    assert closings.of(session, shares.append) is closing
+    assert closings.of(session, shares.append) is closings.known(session) is closing
+    assert closing_line(closing, 2e5).startswith("closed at 200 kPa/s: ")
     session.update(replace(session.settings, rate=1e5))
+    assert closings.known(session) is None
     session.answer = held
     with pytest.raises(StoppedError):
         closings.of(session, stop)

@@ -27,6 +27,10 @@ class Closings:
         self._settings: Settings | None = None
         self._closing: TimedClosing | None = None
 
+    def known(self, session: Session) -> TimedClosing | None:
+        """Return the closing of a session's settings, if it was computed."""
+        return self._closing if _asked_of(session) == self._settings else None
+
     def of(self, session: Session, moved: Callable[[float], None]) -> TimedClosing | None:
         """Return the closing of a session's gripper on its object; None without contact yet.
 
@@ -42,12 +46,18 @@ class Closings:
         answer = session.answer if session.current else None
         if answer is None or answer.window is None or answer.wrap is None:
             return None
-        asked = replace(session.settings, pressure=0.0)
-        if asked != self._settings or self._closing is None:
-            end = min(BEYOND_WRAP * answer.wrap.pressure, session.gripper.pressure_max)
-            course = PressureCourse.ramp(asked.rate, end, WAIT)
-            self._closing = close_on(
-                answer.window.setup, course, progress=lambda done, _: moved(done / FRAMES)
-            )
-            self._settings = asked
+        known = self.known(session)
+        if known is not None:
+            return known
+        asked = _asked_of(session)
+        end = min(BEYOND_WRAP * answer.wrap.pressure, session.gripper.pressure_max)
+        course = PressureCourse.ramp(asked.rate, end, WAIT)
+        setup = answer.window.setup
+        self._closing = close_on(setup, course, progress=lambda done, _: moved(done / FRAMES))
+        self._settings = asked
         return self._closing
+
+
+def _asked_of(session: Session) -> Settings:
+    """Return the settings that a closing depends on: all but the pressure."""
+    return replace(session.settings, pressure=0.0)

@@ -27,7 +27,7 @@ from spiral_gripper.studio.pull import FRAMES, pull_frames
 from spiral_gripper.studio.scene import COLORINGS, FAINT, OPAQUE, Scene, node_values
 from spiral_gripper.studio.session import Answer, Session
 from spiral_gripper.studio.settings import settings_of
-from spiral_gripper.studio.words import answer_text
+from spiral_gripper.studio.words import answer_text, closing_line
 
 # The approach takes this long, in so many frames a second.
 APPROACH_SECONDS = 4.0
@@ -54,7 +54,6 @@ class Page:
         self._lock = threading.RLock()  # controls and answers call from several threads
         self._playing = threading.Event()
         self._folder = TemporaryDirectory(prefix="studio_")  # of the file that is edited
-        self._closings = Closings()
         gui = server.gui
         gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
         names = tuple(dict.fromkeys((gripper, *available_grippers())))
@@ -102,10 +101,16 @@ class Page:
             if session is None or session.waited is None or self._playing.is_set():
                 return
             with suppress(SpiralError):  # the page says already that there is no shape
-                answer = session.answer if session.current else None
-                self._words.content = answer_text(
-                    answer, session.settings, session.gripper, session.shape(), session.waited
-                )
+                self._words.content = self._said(session, session.shape())
+
+    def _said(self, session: Session, state: RodState) -> str:
+        """Return what is known of the shape that is shown."""
+        answer = session.answer if session.current else None
+        text = answer_text(answer, session.settings, session.gripper, state, session.waited)
+        closing = self._closings.known(session)
+        if closing is None:
+            return text
+        return f"{text}\n\n{closing_line(closing, session.settings.rate)}"
 
     def close(self) -> None:
         """End what runs in the background."""
@@ -137,6 +142,7 @@ class Page:
             if self._controls is not None and self._session is not None:
                 self._controls.remove()
                 self._session.close()
+            self._closings = Closings()
             self._session = Session(description, settings, in_present_units(self._on_answer))
             self._controls = Controls(
                 self._server.gui, settings, self._session.gripper, self._changed
@@ -179,7 +185,7 @@ class Page:
                 self._words.content = f"**No shape.** {error}"
                 return
             self._draw(session, state, answer)
-            self._words.content = answer_text(answer, settings, gripper, state, session.waited)
+            self._words.content = self._said(session, state)
             self._chart.scales = chart_scales(answer, gripper.pressure_max)
             self._chart.data = chart_data(answer, settings.object_radius, settings.pressure)
             self._forces.scales = force_scales(answer, gripper.pressure_max)
@@ -253,6 +259,7 @@ class Page:
             closing = self._closings.of(session, moved)
             if closing is not None:
                 self._play_closing(closing)
+                self._set_pressure(closing.course.pressures[-1])
         except SpiralError as error:
             self._words.content = f"**No closing.** {error}"
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from spiral_core import Gripper, Pull, RodState
+from spiral_core import Gripper, Pull, RodState, TimedClosing
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_gripper.files.shown import reworded, scale_of, shown
 from spiral_gripper.studio.session import Answer
@@ -80,8 +80,16 @@ def _room(pressure: float, bound: float) -> str:
     """Return how far a pressure is below a bound, or above it, rounded to the bad side."""
     share = 100.0 * (1.0 - pressure / bound)
     if share < 0.0:
-        return f"**{rounded_up(-share, 2):.2g} % above**"
-    return f"{rounded_down(share, 2):.2g} % below"
+        return f"**{rounded_up(-share, 2):g} % above**"
+    return f"{rounded_down(share, 2):g} % below"
+
+
+def closing_line(closing: TimedClosing, rate: float) -> str:
+    """Return what closing at a rate [Pa/s] gives, in true time."""
+    touching = f"{100.0 * closing.contact_fractions[-1]:.0f} % of the tube in contact"
+    wrapped, end = closing.time_to_wrap, closing.frames[-1].time
+    after = "" if wrapped is None else f"wrapped after {wrapped:.2f} s, "
+    return f"closed at {shown(rate, 'Pa/s')}: {after}{touching} after {end:.2f} s"
 
 
 def grip_lines(answer: Answer, settings: Settings, since: str = "") -> list[str]:
