@@ -29,6 +29,8 @@ from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
 
 # Frames of a closing.
 FRAMES = 120
+# Pressure that a grip is closed to, over that of the perfect wrap, unless another one is asked for.
+BEYOND_WRAP = 1.15
 # Wrapped once this part of the final contact is there for good; settled once no node is faster
 # than this fraction of the length per second for good.
 WRAPPED, SETTLED = 0.9, 0.02

@@ -7,8 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from spiral_core import PressureCourse, TimedClosing, close_on
-from spiral_core.closing.close import FRAMES
-from spiral_gripper.reports.closing.document import BEYOND_WRAP
+from spiral_core.closing.close import BEYOND_WRAP, FRAMES
 from spiral_gripper.studio.session import Session
 from spiral_gripper.studio.settings import Settings
 

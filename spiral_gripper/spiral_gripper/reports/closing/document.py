@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from spiral_core.closing.close import (
+    BEYOND_WRAP,
     FRAMES,
     RateAdvice,
     TimedClosing,
@@ -25,8 +26,6 @@ from spiral_core.rod.motion.inertia import Damping
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import shown
 
-# Pressure that a grip is closed to, over that of the perfect wrap.
-BEYOND_WRAP = 1.15
 # Speed of an arm that stops before the approach [m/s].
 MOVE = 0.25
 # Rates that advice looks at, as times in which the pressure rises [s].
