@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from spiral_core import PressureCourse, TimedClosing, close_on
+from spiral_core import Frame, PressureCourse, TimedClosing, close_on
 from spiral_core.closing.close import BEYOND_WRAP, FRAMES
 from spiral_gripper.studio.session import Session
 from spiral_gripper.studio.settings import Settings
@@ -55,6 +56,16 @@ class Closings:
         self._closing = close_on(setup, course, progress=lambda done, _: moved(done / FRAMES))
         self._settings = asked
         return self._closing
+
+
+def in_time(frames: Sequence[Frame], tolerance: float) -> Iterator[Frame]:
+    """Yield frames when their times have come; those that are later than this [s] are left out."""
+    start = time.monotonic()
+    for frame in frames:
+        early = start + frame.time - time.monotonic()
+        if early >= -tolerance or frame is frames[-1]:
+            time.sleep(max(0.0, early))
+            yield frame
 
 
 def _asked_of(session: Session) -> Settings:

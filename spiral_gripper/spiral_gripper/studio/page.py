@@ -18,7 +18,7 @@ from spiral_gripper.files.catalog import available_grippers
 from spiral_gripper.files.description import GripperDescription, load_description
 from spiral_gripper.files.shown import in_present_units, shown
 from spiral_gripper.studio.chart import SERIES, chart_axes, chart_data, chart_scales
-from spiral_gripper.studio.closing import Closings, StoppedError
+from spiral_gripper.studio.closing import Closings, StoppedError, in_time
 from spiral_gripper.studio.controls import Controls
 from spiral_gripper.studio.exports import EXPORTS, png
 from spiral_gripper.studio.files import FileFolder
@@ -27,7 +27,7 @@ from spiral_gripper.studio.pull import FRAMES, pull_frames
 from spiral_gripper.studio.scene import COLORINGS, FAINT, OPAQUE, Scene, node_values
 from spiral_gripper.studio.session import Answer, Session
 from spiral_gripper.studio.settings import settings_of
-from spiral_gripper.studio.words import answer_text, closing_line
+from spiral_gripper.studio.words import answer_text, closing_line, frame_text
 
 # The approach takes this long, in so many frames a second.
 APPROACH_SECONDS = 4.0
@@ -270,24 +270,15 @@ class Page:
         self._refresh()
 
     def _play_closing(self, closing: TimedClosing) -> None:
-        """Show the frames of a closing at their times; those that come late are left out."""
-        start, last = time.monotonic(), closing.frames[-1]
+        """Show a closing in true time."""
         outer = closing.setup.gripper.tube.outer_radius
         self._scene.show_ghost(None, outer)
-        for frame, touching in zip(closing.frames, closing.contact_fractions, strict=True):
-            early = start + frame.time - time.monotonic()
+        for frame in in_time(closing.frames, 1.0 / FRAMES_PER_SECOND):
             if not self._playing.is_set():
                 return
-            if early < -1.0 / FRAMES_PER_SECOND and frame is not last:
-                continue
-            time.sleep(max(0.0, early))
-            pressure = shown(closing.course.at(frame.time), "Pa", 3)
             with self._lock:
                 self._scene.show_gripper(frame.state, outer, None)
-                self._words.content = (
-                    f"**{frame.time:.1f} s: {pressure}**, {100.0 * touching:.0f} % of the tube "
-                    "in contact"
-                )
+                self._words.content = frame_text(frame, closing.course.at(frame.time))
         time.sleep(PULL_SECONDS / 2.0)
 
     def _pull_away(self) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 
-from spiral_core import Gripper, Pull, RodState, TimedClosing
+from spiral_core import Frame, Gripper, Pull, RodState, TimedClosing
+from spiral_core.rod.motion.motion import contact_fraction
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_gripper.files.shown import reworded, scale_of, shown
 from spiral_gripper.studio.session import Answer
@@ -90,6 +91,14 @@ def closing_line(closing: TimedClosing, rate: float) -> str:
     wrapped, end = closing.time_to_wrap, closing.frames[-1].time
     after = "" if wrapped is None else f"wrapped after {wrapped:.2f} s, "
     return f"closed at {shown(rate, 'Pa/s')}: {after}{touching} after {end:.2f} s"
+
+
+def frame_text(frame: Frame, pressure: float) -> str:
+    """Return what a moment of a closing is like, at a pressure [Pa]."""
+    touching = 100.0 * contact_fraction(frame.state)
+    return (
+        f"**{frame.time:.1f} s: {shown(pressure, 'Pa', 3)}**, {touching:.0f} % of the tube touches"
+    )
 
 
 def grip_lines(answer: Answer, settings: Settings, since: str = "") -> list[str]:

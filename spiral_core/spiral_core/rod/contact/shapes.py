@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol, TypeAlias
@@ -302,9 +302,7 @@ class SignedDistance:
         feature_radius: smallest radius of curvature that a rod meets [m], > 0.
     """
 
-    __repr__ = brief_repr
-
-    function: Callable[[Array], tuple[Array, Array]]
+    function: Callable[[Array], tuple[Array, Array]] = field(repr=False)
     feature_radius: float
 
     def __post_init__(self) -> None:
