@@ -128,6 +128,7 @@ _NAMES = {
         "ContactPath",
         "ContactState",
         "ContactStatus",
+        "SelfContact",
     ),
     "rod.equilibria": ("find_equilibria",),
     "rod.motion.frequencies": ("Modes", "vibration_modes"),

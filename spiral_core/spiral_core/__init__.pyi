@@ -148,6 +148,7 @@ from spiral_core.rod.contact.state import ContactEvent as ContactEvent
 from spiral_core.rod.contact.state import ContactPath as ContactPath
 from spiral_core.rod.contact.state import ContactState as ContactState
 from spiral_core.rod.contact.state import ContactStatus as ContactStatus
+from spiral_core.rod.contact.state import SelfContact as SelfContact
 from spiral_core.rod.equilibria import find_equilibria as find_equilibria
 from spiral_core.rod.motion.frequencies import Modes as Modes
 from spiral_core.rod.motion.frequencies import vibration_modes as vibration_modes

@@ -90,11 +90,17 @@ def test_a_pull_takes_few_iterations():
 
 
 @pytest.mark.slow
-def test_ten_thousand_increments_without_motion_move_nothing():
-    pulled = [grip(RADIUS, 1.1, 0.3), grip(RADIUS, 1.1, 0.3, -1e-5)]
-    first = follow_contact(pulled, start=closed(1.1, 45)).states[-1]
+@pytest.mark.parametrize(("pull", "share"), [(1e-5, 0.0), (0.011, 0.97), (0.016, 0.99)])
+def test_ten_thousand_increments_without_motion_move_nothing(pull, share):
+    """Pulled by little, so that some of it sticks; and near the largest force, where all slides."""
+    steps = np.append(np.arange(1e-3, pull, 1e-3), pull)
+    stations = [grip(RADIUS, 1.1, 0.3, -step) for step in (0.0, *steps)]
+    first = follow_contact(stations, start=closed(1.1, 45)).states[-1]
+    shift = np.subtract(stations[-1].obstacles[0].position, stations[0].obstacles[0].position)
+    force = -float(first.on_obstacle().force @ shift) / pull
+    assert force > share * 0.688  # its largest, after 21 mm
+    assert (0 < first.sticking.sum() < first.touching.sum()) == (share == 0.0)
     here = first
     for _ in range(10_000):
-        here = solve_contact(pulled[-1], start=here)
-    assert 0 < first.sticking.sum() < first.touching.sum()  # some of it has slid
+        here = solve_contact(stations[-1], start=here)
     assert np.abs(here.positions - first.positions).max() < 1e-9 * LENGTH

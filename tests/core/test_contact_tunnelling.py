@@ -16,6 +16,7 @@ from spiral_core import (
     ContactStatus,
     Cylinder,
     ElasticRod,
+    InvalidInputError,
     Obstacle,
     Pinned,
     Plane,
@@ -114,6 +115,34 @@ def test_needle_pushes_a_cord_of_enough_elements() -> None:
     state = solve_contact(stretched(-0.05, needle), start=start)
     assert state.normal_forces.sum() > 1.0
     assert -0.7 < state.turns[0] < -0.5  # still below it
+
+
+def coil(torsion: float, curvature: float = 60.0) -> ContactProblem:
+    """Return a coil of some turns, its pitch with the sign of its torsion."""
+    rest_strain = (torsion, 0.0, curvature)
+    return ContactProblem(ElasticRod(LENGTH, ROD.section, RADIUS, rest_strain=rest_strain))
+
+
+@pytest.mark.parametrize("stations", [2, 5])
+def test_rod_that_passes_through_itself_between_two_stations_is_reported(stations: int) -> None:
+    """A coil whose pitch changes its sign: clear at both ends of the way."""
+    path = follow_contact([coil(t) for t in np.linspace(30.0, -30.0, stations)], elements=80)
+    touch = path.self_contact
+    last = path.states[-1]
+    assert path.states[0].stable
+    assert last.self_clearance > 0.0
+    assert last.status is ContactStatus.SELF_CONTACT
+    assert not last.stable
+    with pytest.raises(InvalidInputError, match="start"):
+        follow_contact([coil(-30.0)], start=last)
+    # Turns of one pitch touch where it is two radii: torsion / curvature^2 = radius / pi or so.
+    assert touch.position / (stations - 1) == pytest.approx(0.45, abs=0.05)
+    turn = 2.0 * np.pi / 60.0
+    first, second = touch.places
+    assert second - first == pytest.approx(turn, rel=0.15)
+    before = follow_contact([coil(30.0), coil(10.0)], elements=80)
+    assert before.self_contact is None
+    assert before.states[-1].stable
 
 
 def test_turns_are_those_of_a_helix_about_each_axis() -> None:

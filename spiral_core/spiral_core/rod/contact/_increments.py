@@ -47,6 +47,7 @@ class Point:
         x: the unknowns.
         anchors: of friction.
         solution: the evidence.
+        spent: passes since the point before, those of failed attempts included.
     """
 
     at: float
@@ -54,6 +55,7 @@ class Point:
     x: Iterate
     anchors: Anchors
     solution: Solution
+    spent: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,22 +149,25 @@ def advance(
     sizes: tuple[float, float],
     first: Arrays,
     before: Point | None = None,
-) -> Iterator[Point | None]:
+) -> Iterator[Point | int]:
     """Follow the branch from ``start``, on the way from ``first`` to ``end``; yield its points.
 
-    Yields None, and ends, where the branch ends. ``sizes`` are the smallest and the largest
-    increment. ``before`` is a point passed earlier, to extrapolate from.
+    Yields the passes spent in vain, and ends, where the branch ends. ``sizes`` are the smallest and
+    the largest increment. ``before`` is a point passed earlier, to extrapolate from.
     """
     here = start
     smallest, largest = sizes
     step = first_increment(before, here, smallest, largest)
+    spent = 0
     while here.at < 1.0:
         at = min(1.0, here.at + step) if here.at + step < 1.0 - 1e-12 else 1.0
         arrays = between(first, end, at)
         x, anchors, solution, move = attempt(here, arrays, extrapolated(before, here, at))
+        spent += solution.passes
         if solution.outcome == CONVERGED and move <= 1.0:
-            before, here = here, Point(at, arrays, x, anchors, solution)
+            before, here = here, Point(at, arrays, x, anchors, solution, spent)
             yield here
+            spent = 0
             growth = GROWTH if solution.passes <= EASY_PASSES else 1.0
             step = min(largest, step * min(growth, 0.7 / max(move, 1e-9)))
             step = max(step, smallest)
@@ -171,7 +176,7 @@ def advance(
         elif step > smallest:
             step = max(smallest, step * min(0.5, 0.6 / max(move, 1e-9)))
         else:
-            yield None
+            yield spent
             return
 
 
@@ -239,16 +244,17 @@ def release(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
     """Let the rod go from a shape that need not be near a state; returns as :func:`slide`."""
     x, anchors, solution, move = attempt(here, arrays, here.x.copy())
     if solution.outcome == CONVERGED and move <= 0.5:
-        return Point(here.at, arrays, x, anchors, solution), True, [here.x.p, x.p]
-    return slide(here, arrays)
+        there = Point(here.at, arrays, x, anchors, solution, solution.passes)
+        return there, True, [here.x.p, x.p]
+    return slide(here, arrays, solution.passes)
 
 
-def slide(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
+def slide(here: Point, arrays: Arrays, spent: int = 0) -> tuple[Point, bool, list[Array]]:
     """Let the rod move, overdamped, under ``arrays`` until it rests.
 
     Each step minimizes energy plus drag (a step of the implicit Euler method), short enough that
     no node changes sides of an obstacle. Returns where it is in the end, whether it rests there,
-    and the positions (N + 1, 3) that it passed.
+    and the positions (N + 1, 3) that it passed. ``spent`` are passes to count with its own.
     """
     unit = arrays.force_scale / arrays.length
     drag = unit
@@ -256,25 +262,27 @@ def slide(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
     rests = 0
     for _ in range(SLIDE_STEPS):
         x, anchors, solution, move = attempt(here, arrays, here.x.copy(), drag)
+        spent += solution.passes
         if solution.outcome != CONVERGED or move > 1.0:
             drag *= DRAG_RISES
             if drag > 1e8 * unit:
-                return here, False, trail
+                break
             continue
         here = Point(here.at, arrays, x, anchors, solution)
         trail.append(x.p)
         if np.abs(x.p - trail[0]).max() > LOST * arrays.length:
-            return here, False, trail
+            break
         if move < 0.3:
             drag *= DRAG_FALLS
         rests = rests + 1 if move < 0.02 else 0
         if rests >= 2 or drag < 1e-8 * unit:
             x, anchors, solution, move = attempt(here, arrays, here.x.copy())
+            spent += solution.passes
             if solution.outcome == CONVERGED and move <= 0.5:
                 trail.append(x.p)
-                return Point(here.at, arrays, x, anchors, solution), True, trail
+                return Point(here.at, arrays, x, anchors, solution, spent), True, trail
             rests = 0
-    return here, False, trail
+    return replace(here, spent=spent), False, trail
 
 
 def beyond(here: Point, end: Arrays, first: Arrays, smallest: float) -> tuple[float, Arrays]:

@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
 from spiral_core.rod.contact._quaternions import matrices
-from spiral_core.rod.contact.state import ContactState, ContactStatus
+from spiral_core.rod.contact.state import ContactEvent, ContactState, ContactStatus, SelfContact
 from spiral_core.rod.types import Array
 
 # Two places closer than this along the rod, in its radii, are one place, not two that touch.
@@ -106,6 +108,14 @@ def self_clearance(positions: Array, arc_lengths: Array, radius: float) -> float
     return least - 2.0 * radius
 
 
+def nearest_places(positions: Array, arc_lengths: Array, radius: float) -> tuple[float, float]:
+    """Return the arc lengths of the two nodes that are nearest to each other, but no neighbors."""
+    away = np.linalg.norm(positions[:, None] - positions, axis=2)
+    away[np.abs(arc_lengths[:, None] - arc_lengths) <= NEIGHBORS * radius] = math.inf
+    first, second = np.unravel_index(int(np.argmin(away)), away.shape)
+    return float(arc_lengths[first]), float(arc_lengths[second])
+
+
 @compiled
 def least_distance(
     positions: Array, arc_lengths: Array, apart: float, longest: float, least: float
@@ -128,3 +138,18 @@ def least_distance(
             least = min(least, distance)
             k += max(1, int((distance - least) / longest))
     return least
+
+
+@dataclass(slots=True, eq=False)
+class PathLog:
+    """What happens on a path."""
+
+    events: list[ContactEvent] = field(default_factory=list)
+    self_contact: SelfContact | None = None
+
+    def watch(self, position: float, positions: Array, arrays: Arrays) -> None:
+        """Note whether the rod touches itself at a place of the path."""
+        if self.self_contact is None:
+            arcs, radius = arrays.arc_lengths, arrays.radius
+            if not self_clearance(positions, arcs, radius) > 0.0:
+                self.self_contact = SelfContact(position, nearest_places(positions, arcs, radius))

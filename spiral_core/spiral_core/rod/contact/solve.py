@@ -26,7 +26,7 @@ from spiral_core.rod.contact._increments import (
 )
 from spiral_core.rod.contact._mesh import Arrays, discretize, element_count, on_nodes
 from spiral_core.rod.contact._newton import CONVERGED
-from spiral_core.rod.contact._results import state_from_point
+from spiral_core.rod.contact._results import PathLog, state_from_point
 from spiral_core.rod.contact._start import from_centerline, halved, straight, unsolved
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import ContactProblem, require_alike
@@ -122,7 +122,7 @@ def _solved_on(problem: ContactProblem, arrays: Arrays, start: Array | None) -> 
     here = unsolved(arrays, x)
     there, rests, trail = release(here, arrays)
     status = None if rests else ContactStatus.NOT_HELD
-    state = state_from_point(_tried(there), there.solution.passes, status)
+    state = state_from_point(_tried(there), there.spent, status)
     return replace(state, trail=np.array(trail))
 
 
@@ -198,7 +198,7 @@ def follow_contact(
         raise InvalidInputError("smallest_increment", smallest_increment, requirement)
     require_alike(problems)
     states: list[ContactState] = []
-    events: list[ContactEvent] = []
+    log = PathLog()
     stations = list(problems)
     if start is None:
         start = solve_contact(stations.pop(0), elements=_count(problems, elements))
@@ -212,12 +212,13 @@ def follow_contact(
                 "problems", problem, "the same breaks and point loads throughout"
             )
         sizes = (smallest_increment, largest_increment)
-        reached, before, spent = _travel(here, before, end, sizes, stop_at_event, index, events)
+        reached, before, spent = _travel(here, before, end, sizes, stop_at_event, index, log)
         if reached is None:
-            return ContactPath(tuple(states), tuple(events))
-        states.append(replace(state_from_point(reached, spent), _before=before))
+            break
+        status = ContactStatus.SELF_CONTACT if log.self_contact else None
+        states.append(replace(state_from_point(reached, spent, status), _before=before))
         here = replace(reached, at=0.0)
-    return ContactPath(tuple(states), tuple(events))
+    return ContactPath(tuple(states), tuple(log.events), log.self_contact)
 
 
 def _travel(
@@ -227,7 +228,7 @@ def _travel(
     sizes: tuple[float, float],
     stop: bool,
     index: int,
-    events: list[ContactEvent],
+    log: PathLog,
 ) -> tuple[Point | None, Point | None, int]:
     """Go from a point to the next station, over the events on the way; None if the rod is lost.
 
@@ -241,30 +242,34 @@ def _travel(
     while here.at < 1.0:
         ended = False
         for point in advance(here, end, sizes, first, before):
-            if point is None:
+            if isinstance(point, int):
                 ended = True
+                spent += point
             else:
                 before, here = here, point
-                spent += point.solution.passes
+                spent += point.spent
+                log.watch(index + here.at, here.x.p, here.arrays)
         if not ended:
             break
         at, arrays = beyond(here, end, first, sizes[0])
         last = state_from_point(here, spent)
         if stop:
-            events.append(ContactEvent(index + here.at, last, None))
+            log.events.append(ContactEvent(index + here.at, last, None))
             return None, None, spent
         there, rests, trail = slide(here, arrays)
-        used = there.solution.passes
+        used = there.spent
         spent += used
         position = index + here.at
-        if not rests or len(events) >= MAX_EVENTS:
+        for passed in trail:
+            log.watch(position, passed, arrays)
+        if not rests or len(log.events) >= MAX_EVENTS:
             after = state_from_point(_tried(there), used, ContactStatus.NOT_HELD)
             after = replace(after, trail=np.array(trail))
-            events.append(ContactEvent(position, last, after))
+            log.events.append(ContactEvent(position, last, after))
             return None, None, spent
         here = replace(there, at=at)
         after = replace(state_from_point(here, used), trail=np.array(trail))
-        events.append(ContactEvent(position, last, after))
+        log.events.append(ContactEvent(position, last, after))
         before = None
     return here, before, spent
 
@@ -279,14 +284,14 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
             status = ContactStatus.INSIDE_OBSTACLE
             return state_from_point(_tried(here), 0, status)
     loaded = replace(arrays, own=first.own, rest_energy=first.rest_energy)
-    events: list[ContactEvent] = []
+    log = PathLog()
     spent = 0
     largest = FRICTION_INCREMENT if _rubs(arrays.obstacles) else 1.0
     for end in (loaded, arrays):
-        reached, _, used = _travel(here, None, end, (SMALLEST_INCREMENT, largest), False, 0, events)
+        reached, _, used = _travel(here, None, end, (SMALLEST_INCREMENT, largest), False, 0, log)
         spent += used
         if reached is None:
-            return replace(events[-1].last, iterations=spent)
+            return replace(log.events[-1].last, iterations=spent)
         here = reached
     return state_from_point(here, spent)
 

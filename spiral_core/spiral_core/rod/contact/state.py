@@ -85,7 +85,8 @@ class ContactState:
             EI/L: the certificate. Positive proves a strict local minimum of the discrete energy
             for the given friction; motions that nothing resists (a round rod spinning about its
             axis) are stiffened by 1e-9 EI/L.
-        iterations: Newton iterations spent.
+        iterations: Newton iterations spent since the state before, with those of attempts that
+            failed and of snaps.
         self_clearance: least distance between two turns of the rod's surface [m]; infinite where
             the rod is too short to touch itself.
         trail: (k, n, 3) positions that the rod passed, overdamped, where it snapped or slid to this
@@ -229,6 +230,19 @@ class ContactEvent:
         return float(np.sum(self.before.contact_lengths) - after)
 
 
+@dataclass(frozen=True, slots=True)
+class SelfContact:
+    """Where a rod on a path first touches itself.
+
+    Args:
+        position: where on the path, as an event's.
+        places: arc lengths of the two places that touch [m].
+    """
+
+    position: float
+    places: tuple[float, float]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactPath:
     """States along a path.
@@ -236,9 +250,12 @@ class ContactPath:
     Args:
         states: one for each station reached; fewer than stations if the rod was lost on the way.
         events: folds and losses, in the order met.
+        self_contact: where the rod first touched itself, in any increment or while it snapped; None
+            if it did not. States from there on are not answers, though it may be clear again.
     """
 
     __repr__ = brief_repr
 
     states: tuple[ContactState, ...]
     events: tuple[ContactEvent, ...]
+    self_contact: SelfContact | None = None
