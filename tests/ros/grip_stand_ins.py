@@ -31,6 +31,7 @@ def figures(tip=5.0e4, curling=6.0e4, loss=8.0e4, force=1.0):
         away=np.array([0.0, 1.0, 5.5]) * force,
         towards=np.array([0.0, 0.1, 0.55]) * force,
         down=np.array([0.0, 0.5, 2.75]) * force,
+        settling=np.array([0.05, 0.1, 0.1]),
         positions=nodes,
         orientations=np.tile([0.0, 0.0, 0.0, 1.0], (4, 3, 1)),
         center=(0.1, 0.0, 0.0),

@@ -23,12 +23,14 @@ def test_a_process_solves_grips_until_it_is_ended(gripper):
     with pytest.raises(NotGrippableError):
         process.answer(GripQuestion(gripper, 0.2))
     worker = process._process
-    grip = process.answer(GripQuestion(gripper, 0.011))
+    grip = process.answer(GripQuestion(gripper, 0.011, rate=1.5e4))
     assert process._process is worker
     # The prototype of the project's grip model: wrapped within 5 % of the tip criterion, held away
     # from the base far better than towards it.
     assert grip.onset_wrap == pytest.approx(grip.tip_pressure, rel=0.05)
     assert grip.away[-1] > 3.0 * grip.towards[-1] > 0.0
+    assert (grip.settling > 0.0).any()
+    assert (grip.settling < 1.0).all()  # held, it swings for less than a second
     process.end()
     assert worker.poll() is not None
     with pytest.raises(GripEndedError):

@@ -17,6 +17,7 @@ from spiral_core import WrapRegime
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
+from spiral_gripper_ros.actions.grasp import GraspAdapter
 from spiral_gripper_ros.actions.gripper_command import contact_force
 from spiral_gripper_ros.client.goals import result_of_wrap
 from spiral_gripper_ros.control.grasp import GraspGoal
@@ -26,6 +27,7 @@ from spiral_gripper_ros.control.target import Target
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.messages.markers import scene_to_msg
 from spiral_gripper_ros.node.plan_service import answer_plan_wrap
+from spiral_gripper_ros.planning.grip_figures import GripQuestion
 from spiral_gripper_ros.planning.grip_follower import InUse
 from spiral_gripper_ros.planning.grip_table import GripEntry
 from spiral_gripper_ros.planning.refining_table import RefiningTable
@@ -117,6 +119,22 @@ def test_contact_and_effort_are_those_of_the_grip_once_it_is_known(known):
     assert force == pytest.approx(status.grip.normal_force)
     by_tip = planner.line_force(seen.plan.wrap, seen.pressure_target)
     assert force != pytest.approx(by_tip * seen.plan.wrap.contact_length, rel=0.01)
+
+
+def test_a_goals_feedback_says_how_long_the_tube_will_swing(known):
+    seen = follow(known, 0.02)
+    report = SimpleNamespace(progress=1.0, elapsed=1.0)
+    update = SimpleNamespace(snapshot=seen, regime=WrapRegime.PERFECT_WRAP, report=report)
+    feedback = GraspAdapter(known.runtime).feedback(None, update)
+    assert feedback.settling_time == known.statuses[-1].grip.settling_time > 0.0
+
+
+def test_grips_are_solved_for_the_ramp_that_the_node_has(known, monkeypatch):
+    asked = []
+    monkeypatch.setattr(known.runtime.background, "solve_grip", asked.append)
+    known.set_parameters([Parameter("pressure_rate_up", value=2.0e4)])
+    known.runtime._solve_grip(GripQuestion(known.runtime.loaded.gripper, 0.02))
+    assert asked[0].rate == 2.0e4
 
 
 def test_past_the_loss_nothing_is_wrapped(known):

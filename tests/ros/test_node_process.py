@@ -15,6 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros.harness import DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode
 from std_msgs.msg import Float64
 
+from spiral_gripper_ros.planning.compilation import Compilation
 from spiral_gripper_ros.process.node_process import NODE, SIMULATOR
 from spiral_gripper_ros.process.program import choose_transport
 from spiral_gripper_ros.process.stop_signals import STARTED_BY, Parent
@@ -158,3 +159,13 @@ def test_a_first_start_says_that_it_compiles_and_can_be_stopped(
         assert node.stop(signal.SIGINT) == 0, node.log()
         assert "kernels are compiled" not in node.log()
         assert "Traceback" not in node.log()
+
+
+def test_the_process_that_compiles_ends_in_order(capfd):
+    compilation = Compilation()  # everything is cached already
+    deadline = time.monotonic() + START_DEADLINE
+    while not compilation.wait(0.1):
+        assert time.monotonic() < deadline
+    assert compilation._process.returncode == 0
+    compilation.end()
+    assert capfd.readouterr().err == ""

@@ -53,6 +53,7 @@ class GraspAdapter:
         del request
         snapshot = update.snapshot
         measured = snapshot.measured
+        grip = self._runtime.grip_message(snapshot.pressure_target)
         return Grasp.Feedback(
             state=int(snapshot.state),
             progress=update.report.progress,
@@ -61,6 +62,7 @@ class GraspAdapter:
             measured=measured is not None,
             measured_pressure=0.0 if measured is None else measured.pressure,
             regime=REGIMES[update.regime],
+            settling_time=grip.settling_time,
             elapsed=update.report.elapsed,
         )
 

@@ -35,6 +35,7 @@ def grip_to_msg(answer: GripAnswer | None, now: float, payload: float, gravity: 
         holding_force_away=answer.away,
         holding_force_towards=answer.towards,
         holding_force_down=answer.down,
+        settling_time=answer.settling,
         payload_margin=answer.down - weight if payload > 0.0 else 0.0,
     )
 

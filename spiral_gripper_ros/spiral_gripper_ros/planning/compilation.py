@@ -7,6 +7,7 @@ nor be stopped if it did it itself.
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import threading
@@ -56,7 +57,8 @@ def main() -> None:
     """Compile, unless the process that wants it goes."""
     watch = threading.Thread(target=_compile, daemon=True)
     watch.start()
-    ended = threading.Thread(target=sys.stdin.buffer.read, daemon=True)
+    # Past Python's own reader: Python aborts at its end if a thread holds that.
+    ended = threading.Thread(target=os.read, args=(sys.stdin.fileno(), 1), daemon=True)
     ended.start()
     while watch.is_alive() and ended.is_alive():
         watch.join(0.1)

@@ -16,7 +16,6 @@ import threading
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from typing import BinaryIO
 
 from spiral_core.design.procedure import design_gripper
 from spiral_core.design.report import DesignReport
@@ -137,7 +136,7 @@ def main() -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (longest, longest + 1))
     resource.setrlimit(resource.RLIMIT_DATA, (LARGEST_MEMORY, LARGEST_MEMORY))
     question, description = pickle.load(sys.stdin.buffer)
-    threading.Thread(target=_end_with_parent, args=(sys.stdin.buffer,), daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(sys.stdin.fileno(),), daemon=True).start()
     pickle.dump(_outcome(question, description), answers)
     answers.flush()
 
@@ -151,9 +150,12 @@ def _outcome(question: DesignQuestion, description: GripperDescription) -> Desig
         return error
 
 
-def _end_with_parent(pipe: BinaryIO) -> None:
-    """Wait until the process that asked has gone or no longer wants the answer; then end."""
-    pipe.read()
+def _end_with_parent(pipe: int) -> None:
+    """Wait until the process that asked has gone or no longer wants the answer; then end.
+
+    Past Python's own reader: Python aborts at its end if a thread holds that.
+    """
+    os.read(pipe, 1)
     os.kill(os.getpid(), signal.SIGKILL)
 
 

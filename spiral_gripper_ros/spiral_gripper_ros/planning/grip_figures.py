@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from spiral_core.errors import NotGrippableError
+from spiral_core.closing.settling import settling_after_ramp
+from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.grip.holding import Pull, holding_force
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup, lay_into_coil
@@ -36,12 +38,14 @@ class GripQuestion:
         friction: Coulomb's coefficient between tube and object; None: the gripper's own, or the
             cautious default of :func:`spiral_core.grip.setup.friction_of`.
         pose: a point of the object's axis [m] and its direction; None: laid into the free coil.
+        rate: of the ramp that closes the gripper [Pa/s]; 0: how long it then swings is not asked.
     """
 
     gripper: Gripper
     radius: float
     friction: float | None = None
     pose: tuple[Vector, Vector] | None = None
+    rate: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +78,8 @@ class GripFigures:
         away, towards: the largest force that holds the object against moving along its axis, away
             from the base and towards it (m,) [N].
         down: the same along gravity (m,) [N]; zeros without gravity.
+        settling: how long the tube swings on after a ramp that ends there (m,) [s]; zeros where its
+            weight is not known.
         positions, orientations: the tube's nodes at the pressures of the path (n, nodes, 3) [m],
             (n, nodes, 4), scalar last.
         center, axis: of the object [m], in the base frame.
@@ -92,6 +98,7 @@ class GripFigures:
     away: Array
     towards: Array
     down: Array
+    settling: Array
     positions: Array
     orientations: Array
     center: Vector
@@ -147,6 +154,7 @@ def solve_figures(question: GripQuestion) -> GripFigures:
         away=_forces(points, Pull.AWAY),
         towards=_forces(points, Pull.TOWARDS),
         down=_forces(points, Pull.DOWN) if has_gravity else np.zeros(FORCE_PRESSURES),
+        settling=_settling(question, points),
         positions=np.array([point.state.positions for point in window.points]),
         orientations=_aligned([point.state.orientations for point in window.points]),
         center=_vector(setup.obstacle.position),
@@ -167,6 +175,17 @@ def _setup(question: GripQuestion) -> GripSetup:
 
 def _forces(points: list[GripPoint], pull: Pull) -> Array:
     return np.array([holding_force(point, pull).force for point in points])
+
+
+def _settling(question: GripQuestion, points: list[GripPoint]) -> Array:
+    gripper, rate = question.gripper, question.rate
+    times = np.zeros(len(points))
+    if rate == 0.0:
+        return times
+    for place, point in enumerate(points):
+        with suppress(SpiralError):
+            times[place] = settling_after_ramp(gripper, point.pressure, rate, grip=point)
+    return times
 
 
 def _aligned(orientations: list[Array]) -> Array:

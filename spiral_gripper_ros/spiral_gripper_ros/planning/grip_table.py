@@ -33,6 +33,7 @@ class GripAnswer:
         normal_force: on the object, summed [N].
         away, towards, down: force that holds the object against moving along its axis away from
             the base, towards it, and along gravity [N].
+        settling: how long the tube swings on after a ramp to this pressure [s].
         regime: how the object is held.
     """
 
@@ -47,6 +48,7 @@ class GripAnswer:
     away: float
     towards: float
     down: float
+    settling: float
     regime: WrapRegime
 
 
@@ -160,8 +162,8 @@ def neighbors(radii: Sequence[float], radius: float) -> tuple[int, int] | None:
 
 
 def _at(figures: GripFigures, pressure: float) -> dict[str, float]:
-    """Return contact and forces at a pressure [Pa]; zeros where the grip is lost."""
-    names = ("contact_length", "normal_force", "away", "towards", "down")
+    """Return what changes with the pressure [Pa]; zeros where the grip is lost."""
+    names = ("contact_length", "normal_force", "away", "towards", "down", "settling")
     if figures.loss is not None and pressure >= figures.loss:
         return dict.fromkeys(names, 0.0)
     path = (figures.contact_lengths, figures.normal_forces)
@@ -169,6 +171,7 @@ def _at(figures: GripFigures, pressure: float) -> dict[str, float]:
     values = [float(np.interp(pressure, figures.pressures, each)) for each in path]
     # Below the first of its pressures nothing holds that could be relied on.
     values += [float(np.interp(pressure, figures.force_pressures, each, left=0.0)) for each in held]
+    values.append(float(np.interp(pressure, figures.force_pressures, figures.settling)))
     return dict(zip(names, values, strict=True))
 
 

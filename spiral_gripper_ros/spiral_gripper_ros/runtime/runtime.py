@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import cast
 
 from rclpy.lifecycle import LifecycleNode
@@ -16,7 +17,7 @@ from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.spec import ParameterValue
 from spiral_gripper_ros.parameters.table import limits_from_values, number
-from spiral_gripper_ros.planning.grip_figures import GripQuestion
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
@@ -155,7 +156,7 @@ class Runtime:
         Raises:
             SpiralError: the object cannot be held, or the node has ended.
         """
-        job = self.background.grips.submit(self.background.solve_grip, question)
+        job = self.background.grips.submit(self._solve_grip, question)
         return GripEntry(job.result(), self.now())
 
     def grip_message(self, pressure: float, payload: float = 0.0) -> Grip:
@@ -248,8 +249,12 @@ class Runtime:
         loaded, background = self.loaded, self.background
         if loaded is not None:
             gravity = loaded.mount.gravity
-            solve, pool = background.solve_grip, background.grips
-            loaded.grips = GripFollower(loaded.gripper, gravity, solve, pool)
+            loaded.grips = GripFollower(loaded.gripper, gravity, self._solve_grip, background.grips)
+
+    def _solve_grip(self, question: GripQuestion) -> GripFigures:
+        """Return the grip for the ramp that the node has now; called in the background."""
+        rate = number(self.values, "pressure_rate_up")
+        return self.background.solve_grip(replace(question, rate=rate))
 
     def _given_gravity(self) -> tuple[float, ...]:
         return cast("tuple[float, ...]", self.values["gravity"])
