@@ -78,6 +78,10 @@ GOALS = (
     Goal("pull of an object by 60 mm", "contact", "pull", 0.5, True, milli),
     Goal("cost of contact, order in N", "contact", "order", 1.1, True, "{:.2f}".format),
     Goal("random wraps, wrong without a word", "contact_wraps", "wrong", 0, True, count),
+    Goal("random grips, wrong or without an answer", "held", "wrong", 0, True, count),
+    Goal(
+        "two grips, from an explicit simulation", "explicit", "apart", 0.05, True, "{:.1%}".format
+    ),
     *(
         Goal(f"PyElastica on {name}", "scenarios", f"{name}_pyelastica_ratio", 1e3, False, times)
         for name in ("cantilever", "catenary", "capstan")

@@ -28,7 +28,7 @@ from spiral_core import (
 )
 
 FIGURE = Path(__file__).parent / "figures" / "contact.png"
-# tests/core/reference_dynamics.py with 60 elements: millimeters and newtons.
+# benchmarks/explicit.py with 60 elements: millimeters and newtons.
 EXPLICIT = {
     "surface": ((1, 0.495), (2, 0.572), (3, 0.599), (4, 0.618), (5, 0.634), (10, 0.680)),
     "axis": ((1, 0.967), (2, 1.548), (3, 1.610), (4, 1.641), (5, 1.661), (10, 1.685)),

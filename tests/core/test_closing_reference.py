@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from core.contact_cases import BENDING, LENGTH, OUTER, grip, rest_strain, wrap_stretch
-from core.reference_dynamics import Coil
 
+from benchmarks.explicit import Coil
 from spiral_core import ContactProblem, Damping, Inertia, solve_motion
 
 RADIUS, FRICTION, ELEMENTS = 0.015, 0.3, 60

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from core.contact_cases import BENDING, LENGTH, OUTER, grip, rest_strain, wrap_stretch
-from core.reference_dynamics import Coil
 
+from benchmarks.explicit import Coil
 from spiral_core import follow_contact, solve_contact
 
 RADIUS, FRACTION, FRICTION, ELEMENTS = 0.015, 1.1, 0.3, 60

@@ -41,6 +41,7 @@ def test_programs_get_the_window_and_the_forces(
     text = picture.read_text(encoding="utf-8")
     assert "tip criterion" in text
     assert "along gravity" in text
+    assert "60 and 120 elements: window differs by" in text
 
 
 def test_people_get_rows_and_a_table(capsys: pytest.CaptureFixture[str]) -> None:

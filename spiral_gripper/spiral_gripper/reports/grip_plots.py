@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spiral_core.errors import InvalidInputError
+from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, is_twist
 from spiral_core.grip.point import GripPoint
+from spiral_core.grip.refinement import refine
 from spiral_core.grip.study import GripCase, GripOutcome
 from spiral_core.rod.types import Vector
 from spiral_gripper.files.shown import axis_label, in_units, shown
@@ -45,8 +46,12 @@ _LABELS = {
 
 @paper_style()
 def grip_figure(grip: Grip, title: str) -> Figure:
-    """Return force against pressure with the window shaded, and the coil on the object."""
-    figure = Figure(figsize=(7.6, 3.4), layout="constrained")
+    """Return force against pressure with the window shaded, and the coil on the object.
+
+    The caption states what twice the elements change.
+    """
+    figure = Figure(figsize=(7.6, 3.6), layout="constrained")
+    figure.supxlabel(_accuracy(grip), fontsize=6.5)
     figure.suptitle(
         f"{title}; friction {grip.setup.obstacle.friction:g}, {grip.setup.closing.value}"
     )
@@ -60,6 +65,14 @@ def grip_figure(grip: Grip, title: str) -> Figure:
         draw_coil(right.add_subplot(1, 2, number), point, view)
     right.suptitle(f"{shown(point.pressure, 'Pa')}: {point.regime.value}")
     return figure
+
+
+def _accuracy(grip: Grip) -> str:
+    """Return what twice the elements change, in words."""
+    try:
+        return str(refine(grip))
+    except SpiralError as error:
+        return f"twice the elements give no grip: {error}"
 
 
 def draw_forces(axes: Axes, grip: Grip) -> None:

@@ -9,6 +9,8 @@ pull is so slow that the drag is a thousandth of what is measured; with those of
 tube in time. Errors: 1.5 % of the stiffness of contact, 1 % of the elements.
 """
 
+# ruff: noqa: ANN001, ANN202 (compiled kernels)
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, no-any-return"
 from __future__ import annotations
 
 import math
@@ -146,7 +148,7 @@ def _scale(out: Array, factor: float) -> None:
 
 
 @njit(cache=True)
-def _bend(frames, j, h, stiffness, strain, room, moment):  # type: ignore[no-untyped-def]
+def _bend(frames, j, h, stiffness, strain, room, moment):
     """Write the moment (base frame) between elements j - 1 and j: from the energy's derivative."""
     turn, w, m, a, b = room[:3], room[3], room[4], room[5], room[6]
     for p in range(3):
@@ -177,7 +179,7 @@ def _bend(frames, j, h, stiffness, strain, room, moment):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def _elastic(places, frames, h, stiffness, strain, room, forces, torques, moments):  # type: ignore[no-untyped-def]
+def _elastic(places, frames, h, stiffness, strain, room, forces, torques, moments):
     """Write what stretch, shear, bending and twist do to nodes and elements."""
     count = len(frames)
     forces[:], torques[:] = 0.0, 0.0
@@ -219,7 +221,7 @@ def _touch(
     room,
     forces,
     torques,
-):  # type: ignore[no-untyped-def]
+):
     """Add contact and friction at node i; return axial force on the cylinder and normal force."""
     count = len(torques)
     low, high = i - 1, min(i, count - 1)
@@ -264,7 +266,7 @@ def _touch(
 
 
 @njit(cache=True)
-def _move(step, kept, node, inertia, places, speeds, frames, spins, forces, torques, room):  # type: ignore[no-untyped-def]
+def _move(step, kept, node, inertia, places, speeds, frames, spins, forces, torques, room):
     """Move nodes and turn elements by a step; the first node is held."""
     count = len(frames)
     for i in range(1, count + 1):
@@ -311,7 +313,7 @@ def _advance(
     lever,
     friction,
     found,
-):  # type: ignore[no-untyped-def]
+):
     """Advance by explicit steps; write the mean forces of the last of them, return the center."""
     count = len(frames)
     forces, torques = np.zeros((count + 1, 3)), np.zeros((count, 3))

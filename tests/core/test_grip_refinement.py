@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What twice the elements change of a grip is stated, and small."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from spiral_core import Closing, Pull, grip_window, holding_force, lay_into_coil, solve_grip
+from spiral_core.grip.refinement import refine
+from spiral_gripper import load_gripper
+
+
+def test_twice_the_elements_change_a_grip_by_what_is_stated() -> None:
+    setup = lay_into_coil(load_gripper("paper_design_70"), 0.025, closing=Closing.FRICTIONLESS)
+    tip = setup.tip_pressure
+    assert tip is not None
+    stations = [fraction * tip for fraction in (0.5, 0.8, 0.92, 1.0, 1.08, 1.14)]
+    window = grip_window(setup, stations)
+    stated = refine(solve_grip(setup, (), pressures=(), window=window))
+    finer = grip_window(replace(setup, elements=2 * setup.element_count), stations)
+    assert stated.elements == setup.element_count
+    changes = []
+    for name in ("onset_wrap", "onset_curling"):
+        coarse, fine = getattr(window, name), getattr(finer, name)
+        changes.append(abs(coarse - fine) / fine)
+    assert stated.window == pytest.approx(max(changes), abs=1e-12)
+    # Onsets are located to 0.2 %; the mesh adds as much.
+    assert 0.0 <= stated.window < 5e-3
+    at = solve_grip(setup, (), pressures=(), window=window).recommended_pressure()
+    forces = [holding_force(each.at(at), Pull.AWAY).force for each in (window, finer)]
+    assert stated.force == pytest.approx(abs(forces[0] / forces[1] - 1.0), abs=1e-9)
+    assert stated.force < 0.05
+    assert 0.0 <= stated.penetration < 1e-6
+    count = setup.element_count
+    assert f"{count} and {2 * count} elements" in str(stated)
+    # Only one of the two is lost: nothing finite could be stated.
+    curled = replace(window, onset_curling=None)
+    assert refine(solve_grip(setup, (), pressures=(), window=curled)).window == math.inf
