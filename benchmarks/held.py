@@ -3,7 +3,7 @@
 
 The shipped grippers in random lengths and mounts, random cylinders, friction and closing. Each
 window is checked for balance and order. A tenth of them is computed again on half as many elements
-again, and its loss is followed to where the coil rests: still wrapped, the loss is *wrong*. A
+again, and its loss is followed to where the coil rests: a loss without a snap is *wrong*. A
 refusal's reason is checked by another way than the one that found it: the free tube's distance, or
 the same grip on more elements. Verdicts are kept in ``benchmarks/results/held.jsonl`` as they come,
 so that a run that was interrupted goes on; ``python -m benchmarks.held`` names another file.
@@ -32,6 +32,7 @@ from benchmarks.robustness import WORKERS
 from spiral_core import (
     Closing,
     Gripper,
+    GripPoint,
     GripSetup,
     GripWindow,
     NoCoilError,
@@ -40,6 +41,7 @@ from spiral_core import (
     SpiralError,
     WindowEnd,
     WrapCurve,
+    follow_contact,
     follow_loss,
     grip_window,
     gripper_from_actuator,
@@ -155,9 +157,17 @@ def _sampled(verdict: Verdict, window: GripWindow) -> Verdict:
         return verdict._replace(kind="window, the end lets go and finds no rest")
     remaining = rest.contact_length / window.points[-1].contact_length
     if rest.is_wrapped:
-        return verdict._replace(kind="WRONG: still wrapped after the loss", remaining=remaining)
+        how = "followed: a part snaps, the end stays wrapped"
+        kind = f"window, {how}" if _snaps(window, rest) else "WRONG: nothing snaps at the loss"
+        return verdict._replace(kind=kind, remaining=remaining)
     how = "most of the coil with it" if remaining < MOST else "most of the contact stays"
     return verdict._replace(kind=f"window, the end lets go, followed: {how}", remaining=remaining)
+
+
+def _snaps(window: GripWindow, rest: GripPoint) -> bool:
+    """Return whether a branch of stable states ends between the window's last one and a rest."""
+    problem = window.setup.closing_problem(rest.pressure)
+    return bool(follow_contact([problem], start=window.points[-1].state).events)
 
 
 def _finer(setup: GripSetup) -> GripWindow:
@@ -220,7 +230,7 @@ def judge_all(count: int, kept: Path | None, workers: int) -> list[Verdict]:
 def section(verdicts: list[Verdict]) -> Section:
     """Return how random grips ended: a table and its figures."""
     kinds = Counter(verdict.kind for verdict in verdicts)
-    wrong = [v for v in verdicts if v.kind.startswith(("WRONG", "no answer"))]
+    wrong = [v for v in verdicts if _is_unanswered(v.kind)]
     rows = [(kind, str(number)) for kind, number in kinds.most_common()]
     rows += [
         (what, _spread([100.0 * value for value in values if value is not None]))
@@ -243,6 +253,11 @@ def section(verdicts: list[Verdict]) -> Section:
     columns = ("outcome", "grips; or median (least, most)")
     title = f"{len(verdicts):,} random grips"
     return Section((Table(title, columns, tuple(rows), note.strip()),), values)
+
+
+def _is_unanswered(kind: str) -> bool:
+    """Return whether a verdict is wrong, or says that no answer was found."""
+    return kind.startswith(("WRONG", "no answer")) or WindowEnd.NOT_FOLLOWED.value in kind
 
 
 def _percent_off(verdict: Verdict) -> float | None:

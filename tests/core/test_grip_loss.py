@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from spiral_core import (
@@ -88,6 +89,18 @@ def test_a_fall_is_followed_until_the_end_has_let_go() -> None:
     assert window.loss is not None
     assert not fallen.is_wrapped
     assert window.loss < fallen.pressure <= 1.02 * window.loss
+
+
+def test_a_part_near_the_base_may_snap_while_the_end_stays_wrapped() -> None:
+    """The loss is the first event, also where it leaves the whole length in contact."""
+    window = lost("paper_design_70", 0.46329, 7.29616e-3, 0.75005)
+    fallen = follow_loss(window)
+    assert fallen is not None
+    assert window.end is WindowEnd.LOST
+    assert fallen.is_wrapped
+    moved = np.linalg.norm(fallen.state.positions - window.points[-1].state.positions, axis=1)
+    assert 2e-3 < moved.max() < 10e-3
+    assert np.argmax(moved) < 0.2 * len(moved)
 
 
 def test_a_loss_is_the_same_by_other_stations() -> None:

@@ -45,7 +45,7 @@ Progress = Callable[[int, int], None]
 class WindowEnd(Enum):
     """What ends a rising pressure; the value says it in words."""
 
-    LOST = "the end of the coil lets go"
+    LOST = "the wrapped coil loses stability"
     LIMIT = "the gripper's pressure limit"
     PASSED_BY = "the tip has not touched far above the tip criterion's pressure"
     SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
@@ -63,8 +63,9 @@ class GripWindow:
             with it: the perfect wrap [Pa]; None if there is none.
         onset_curling: pressure above it at which the end bridges more than a tenth of the tube's
             outer radius [Pa]; None if it does not.
-        loss: lowest pressure at which the wrapped coil has no stable shape next to the one it has:
-            its end lets go [Pa]; None if it does not. :func:`follow_loss` has what remains.
+        loss: lowest pressure at which the wrapped coil has no stable shape next to the one it has
+            and snaps: as a rule its end lets go [Pa]; None if it does not. :func:`follow_loss` has
+            what remains.
         end: what ended the path.
     """
 
@@ -128,7 +129,8 @@ def follow_loss(window: GripWindow) -> GripPoint | None:
 
     From the last stable state below the loss the pressure rises until the end has let go, by 2 % at
     most; the motion is overdamped. ``contact_length`` of the result is what stays in contact: with
-    friction it may be most of the coil. :func:`holding_force` of it is what still holds.
+    friction it may be most of the coil, or all of it where only a part near the base has snapped
+    (``is_wrapped``). :func:`holding_force` of it is what still holds.
 
     Args:
         window: of a grip.

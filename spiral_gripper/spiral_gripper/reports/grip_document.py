@@ -226,14 +226,15 @@ def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
     return checked
 
 
-def _after_loss(solved: SolvedGrip) -> dict[str, float] | None:
+def _after_loss(solved: SolvedGrip) -> dict[str, float | bool] | None:
     """Return what is left of a grip after its loss, as plain data."""
     rest = solved.rest
     if rest is None:
         return None
-    forces = {_name(pull): force for pull, force in solved.rest_forces.items()}
+    forces: dict[str, float] = {_name(pull): force for pull, force in solved.rest_forces.items()}
     return {
         "pressure": rest.pressure,
+        "wrapped": rest.is_wrapped,
         "contact_length": rest.contact_length,
         "turns": rest.turns,
         "normal_force": rest.normal_force,
@@ -283,7 +284,8 @@ def _remaining(solved: SolvedGrip, rest: GripPoint) -> str:
         f"{shown(force, _unit(pull), 3)} {_PULLS[pull]}"
         for pull, force in solved.rest_forces.items()
     )
-    return f"{shown(rest.contact_length, 'm')} of {before} in contact; holds {holds}"
+    how = "still wrapped" if rest.is_wrapped else "the end has let go"
+    return f"{how}; {shown(rest.contact_length, 'm')} of {before} in contact; holds {holds}"
 
 
 def _held(grip: Grip, pull: Pull, pressure: float) -> str:

@@ -50,7 +50,7 @@ def regime_text(answer: Answer, settings: Settings) -> str:
     if point is not None:
         return f"**{point.regime.value}** (in contact)"
     if answer.window is not None:
-        return "**lost:** the end of the coil has let go"
+        return "**lost:** the wrapped coil has lost its stability"
     regime = answer.regime(settings.pressure)
     return f"**{regime.value if regime else 'no coil'}** (free coil)"
 

@@ -69,7 +69,7 @@ class GripFigures:
         tip_pressure: of the perfect wrap by the criterion at the free coil's tip [Pa].
         onset_wrap: lowest pressure of the perfect wrap [Pa].
         onset_curling: pressure at which the tip lifts off again [Pa]; None: it does not.
-        loss: pressure at which the grip is lost, the coil's end lets go [Pa]; None: it is not.
+        loss: pressure at which the wrapped coil loses stability [Pa]; None: it does not.
         top: largest pressure at which the grip was found to hold [Pa].
         friction: coefficient used.
         pressures: of the path (n,) [Pa].
