@@ -77,6 +77,8 @@ def test_cylinder_pulled_through_a_coil_at_once_ends_where_small_steps_end() -> 
         assert abs(change) < 0.15 or way in snaps
     fast = follow_contact([pulled(0.0), pulled(0.15)], elements=80, largest_increment=1.0)
     assert fast.events  # the same folds: nothing else lets the coil off
+    for event in fast.events:  # every step of a snap takes an iteration or more
+        assert event.after.iterations >= len(event.after.trail) - 1
     np.testing.assert_allclose(
         fast.states[-1].positions, slowly.states[-1].positions, atol=1e-6 * LENGTH
     )
@@ -106,6 +108,22 @@ def test_needle_does_not_pass_between_two_nodes(needle: Shape) -> None:
     assert path.events[-1].last.status is ContactStatus.NOT_HELD  # take more elements
     jump = follow_contact([lowered[-1]], start=start, largest_increment=1.0)
     assert not jump.states
+
+
+def test_cord_passes_beyond_the_end_of_a_capsule() -> None:
+    """Its axis goes on there, but not its solid."""
+    line = np.linspace((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), 41)
+
+    def lowered(height: float) -> ContactProblem:
+        problem = stretched(height, Capsule(2.5e-3, 0.02))
+        aside = problem.obstacles[0].moved((0.0, 0.02, 0.0))
+        return replace(problem, obstacles=(aside,))
+
+    start = solve_contact(lowered(0.05), start=line, elements=40)
+    path = follow_contact([lowered(h) for h in np.linspace(0.05, -0.05, 21)], start=start)
+    assert len(path.states) == 21
+    assert not path.events
+    assert all(state.turns[0] == 0.0 for state in path.states)
 
 
 def test_needle_pushes_a_cord_of_enough_elements() -> None:

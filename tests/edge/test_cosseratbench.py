@@ -25,7 +25,8 @@ from cosseratbench.scenario import (
 from repo.source_tree import pyproject
 
 from benchmarks.hanging_cable import hanging_cable
-from spiral_gripper.interop.cosseratbench import SpiralSolver
+from spiral_core import solve_contact
+from spiral_gripper.interop.cosseratbench import SpiralSolver, problem_of
 
 SOFT = Material(youngs_modulus=1e6, shear_modulus=3e5, density=1000.0)
 BEAM = Rod(((0.0, 0.0, 0.0), (0.4, 0.0, 0.0)), radius=0.01, material=SOFT)
@@ -95,6 +96,20 @@ def test_rope_on_a_cylinder_is_held(values: dict[str, float]) -> None:
 def test_heavy_rope_is_held_by_much_friction(overhang: float) -> None:
     """Its elements are long for its tension: 3.1e-5 m at 0.95, with four times as many 1.3e-5."""
     assert answer("capstan", friction=0.6, overhang=overhang).metrics["slide"] < 4e-5
+
+
+@pytest.mark.parametrize("overhang", [0.95, 0.98])
+@pytest.mark.parametrize("friction", [0.1, 0.6])
+def test_settled_rope_moves_no_more(friction: float, overhang: float) -> None:
+    """What it slides is the way from the scenario's start, not creep."""
+    scenario = load_experiment("capstan").scenario_for(friction=friction, overhang=overhang)
+    (rod,) = scenario.rods
+    nodes = rod.nodes(100)
+    problem = problem_of(scenario, nodes, rod.directors(100))
+    settled = here = solve_contact(problem, start=nodes, elements=100)
+    for _ in range(100):
+        here = solve_contact(problem, start=here)
+    assert np.abs(here.positions - settled.positions).max() < 1e-9 * rod.length
 
 
 @pytest.mark.parametrize(
