@@ -128,6 +128,7 @@ lower-bounds:
 figures: $(INSTALLED_DEV)
 	$(BIN)/python docs/figures.py
 	$(BIN)/python docs/section_figures.py
+	$(BIN)/python docs/derivation_figures.py
 	PYTHONPATH=. $(BIN)/python docs/contact_figures.py
 
 docs: $(INSTALLED_DEV)

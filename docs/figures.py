@@ -12,7 +12,16 @@ import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure, FigureBase
 
-from spiral_core import GripPoint, Pull, grip_window, lay_into_coil, solve_grip
+from spiral_core import (
+    GripPoint,
+    GripSetup,
+    PressureCourse,
+    Pull,
+    close_on,
+    grip_window,
+    lay_into_coil,
+    solve_grip,
+)
 from spiral_gripper import load_description
 from spiral_gripper.reports.grip_plots import grip_figure, object_surface
 from spiral_gripper.reports.shaded import Surface, draw_surfaces, tube_surface
@@ -24,11 +33,12 @@ GRIPPER, OBJECT_RADIUS = "paper_design_70", 0.02
 # Seen from the side, x along the tube pointing down; the window of the pictures [mm].
 RIGHT, UP = (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)
 ACROSS, DOWN = (-75.0, 110.0), (-375.0, 25.0)
+RATES = (20e3, 200e3)  # [Pa/s]
 FRAMES_PER_SECOND, LAST_FRAME_REPEATS = 8, 12
 
 
-def draw_moment(figure: FigureBase, point: GripPoint, pole: Surface) -> None:
-    """Draw the gripper on its object at one pressure, alone on a figure."""
+def draw_moment(figure: FigureBase, point: GripPoint, pole: Surface, said: str) -> None:
+    """Draw the gripper on its object at one pressure, alone on a figure, with a line below."""
     figure.clear()
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     surfaces = [tube_surface(point.state, point.outer_radius), pole]
@@ -37,7 +47,28 @@ def draw_moment(figure: FigureBase, point: GripPoint, pole: Surface) -> None:
     axes.set_axis_off()
     text = f"{1e-3 * point.pressure:.0f} kPa"
     axes.text(0.97, 0.16, text, transform=axes.transAxes, ha="right", fontsize=11)
-    axes.text(0.97, 0.11, point.regime.value, transform=axes.transAxes, ha="right")
+    axes.text(0.97, 0.11, said, transform=axes.transAxes, ha="right")
+
+
+def draw_rates(setup: GripSetup, pressure: float, path: Path) -> None:
+    """Write a slow and a fast closing side by side, in true time."""
+    closings = [close_on(setup, PressureCourse.ramp(rate, pressure, 1.0)) for rate in RATES]
+    pole = object_surface(closings[0].settled())
+    figure = Figure(figsize=(4.8, 5.2))
+    parts = figure.subfigures(1, len(RATES))
+    count = round(FRAMES_PER_SECOND * max(closing.course.duration for closing in closings))
+
+    def draw(number: int) -> None:
+        time = number / FRAMES_PER_SECOND
+        for part, closing, rate in zip(parts, closings, RATES, strict=True):
+            frame = min(closing.frames, key=lambda one: abs(one.time - time))
+            point = GripPoint(closing.course.at(time), setup, frame.state)
+            draw_moment(part, point, pole, f"{1e-3 * rate:.0f} kPa/s, {time:.1f} s")
+
+    with paper_style():
+        frames = [*range(count), *[count - 1] * LAST_FRAME_REPEATS]
+        movie = FuncAnimation(figure, lambda k: draw(frames[k]), len(frames))
+        movie.save(path, PillowWriter(fps=FRAMES_PER_SECOND), dpi=100)
 
 
 def main() -> None:
@@ -58,13 +89,18 @@ def main() -> None:
     figure = Figure(figsize=(2.4, 5.2))
     moments = [*shown, *[shown[-1]] * LAST_FRAME_REPEATS]
     with paper_style():
-        movie = FuncAnimation(figure, lambda k: draw_moment(figure, moments[k], pole), len(moments))
+        movie = FuncAnimation(
+            figure,
+            lambda k: draw_moment(figure, moments[k], pole, moments[k].regime.value),
+            len(moments),
+        )
         movie.save(FIGURES / "closing.gif", PillowWriter(fps=FRAMES_PER_SECOND), dpi=100)
         stills = Figure(figsize=(7.0, 4.0))
         picked = np.linspace(0, len(shown) - 1, 4).round().astype(int)
         for part, number in zip(stills.subfigures(1, 4), picked, strict=True):
-            draw_moment(part, shown[number], pole)
+            draw_moment(part, shown[number], pole, shown[number].regime.value)
         stills.savefig(FIGURES / "closing.png", dpi=DPI // 2)
+    draw_rates(setup, 1.15 * float(setup.tip_pressure or 0.0), FIGURES / "closing_rates.gif")
 
 
 if __name__ == "__main__":

@@ -6,8 +6,11 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import shlex
 
 import click
+import pytest
+from click.testing import CliRunner
 from repo.source_tree import ROOT, pyproject
 
 from spiral_gripper.cli.main import spiral_gripper
@@ -47,6 +50,15 @@ def test_python_prints_what_the_readme_says() -> None:
             exec(compile(code, "README.md", "exec"), {"__name__": "__main__"})
         assert output.strip(), "a text block with what it prints follows each Python block"
         assert printed.getvalue().strip() == output.strip()
+
+
+@pytest.mark.slow
+def test_the_first_screen_has_what_its_command_prints() -> None:
+    line = next(line for line in commands() if " grip paper_design_70" in line)
+    printed = CliRunner().invoke(spiral_gripper, shlex.split(line)[1:], obj={}).output
+    shown = next(text for kind, text in BLOCKS if kind == "text").splitlines()
+    assert len(shown) >= 5
+    assert [row for row in shown if row not in printed] == []
 
 
 def test_make_targets_exist() -> None:
