@@ -42,6 +42,7 @@ _NAMES = {
     ),
     "calibration.result": ("Calibration", "Interval"),
     "calibration.selection": ("CrossValidation", "LawChoice", "choose_law", "leave_one_out"),
+    "calibration.swing": ("SwingFit", "SwingReading", "fit_swing"),
     "calibration.uncertainty": (
         "RadiusPressure",
         "pressure_uncertainty",

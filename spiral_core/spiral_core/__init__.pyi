@@ -45,6 +45,9 @@ from spiral_core.calibration.selection import CrossValidation as CrossValidation
 from spiral_core.calibration.selection import LawChoice as LawChoice
 from spiral_core.calibration.selection import choose_law as choose_law
 from spiral_core.calibration.selection import leave_one_out as leave_one_out
+from spiral_core.calibration.swing import SwingFit as SwingFit
+from spiral_core.calibration.swing import SwingReading as SwingReading
+from spiral_core.calibration.swing import fit_swing as fit_swing
 from spiral_core.calibration.uncertainty import RadiusPressure as RadiusPressure
 from spiral_core.calibration.uncertainty import pressure_uncertainty as pressure_uncertainty
 from spiral_core.calibration.uncertainty import (

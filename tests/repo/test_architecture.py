@@ -36,7 +36,7 @@ CORE_FOLDERS = {
         "wrap",
         "grip",
     },
-    "calibration": {"", "numerics", "section", "actuator", "rod", "wrap"},
+    "calibration": {"", "numerics", "section", "actuator", "rod", "rod.motion", "wrap"},
 }
 # The same for spiral_gripper; "" holds its public names.
 EDGE_FOLDERS = {

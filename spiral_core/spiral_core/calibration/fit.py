@@ -164,7 +164,7 @@ def _calibration(problem: Problem, solution: Solution) -> Calibration:
         model=problem.model,
         readings=problem.readings,
         values=solution.values,
-        covariance=accepted * _inverse_information(solution.jacobian),
+        covariance=accepted * inverse_information(solution.jacobian),
         degrees_of_freedom=freedom,
         residuals=solution.residuals,
         errors=problem.errors,
@@ -187,7 +187,7 @@ def _error_variance(problem: Problem, solution: Solution, freedom: int) -> float
     return float(np.sum(limited**2)) / (freedom * inside * inside)
 
 
-def _inverse_information(jacobian: Array) -> Array:
+def inverse_information(jacobian: Array) -> Array:
     """Return (J^T J)^-1 by singular values of J with its columns scaled to length one.
 
     A direction that no reading sees at all would divide by zero; the smallest positive float times

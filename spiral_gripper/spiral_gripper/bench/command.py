@@ -182,6 +182,18 @@ def measured_curve(
     return measured_actuation_from_readings(readings, actuator.tube.length, actuator.fiber_pair)
 
 
+def held_air(options: CommandOptions) -> float | None:
+    """Return the factor on the air's drag that a fit of a free swing holds; None if it does not.
+
+    Raises:
+        InvalidInputError: something else is held, or it is negative.
+    """
+    held = _pairs("--hold", options.hold)
+    for name in held.keys() - {"air"}:
+        raise InvalidInputError("--hold", name, "air: a free swing tells the damping alone")
+    return parse_number(held["air"]) if held else None
+
+
 def _cross_validation(calibration: Calibration) -> CrossValidation | None:
     """Return the leave-one-out errors, or None if there are too few readings for them."""
     try:

@@ -203,6 +203,9 @@ def _check_columns(
 ) -> None:
     """Note what no row could make up for: columns and errors that are missing."""
     line = table.header_line
+    for name in ("time", "displacement", "displacement_error"):
+        if name in table.columns:
+            table.complain(line, name, "is of a free swing; use --free-swing, or ignore it by name")
     if not kinds:
         table.complain(line, "", f"no column holds a measurement: one of {_names(_KINDS)}")
     for name in sorted(options.errors.keys() - ERROR_COLUMNS.keys()):

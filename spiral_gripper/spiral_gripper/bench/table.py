@@ -38,6 +38,9 @@ COLUMNS: Final = MappingProxyType(
         "position_error": Dimension.LENGTH,
         "object_radius": Dimension.LENGTH,
         "object_radius_error": Dimension.LENGTH,
+        "time": Dimension.TIME,
+        "displacement": Dimension.LENGTH,
+        "displacement_error": Dimension.LENGTH,
     }
 )
 

@@ -91,6 +91,11 @@ DRAWS_MAX: Final = 100_000
     help="Fit nothing: write the measured curvature and torsion into the gripper file.",
 )
 @click.option(
+    "--free-swing",
+    is_flag=True,
+    help="Fit the damping of material and air to the tip's displacement against time.",
+)
+@click.option(
     "--radius",
     "radii",
     multiple=True,
@@ -131,6 +136,7 @@ def calibrate(
     gripper: str,
     files: tuple[Path, ...],
     measured_curve: bool,
+    free_swing: bool,
     save: Path | None,
     no_save: bool,
     as_json: bool,
@@ -152,9 +158,14 @@ def calibrate(
 
     stated = CommandOptions(**options)
     description = described(gripper)
+    if free_swing:
+        if measured_curve or save is not None:
+            raise click.UsageError("--free-swing writes no gripper file and excludes other kinds")
+        _refuse_unused("--free-swing fits the damping only", stated, plot, report, "--hold")
+        return _fit_swing(description, files, stated, as_json)
     measurements = load_files(description, files, stated)
     if measured_curve:
-        _refuse_beside_curve(stated, plot, report)
+        _refuse_unused("--measured-curve fits nothing", stated, plot, report)
         return _write_curve(description, measurements, save, no_save, as_json)
     result = _calibrate(description, measurements, stated, as_json)
     refusals = [_told(error) for error in result.refusals]
@@ -233,8 +244,33 @@ def _write_curve(
     return 0
 
 
-def _refuse_beside_curve(options: CommandOptions, plot: Path | None, report: Path | None) -> None:
-    """Refuse options of a fit where nothing is fitted."""
+def _fit_swing(
+    description: GripperDescription, files: tuple[Path, ...], options: CommandOptions, as_json: bool
+) -> int:
+    """Fit the damping to a free swing and print it."""
+    from spiral_gripper.bench.command import held_air
+    from spiral_gripper.bench.swing import (
+        fit_free_swing,
+        require_one_file,
+        swing_as_dict,
+        swing_lines,
+    )
+    from spiral_gripper.cli.output import print_json
+
+    path, air = require_one_file(files), held_air(options)
+    fit = fit_free_swing(description, path, options.measurement_options(), air)
+    length, level = description.gripper.tube.length, options.level
+    if as_json:
+        print_json(swing_as_dict(fit, length, level))
+    else:
+        click.echo("\n".join(swing_lines(fit, length, level)))
+    return 0
+
+
+def _refuse_unused(
+    reason: str, options: CommandOptions, plot: Path | None, report: Path | None, but: str = ""
+) -> None:
+    """Refuse options that a fit of the law has, where there is none."""
     given = {
         "--law": options.laws,
         "--fit": options.quantities,
@@ -246,8 +282,8 @@ def _refuse_beside_curve(options: CommandOptions, plot: Path | None, report: Pat
         "--report": report,
     }
     for name, value in given.items():
-        if value:
-            raise click.UsageError(f"--measured-curve fits nothing: leave {name} out")
+        if value and name != but:
+            raise click.UsageError(f"{reason}: leave {name} out")
 
 
 def _told(error: SpiralError) -> str:

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A free swing of the tip: from its CSV file to the damping, in words and as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
+from spiral_core.calibration.result import Scatter
+from spiral_gripper.bench.errors import BadCell, MeasurementError
+from spiral_gripper.bench.measurements import MeasurementOptions, stated_error
+from spiral_gripper.bench.table import MeasurementTable, read_table
+from spiral_gripper.files.description import GripperDescription
+from spiral_gripper.files.shown import number, shown
+from spiral_gripper.files.storage import FileError, read_text
+
+# Larger swings, as a fraction of the length, decay otherwise than small ones.
+LARGE_SWING = 0.15
+NEEDED = ("time", "displacement", "pressure")
+UNITS = {"retardation_time": "s", "air": "1"}
+
+
+def fit_free_swing(
+    description: GripperDescription,
+    path: Path,
+    options: MeasurementOptions,
+    air: float | None = None,
+) -> SwingFit:
+    """Return the damping of a gripper from a file of its free swing.
+
+    Args:
+        description: the gripper, mounted as it was when it swung.
+        path: CSV file with the columns time, displacement and pressure.
+        options: what is stated beside the file.
+        air: factor on the air's drag that is held; None fits it too.
+
+    Raises:
+        MeasurementError: the file cannot be used; the error names every bad line and column.
+        InvalidInputError: it holds no swing of this gripper.
+        SolverError: the fit did not converge.
+    """
+    readings, pressure = _read(path, options)
+    swing = _measured_swing(description, pressure)
+    return fit_swing(swing, readings, air=air)
+
+
+def swing_lines(fit: SwingFit, length: float, level: float) -> list[str]:
+    """Return the report on a free swing; ``length`` is the tube's [m]."""
+    lines = [f"free swing of {fit.frequency:.3g} Hz, {shown(fit.amplitude, 'm', 3)} at first"]
+    for name, value in zip(fit.names, fit.values, strict=True):
+        unit, (low, high) = UNITS[name], fit.interval(name, level)
+        told = f"{shown(float(value), unit, 4)}, {100.0 * level:.4g} % interval"
+        lines.append(f"{name}: {told} {number(low, unit, 4)} to {shown(high, unit, 4)}")
+    lines.append(f"residuals: {fit.error_scale:.3g} times the stated errors")
+    return lines + [f"warning: {text}" for text in swing_warnings(fit, length)]
+
+
+def swing_warnings(fit: SwingFit, length: float) -> list[str]:
+    """Return what is to be doubted about a fit, a sentence each."""
+    found = []
+    if fit.amplitude > LARGE_SWING * length:
+        most = shown(LARGE_SWING * length, "m", 2)
+        found.append(f"the swing is large: leave out what comes before it is below {most}")
+    if fit.scatter is not Scatter.AS_STATED:
+        scale = f"the residuals are {fit.error_scale:.3g} times the stated errors"
+        found.append(f"{scale}, {fit.scatter.value.replace('the law does', 'one swing does')}")
+    found += [f"{name} ended at zero" for name in fit.at_bound]
+    if "air" in fit.names and not fit.interval("air").low > 0.0:
+        found.append("the readings do not tell the air from the material: --hold air=1")
+    return found
+
+
+def swing_as_dict(fit: SwingFit, length: float, level: float) -> dict[str, Any]:
+    """Return the report on a free swing for programs, in SI."""
+    return {
+        "values": {
+            name: {"value": float(value), "interval": list(fit.interval(name, level))}
+            for name, value in zip(fit.names, fit.values, strict=True)
+        },
+        "level": level,
+        "frequency": fit.frequency,
+        "amplitude": fit.amplitude,
+        "readings": len(fit.residuals),
+        "degrees_of_freedom": fit.degrees_of_freedom,
+        "error_scale": fit.error_scale,
+        "warnings": swing_warnings(fit, length),
+    }
+
+
+def _measured_swing(description: GripperDescription, pressure: float) -> Swing:
+    """Return the slowest vibration of the gripper at a pressure [Pa]."""
+    most = description.gripper.pressure_max
+    if not pressure <= most:
+        requirement = f"at most the gripper's limit, {shown(most, 'Pa')}"
+        raise InvalidInputError("pressure", shown(pressure, "Pa"), requirement)
+    return vibrations(description.gripper, pressure, 1).swings[0]
+
+
+def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], float]:
+    """Return the readings of a file, and the one pressure at which they were made [Pa]."""
+    try:
+        text = read_text(path)
+    except FileError as error:
+        problem = BadCell(str(path), None, None, "", f"cannot be read: {error.reason}")
+        raise MeasurementError([problem]) from None
+    table = read_table(text, str(path), options.units, options.ignored)
+    _check_columns(table, options)
+    table.raise_problems()
+    readings, pressures = [], []
+    for row in table.rows:
+        missing = [name for name in NEEDED if name not in row.values]
+        for name in missing:
+            table.complain(row.line, name, "is blank, but a swing is nothing without it")
+        if missing:
+            continue
+        value = row.values["displacement"]
+        known = row.values.get("displacement_error")
+        if known is None:
+            stated = options.errors.get("displacement", "0 m")
+            known = stated_error(stated, "displacement", value)
+        try:
+            readings.append(SwingReading(row.values["time"], value, known))
+        except InvalidInputError as problem:
+            name = "displacement_error" if problem.field == "error" else problem.field
+            table.complain(row.line, name, f"must be {problem.requirement}")
+        pressures.append(row.values["pressure"])
+        if pressures[-1] != pressures[0] or not pressures[0] >= 0.0:
+            table.complain(row.line, "pressure", "must be one gauge pressure >= 0 for a swing")
+    table.raise_problems()
+    times = [one.time for one in readings]
+    if len(set(times)) < len(times):
+        table.complain(None, "time", "holds a time twice: one swing a file")
+    table.raise_problems()
+    return readings, pressures[0]
+
+
+def _check_columns(table: MeasurementTable, options: MeasurementOptions) -> None:
+    """Note columns that are missing, or are of no swing."""
+    line = table.header_line
+    for name in NEEDED:
+        if name not in table.columns:
+            table.complain(line, name, "is missing; a free swing is nothing without it")
+    if "displacement_error" not in table.columns and "displacement" not in options.errors:
+        reason = "is missing; state how well displacement was measured, or beside the file"
+        table.complain(line, "displacement_error", reason)
+    for name in table.columns.keys() - {*NEEDED, "displacement_error"}:
+        table.complain(line, name, "is of no free swing; leave it out or ignore it by name")
+    for name in options.errors.keys() - {"displacement"}:
+        table.complain(None, name, "an error is stated for this, but can be only for displacement")
+
+
+def require_one_file(files: Sequence[Path]) -> Path:
+    """Return the one file of a swing; refuse several."""
+    if len(files) != 1:
+        raise InvalidInputError("--free-swing", f"{len(files)} files", "with one file, one swing")
+    return files[0]
