@@ -192,7 +192,8 @@ class _Data:
         own, ends = self.swing.frequency, float(self.times[-1])
         if not len(self.times) >= LEAST_READINGS * ends * own:
             per = len(self.times) / (ends * own)
-            requirement = f"at least {LEAST_READINGS:g} in each swing of {own:.3g} Hz (check the unit of time)"
+            each = f"at least {LEAST_READINGS:g} in each swing of {own:.3g} Hz"
+            requirement = f"{each} (check the unit of time)"
             raise InvalidInputError("readings", f"{per:.2g} in a swing", requirement)
         best = (math.inf, 0.0, np.zeros(3))
         start = Damping()
