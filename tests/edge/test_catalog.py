@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from spiral_core import MooneyRivlin
+from spiral_core import MooneyRivlin, PressureLaw
 from spiral_gripper import DescriptionError, available_grippers, load_description, load_gripper
 from spiral_gripper.files.catalog import find_description
 
@@ -59,6 +59,16 @@ def test_shipped_files_say_where_each_figure_comes_from(name):
     assert len(commented) >= 10
     assert all(line.strip().startswith(plain) for line in figures if line not in commented)
     assert all(len(line) <= 100 for line in lines)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_files_say_which_law_their_constants_belong_to(name):
+    description = load_description(name)
+    assert description.written["model.pressure_law"] == "uniform"
+    assert description.actuator.pressure_law is PressureLaw.UNIFORM
+    comments = (CONFIG / f"{name}.yaml").read_text(encoding="utf-8").split("model:")[1]
+    said = " ".join(line.strip().removeprefix("#").strip() for line in comments.splitlines())
+    assert "chosen with the paper's law, the wall stretched evenly: they belong to it" in said
 
 
 def test_a_name_is_a_shipped_gripper_whatever_the_folder_holds(tmp_path, monkeypatch):

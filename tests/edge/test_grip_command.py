@@ -12,6 +12,13 @@ import pytest
 from spiral_gripper.cli.main import run
 
 ASKED = ["grip", "paper_design_70", "--radius", "25 mm", "--frictionless-closing"]
+SECTION_LAW = """name: mine
+tube: {inner_radius: 4.7625 mm, wall_thickness: 1/32 in, length: 400 mm}
+fibers: {alpha: 88 deg, beta: 70 deg}
+material: {law: neo_hookean, c1: 100 kPa, density: 0.95 g/cm^3}
+mount: {gravity_direction: [1, 0, 0]}
+limits: {pressure_max: 14 psi}
+"""
 KEYS = (
     "pressures", "contact_length", "normal_force", "holding_force_away", "holding_force_towards",
     "onset_wrap", "onset_curling", "loss", "recommended_pressure", "contact_pressure",
@@ -43,6 +50,29 @@ def test_programs_get_the_window_and_the_forces(
     assert "tip criterion" in text
     assert "along gravity" in text
     assert "60 and 120 elements: window differs by" in text
+
+
+def test_every_command_takes_the_sections_stiffness(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Shape, wrap and grip from a file that asks for it, and from one that does not."""
+    answers = []
+    for extra in ("", "stiffness: {section_at: 55 kPa}\n"):
+        file = tmp_path / f"mine{len(extra)}.yaml"
+        file.write_text(SECTION_LAW + extra, encoding="utf-8")
+        asked = (["shape", "--pressure", "40 kPa"], ["wrap", "--radius", "20 mm"],
+                 ["grip", "--radius", "20 mm"])  # fmt: skip
+        found = []
+        for command, *options in asked:
+            assert run([command, str(file), *options, "--json"]) == 0
+            found.append(json.loads(capsys.readouterr().out))
+        answers.append(found)
+    (_, wrapped, _), (_, wrap, grip) = answers
+    assert grip["tip_criterion"] == pytest.approx(wrap["pressure"], rel=1e-6)
+    assert grip["onset_wrap"] == pytest.approx(wrap["pressure"], rel=0.02)
+    assert wrap["pressure"] < 0.99 * wrapped["pressure"]  # gravity unbends it less
+    tips = [np.array(shape["positions"][-1]) for shape, *_ in answers]
+    assert np.linalg.norm(tips[1] - tips[0]) > 0.02
 
 
 def test_people_get_rows_and_a_table(capsys: pytest.CaptureFixture[str]) -> None:

@@ -141,14 +141,19 @@ def test_allowed_single_fibers():
 def test_allowed_pressures_of_the_sections_stiffness():
     assert ROWS["stiffness.section_at"][2] == "0 to the pressure limit"
     annulus = read(SMALLEST).gripper.stiffness
-    for pressure, (bending, torsional, sideways) in {
-        "0 kPa": (3.8, 15.0, 1.26), "80 kPa": (2.2, 10.3, 0.97),
+    for pressure, (bending, torsional, sideways, slope) in {
+        "0 kPa": (3.8, 15.0, 1.26, -0.61), "80 kPa": (2.2, 10.3, 0.97, -0.56),
     }.items():  # fmt: skip
         section = read(with_field("stiffness.section_at", pressure)).gripper.stiffness
         compliance = np.linalg.inv(np.array(section.matrix))
-        # One motion is free, of bending and twist; fibers that give a thirtieth add to both.
-        assert 1.0 / compliance[2, 2] == pytest.approx(bending * annulus.bending, rel=0.03)
-        assert 1.0 / compliance[0, 0] == pytest.approx(torsional * annulus.torsional, rel=0.12)
+        # One motion is free, of bending and twist; what the fibers give adds to both.
+        bends = annulus.bending * bending / (1.0 + slope**2 / FIBER_STIFFNESS)
+        twists = annulus.torsional * torsional / (1.0 + 1.0 / (FIBER_STIFFNESS * slope**2))
+        assert 1.0 / compliance[2, 2] == pytest.approx(bends, rel=0.02)
+        assert 1.0 / compliance[0, 0] == pytest.approx(twists, rel=0.02)
+        twist_as_it_bends = compliance[0, 2] / compliance[2, 2]
+        expected = slope * (1.0 - 1.0 / FIBER_STIFFNESS) / (1.0 + slope**2 / FIBER_STIFFNESS)
+        assert twist_as_it_bends == pytest.approx(expected, rel=0.02)
         assert section.sideways == pytest.approx(sideways * annulus.bending, rel=0.01)
         stiff = np.linalg.eigvalsh(np.array(section.matrix)[np.ix_([0, 2], [0, 2])])
         assert stiff[1] == pytest.approx(FIBER_STIFFNESS * stiff[0])

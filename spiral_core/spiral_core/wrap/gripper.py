@@ -37,9 +37,10 @@ FRICTION_MAX = 10.0
 # below a hundredth, curves of wraps take minutes.
 LARGEST_STIFFNESS_RATIO = 100.0
 # Fibers that do not stretch forbid all but one combination of bending and twist. A rod takes them
-# as this many times as stiff as what they allow. Tips are then 0.2 to 2 % of the length from where
-# 1000 times puts them, for which solves take a hundred times as long.
-FIBER_STIFFNESS = 30.0
+# as this many times as stiff as what they allow: hanging tips are then 0.7 to 1.6 % of the length
+# from where 1000 times puts them, at 55 kPa and more. With 30 times friction moves a closing coil
+# in snaps too small to follow.
+FIBER_STIFFNESS = 10.0
 
 
 @dataclass(frozen=True, slots=True)
