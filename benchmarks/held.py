@@ -269,7 +269,7 @@ def _spread(values: list[float]) -> str:
     """Return median, least and most of some figures."""
     if not values:
         return "none"
-    return f"{np.median(values):.2g} ({min(values):.2g}, {max(values):.2g}) of {len(values)}"
+    return f"{np.median(values):.3g} ({min(values):.3g}, {max(values):.3g}) of {len(values)}"
 
 
 def measure(effort: Effort) -> Section:

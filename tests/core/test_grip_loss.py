@@ -103,6 +103,21 @@ def test_a_part_near_the_base_may_snap_while_the_end_stays_wrapped() -> None:
     assert np.argmax(moved) < 0.2 * len(moved)
 
 
+def test_a_tube_that_is_pulled_taut_is_not_what_holds_a_payload() -> None:
+    """Along gravity, 12 degrees off the object's axis, the tube would be taut after two diameters.
+
+    It would then pull with 60 N; the object slides at 0.7 N.
+    """
+    setup = lay_into_coil(load_gripper("paper_design_70"), 0.01615)
+    tip = setup.tip_pressure
+    assert tip is not None
+    window = grip_window(setup, [fraction * tip for fraction in (0.6, 0.9, 0.98, 1.1)])
+    away, down = (holding_force(window.points[-1], pull) for pull in (Pull.AWAY, Pull.DOWN))
+    assert away.force == pytest.approx(0.73, rel=0.05)
+    assert 0.5 * away.force < down.force < 1.5 * away.force
+    assert down.displacement <= 2.0 * 0.01615
+
+
 def test_a_loss_is_the_same_by_other_stations() -> None:
     """Located to 0.5 % with friction, along another way to 1 %; to 0.2 % without."""
     for closing, tolerance in ((Closing.SLOW, 0.015), (Closing.FRICTIONLESS, 4e-3)):

@@ -23,6 +23,9 @@ TURN_STEP = 0.1
 RISE = 0.01
 STEADY_STEPS = 6
 MOST_STEPS = 60
+# Along gravity a straight way off the object's axis pulls the tube taut in the end, with many times
+# the force at which the object slides: only the first diameter of the object counts.
+MOST_STEPS_DOWN = 20
 
 
 class Pull(Enum):
@@ -111,7 +114,7 @@ def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
     forces = [] if state is None else [_resistance(state, direction, turning)]
     while state is not None:
         count = len(forces)
-        if count > MOST_STEPS:
+        if count > (MOST_STEPS_DOWN if pull is Pull.DOWN else MOST_STEPS):
             end = PullEnd.STEP_LIMIT
             break
         way = tuple((count * step * direction).tolist())
