@@ -169,7 +169,7 @@ def motion_figure(gripper: Gripper) -> Figure:
         left.plot(motion.times, tips, style, color=color_of(number), label=label)
     left.set(xlabel="time [s]", ylabel="y of the tip [mm]")
     left.set_ylim(-180.0, 240.0)
-    left.legend(loc="upper center", ncols=3)
+    left.legend(loc="upper center", ncols=3, columnspacing=1.0, handlelength=1.4)
     pressure = 1.15 * float(setup.tip_pressure or PRESSURE)
     for number, rate in enumerate(RATES):
         closing = close_on(setup, PressureCourse.ramp(rate, pressure, 1.0))
