@@ -348,6 +348,14 @@ def test_rviz_shows_our_frame():
     assert options["Fixed Frame"] == TABLES["spiral_gripper_node"]["frame_id"]
 
 
+def test_rviz_has_the_robot_model_and_its_frames_to_be_switched_on():
+    by_class = {display["Class"].split("/")[1]: display for display in displays()}
+    description = by_class["RobotModel"]["Description Topic"]
+    assert description["Value"] == "robot_description"
+    assert description["Durability Policy"] == "Transient Local"  # as its publisher offers it
+    assert "TF" in by_class
+
+
 def test_rviz_shows_topics_that_are_published_as_it_asks_for_them(client, namespace):
     latched = {True: "Transient Local", False: "Volatile"}
     shown = {

@@ -13,8 +13,10 @@ from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros.harness import DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode
+from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 
+from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.planning.compilation import Compilation
 from spiral_gripper_ros.process.node_process import NODE, SIMULATOR
 from spiral_gripper_ros.process.program import choose_transport
@@ -154,8 +156,7 @@ def test_a_first_start_says_that_it_compiles_and_can_be_stopped(
     environment = {"NUMBA_CACHE_DIR": str(tmp_path)}
     with RunningNode(namespace, {"autostart": autostart}, environment=environment) as node:
         client.wait_until(lambda: "numerical kernels" in node.log(), "the line about it")
-        if autostart == "true":
-            assert "not active" in client.release().message
+        assert "not active" in client.release().message
         assert node.stop(signal.SIGINT) == 0, node.log()
         assert "kernels are compiled" not in node.log()
         assert "Traceback" not in node.log()
@@ -169,3 +170,39 @@ def test_the_process_that_compiles_ends_in_order(capfd):
     assert compilation._process.returncode == 0
     compilation.end()
     assert capfd.readouterr().err == ""
+
+
+def test_a_node_that_was_killed_takes_the_pressure_over_and_drops_nothing(client, namespace):
+    """The regulator remembers the last command, and measures it."""
+    regulator = client.create_publisher(FluidPressure, "measured_pressure", 1)
+    measured = FluidPressure()
+
+    def measure():
+        if client.pressures:
+            measured.fluid_pressure = client.pressures[-1]
+        regulator.publish(measured)
+
+    timer = client.create_timer(0.02, measure)
+    parameters = {**FAST_RAMP, **PATIENT, "activation": "take_over"}
+    with RunningNode(namespace, parameters) as node:
+        client.wait_until_active()
+        held = client.wrap(0.02).pressure_command
+        os.kill(node.process_id, signal.SIGKILL)
+        assert node.wait(DEADLINE)
+    client.pressures[:] = [held]
+    with RunningNode(namespace, parameters):
+        client.wait_for_state(State.TAKEN_OVER)
+        client.hear_more(20)
+        assert min(client.pressures) > 0.99 * held
+    client.destroy_timer(timer)
+
+
+@pytest.mark.slow
+def test_what_is_counted_as_missing_is_compiled_and_kept(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    compiler = [sys.executable, "-m", "spiral_gripper_ros.planning.compilation"]
+    with subprocess.Popen(compiler, stdin=subprocess.PIPE, env=environment) as process:
+        assert process.wait() == 0
+    count = "from spiral_gripper_ros.planning.compilation import missing_kernels as m; print(m())"
+    found = subprocess.check_output([sys.executable, "-c", count], env=environment)
+    assert found.strip() == b"0"

@@ -96,17 +96,31 @@ def check_cache(facts: Facts, cache: KernelCache | None = None) -> Finding:
 
 def check_kernels(facts: Facts) -> Finding:
     """Start the solver as a node does: kernels are loaded, and compiled where they are missing."""
+    del facts
+    missing = KernelCache.here()
+    start = time.monotonic()
+    compile_kernels()
+    return kernels_finding(time.monotonic() - start, missing, KernelCache.here())
+
+
+def compile_kernels() -> None:
+    """Compile every kernel that :class:`KernelCache` counts, where it is not kept."""
+    from spiral_core.rod.path import follow_path
+    from spiral_core.rod.solve import solve_rod
+    from spiral_core.rod.types import Rod, RodLoad
     from spiral_core.wrap.curve import WrapCurve
     from spiral_gripper.files.catalog import available_grippers
     from spiral_gripper.files.description import load_gripper
 
-    del facts
-    gripper = load_gripper(available_grippers()[0])
-    missing = KernelCache.here()
-    start = time.monotonic()
-    curve = WrapCurve(gripper)
+    curve = WrapCurve(load_gripper(available_grippers()[0]))
     curve.wrap_for_radius(0.5 * (curve.radius_min + curve.radius_max))
-    return kernels_finding(time.monotonic() - start, missing, KernelCache.here())
+    # Those of rods alone, uniform ones and others, which wraps do without.
+    load = RodLoad(distributed=(0.24, 0.0, 0.0))
+    rods = [Rod(0.3, 3e-4, 2e-4, (-0.5 * bend, 0.0, bend)) for bend in (5.0, 10.0)]
+    follow_path(rods, load)
+    varying = Rod(0.3, lambda s: 3e-4 * (1.0 + s), 2e-4, (-5.0, 0.0, 10.0))
+    for rod in (rods[0], varying):
+        solve_rod(rod, load, start=solve_rod(rod, load))
 
 
 def kernels_finding(elapsed: float, before: KernelCache, after: KernelCache) -> Finding:

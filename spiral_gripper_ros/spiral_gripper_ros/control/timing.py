@@ -5,12 +5,16 @@ from __future__ import annotations
 
 from spiral_core.validation import require_finite
 from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.pressure_monitor import LONGEST_STEP
 from spiral_gripper_ros.control.refusals import lost_client, stale_gravity
 from spiral_gripper_ros.control.states import NOT_REFUSED, Refusal
 
 # Longest time that one reading may add [s]: longer than any time-out, so that all of them act, and
 # short enough that time is still told apart to a microsecond after ten thousand such leaps.
 LONGEST_LEAP = 1.0e5
+# Until a node that has just started finds a sensor, which may take so long on a busy machine [s]:
+# 0 Pa before that would let go of an object.
+LONGEST_DISCOVERY = 5.0
 
 
 class InnerClock:
@@ -79,18 +83,26 @@ class TakeOver:
 
     def __init__(self) -> None:
         self.waits = False
-        self._since: float | None = None
+        self._silence = 0.0
+        self._checked_at: float | None = None
 
     def start(self) -> None:
         """Wait from the next :meth:`check` on."""
-        self.waits, self._since = True, None
+        self.waits, self._silence, self._checked_at = True, 0.0, None
 
     def end(self) -> None:
         """Wait no longer."""
         self.waits = False
 
     def check(self, now: float, limits: Limits) -> None:
-        """Give up at a time [s] once no pressure has come for ``measured_pressure_timeout``."""
-        if self._since is None:
-            self._since = now
-        self.waits = self.waits and now - self._since <= limits.measured_pressure_timeout
+        """Give up at a time [s] once no pressure has come for long enough.
+
+        That is ``measured_pressure_timeout``, and at least ``LONGEST_DISCOVERY``. A stall of this
+        process counts in part only, as in the pressure's monitor: it may have held up a message.
+        """
+        longest = max(limits.measured_pressure_timeout, LONGEST_DISCOVERY)
+        if self._checked_at is not None:
+            step = max(now - self._checked_at, 0.0)
+            self._silence += min(step, LONGEST_STEP * longest)
+        self._checked_at = now
+        self.waits = self.waits and self._silence <= longest

@@ -7,6 +7,7 @@ What it promises is written in ``docs/node.md``. What it commands is decided in
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.executors import MultiThreadedExecutor
@@ -50,6 +51,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         self._display = Display(self, self.runtime)
         self._served = Services(self, self.runtime)
         self._diagnosis = Diagnosis(self, self.runtime)
+        # Returns whether the kernels are there; a process that compiles them lets it wait.
+        self.wait_for_kernels: Callable[[], bool] = lambda: True
         self._inputs: Inputs | None = None
         self._timer: Timer | None = None
 
@@ -63,6 +66,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
     @guarded_transition
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the gripper, solve its whole range once, and connect."""
+        if not self.wait_for_kernels():
+            return TransitionCallbackReturn.FAILURE
         self.runtime.load()
         self.runtime.outputs.configure()
         self._inputs = Inputs(self, self.runtime)

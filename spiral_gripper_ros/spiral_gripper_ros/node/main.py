@@ -93,7 +93,7 @@ def main(args: list[str] | None = None) -> int:
 def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals) -> None:
     """Compile what is not cached, in another process; meanwhile services are answered.
 
-    Without autostart they are not: the next request configures.
+    Only a request to configure waits for it.
     """
     from spiral_gripper_ros.planning.compilation import Compilation, missing_kernels
 
@@ -104,12 +104,19 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
         f"compiling {count} numerical kernels, once for this installation: half a minute or more"
     )
     compilation = Compilation()
+
+    def wait() -> bool:
+        while not compilation.wait(LONGEST_WAIT):
+            if signals.requested:
+                return False
+        return True
+
+    node.wait_for_kernels = wait
     try:
-        while not compilation.wait(0.0 if node.runtime.values["autostart"] else LONGEST_WAIT):
+        while not compilation.wait(0.0):
             if signals.requested:
                 return
-            if node.runtime.values["autostart"]:
-                loop.turn()
+            loop.turn()
     finally:
         compilation.end()
     node.get_logger().info("the kernels are compiled")

@@ -15,7 +15,7 @@ from importlib import import_module
 
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper import load_gripper
-from spiral_gripper.doctor.gripper import KernelCache
+from spiral_gripper.doctor.gripper import KernelCache, compile_kernels
 from spiral_gripper.files.catalog import available_grippers
 from spiral_gripper_ros.planning.planner import GripperPlanner
 
@@ -65,6 +65,7 @@ def main() -> None:
 
 
 def _compile() -> None:
+    compile_kernels()
     gripper: Gripper = load_gripper(available_grippers()[0])
     GripperPlanner(gripper).warm_up()
 

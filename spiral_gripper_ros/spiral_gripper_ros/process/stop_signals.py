@@ -28,7 +28,7 @@ class Parent:
     def __init__(self) -> None:
         self._id = os.getppid()
         started_by = os.environ.get(STARTED_BY, "")
-        self._came_too_late = started_by.isdigit() and not _is_running(int(started_by))
+        self._came_too_late = started_by.isdecimal() and not _is_running(int(started_by))
 
     @property
     def has_gone(self) -> bool:
