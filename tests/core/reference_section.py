@@ -36,21 +36,17 @@ class Found:
 
 @dataclass(frozen=True)
 class BruteSection:
-    """Fibers by their angles [rad], with single fibers at whole steps around the section.
-
-    With ``aside`` the curvature out of the plane of the first single fiber is held at this.
-    """
+    """Fibers by their angles [rad], with single fibers at whole steps around the section."""
 
     families: tuple[float, ...]
     single_angle: float = 0.0
     singles: tuple[int, ...] = (0,)
-    aside: float | None = None
 
     def state(self, x: Field) -> tuple[Field, Field, Field, Field]:
         """Return metric components (axial, mixed, hoop) and the volume per length over pi."""
         shift, angle = x[:POINTS], x[POINTS : 2 * POINTS]
         stretch, bend, torsion, radius = x[2 * POINTS :]
-        turn = np.array([torsion, 0.0 * bend + (self.aside or 0.0), bend])
+        turn = np.array([torsion, 0.0 * bend, bend])
         start = np.stack((0.0 * angle, radius * np.cos(angle), radius * np.sin(angle)), axis=1)
         points = screwed(start, shift, turn, stretch)
         along = derivative(points)
@@ -72,8 +68,6 @@ class BruteSection:
         k = list(self.singles)
         parts.append(c * c * axial[k] + 2.0 * s * c * mixed[k] + s * s * hoop[k] - 1.0)
         parts.append([np.sum(x[:POINTS])])
-        if self.aside is not None:  # the fiber marks the plane
-            parts.append([x[POINTS + k[0]]])
         if not self.singles:  # else the direction of bending fixes the angles
             parts.append([np.sum(x[POINTS : 2 * POINTS] - GRID)])
         return np.concatenate(parts)

@@ -8,14 +8,12 @@ import math
 import numpy as np
 import pytest
 from core.actuator_cases import PAPER_TUBE
-from core.reference_section import BruteSection, Found
 from core.section_cases import one_family, section, wall_energy
 from scipy.optimize import newton
 
 from spiral_core import (
     FreeActuation,
     InvalidInputError,
-    NeoHookean,
     Tube,
 )
 from spiral_core.actuator.section_curve import SectionCurve
@@ -114,27 +112,3 @@ def test_two_single_fibers_leave_no_bending_sideways() -> None:
     assert (
         FreeActuation(section(88.0, 60.0, apart=80.0)).curve.stiffness(20.0e3).sideways == math.inf
     )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("gamma", "pressure"), [(0.0, 30.0e3), (0.0, 90.0e3), (15.0, 60.0e3)])
-def test_brute_force_bends_sideways_alike(gamma: float, pressure: float) -> None:
-    """Local fields minimized at a curvature held out of the coil's plane, nothing shared."""
-    bent = section(88.0, 60.0, NeoHookean(c1=145.0e3), gamma=gamma)
-    curve = SectionCurve(bent)
-    shape = curve.unloaded_shape(pressure)
-    stretch, radius = shape.stretch or math.nan, bent.wound_radius
-    wall = bent.tube.wall_area / (math.pi * radius**2)
-    guess = Found(
-        stretch, shape.curvature * stretch * radius, shape.torsion * stretch * radius, 0.0, 0.0
-    )
-    held = []
-    for aside in (0.0, 0.02, 0.04):
-        angle = math.radians(gamma)
-        brute = BruteSection((bent.fibers.alpha, bent.fibers.beta), angle, aside=aside)
-        found = brute.solve(lambda i, _: 145.0e3 * (i - 3.0), pressure, wall, guess)
-        held.append(wall * found.energy - pressure * found.volume)
-    near, farther = (2.0 * (held[k] - held[0]) / (0.02 * k) ** 2 for k in (1, 2))
-    expected = math.pi * radius**4 * (4.0 * near - farther) / 3.0
-    # Differences of energies that SLSQP minimizes to 1e-15 of themselves.
-    assert curve.stiffness(pressure).sideways == pytest.approx(expected, rel=1e-4)
