@@ -145,3 +145,11 @@ def test_no_force_is_held_where_the_coil_pushes_that_way_itself() -> None:
     assert held.end is PullEnd.LOST
     assert held.forces.max() < 0.0
     assert held.force == 0.0
+
+
+@pytest.mark.parametrize("pull", [Pull.AWAY, Pull.TOWARDS])
+def test_nothing_is_held_without_friction(pull: Pull) -> None:
+    setup = lay_into_coil(load_gripper("paper_design_70"), 0.02, friction=0.0)
+    held = holding_force(grip_window(setup, [57e3, 59e3]).points[-1], pull)
+    assert held.force == 0.0
+    assert abs(held.forces).max() < 1e-12

@@ -26,6 +26,8 @@ MOST_STEPS = 60
 # Along gravity a straight way off the object's axis pulls the tube taut in the end, with many times
 # the force at which the object slides: only the first diameter of the object counts.
 MOST_STEPS_DOWN = 20
+# A force or torque below this [N, N m] is rounding error.
+ROUNDING = 1e-12
 
 
 class Pull(Enum):
@@ -185,7 +187,9 @@ def _curve(pull: Pull, step: float, forces: list[float], end: PullEnd) -> Holdin
     """Return the result of a pull from its force at each step."""
     values = np.array(forces)
     peak = int(np.argmax(values))
-    held = max(0.0, float(values[peak]))  # a coil that itself pushes this way holds nothing
+    held = float(values[peak])
+    if held < ROUNDING:  # no friction, or a coil that itself pushes this way: it holds nothing
+        held = 0.0
     displacements: Array = step * np.arange(len(values), dtype=np.float64)
     stiffness = float(values[1] - values[0]) / step if len(values) > 1 else 0.0
     return HoldingForce(
