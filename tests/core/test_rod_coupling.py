@@ -19,6 +19,7 @@ from spiral_core import (
     follow_path,
     solve_rod,
 )
+from spiral_core.rod._mesh import element_count
 from spiral_core.rod.contact.problem import ContactProblem, ElasticRod, Section
 from spiral_core.rod.contact.solve import solve_contact
 
@@ -189,3 +190,22 @@ def test_alike_in_every_direction_is_the_plain_rod() -> None:
     one, other = solve_rod(plain, load), solve_rod(spelled, load)
     np.testing.assert_array_equal(one.positions, other.positions)
     assert RodStiffness(2.5e-4, 1.7e-4).matrix == RodStiffness(2.5e-4, 1.7e-4, 2.5e-4).matrix
+
+
+@pytest.mark.parametrize("torsional", [3.0e-6, 3.0e-2])
+def test_a_breath_of_anisotropy_changes_no_mesh(torsional: float) -> None:
+    """A rod soft or stiff in torsion needs its many elements however its bending is stated."""
+    load = RodLoad(distributed=(0.0, 0.1, 0.1), tip_force=(0.01, 0.05, 0.02))
+    plain = Rod(0.4, 3.0e-4, torsional, (-5.0, 0.0, 12.0))
+    count = element_count(plain, load)
+    for sideways, coupling in ((3.0e-4 * (1.0 + 1e-12), 0.0), (3.0e-4, 1e-12), (3.01e-4, 0.0)):
+        rod = dataclasses.replace(
+            plain, sideways_stiffness=sideways, coupling_stiffness=coupling * torsional
+        )
+        assert element_count(rod, load) == pytest.approx(count, abs=2)
+
+
+def test_a_stiffer_material_scales_the_whole_section() -> None:
+    scaled = RodStiffness(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4).scaled(4.0)
+    assert scaled == RodStiffness(12e-4, 8e-4, sideways=4e-4, coupling=-4e-4)
+    assert RodStiffness(3e-4, 2e-4).scaled(2.0) == RodStiffness(6e-4, 4e-4)

@@ -46,6 +46,11 @@ def test_stiffness_is_kept_only_where_the_file_states_it(folder):
     _, _, choice = fitted(folder)
     assert choice.best.model.bending_stiffness == 5.0e-4
     assert choice.best.model.torsional_stiffness is None
+    own = path.read_text().replace("bending: 5e-4 N m^2", "section_at: 20 kPa")
+    path.write_text(own.replace("pressure_law: uniform", "pressure_law: section"))
+    _, _, choice = fitted(folder)
+    assert choice.best.model.bending_stiffness is None
+    assert choice.best.model.torsional_stiffness is None
 
 
 def in_bars(text):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiral_core import InvalidInputError, SolverError
+from spiral_core import InvalidInputError, RodStiffness, SolverError
 from spiral_core.rod.types import RodStatus
 from spiral_gripper_ros.simulation.simulated_gripper import (
     Grip,
@@ -67,6 +67,12 @@ def test_a_stiffer_tube_sags_less(gripper):
     assert heavy.stiffness.bending == 4.0 * gripper.stiffness.bending
     assert heavy.stiffness.torsional == 4.0 * gripper.stiffness.torsional
     assert heavy.pressure_max == 4.0 * gripper.pressure_max
+
+
+def test_a_section_with_its_own_stiffness_keeps_it(gripper):
+    stiffness = RodStiffness(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4)
+    kept = stiffened(replace(gripper, stiffness=stiffness), 1.0).stiffness
+    assert kept == stiffness
 
 
 @pytest.mark.parametrize("factor", [0.1, 1.0 / 3.0, 0.7, 1.1, 3.0])

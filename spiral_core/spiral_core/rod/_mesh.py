@@ -104,14 +104,16 @@ def principal_stiffnesses(
 ) -> tuple[Array, Array]:
     """Return the softest bending of sections (n,), and the stiffness farthest from it.
 
-    That is GJ where bending is alike in every direction and not coupled; otherwise the largest of
-    the section.
+    That is GJ where bending is alike in every direction and not coupled; otherwise the least or the
+    largest of the section, whichever lies at the greater ratio to the softest bending.
     """
     if np.array_equal(sideways, bending) and not np.any(coupling):
         return bending, torsional
     softest = np.minimum(sideways, bending - coupling * coupling / torsional)
-    mean, half = 0.5 * (torsional + bending), 0.5 * (torsional - bending)
-    return softest, np.maximum(mean + np.hypot(half, coupling), sideways)
+    mean, spread = 0.5 * (torsional + bending), np.hypot(0.5 * (torsional - bending), coupling)
+    largest = np.maximum(mean + spread, sideways)
+    least = (torsional * bending - coupling * coupling) / (mean + spread)
+    return softest, np.where(softest / least > largest / softest, least, largest)
 
 
 def shared_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:

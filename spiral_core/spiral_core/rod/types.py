@@ -107,6 +107,13 @@ class RodStiffness:
             (self.coupling, 0.0, self.bending),
         )
 
+    def scaled(self, factor: float) -> RodStiffness:
+        """Return this stiffness times ``factor`` > 0, as of a stiffer material."""
+        sideways = None if self.sideways is None else factor * self.sideways
+        return RodStiffness(
+            factor * self.bending, factor * self.torsional, sideways, factor * self.coupling
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Rod:

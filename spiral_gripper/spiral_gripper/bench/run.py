@@ -148,10 +148,13 @@ def calibration_model(
 ) -> CalibrationModel:
     """Return what the core is to fit for one law.
 
-    Stiffnesses that the description states are kept; the others follow the fitted material.
+    Stiffnesses that the description states are kept; the others follow the fitted material, as the
+    annulus has them. That goes for a section's own stiffness too, which only holds as a whole.
     """
     stated = description.gripper.stiffness
     derived = stiffness_from_actuator(description.actuator)
+    if stated.coupling != 0.0 or stated.sideways is not None:
+        stated = derived
     return CalibrationModel(
         actuator=description.actuator,
         law=LAWS[law],

@@ -14,7 +14,7 @@ from enum import Enum
 
 from spiral_core.actuator.interface import ActuationModel, UnloadedShape
 from spiral_core.errors import ActuationLimit, NotGrippableError, SolverError
-from spiral_core.rod.types import RodState, RodStiffness
+from spiral_core.rod.types import RodState
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
@@ -69,9 +69,7 @@ def stiffened(gripper: Gripper, stiffness_factor: float) -> Gripper:
     return replace(
         gripper,
         actuation=actuation,
-        stiffness=RodStiffness(
-            gripper.stiffness.bending * factor, gripper.stiffness.torsional * factor
-        ),
+        stiffness=gripper.stiffness.scaled(factor),
         pressure_max=min(gripper.pressure_max * factor, actuation.pressure_limit),
     )
 
