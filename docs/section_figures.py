@@ -16,6 +16,7 @@ from spiral_core import (
     Actuator,
     CurvatureForm,
     FiberAngles,
+    FreeActuation,
     InvalidInputError,
     MooneyRivlin,
     PressureLaw,
@@ -23,6 +24,7 @@ from spiral_core import (
     Tube,
     energy_from_stretch,
     rest_shape_from_stretch,
+    stiffness_from_actuator,
 )
 from spiral_core.section.path import motion_at, section_path
 
@@ -128,14 +130,41 @@ def draw_single_fiber(curvatures: Axes, torsions: Axes) -> None:
     curvatures.legend(frameon=False)
 
 
+def draw_stiffness(bends: Axes, twists: Axes) -> None:
+    """Draw the section's stiffness over pressure, next to the annulus' EI and GJ."""
+    pressures = np.linspace(0.0, 110.0e3, 45)
+    for beta in (50, 60, 70):
+        section = actuator(beta)
+        annulus = stiffness_from_actuator(section)
+        curve = FreeActuation(section).curve
+        found = [curve.stiffness(float(p)) for p in pressures]
+        for axes, name, unit, line in (
+            (bends, "bending", annulus.bending, "-"),
+            (bends, "sideways", annulus.bending, "--"),
+            (twists, "torsional", annulus.torsional, "-"),
+        ):
+            values = [getattr(stiffness, name) / unit for stiffness in found]
+            label = f"{'sideways' if name == 'sideways' else 'in plane'}, β = {beta}°"
+            axes.plot(pressures * 1e-3, values, line, color=COLORS[beta], label=label)
+    bends.set(ylabel="bending stiffness / EI", ylim=(0.0, 7.5))
+    bends.legend(frameon=False, ncols=2, loc="upper center")
+    twists.set(ylabel="torsional stiffness / GJ", ylim=(0.0, None))
+    for axes in (bends, twists):
+        axes.axhline(1.0, color="#555555", linewidth=1.0, linestyle=":")
+        axes.set(xlabel="pressure [kPa]")
+        axes.grid(alpha=0.3)
+    twists.annotate("annulus", (2.0, 1.4), color="#555555")
+
+
 def main() -> None:
-    """Write section_strains.png, energy_shares.png and single_fiber.png."""
+    """Write section_strains, energy_shares, single_fiber and section_stiffness (.png)."""
     mpl.use("Agg")
     FIGURES.mkdir(exist_ok=True)
     for name, draw in (
         ("section_strains", draw_strains),
         ("energy_shares", draw_energy_shares),
         ("single_fiber", draw_single_fiber),
+        ("section_stiffness", draw_stiffness),
     ):
         figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.4), layout="constrained")
         draw(left, right)
