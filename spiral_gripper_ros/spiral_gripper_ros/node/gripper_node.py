@@ -41,6 +41,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         options: passed on to rclpy's node.
     """
 
+    _is_made = False
+
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(NODE_NAME, **options)
         answer_impossible_transitions(self)
@@ -55,6 +57,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         self.wait_for_kernels: Callable[[], bool] = lambda: True
         self._inputs: Inputs | None = None
         self._timer: Timer | None = None
+        self._is_made = True
 
     # --- life cycle ----------------------------------------------------------------------------
 
@@ -125,8 +128,9 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     def destroy_node(self) -> None:
         """End the background work and destroy the node."""
-        self.runtime.background.end()
-        self.goals.destroy()
+        if self._is_made:  # rclpy of Kilted also destroys one whose parameters cannot be
+            self.runtime.background.end()
+            self.goals.destroy()
         super().destroy_node()
 
     # --- inside --------------------------------------------------------------------------------
