@@ -47,13 +47,14 @@ python_maximum_signature_line_length = 88
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
-# One needs a running node, the other writes into the repository.
-NOT_RUN = {"grasp_with_python", "synthetic_bench_tests"}
+# One needs a running node, the others write into the repository.
+NOT_RUN = {"grasp_with_python", "synthetic_bench_tests", "synthetic_free_swing"}
 FOLDERS = {
     "actuator": "The actuator: from pressure to curvature and torsion",
     "rod": "The rod: certified static shapes",
     "wrap": "The wrap: a gripper and the pressure for an object",
     "grip": "The grip: contact, friction and what a gripper holds",
+    "closing": "The closing: in true time, with inertia and valves",
     "design": "The design procedure",
     "calibration": "Calibration from bench measurements",
     "errors": "Errors",

@@ -46,8 +46,8 @@ def draw_moment(figure: FigureBase, point: GripPoint, pole: Surface, said: str) 
     axes.set(xlim=ACROSS, ylim=DOWN)
     axes.set_axis_off()
     text = f"{1e-3 * point.pressure:.0f} kPa"
-    axes.text(0.97, 0.16, text, transform=axes.transAxes, ha="right", fontsize=11)
-    axes.text(0.97, 0.11, said, transform=axes.transAxes, ha="right")
+    axes.text(0.97, 0.09, text, transform=axes.transAxes, ha="right", fontsize=11)
+    axes.text(0.97, 0.04, said, transform=axes.transAxes, ha="right")
 
 
 def draw_rates(setup: GripSetup, pressure: float, path: Path) -> None:

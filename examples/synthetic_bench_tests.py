@@ -2,8 +2,7 @@
 """Write one synthetic bench test of each kind into examples/data.
 
 They are computed, not measured: the gripper of examples/data/my_gripper.yaml, made of a rubber of
-C1 = 152 kPa and C2 = 8 kPa, with random errors of a seed that each file states. The free swing is
-that of the gripper as it is described, with a retardation time of 20 ms in air.
+C1 = 152 kPa and C2 = 8 kPa, with random errors of a seed that each file states.
 """
 
 from __future__ import annotations
@@ -14,17 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spiral_core import (
-    Damping,
-    FreeActuation,
-    MooneyRivlin,
-    WrapCurve,
-    inertia_of,
-    solve_contact,
-    solve_motion,
-    stiffness_from_actuator,
-)
-from spiral_core.grip.setup import free_problem
+from spiral_core import FreeActuation, MooneyRivlin, WrapCurve, stiffness_from_actuator
 from spiral_gripper import load_description
 
 FOLDER = Path(__file__).parent / "data"
@@ -85,32 +74,6 @@ def bench_test(kind: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-TRUE_DAMPING = Damping(retardation_time=0.020, air=1.0)
-# Of the free swing: force that holds the tip aside before it is let go [N], times of the pictures
-# [s], the first after the faster vibrations have died away, standard error [m].
-PULL, PICTURES, SWING_ERROR = 0.0062, np.arange(1.0, 9.0, 0.04), 0.3e-3
-
-
-def free_swing() -> str:
-    """Return the text of the file of a free swing without pressure."""
-    tube, problem = described.gripper, free_problem(described.gripper, 0.0)
-    aside = replace(problem.load, tip_force=(0.0, PULL, 0.0))
-    start = solve_contact(replace(problem, load=aside), elements=30)
-    motion = solve_motion(
-        lambda _: problem, inertia_of(tube), (0.0, *PICTURES), start=start, damping=TRUE_DAMPING
-    )
-    noise = np.random.default_rng((SEED, len(TESTS)))
-    lines = [
-        f"# SYNTHETIC: computed by examples/synthetic_bench_tests.py with seed {SEED}.",
-        "time [s],displacement [mm],displacement_error [mm],pressure [kPa]",
-    ]
-    for frame in motion.frames[1:]:
-        read = frame.state.tip_position[1] + SWING_ERROR * noise.standard_normal()
-        lines.append(f"{frame.time:.2f},{1e3 * read:.2f},{1e3 * SWING_ERROR:g},0")
-    return "\n".join(lines) + "\n"
-
-
 if __name__ == "__main__":
     for kind in TESTS:
         (FOLDER / f"bench_{kind}.csv").write_text(bench_test(kind), encoding="utf-8")
-    (FOLDER / "free_swing.csv").write_text(free_swing(), encoding="utf-8")

@@ -10,12 +10,17 @@ import numpy as np
 import pytest
 
 from spiral_core import (
+    Actuator,
     Closing,
+    FiberAngles,
     GripPoint,
     GripWindow,
+    NeoHookean,
     Pull,
     PullEnd,
+    Tube,
     WindowEnd,
+    WrapRegime,
     follow_loss,
     grip_window,
     gripper_from_actuator,
@@ -23,6 +28,7 @@ from spiral_core import (
     lay_into_coil,
     solve_grip,
 )
+from spiral_core.grip.holding import pull_direction
 from spiral_gripper import load_description, load_gripper
 
 # Pressures, as fractions of the tip criterion's, up to beyond the loss.
@@ -153,3 +159,41 @@ def test_nothing_is_held_without_friction(pull: Pull) -> None:
     held = holding_force(grip_window(setup, [57e3, 59e3]).points[-1], pull)
     assert held.force == 0.0
     assert abs(held.forces).max() < 1e-12
+
+
+@cache
+def short_grip() -> GripWindow:
+    """Return the window of a coil of one turn, whose tip lifts off again above the onset."""
+    tube = Tube(inner_radius=4.75e-3, wall_thickness=0.8e-3, length=0.300908)
+    fibers = FiberAngles(np.radians(88.0), np.radians(50.0))
+    gripper = gripper_from_actuator(
+        "short", Actuator(tube, fibers, NeoHookean(190e3)), density=1150.0
+    )
+    stations = [46e3, 58e3, 66e3, 70e3, 73e3, 76e3, 79e3, 82e3, 85e3]
+    return grip_window(lay_into_coil(gripper, 0.025, friction=0.5), stations)
+
+
+def test_a_weight_that_would_slide_along_the_object_is_not_carried() -> None:
+    """Moved straight along gravity, 7 degrees off its axis, the object cannot slide: 27 N."""
+    point = short_grip().at(76.12e3)
+    away, down = (holding_force(point, pull) for pull in (Pull.AWAY, Pull.DOWN))
+    along = pull_direction(point, Pull.DOWN) @ pull_direction(point, Pull.AWAY)
+    assert 0.98 < along < 1.0
+    assert away.force == pytest.approx(0.039, rel=0.1)
+    assert down.force == pytest.approx(away.force / along)
+
+
+def test_no_pressure_is_recommended_at_which_the_tip_hangs_free() -> None:
+    window = short_grip()
+    assert window.onset_wrap is not None
+    assert window.onset_curling is not None
+    lifted = [
+        point.pressure
+        for point in window.points
+        if window.onset_wrap < point.pressure < window.onset_curling
+        and point.regime is WrapRegime.OVERHANG
+    ]
+    assert lifted
+    low, high = solve_grip(window.setup, (), pressures=(), window=window).recommended_range
+    assert low == window.onset_wrap
+    assert high < lifted[0]

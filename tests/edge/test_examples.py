@@ -120,3 +120,10 @@ def test_the_design_pages_commands_are_accepted(tmp_path: Path, monkeypatch) -> 
         assert program == "spiral-gripper"
         assert run(arguments) == 0, line
     assert {path.name for path in tmp_path.iterdir()} == {"mine.yaml", "mine.html", "pressure.svg"}
+
+
+def test_examples_are_few_and_short() -> None:
+    files = list((ROOT / "examples").glob("*.py"))
+    assert 1 < len(files) <= 8
+    lengths = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in files}
+    assert max(lengths.values()) < 80, lengths

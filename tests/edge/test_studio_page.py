@@ -6,6 +6,7 @@ import re
 
 import pytest
 from browser import PATIENCE, appears, opened, studio, wait_until
+from PIL import Image
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(4 * PATIENCE)]
 
@@ -93,9 +94,16 @@ def test_an_export_arrives(page, kind, tmp_path):
     with page.expect_download() as download:
         page.get_by_text(kind, exact=True).click()
     assert download.value.suggested_filename == f"paper_design_70.{SUFFIXES.get(kind, kind)}"
-    path = tmp_path / kind
+    path = tmp_path / f"export.{kind}"
     download.value.save_as(path)
     assert path.stat().st_size > 1000
+    if kind == "png":
+        with Image.open(path) as image:
+            assert len(set(image.convert("L").resize((40, 40)).tobytes())) > 5
+    if kind == "html":
+        scene = page.context.new_page()
+        scene.goto(path.as_uri())
+        scene.locator("canvas").first.wait_for()
 
 
 def test_contact_and_holding_force_come_and_the_pull_plays(page):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from spiral_core.grip.setup import GripSetup
 from spiral_core.grip.window import GripWindow, Progress, grip_window
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_positive
+from spiral_core.wrap.wrap import WrapRegime
 
 # Pressures at which forces are looked for, from a little below the wrap to the last that holds.
 FORCE_PRESSURES = 10
@@ -92,9 +94,14 @@ class Grip:
         """Pressures that hold with the whole length and stay clear of the loss (low, high) [Pa].
 
         From the onset of the wrap to the onset of curling, or to a tenth below the loss if that is
-        lower.
+        lower, or to where the tip lifts off again.
         """
         window, ends = self.window, [self.window.top]
+        wrapped = [point for point in window.points if point.pressure >= self.onset_wrap]
+        for before, point in pairwise(wrapped):
+            if point.regime is WrapRegime.OVERHANG:
+                ends.append(before.pressure)
+                break
         if window.onset_curling is not None:
             ends.append(window.onset_curling)
         if window.loss is not None:

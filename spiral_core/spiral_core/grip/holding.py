@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -26,6 +26,8 @@ MOST_STEPS = 60
 # Along gravity a straight way off the object's axis pulls the tube taut in the end, with many times
 # the force at which the object slides: only the first diameter of the object counts.
 MOST_STEPS_DOWN = 20
+# Below this share of gravity along the object nothing slides along it that would not fall across.
+LEAST_SHARE = 1e-3
 # A force or torque below this [N, N m] is rounding error.
 ROUNDING = 1e-12
 
@@ -98,7 +100,9 @@ def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
     The object is moved in small steps at fixed pressure without turning, or turned about its own
     axis; the tube follows in frictional equilibrium. The peak of the force is what holds. It is not
     one number for all directions: pulled away from the base a coil tightens like a finger trap,
-    pushed towards it, it opens.
+    pushed towards it, it opens. Along gravity the object is moved straight, which keeps it from
+    sliding along its own axis: no weight counts whose share along the axis is more than holds it
+    there.
 
     Args:
         point: the grip at its pressure.
@@ -107,6 +111,23 @@ def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
     Raises:
         InvalidInputError: ``Pull.DOWN`` without gravity.
     """
+    held = _pulled(point, pull)
+    return held if pull is not Pull.DOWN else _limited_by_sliding(point, held)
+
+
+def _limited_by_sliding(point: GripPoint, held: HoldingForce) -> HoldingForce:
+    """Return what holds along gravity, at most the weight that would slide along the object."""
+    along = float(pull_direction(point, Pull.DOWN) @ pull_direction(point, Pull.AWAY))
+    if abs(along) < LEAST_SHARE:
+        return held
+    axial = _pulled(point, Pull.AWAY if along > 0.0 else Pull.TOWARDS)
+    if axial.force >= abs(along) * held.force:
+        return held
+    return replace(axial, pull=Pull.DOWN, force=axial.force / abs(along))
+
+
+def _pulled(point: GripPoint, pull: Pull) -> HoldingForce:
+    """Return the result of one pull."""
     setup = point.setup
     direction = pull_direction(point, pull)
     turning = is_twist(pull)
