@@ -75,7 +75,7 @@ def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector
     flat = in_units(triangles[order, :, :2], "m")
     # Edges of the face's own color hide the seams between faces.
     axes.add_collection(
-        PolyCollection(list(flat), facecolors=faces, edgecolors=faces, linewidths=0.3)
+        PolyCollection(list(flat), facecolors=faces, edgecolors=faces, linewidths=0.8)
     )
     low, high = flat.min(axis=(0, 1)), flat.max(axis=(0, 1))
     room = 0.04 * float((high - low).max())
