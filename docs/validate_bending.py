@@ -409,7 +409,7 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def draw(specimens: Specimens) -> Figure:
     """Return the figure: measured bend angles, and both laws' fits with left-out predictions."""
-    figure = Figure(figsize=(11.0, 3.8), layout="constrained")
+    figure = Figure(figsize=(7.0, 4.4), layout="constrained")
     panels = figure.subplots(1, len(specimens), sharey=True)
     for pressure_law, line, mark in (
         (PressureLaw.SECTION, "-", "x"),
@@ -425,7 +425,8 @@ def draw(specimens: Specimens) -> Figure:
         )  # fmt: skip
         panel.set(title=f"fibers at ±{angle}°", xlabel="pressure [kPa]")
     panels[0].set_ylabel("bend angle [rad]")
-    panels[0].legend(fontsize="x-small")
+    handles = panels[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     return figure
 
 
@@ -456,7 +457,7 @@ def main() -> None:
     specimens = read_specimens(parser.parse_args().file)
     PAGE.write_text(page(specimens), encoding="utf-8")
     FIGURE.parent.mkdir(exist_ok=True)
-    draw(specimens).savefig(FIGURE, dpi=130)
+    draw(specimens).savefig(FIGURE, dpi=150)
 
 
 if __name__ == "__main__":
