@@ -138,7 +138,7 @@ def test_settling_after_a_ramp_is_that_of_the_closing() -> None:
     pressure, rate = 1.15 * setup.tip_pressure, 6e4
     closing = close_on(setup, PressureCourse.ramp(rate, pressure, 2.5))
     measured = closing.settling_time - closing.course.times[1]
-    assert 0.8 < measured < 1.4
+    assert 1.0 < measured < 2.4  # neither at once nor for as long as it is watched
     # too fast to keep the grip: the coil lags behind, slides and touches while it settles
     found = settling_after_ramp(gripper(), pressure, rate, grip=closing.settled())
     assert found == pytest.approx(measured, rel=0.25)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.calibration.fit import inverse_information
 from spiral_core.calibration.problem import CalibrationStatus
 from spiral_core.calibration.result import (
@@ -66,7 +67,7 @@ class SwingReading:
         require_positive("error", self.error)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SwingFit:
     """Damping that was fitted to a free swing, and the evidence for it.
 
@@ -93,6 +94,8 @@ class SwingFit:
     degrees_of_freedom: int
     error_scale: float
     at_bound: tuple[str, ...]
+
+    __repr__ = brief_repr
 
     @property
     def scatter(self) -> Scatter:
