@@ -101,9 +101,10 @@ def test_an_export_arrives(page, kind, tmp_path):
         with Image.open(path) as image:
             assert len(set(image.convert("L").resize((40, 40)).tobytes())) > 5
     if kind == "html":
-        scene = page.context.new_page()
+        scene = page.context.browser.new_page()
         scene.goto(path.as_uri())
         scene.locator("canvas").first.wait_for()
+        scene.close()
 
 
 def test_contact_and_holding_force_come_and_the_pull_plays(page):
