@@ -254,7 +254,8 @@ class Rig:
 
     def clock_leaps(self) -> None:
         """Let the clock leap forward or back."""
-        self.allowed |= {Reason.PRESSURE_LOST, Reason.CLIENT_LOST, Reason.GRASP_TIMEOUT}
+        self.allowed |= {Reason.PRESSURE_LOST, Reason.CLIENT_LOST}
+        self.allowed |= {Reason.GRASP_TIMEOUT, Reason.WRAP_FAILED}  # a goal's time is over at once
         self.allowed |= {Reason.PRESSURE_LOW, Reason.PRESSURE_HIGH}
         self.time += self.random.choice((-50.0, -0.5, 0.5, 30.0))
 
