@@ -35,7 +35,7 @@ DEADLINE = 240.0
 # The first start may have to compile, a design its process that gives way to all others.
 START_DEADLINE = DESIGN_DEADLINE = 600.0
 NODE = "spiral_gripper"
-# The supervisor's rate in these tests: fast, so that they are.
+# The node's rate in these tests: fast, so that they are.
 FAST_RAMP = {"pressure_rate_up": 2.0e6, "pressure_rate_down": 2.0e6}
 # Nor does a message grow old because the machine is slow; tests of the time-outs set their own.
 PATIENT = {

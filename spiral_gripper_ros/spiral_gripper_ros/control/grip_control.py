@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole control logic of the node: the command, the measured pressure, and grasps. No ROS."""
+"""The control logic of the node, without ROS: what is heard, what is missing, and what follows.
+
+:class:`GripControl` decides: it judges the measured pressure, silence and the end of each grasp,
+and tells its state machine to track, hold, vent or fail. The state machine answers with the
+command.
+"""
 
 from __future__ import annotations
 
@@ -15,16 +20,14 @@ from spiral_gripper_ros.control.refusals import (
     GRASP_CANCELED,
     GRASP_REPLACED,
     RECONFIGURED,
+    RELEASED,
     TAKING_OVER,
     late_grasp,
 )
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
+from spiral_gripper_ros.control.state_machine import StateMachine
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
-from spiral_gripper_ros.control.supervisor import Supervisor
 from spiral_gripper_ros.control.timing import SilenceWatch, TakeOver
-
-# States in which no object can be held.
-_IDLE = (State.INACTIVE, State.WAITING, State.VENTED, State.RELEASED, State.FAULT)
 
 
 class GripControl(Generic[PlanT]):
@@ -45,7 +48,7 @@ class GripControl(Generic[PlanT]):
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._supervisor: Supervisor[PlanT] = Supervisor(limits)
+        self._machine: StateMachine[PlanT] = StateMachine(limits)
         self._monitor = PressureMonitor()
         self._time = 0.0
         self._regime: WrapRegime | None = None
@@ -64,7 +67,7 @@ class GripControl(Generic[PlanT]):
                 ``measured_pressure_timeout``.
         """
         self.deactivate()
-        self._supervisor.activate()
+        self._machine.activate()
         self._monitor.forget()
         self._silence.forget_gravity()
         if take_over:
@@ -78,19 +81,19 @@ class GripControl(Generic[PlanT]):
     def deactivate(self) -> None:
         """Vent, and stay vented until activated."""
         self._take_over.end()
-        self._supervisor.deactivate()
+        self._machine.deactivate()
         self._follow()
 
     def release(self) -> None:
         """Vent, and stay vented until re-armed, a grasp or the next activation."""
         self._take_over.end()
-        self._supervisor.release()
+        self._machine.let_go(RELEASED)
         self._follow()
 
     def reload(self) -> None:
         """Vent because another gripper is being loaded, and stay vented as after a release."""
         self._take_over.end()
-        self._supervisor.let_go(RECONFIGURED)
+        self._machine.let_go(RECONFIGURED)
         self._follow()
 
     def rearm(self) -> Refusal | None:
@@ -98,12 +101,12 @@ class GripControl(Generic[PlanT]):
         fault = self._monitor.fault
         if fault.reason is not Reason.NONE and self._vents_at_faults() and self._is(State.FAULT):
             return Refusal(fault.reason, f"the fault is still there: {fault.text}")
-        return self._supervisor.rearm()
+        return self._machine.rearm()
 
     def fail(self, text: str, reason: Reason = Reason.INTERNAL_ERROR) -> None:
         """Vent because of a fault, and stay vented until re-armed or activated anew."""
         self._take_over.end()
-        self._supervisor.fault(Refusal(reason, text))
+        self._machine.fault(Refusal(reason, text))
         self._follow()
 
     # --- inputs ------------------------------------------------------------------------------
@@ -114,17 +117,17 @@ class GripControl(Generic[PlanT]):
         Returns:
             Whether that changed the state, the reason or the target.
         """
-        self._time = self._supervisor.advance(now)
-        return not self._take_over.waits and self._supervisor.offer_radius(now, radius, planner)
+        self._time = self._machine.advance(now)
+        return not self._take_over.waits and self._machine.offer_radius(now, radius, planner)
 
     def keep_alive(self, now: float) -> None:
         """Note a sign of life of the client."""
-        self._time = self._supervisor.advance(now)
+        self._time = self._machine.advance(now)
         self._silence.hear_client(self._time)
 
     def note_gravity(self, now: float, *, is_heard: bool) -> None:
         """Note that a usable gravity was heard, or that it is that of the parameter."""
-        self._time = self._supervisor.advance(now)
+        self._time = self._machine.advance(now)
         if is_heard:
             self._silence.hear_gravity(self._time)
         else:
@@ -132,17 +135,17 @@ class GripControl(Generic[PlanT]):
 
     def offer_measured(self, now: float, pressure: float) -> Refusal | None:
         """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is."""
-        self._time = self._supervisor.advance(now)
+        self._time = self._machine.advance(now)
         refusal = self._monitor.offer(self._time, pressure, self._limits)
         if refusal is not None:
-            self._supervisor.count(refusal.reason)
+            self._machine.count(refusal.reason)
             return refusal
         if self._take_over.waits and pressure > self._limits.pressure_tolerance:
-            self._supervisor.take_over(pressure)
+            self._machine.take_over(pressure)
         self._take_over.end()  # at less nothing is held
         measured, attempt = self._monitor.measured(self._time), self._attempt
         if attempt is not None and measured is not None:
-            target = self._supervisor.snapshot().pressure_target
+            target = self._machine.pressure_target
             attempt.measured(self._time, measured.pressure, target, self._limits)
         return None
 
@@ -151,22 +154,22 @@ class GripControl(Generic[PlanT]):
 
         A regime without a force on the object [N/m] holds nothing.
         """
-        self._time = self._supervisor.advance(now)
+        self._time = self._machine.advance(now)
         self._regime = None if force is not None and not force > 0.0 else regime
 
     def replan(self, planner: Planner[PlanT]) -> None:
         """Aim anew for the radius in use, because gravity has changed."""
-        self._supervisor.replan(planner)
+        self._machine.replan(planner)
         self._follow()
 
     def refuse(self, refusal: Refusal) -> None:
         """Record that an input is not followed; a target that is being tracked is held."""
-        self._supervisor.refuse(refusal)
+        self._machine.refuse(refusal)
 
     def reconfigure(self, limits: Limits) -> None:
         """Use other limits from now on; a lower cap cuts the command with the next step."""
         self._limits = limits
-        self._supervisor.reconfigure(limits)
+        self._machine.reconfigure(limits)
         self._follow()
 
     # --- grasps ------------------------------------------------------------------------------
@@ -179,23 +182,23 @@ class GripControl(Generic[PlanT]):
         Returns:
             The grasp, or why not; then nothing has changed.
         """
-        self._time = self._supervisor.advance(now)
+        self._time = self._machine.advance(now)
         refusal = impossible_goal(goal) or self._fault_in_the_way()
         if self._take_over.waits:
             refusal = TAKING_OVER
         if refusal is None:
-            refusal = self._supervisor.grasp(now, goal.radius, goal.overpressure, planner)
+            refusal = self._machine.grasp(now, goal.radius, goal.overpressure, planner)
         if refusal is not None:
             return refusal
         self._end(GraspOutcome.FAILED, GRASP_REPLACED)
         self._regime = None
-        snapshot = self._supervisor.snapshot()
+        snapshot = self._machine.snapshot()
         self._attempt = GraspAttempt(goal, self._time, snapshot, self._limits)
         return self._attempt
 
     def cancel_grasp(self, now: float, grasp: GraspAttempt[PlanT] | None) -> None:
         """End a grasp and let its policy act; one that has ended already stays as it ended."""
-        self._time = self._supervisor.advance(now)
+        self._time = self._machine.advance(now)
         if grasp is self._attempt:
             self._abort(GraspOutcome.CANCELED, GRASP_CANCELED)
 
@@ -203,23 +206,23 @@ class GripControl(Generic[PlanT]):
 
     def command(self, now: float) -> float:
         """Let time pass until ``now`` [s] and return the gauge pressure to command [Pa]."""
-        self._time = self._supervisor.advance(now)
+        self._time = self._machine.advance(now)
         self._monitor.check(self._time, self._limits)
         self._act_on_fault()
         self._act_on_lateness()
         self._act_on_silence()
-        pressure = self._supervisor.command(now)
+        pressure = self._machine.command(now)
         self._monitor.commanded(self._time, pressure, self._limits)
         self._follow()
         attempt = self._attempt
         if attempt is not None:
-            attempt.commanded(self._time, pressure, self._supervisor.snapshot().pressure_target)
+            attempt.commanded(self._time, pressure, self._machine.pressure_target)
             self._act_on_success(attempt)
         return pressure
 
     def snapshot(self) -> Snapshot[PlanT]:
         """Return what is commanded and why, and what is measured, as of the last call."""
-        snapshot, fault = self._supervisor.snapshot(), self._monitor.fault
+        snapshot, fault = self._machine.snapshot(), self._monitor.fault
         # A regulator that is not heard any more may have vented by its own watchdog.
         is_heard = fault.reason is not Reason.PRESSURE_LOST
         return replace(
@@ -234,14 +237,14 @@ class GripControl(Generic[PlanT]):
     # --- inside ------------------------------------------------------------------------------
 
     def _is(self, *states: State) -> bool:
-        return self._supervisor.snapshot().state in states
+        return self._machine.state in states
 
     def _vents_at_faults(self) -> bool:
         return self._limits.pressure_fault_policy is FaultPolicy.VENT
 
     def _is_held(self) -> bool:
         """Return whether the regime seen last holds the object."""
-        curls = self._regime is WrapRegime.CURLING and self._supervisor.overpressure > 0.0
+        curls = self._regime is WrapRegime.CURLING and self._machine.overpressure > 0.0
         return curls or self._regime is WrapRegime.PERFECT_WRAP
 
     def _is_settled(self, attempt: GraspAttempt[PlanT]) -> bool:
@@ -261,24 +264,24 @@ class GripControl(Generic[PlanT]):
         if not self._vents_at_faults():
             self._abort(GraspOutcome.FAILED, fault)
         elif not self._is(State.INACTIVE, State.FAULT):
-            self._supervisor.fault(fault)
+            self._machine.fault(fault)
             self._follow()
 
     def _act_on_silence(self) -> None:
         """Act on silence: of the client, of gravity, of a pressure to be taken over."""
         limits = self._limits
         self._take_over.check(self._time, limits)
-        if self._is(*_IDLE):
+        if self._machine.state.is_vented:
             self._silence.hear_client(self._time)
             return
         lost = self._silence.client_fault(self._time, limits)
         gravity = self._silence.gravity_fault(self._time, limits)
         vents = limits.gravity_timeout_policy is FaultPolicy.VENT
         if lost.reason is not Reason.NONE:
-            self._supervisor.let_go(lost)
+            self._machine.let_go(lost)
             self._follow()
         elif gravity.reason is not Reason.NONE and vents:
-            self._supervisor.fault(gravity)
+            self._machine.fault(gravity)
             self._follow()
 
     def _act_on_lateness(self) -> None:
@@ -300,9 +303,9 @@ class GripControl(Generic[PlanT]):
             return
         self._end(outcome, refusal)
         if attempt.abort_policy is AbortPolicy.HOLD:
-            self._supervisor.hold(refusal)
+            self._machine.hold(refusal)
         else:
-            self._supervisor.let_go(refusal)
+            self._machine.let_go(refusal)
             self._follow()
 
     def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:
@@ -313,7 +316,7 @@ class GripControl(Generic[PlanT]):
 
     def _follow(self) -> None:
         """Notice what has become of the target: a vent by anything ends a grasp."""
-        snapshot = self._supervisor.snapshot()
+        snapshot = self._machine.snapshot()
         if snapshot.radius is None:
             self._regime = None
         if snapshot.state is not State.GRASPING:

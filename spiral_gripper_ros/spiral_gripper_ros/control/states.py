@@ -31,6 +31,21 @@ class State(IntEnum):
     GRASPING = 8
     TAKEN_OVER = 9
 
+    @property
+    def is_latched(self) -> bool:
+        """Whether it ends only with rearm, a grasp goal or the next activation."""
+        return self in (State.INACTIVE, State.RELEASED, State.FAULT)
+
+    @property
+    def is_gripping(self) -> bool:
+        """Whether the command heads for the target."""
+        return self in (State.TRACKING, State.HOLDING, State.GRASPING, State.TAKEN_OVER)
+
+    @property
+    def is_vented(self) -> bool:
+        """Whether 0 Pa is commanded: no object can be held."""
+        return not self.is_gripping and self is not State.RAMPING_DOWN
+
 
 class Reason(IntEnum):
     """Why the newest input is not followed."""

@@ -27,6 +27,7 @@ class Target(Generic[PlanT]):
         self.radius: float | None = None
         self.plan: PlanT | None = None
         self.overpressure = 0.0
+        self._planner: Planner[PlanT] | None = None  # for a plan within other limits
         self._demanded = 0.0  # overpressure; 0: that of grip_ratio
         self._frozen: float | None = None
         self._outdated = True
@@ -36,9 +37,11 @@ class Target(Generic[PlanT]):
         """Whether the pressure stands, whatever the plan says."""
         return self._frozen is not None
 
-    def outdate(self) -> None:
-        """Demand a new plan even for the radius in use, because limits or gravity have changed."""
+    def outdate(self, planner: Planner[PlanT] | None = None) -> None:
+        """Demand a new plan even for the radius in use: limits have changed, or the planner."""
         self._outdated = True
+        if planner is not None:
+            self._planner = planner
 
     def is_news(self, radius: float, hysteresis: float) -> bool:
         """Has a radius [m] left the hysteresis band [m] around the one in use?"""
@@ -63,6 +66,7 @@ class Target(Generic[PlanT]):
         if not (overpressure == 0.0 or pressure + overpressure < plan.loss):
             return beyond_loss(pressure + overpressure, plan.loss)
         self.radius, self.plan, self._demanded = radius, plan, overpressure
+        self._planner = planner
         self.overpressure = overpressure or default_overpressure(
             pressure, limits.grip_ratio, min(limits.pressure_cap, plan.highest_good)
         )
@@ -79,11 +83,11 @@ class Target(Generic[PlanT]):
             return None
         return _above_cap(self.plan.pressure, self._demanded, limits)
 
-    def aim_anew(self, planner: Planner[PlanT], limits: Limits) -> Refusal | None:
-        """Aim for the radius in use again, with other limits or another gravity."""
-        if self.radius is None:
+    def aim_anew(self, limits: Limits) -> Refusal | None:
+        """Aim for the radius in use again, with other limits or another planner."""
+        if self.radius is None or self._planner is None:
             return None
-        return self.aim(self.radius, planner, limits, self._demanded)
+        return self.aim(self.radius, self._planner, limits, self._demanded)
 
     def pressure(self, cap: float) -> float:
         """Return the target's pressure, not above the cap; 0 without a plan [Pa]."""

@@ -12,8 +12,9 @@ from spiral_core import InvalidInputError, SolverError
 from spiral_core.rod.types import RodStatus
 from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
+from spiral_gripper_ros.control.refusals import RELEASED
+from spiral_gripper_ros.control.state_machine import StateMachine
 from spiral_gripper_ros.control.states import Reason, Refusal, State
-from spiral_gripper_ros.control.supervisor import Supervisor
 from spiral_gripper_ros.control.timing import LONGEST_LEAP, InnerClock
 
 LIMITS = Limits(
@@ -30,16 +31,16 @@ BOOM = Refusal(Reason.INTERNAL_ERROR, "boom")
 
 
 class Bench:
-    """A supervisor, its planner and a clock that the test winds."""
+    """A state machine, its planner and a clock that the test winds."""
 
     def __init__(self, limits=LIMITS):
-        self.supervisor = Supervisor(limits)
+        self.machine = StateMachine(limits)
         self.planner = FakePlanner()
         self.now = 100.0
-        self.supervisor.activate()
+        self.machine.activate()
 
     def radius(self, radius):
-        return self.supervisor.offer_radius(self.now, radius, self.planner)
+        return self.machine.offer_radius(self.now, radius, self.planner)
 
     def run(self, duration, radius=None):
         """Tick for a while, with a radius before every tick if given; return the commands."""
@@ -48,16 +49,16 @@ class Bench:
             self.now += TICK
             if radius is not None:
                 self.radius(radius)
-            commands.append(self.supervisor.command(self.now))
+            commands.append(self.machine.command(self.now))
         return commands
 
     @property
     def state(self):
-        return self.supervisor.snapshot().state
+        return self.machine.snapshot().state
 
     @property
     def reason(self):
-        return self.supervisor.snapshot().refusal.reason
+        return self.machine.snapshot().refusal.reason
 
 
 @pytest.fixture
@@ -74,12 +75,12 @@ def gripping(bench):
 
 
 def test_inactive_until_activated():
-    supervisor = Supervisor(LIMITS)
+    machine = StateMachine(LIMITS)
     planner = FakePlanner()
-    assert not supervisor.offer_radius(0.0, 0.02, planner)
-    assert supervisor.command(1.0) == 0.0
-    assert supervisor.snapshot().state is State.INACTIVE
-    assert supervisor.snapshot().refusal.reason is Reason.NOT_ACTIVE
+    assert not machine.offer_radius(0.0, 0.02, planner)
+    assert machine.command(1.0) == 0.0
+    assert machine.snapshot().state is State.INACTIVE
+    assert machine.snapshot().refusal.reason is Reason.NOT_ACTIVE
     assert planner.asked == []
 
 
@@ -120,7 +121,7 @@ def test_a_bad_radius_is_refused_and_the_command_does_not_follow(gripping, radiu
     assert gripping.radius(radius)
     assert (gripping.state, gripping.reason) == (State.HOLDING, reason)
     assert set(gripping.run(0.3)) == {5.0e4}
-    snapshot = gripping.supervisor.snapshot()
+    snapshot = gripping.machine.snapshot()
     assert snapshot.refused[reason] == 1
     assert snapshot.radius == 0.02
 
@@ -140,7 +141,7 @@ def test_a_bad_first_radius_leaves_it_waiting(bench):
 def test_hold_policy_keeps_the_pressure_when_the_stream_stops(gripping):
     assert set(gripping.run(3.0)) == {5.0e4}
     assert (gripping.state, gripping.reason) == (State.HOLDING, Reason.RADIUS_STALE)
-    assert gripping.supervisor.snapshot().refused[Reason.RADIUS_STALE] == 1
+    assert gripping.machine.snapshot().refused[Reason.RADIUS_STALE] == 1
 
 
 def test_vent_policy_vents_at_once():
@@ -201,7 +202,7 @@ def test_a_wrap_above_the_cap_is_refused(bench):
 
 
 def test_lowering_the_cap_cuts_the_command_at_once_and_says_so(gripping):
-    gripping.supervisor.reconfigure(replace(LIMITS, pressure_cap=3.0e4))
+    gripping.machine.reconfigure(replace(LIMITS, pressure_cap=3.0e4))
     assert gripping.run(TICK) == [3.0e4]
     assert (gripping.state, gripping.reason) == (State.HOLDING, Reason.PRESSURE_CAP)
     gripping.radius(0.02)
@@ -212,7 +213,7 @@ def test_without_a_certificate_the_safe_command_stands(gripping):
     gripping.planner.error = SolverError(RodStatus.UNSTABLE, 1.0, 7)
     gripping.radius(0.0215)
     assert (gripping.state, gripping.reason) == (State.HOLDING, Reason.NOT_CERTIFIED)
-    assert RodStatus.UNSTABLE.value in gripping.supervisor.snapshot().refusal.text
+    assert RodStatus.UNSTABLE.value in gripping.machine.snapshot().refusal.text
     assert set(gripping.run(0.3)) == {5.0e4}
 
 
@@ -224,45 +225,45 @@ def test_a_plan_without_a_finite_pressure_is_no_plan(bench):
 
 
 def test_release_vents_at_once_and_stays_vented_until_rearmed(gripping):
-    gripping.supervisor.release()
+    gripping.machine.let_go(RELEASED)
     assert set(gripping.run(1.0, radius=0.02)) == {0.0}
     assert (gripping.state, gripping.reason) == (State.RELEASED, Reason.RELEASED)
-    assert gripping.supervisor.rearm() is None
+    assert gripping.machine.rearm() is None
     assert gripping.state is State.WAITING
     assert gripping.run(1.0, radius=0.02)[-1] == 5.0e4
 
 
 def test_a_fault_vents_and_stays_until_rearmed(gripping):
-    gripping.supervisor.fault(BOOM)
+    gripping.machine.fault(BOOM)
     assert set(gripping.run(1.0, radius=0.02)) == {0.0}
     assert (gripping.state, gripping.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
-    gripping.supervisor.release()
+    gripping.machine.let_go(RELEASED)
     assert gripping.reason is Reason.INTERNAL_ERROR
-    assert gripping.supervisor.rearm() is None
+    assert gripping.machine.rearm() is None
     assert gripping.run(1.0, radius=0.02)[-1] == 5.0e4
 
 
 def test_rearm_changes_nothing_while_it_follows_and_is_refused_while_inactive(gripping):
-    assert gripping.supervisor.rearm() is None
+    assert gripping.machine.rearm() is None
     assert gripping.state is State.TRACKING
-    gripping.supervisor.deactivate()
-    assert gripping.supervisor.rearm().reason is Reason.NOT_ACTIVE
+    gripping.machine.deactivate()
+    assert gripping.machine.rearm().reason is Reason.NOT_ACTIVE
 
 
 @pytest.mark.parametrize("event", ["release", "fail"])
 def test_nothing_leaves_the_inactive_state_but_activation(event):
-    supervisor = Supervisor(LIMITS)
-    supervisor.fault(BOOM) if event == "fail" else supervisor.release()
-    assert supervisor.snapshot().state is State.INACTIVE
-    supervisor.activate()
-    assert supervisor.snapshot().state is State.WAITING
+    machine = StateMachine(LIMITS)
+    machine.fault(BOOM) if event == "fail" else machine.let_go(RELEASED)
+    assert machine.snapshot().state is State.INACTIVE
+    machine.activate()
+    assert machine.snapshot().state is State.WAITING
 
 
 def test_deactivation_vents_at_once_and_activation_remembers_nothing(gripping):
-    gripping.supervisor.deactivate()
+    gripping.machine.deactivate()
     assert gripping.run(TICK) == [0.0]
-    gripping.supervisor.activate()
-    snapshot = gripping.supervisor.snapshot()
+    gripping.machine.activate()
+    snapshot = gripping.machine.snapshot()
     assert (snapshot.state, snapshot.radius, snapshot.accepted) == (State.WAITING, None, 0)
     assert not snapshot.refused
     gripping.radius(0.035)
@@ -270,13 +271,13 @@ def test_deactivation_vents_at_once_and_activation_remembers_nothing(gripping):
 
 
 def test_another_gravity_moves_the_target_of_the_radius_in_use(gripping):
-    gripping.supervisor.replan(FakePlanner(product=1.2e3))
+    gripping.machine.replan(FakePlanner(product=1.2e3))
     assert gripping.run(1.0, radius=0.02)[-1] == pytest.approx(6.0e4)
 
 
 def test_a_gravity_at_which_nothing_can_be_gripped_holds_until_it_can(gripping):
     gripping.planner.error = SolverError(RodStatus.LEFT_BRANCH, 1.0, 7)
-    gripping.supervisor.replan(gripping.planner)
+    gripping.machine.replan(gripping.planner)
     assert (gripping.state, gripping.reason) == (State.HOLDING, Reason.NOT_CERTIFIED)
     gripping.radius(0.02)
     assert gripping.reason is Reason.NOT_CERTIFIED
@@ -286,16 +287,16 @@ def test_a_gravity_at_which_nothing_can_be_gripped_holds_until_it_can(gripping):
 
 
 def test_a_refused_input_of_another_kind_holds_too(gripping):
-    gripping.supervisor.refuse(Refusal(Reason.GRAVITY_INVALID, "gravity must be finite"))
+    gripping.machine.refuse(Refusal(Reason.GRAVITY_INVALID, "gravity must be finite"))
     assert (gripping.state, gripping.reason) == (State.HOLDING, Reason.GRAVITY_INVALID)
 
 
 def test_a_clock_that_leaps_forward_does_not_make_the_pressure_leap(bench):
     bench.radius(0.02)
     bench.run(TICK)
-    before = bench.supervisor.snapshot().pressure_command
+    before = bench.machine.snapshot().pressure_command
     bench.now += 0.4
-    after = bench.supervisor.command(bench.now)
+    after = bench.machine.command(bench.now)
     assert after - before <= LIMITS.pressure_rate_up * LONGEST_STEP * (1 + 1e-12)
 
 
@@ -311,7 +312,7 @@ def test_a_clock_that_leaps_back_stops_neither_the_ramp_nor_the_timeout(bench):
 @pytest.mark.parametrize("now", [math.nan, math.inf])
 def test_a_time_that_is_none_is_an_error(bench, now):
     with pytest.raises(InvalidInputError, match="now"):
-        bench.supervisor.command(now)
+        bench.machine.command(now)
 
 
 @given(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))
@@ -341,57 +342,59 @@ EVENTS = st.one_of(
 @given(events=st.lists(EVENTS, max_size=30), policy=st.sampled_from(list(TimeoutPolicy)))
 def test_whatever_happens_cap_and_rate_hold_and_it_can_grip_again(events, policy):
     bench = Bench(replace(LIMITS, timeout_policy=policy))
-    supervisor, cap, last = bench.supervisor, LIMITS.pressure_cap, 0.0
+    machine, cap, last = bench.machine, LIMITS.pressure_cap, 0.0
     for name, value in events:
         if name == "radius":
             bench.radius(value)
         elif name == "cap":
             cap = value
-            supervisor.reconfigure(replace(LIMITS, timeout_policy=policy, pressure_cap=cap))
+            machine.reconfigure(replace(LIMITS, timeout_policy=policy, pressure_cap=cap))
         elif name == "replan":
-            supervisor.replan(bench.planner)
+            machine.replan(bench.planner)
         elif name == "fail":
-            supervisor.fault(BOOM)
+            machine.fault(BOOM)
+        elif name == "release":
+            machine.let_go(RELEASED)
         elif name != "wait":
-            getattr(supervisor, name)()
+            getattr(machine, name)()
         bench.now += value if name == "wait" else TICK
-        command = supervisor.command(bench.now)
+        command = machine.command(bench.now)
         assert 0.0 <= command <= cap
         assert command - last <= LIMITS.pressure_rate_up * LONGEST_STEP * (1 + 1e-12)
         last = command
-    supervisor.reconfigure(LIMITS)
-    supervisor.deactivate()
-    supervisor.activate()
+    machine.reconfigure(LIMITS)
+    machine.deactivate()
+    machine.activate()
     assert bench.run(1.0, radius=0.02)[-1] == 5.0e4
 
 
 def test_bad_radii_after_the_time_out_do_not_change_the_reason():
-    supervisor = Supervisor(LIMITS)
-    supervisor.activate()
+    machine = StateMachine(LIMITS)
+    machine.activate()
     planner, reasons = FakePlanner(), []
-    supervisor.offer_radius(0.0, 0.02, planner)
+    machine.offer_radius(0.0, 0.02, planner)
     for step in range(1, 300):
-        supervisor.command(0.02 * step)
+        machine.command(0.02 * step)
         if step % 5 == 0:
-            supervisor.offer_radius(0.02 * step, math.nan, planner)
-        reasons.append(supervisor.snapshot().refusal.reason)
+            machine.offer_radius(0.02 * step, math.nan, planner)
+        reasons.append(machine.snapshot().refusal.reason)
     stale = reasons.index(Reason.RADIUS_STALE)
     assert set(reasons[stale:]) == {Reason.RADIUS_STALE}
-    assert "last refused: object_radius must be a finite" in supervisor.snapshot().refusal.text
-    assert supervisor.snapshot().refused[Reason.RADIUS_NOT_FINITE] == 59
+    assert "last refused: object_radius must be a finite" in machine.snapshot().refusal.text
+    assert machine.snapshot().refused[Reason.RADIUS_NOT_FINITE] == 59
 
 
 def test_a_stale_stream_goes_on_saying_what_was_last_refused():
-    supervisor = Supervisor(LIMITS)
-    supervisor.activate()
+    machine = StateMachine(LIMITS)
+    machine.activate()
     planner = FakePlanner()
-    supervisor.offer_radius(0.0, 0.02, planner)
+    machine.offer_radius(0.0, 0.02, planner)
     for step in range(1, 60):
-        supervisor.offer_radius(0.1 * step, 1.0, planner)
-        supervisor.command(0.1 * step)
-    supervisor.command(7.0)
-    supervisor.command(8.0)
-    refusal = supervisor.snapshot().refusal
+        machine.offer_radius(0.1 * step, 1.0, planner)
+        machine.command(0.1 * step)
+    machine.command(7.0)
+    machine.command(8.0)
+    refusal = machine.snapshot().refusal
     assert refusal.reason is Reason.RADIUS_STALE
     assert "; last refused: object_radius 1 m is above" in refusal.text
     assert refusal.text.count("last refused") == 1

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The state machine of the control logic: without ROS, without a clock, without files.
+"""The state machine of the control logic: the state, its reason, the target and the command.
 
-It is told what happened and when; it answers with the pressure to command and why. What is measured
-and how grasps end is added by :mod:`spiral_gripper_ros.control.grip_control`, which the node calls.
-``docs/node.md`` draws the transitions.
+It knows radii, plans and limits, and nothing of what is measured, of who has fallen silent and of
+how a grasp ends: :class:`~spiral_gripper_ros.control.grip_control.GripControl` judges those, and it
+alone calls this. ``docs/node.md`` draws the transitions.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from spiral_gripper_ros.control.refusals import (
     NO_RADIUS,
     NOT_ACTIVE,
     NOT_FOLLOWING,
-    RELEASED,
     TAKEN_OVER,
     stale_radius,
 )
@@ -28,14 +27,9 @@ from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, Stat
 from spiral_gripper_ros.control.target import Target
 from spiral_gripper_ros.control.timing import InnerClock
 
-# States that end only with rearm, a grasp goal or the next activation.
-_LATCHED = (State.INACTIVE, State.RELEASED, State.FAULT)
-# States in which the command heads for the target.
-_GRIPPING = (State.TRACKING, State.HOLDING, State.GRASPING, State.TAKEN_OVER)
 
-
-class Supervisor(Generic[PlanT]):
-    """Decides the pressure command; see :class:`State` for what it can be doing.
+class StateMachine(Generic[PlanT]):
+    """Moves between the states of :class:`State` and ramps the command to the target of each.
 
     Times are seconds of any clock. Should that clock run backwards, no time passes until it runs
     forward again.
@@ -44,8 +38,8 @@ class Supervisor(Generic[PlanT]):
         limits: what no command may exceed and how radii are judged.
 
     Example:
-        >>> supervisor = Supervisor(Limits(pressure_cap=1.0e5))
-        >>> supervisor.command(now=0.0), supervisor.snapshot().state.name
+        >>> machine = StateMachine(Limits(pressure_cap=1.0e5))
+        >>> machine.command(now=0.0), machine.state.name
         (0.0, 'INACTIVE')
     """
 
@@ -54,7 +48,6 @@ class Supervisor(Generic[PlanT]):
         self._clock = InnerClock()
         self._gate = RadiusGate()
         self._target: Target[PlanT] = Target()
-        self._planner: Planner[PlanT] | None = None  # of the grasp, for a plan within other limits
         self._ramped_until = 0.0
         self._pressure = 0.0
         self._accepted = 0
@@ -65,9 +58,19 @@ class Supervisor(Generic[PlanT]):
         self._last_refused = NOT_REFUSED
 
     @property
+    def state(self) -> State:
+        """What it does now."""
+        return self._state
+
+    @property
     def overpressure(self) -> float:
         """What the target has above the pressure of the perfect wrap [Pa]."""
         return self._target.overpressure
+
+    @property
+    def pressure_target(self) -> float:
+        """The pressure that the command is heading for [Pa]."""
+        return self._target.pressure(self._limits.pressure_cap) if self._state.is_gripping else 0.0
 
     # --- life cycle --------------------------------------------------------------------------
 
@@ -87,10 +90,6 @@ class Supervisor(Generic[PlanT]):
         """Vent, and stay vented until activated."""
         self._vent(State.INACTIVE, NOT_ACTIVE)
 
-    def release(self) -> None:
-        """Vent, and stay vented until re-armed, a grasp or the next activation; in any state."""
-        self.let_go(RELEASED)
-
     def let_go(self, refusal: Refusal) -> None:
         """Vent for a reason, and stay vented until re-armed, a grasp or the next activation."""
         if self._state in (State.INACTIVE, State.FAULT):
@@ -104,7 +103,7 @@ class Supervisor(Generic[PlanT]):
             return NOT_ACTIVE
         if self._state is State.GRASPING:
             return GRASP_HOLDS
-        if self._state in (State.RELEASED, State.FAULT):
+        if self._state.is_latched:
             self._vent(State.WAITING, NO_RADIUS)
         return None
 
@@ -125,7 +124,7 @@ class Supervisor(Generic[PlanT]):
         self.advance(now)
         if self._state is State.GRASPING:
             return False
-        if self._state in _LATCHED:
+        if self._state.is_latched:
             self._refused[self._refusal.reason] += 1
             return False
         refusal = self._gate.refusal(self._clock.now, radius, planner.radius_range, self._limits)
@@ -168,7 +167,6 @@ class Supervisor(Generic[PlanT]):
             radius, planner, self._limits, overpressure
         )
         if refusal is None:
-            self._planner = planner
             self._state = State.GRASPING
             self._refusal = self._last_refused = NOT_REFUSED
             self._accepted_at = None
@@ -187,12 +185,11 @@ class Supervisor(Generic[PlanT]):
         If it can no longer be gripped the present target stands and the reason is kept until a
         radius is accepted, or until a plan for the radius of a grasp is.
         """
-        self._target.outdate()
+        self._target.outdate(planner)
         if self._state is State.GRASPING:
-            self._planner = planner
             self._replan_grasp()
-        elif self._target.radius is not None and self._state not in _LATCHED:
-            refusal = self._target.aim_anew(planner, self._limits)
+        else:
+            refusal = self._target.aim_anew(self._limits)
             if refusal is not None:
                 self._refuse(refusal)
 
@@ -232,10 +229,11 @@ class Supervisor(Generic[PlanT]):
         time = self.advance(now)
         elapsed, self._ramped_until = time - self._ramped_until, time
         self._act_on_timeout()
-        if self._state in _GRIPPING or self._state is State.RAMPING_DOWN:
-            self._pressure = ramped_pressure(self._pressure, self._goal(), elapsed, self._limits)
-        else:
+        if self._state.is_vented:
             self._pressure = 0.0
+        else:
+            goal = self.pressure_target
+            self._pressure = ramped_pressure(self._pressure, goal, elapsed, self._limits)
         if self._state is State.RAMPING_DOWN and not self._pressure > 0.0:
             self._vent(State.VENTED, self._refusal)
         return self._pressure
@@ -249,7 +247,7 @@ class Supervisor(Generic[PlanT]):
             radius=self._target.radius,
             plan=self._target.plan,
             radius_age=age,
-            pressure_target=self._goal(),
+            pressure_target=self.pressure_target,
             pressure_command=self._pressure,
             accepted=self._accepted,
             refused=self._refused.copy(),
@@ -264,14 +262,13 @@ class Supervisor(Generic[PlanT]):
         self._refusal = refusal
         self._pressure = 0.0
         self._target.clear()
-        self._planner = None
         self._accepted_at = None
         self._last_refused = NOT_REFUSED
         self._gate.reset()
 
     def _refuse(self, refusal: Refusal) -> None:
         self._refused[refusal.reason] += 1
-        if self._state in _LATCHED:
+        if self._state.is_latched:
             return
         self._last_refused = refusal
         # A stream of bad radii is as good as none: the reason must not change with each of them.
@@ -282,10 +279,9 @@ class Supervisor(Generic[PlanT]):
 
     def _replan_grasp(self) -> None:
         """Aim anew for the radius of a grasp; a pressure that an aborted one left stands."""
-        target = self._target
-        if target.is_frozen or target.radius is None or self._planner is None:
+        if self._target.is_frozen:
             return
-        refusal = target.aim_anew(self._planner, self._limits)
+        refusal = self._target.aim_anew(self._limits)
         if refusal is not None:
             self._refuse(refusal)
         else:
@@ -307,8 +303,3 @@ class Supervisor(Generic[PlanT]):
         hold = policy is TimeoutPolicy.HOLD
         self._state = State.HOLDING if hold else State.RAMPING_DOWN
         self._refusal = refusal
-
-    def _goal(self) -> float:
-        """Return the pressure the command is heading for [Pa]."""
-        grips = self._state in _GRIPPING
-        return self._target.pressure(self._limits.pressure_cap) if grips else 0.0
