@@ -227,8 +227,8 @@ def test_steps_of_the_least_length_are_taken_whatever_their_error(monkeypatch) -
         return advanced(*given)[0], 1.0
 
     monkeypatch.setattr(solve, "advanced", rough)
-    # Steps grow to half of the longest in 9.85 ms; then the last two are longer by rounding alone.
-    times = (0.0, 0.0098515625 + 0.02 + 2.5e-12)
+    # Steps grow to half of the longest; then the last two are longer by rounding alone.
+    times = (0.0, 0.05, 0.05 + 0.01 + 2.5e-12)
     motion = solve_motion(lambda _: lying, TUBE, times, start=start)
     assert motion.status is MotionStatus.COMPLETED
     assert 1.0 < max(tried) / (0.5 * solve.DEFAULT_LONGEST_STEP) < 1.0 + 1e-6

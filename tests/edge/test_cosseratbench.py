@@ -217,4 +217,4 @@ def test_the_pendulum_swings_as_linear_theory_has_it() -> None:
     result = run(load_experiment("pendulum"), SpiralSolver())
     assert result.outcome == "completed"
     assert result.metrics["period_error"] < 1.3e-4  # PyElastica: 1.37e-4
-    assert abs(result.metrics["amplitude_change"]) < 3e-5
+    assert abs(result.metrics["amplitude_change"]) < 5e-6  # PyElastica: 1e-5

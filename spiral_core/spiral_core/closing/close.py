@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -179,8 +180,10 @@ def closing_frames(
     require_in_range("pressures", max(course.pressures), 0.0, setup.gripper.pressure_max)
     require_in_range("count", count, 2, 100_000)
 
+    posed = lru_cache(maxsize=1)(setup.closing_problem)
+
     def problem(time: float) -> ContactProblem:
-        return setup.closing_problem(course.at(time))
+        return posed(course.at(time))
 
     return motion_frames(
         problem,

@@ -45,7 +45,7 @@ Array: TypeAlias = NDArray[np.float64]
 # A normal across every element is its own parallel transport; rounding leaves this.
 ACROSS = 1e-9
 # Motion is computed on so many elements for one, and in steps of at most this time [s].
-REFINED, LONGEST_STEP = 2, 0.005
+REFINED, LONGEST_STEP = 2, 0.0072
 
 
 class SpiralSolver:

@@ -22,13 +22,12 @@ from spiral_core.rod.motion._terms import (
     StepTerms,
     coordinates,
     drag_factor,
-    masses,
     node_lengths,
     step_terms,
     stiffened,
     strains,
 )
-from spiral_core.rod.motion.inertia import Damping, Inertia
+from spiral_core.rod.motion.inertia import Damping
 from spiral_core.rod.types import Array
 
 # Spectral radius at infinite frequency of the generalized-alpha method (Chung, Hulbert, J. Appl.
@@ -56,7 +55,8 @@ class Moment:
         mean: the method's averaged accelerations (N + 1, 9) [1/s^2].
         last: accelerations (N + 1, 9) [1/s^2].
         strain: what the elements' material remembers, with the first and second derivative that
-            the method uses (3, N, 6).
+            the method uses (3, N, 6); only where it is damped.
+        touches: which nodes touch an obstacle (N + 1,).
         started: whether accelerations are known.
     """
 
@@ -67,6 +67,7 @@ class Moment:
     mean: Array
     last: Array
     strain: Array
+    touches: NDArray[np.bool_]
     started: bool = True
 
 
@@ -79,7 +80,7 @@ def at_rest(time: float, point: Point, velocity: Array | None = None) -> Moment:
     zero = np.zeros_like(y)
     strain = np.zeros((3, len(y) - 1, 6))
     strain[0] = strains(point.x, point.arrays, point.arrays)
-    return Moment(time, point, y, rate, zero, zero, strain, started=False)
+    return Moment(time, point, y, rate, zero, zero, strain, touching(point.x), started=False)
 
 
 def touching(x: Iterate) -> NDArray[np.bool_]:
@@ -89,14 +90,14 @@ def touching(x: Iterate) -> NDArray[np.bool_]:
 
 
 def advanced(
-    here: Moment, arrays: Arrays, duration: float, inertia: Inertia, damping: Damping
+    here: Moment, arrays: Arrays, duration: float, inertia: Array, damping: Damping
 ) -> tuple[Moment | None, float]:
-    """Take a step to the problem that ``arrays`` states.
+    """Take a step to the problem that ``arrays`` states; ``inertia`` is that of :func:`masses`.
 
     Returns the rod after it, or None if the step was not solved or a node moved too far; and the
     estimated error of the positions in this step [m].
     """
-    smooth = ~touching(here.point.x) & here.started
+    smooth = ~here.touches & here.started
     target, scale = _target(here, duration, smooth)
     back, past = _backward(here.y, here.rate, here.mean, duration, smooth[:, None])
     guess = _predicted(here, duration)
@@ -107,7 +108,7 @@ def advanced(
         )
         solved = stiffened(arrays, damping.retardation_time / between, past_strain)
     terms = step_terms(
-        masses(arrays, inertia), scale, target, damping, back, past,
+        inertia, scale, target, damping, back, past,
         _air(here, arrays, duration, damping.air),
     )  # fmt: skip
     point = _solve(here.point, solved, guess, terms)
@@ -150,7 +151,7 @@ def _backward(
 def _predicted(here: Moment, duration: float) -> Iterate:
     """Return the state expected at the end of the step."""
     x = here.point.x.copy()
-    still = touching(x)[:, None]
+    still = here.touches[:, None]
     x.p += np.where(still, 0.0, duration * (here.rate + 0.5 * duration * here.mean)[:, :3])
     spin = _spin(here)
     x.q[:] = turned(x.q, np.where(still, 0.0, duration * spin))
@@ -215,13 +216,15 @@ def _after(
     back, past = _backward(here.y, here.rate, here.mean, h, chosen)
     rate = (y - past) / back
     mean = np.where(chosen, mean, last)
-    struck = touches & ~touching(here.point.x)
+    struck = touches & ~here.touches
     if struck.any():
         _stop(rate, struck, here.point.arrays.obstacles, arrays, point.x, h)
     mean[touches] = last[touches] = 0.0
-    strain = _strained(here, strains(point.x, point.arrays, arrays), h, _both(chosen[:, 0]))
+    strain = here.strain
+    if point.arrays is not arrays:  # stiffened: the material remembers
+        strain = _strained(here, strains(point.x, point.arrays, arrays), h, _both(chosen[:, 0]))
     point = replace(point, at=here.time + h, arrays=arrays)
-    return Moment(here.time + h, point, y, rate, mean, last, strain)
+    return Moment(here.time + h, point, y, rate, mean, last, strain, touches)
 
 
 def _strained(here: Moment, strain: Array, duration: float, smooth: NDArray[np.bool_]) -> Array:
@@ -256,6 +259,6 @@ def _stop(
 def _error(here: Moment, after: Moment, duration: float, smooth: NDArray[np.bool_]) -> float:
     """Return the estimated error of the positions [m]; impacts are not judged."""
     jump = np.abs(after.mean - here.mean)[:, :3]
-    free = smooth & ~touching(after.point.x)
+    free = smooth & ~after.touches
     error = abs(BETA - 1.0 / 6.0) * duration**2 * jump[free].max(initial=0.0)
     return float(error)

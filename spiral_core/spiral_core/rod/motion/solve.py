@@ -131,7 +131,7 @@ def motion_frames(
     point = _start(first, start, elements)
     run = _Run(
         problem, inertia, damping or Damping(), tolerance * point.arrays.length, longest_step,
-        at_rest(moments[0], replace(point, at=moments[0])),
+        at_rest(moments[0], replace(point, at=moments[0])), first,
     )  # fmt: skip
     yield run.frame()
     for time in moments[1:]:
@@ -188,21 +188,23 @@ class _Run:
         allowed: float,
         longest: float,
         moment: Moment,
+        first: ContactProblem,
     ) -> None:
-        self.problem, self.inertia, self.damping = problem, inertia, damping
+        self.problem, self.damping = problem, damping
+        self.inertia = masses(moment.point.arrays, inertia)
+        self.posed, self.arrays = first, moment.point.arrays
         self.allowed, self.longest, self.here = allowed, longest, moment
         self.step, self.steps, self.error = FIRST_STEP * longest, 0, 0.0
         self.events: list[MotionEvent] = []
         self.residual, self.passes = moment.point.solution.residual, 0
-        self.quiet_until, self.touched = -np.inf, bool(np.any(moment.point.x.normal > 0.0))
+        self.quiet_until, self.touched = -np.inf, bool(moment.touches.any())
 
     def reach(self, time: float) -> bool:
         """Step to a time exactly; return whether it was reached."""
         while self.here.time < time:
             left = time - self.here.time
             parts = max(1, int(np.ceil(left / self.step - 1e-9)))
-            # two even steps rather than a long one and a short one
-            duration = left / parts if parts <= 2 else self.step
+            duration = left / parts  # even steps: uneven ones disturb the accelerations
             at = time if parts == 1 else self.here.time + duration
             if not self._try(at, duration) and self.step < SHORTEST * self.longest:
                 return False
@@ -247,9 +249,11 @@ class _Run:
         return 10.0 * SHORTEST * self.longest
 
     def _arrays(self, time: float) -> Arrays:
-        """Return the problem at a time, on the mesh of the start."""
-        before = self.here.point.arrays
+        """Return the problem at a time, on the mesh of the start; as it was while it stays."""
+        before = self.arrays
         found = _problem_at(self.problem, time)
+        if found is self.posed:
+            return before
         arrays = discretize(found, before.count)
         same = len(arrays.arc_lengths) == len(before.arc_lengths)
         shapes = [one.shape for one in arrays.obstacles] == [o.shape for o in before.obstacles]
@@ -257,18 +261,18 @@ class _Run:
         if not (same and shapes and held):
             requirement = "as many breaks, kinds of ends and shapes of obstacles at all times"
             raise InvalidInputError("problem", found, requirement)
+        self.posed, self.arrays = found, arrays
         return arrays
 
     def frame(self) -> Frame:
         """Return the rod where it is, and the events since the last frame."""
         here = self.here
         state = state_from_point(here.point, self.passes, ContactStatus.CONVERGED)
-        weights = masses(here.point.arrays, self.inertia)
         frame = Frame(
             time=here.time,
             state=replace(state, energy=_energy(here)),
             velocities=here.rate[:, :3].copy(),
-            kinetic_energy=0.5 * float(np.sum(weights * here.rate * here.rate)),
+            kinetic_energy=0.5 * float(np.sum(self.inertia * here.rate * here.rate)),
             steps=self.steps,
             error=self.error,
             residual=self.residual,
