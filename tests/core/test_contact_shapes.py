@@ -17,7 +17,6 @@ from spiral_core import (
     SignedDistance,
     Sphere,
 )
-from spiral_core.rod.contact._results import self_clearance
 
 
 def _egg(points):
@@ -98,18 +97,3 @@ def test_a_profile_builds_its_spline_once(monkeypatch):
     for _ in range(3):
         shape.distance(np.array([[0.03, 0.0, 0.01]]))
     assert len(built) == 1
-
-
-def test_self_clearance_is_the_least_distance_of_places_apart() -> None:
-    """Against all pairs, on random curves whose turns are near each other, and one with none."""
-    rng = np.random.default_rng(5)
-    radius, sites = 0.01, np.linspace(0.0, 1.0, 121)
-    for turns in (0.3, 3.0, *np.linspace(5.0, 7.0, 20)):
-        angle = 2.0 * np.pi * turns * sites
-        curve = 0.05 * np.column_stack((np.cos(angle), np.sin(angle), 3.0 * sites))
-        curve += rng.normal(scale=5e-4, size=curve.shape)
-        gaps = np.linalg.norm(curve[:, None] - curve[None], axis=2)
-        apart = np.abs(sites[:, None] - sites[None]) > np.pi * radius
-        expected = min(float(gaps[apart].min()), 4.0 * radius) - 2.0 * radius
-        assert self_clearance(curve, sites, radius) == pytest.approx(expected, abs=1e-15)
-    assert self_clearance(curve, sites, 0.0) == np.inf

@@ -135,10 +135,10 @@ def test_needle_pushes_a_cord_of_enough_elements() -> None:
     assert -0.7 < state.turns[0] < -0.5  # still below it
 
 
-def coil(torsion: float, curvature: float = 60.0) -> ContactProblem:
+def coil(torsion: float, radius: float = RADIUS) -> ContactProblem:
     """Return a coil of some turns, its pitch with the sign of its torsion."""
-    rest_strain = (torsion, 0.0, curvature)
-    return ContactProblem(ElasticRod(LENGTH, ROD.section, RADIUS, rest_strain=rest_strain))
+    rest_strain = (torsion, 0.0, 60.0)
+    return ContactProblem(ElasticRod(LENGTH, ROD.section, radius, rest_strain=rest_strain))
 
 
 @pytest.mark.parametrize("stations", [2, 5])
@@ -161,6 +161,20 @@ def test_rod_that_passes_through_itself_between_two_stations_is_reported(station
     before = follow_contact([coil(30.0), coil(10.0)], elements=80)
     assert before.self_contact is None
     assert before.states[-1].stable
+
+
+@pytest.mark.parametrize("elements", [40, 60, 80, 120])
+@pytest.mark.parametrize("radius", [RADIUS, 1e-3, 1e-4])
+def test_thin_rod_of_long_elements_does_not_pass_through_itself(
+    radius: float, elements: int
+) -> None:
+    """Its turns cross between nodes; thin ones within one increment, whose ends are clear."""
+    path = follow_contact([coil(30.0, radius), coil(-30.0, radius)], elements=elements)
+    assert path.states[-1].status is ContactStatus.SELF_CONTACT
+    # Thin ones are found at the end of the increment in which they passed.
+    assert path.self_contact.position == pytest.approx(0.5, abs=0.06)
+    first, second = path.self_contact.places
+    assert second - first == pytest.approx(2.0 * np.pi / 60.0, rel=0.05)
 
 
 def test_turns_are_those_of_a_helix_about_each_axis() -> None:

@@ -24,7 +24,7 @@ from spiral_core.rod.contact._laws import (
 )
 from spiral_core.rod.contact._quaternions import matrices
 from spiral_core.rod.contact._slots import in_space
-from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact.obstacles import Obstacle, frame_of, seen_from
 from spiral_core.rod.types import Array
 
 
@@ -123,9 +123,8 @@ class Law:
 
 def distances(obstacle: Obstacle, points: Array, radius: float) -> tuple[Array, Array, Array]:
     """Return gap (n,) [m], normal (n, 3) and curvature (n, 3, 3) [1/m] in the base frame."""
-    turn = matrices(np.array([obstacle.orientation]))[0]
-    gap, normal, bend = obstacle.shape.distance((points - np.asarray(obstacle.position)) @ turn)
-    normal, bend = in_space(turn, normal, bend)
+    gap, normal, bend = obstacle.shape.distance(seen_from(obstacle, points))
+    normal, bend = in_space(frame_of(obstacle), normal, bend)
     return gap - radius, normal, bend
 
 
@@ -172,10 +171,8 @@ def carried(
             size = np.sqrt(np.sum(lag * lag, axis=1))
             most = STICK_SLIPS * slip
             lag *= (most / np.maximum(size, most))[:, None]
-        first = matrices(np.array([old.orientation]))[0]
-        second = matrices(np.array([new.orientation]))[0]
-        local = (x.p + arm - lag - np.asarray(old.position)) @ first
-        points[j] = local @ second.T + np.asarray(new.position)
+        local = seen_from(old, x.p + arm - lag)
+        points[j] = local @ frame_of(new).T + np.asarray(new.position)
         arms[j] = np.einsum("nji,nj->ni", turn, arm)
     return Anchors(points, arms, lever)
 

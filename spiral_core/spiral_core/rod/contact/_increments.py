@@ -11,8 +11,8 @@ import numpy as np
 from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, distances
 from spiral_core.rod.contact._mesh import Arrays, between, last_slip
 from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
-from spiral_core.rod.contact._quaternions import matrices, turn_between, turned
-from spiral_core.rod.contact.obstacles import passes_through
+from spiral_core.rod.contact._quaternions import turn_between, turned
+from spiral_core.rod.contact.obstacles import passes_through, seen_from
 from spiral_core.rod.types import Array
 
 # In one increment a node moves by at most this fraction of an obstacle's arc, or its distance from
@@ -114,10 +114,8 @@ def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
     for (old, new), gap in zip(pairs, gaps_at(here), strict=True):
         seen = moves
         if (old.position, old.orientation) != (new.position, new.orientation):
-            first, last = (matrices(np.array([one.orientation]))[0] for one in (old, new))
-            before = (here.x.p - np.asarray(old.position)) @ first
-            after = (positions - np.asarray(new.position)) @ last
-            seen = np.sqrt(np.sum((after - before) ** 2, axis=1))
+            seen = seen_from(new, positions) - seen_from(old, here.x.p)
+            seen = np.sqrt(np.sum(seen * seen, axis=1))
         arc = LARGEST_ARC * (old.shape.feature_radius + arrays.radius)
         fraction = max(fraction, float(np.max(seen / np.maximum(arc, gap))))
         if passes_through(old, new, here.x.p, positions):

@@ -10,6 +10,7 @@ import numpy as np
 
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
 from spiral_core.rod.contact._quaternions import matrices
@@ -18,6 +19,8 @@ from spiral_core.rod.types import Array
 
 # Two places closer than this along the rod, in its radii, are one place, not two that touch.
 NEIGHBORS = math.pi
+# Elements are parallel below this squared sine of the angle between them.
+PARALLEL = 1e-14
 
 
 def state_from_point(
@@ -99,45 +102,151 @@ def _reaction(gradient: Array, turn: Array) -> Array:
 def self_clearance(positions: Array, arc_lengths: Array, radius: float) -> float:
     """Return the least distance between the surfaces of two places of the rod [m].
 
-    Distances of the axis from 4 radii on count as 4.
+    As :func:`nearest_places` measures it: at most two radii.
     """
     if not radius > 0.0 or arc_lengths[-1] <= NEIGHBORS * radius:
         return math.inf
-    longest = float(np.sqrt(np.max(np.sum(np.diff(positions, axis=0) ** 2, axis=1))))
-    least = least_distance(positions, arc_lengths, NEIGHBORS * radius, longest, 4.0 * radius)
-    return least - 2.0 * radius
-
-
-def nearest_places(positions: Array, arc_lengths: Array, radius: float) -> tuple[float, float]:
-    """Return the arc lengths of the two nodes that are nearest to each other, but no neighbors."""
-    away = np.linalg.norm(positions[:, None] - positions, axis=2)
-    away[np.abs(arc_lengths[:, None] - arc_lengths) <= NEIGHBORS * radius] = math.inf
-    first, second = np.unravel_index(int(np.argmin(away)), away.shape)
-    return float(arc_lengths[first]), float(arc_lengths[second])
+    return float(nearest_places(positions, arc_lengths, radius)[0]) - 2.0 * radius
 
 
 @compiled
-def least_distance(
-    positions: Array, arc_lengths: Array, apart: float, longest: float, least: float
-) -> float:
-    """Return the least distance of two nodes that are farther apart along the rod than ``apart``.
+def nearest_on(first: Array, last: Array, at: float, i: int, k: int) -> tuple[float, float, float]:
+    """Return the least distance of elements i and k, and where on each of them, from 0 to 1.
 
-    ``least`` is what is returned if none are nearer; ``longest`` is the longest element: so many
-    nodes on as another one is too far away, no node can be near.
+    Their nodes are the fraction ``at`` of the way from ``first`` to ``last`` (n, 3). On parallel
+    elements it is one of the places.
     """
+    uu, vv, uv, ur, vr = TINY, TINY, 0.0, 0.0, 0.0
+    for c in range(3):
+        foot = (1.0 - at) * first[i, c] + at * last[i, c]
+        base = (1.0 - at) * first[k, c] + at * last[k, c]
+        u = (1.0 - at) * first[i + 1, c] + at * last[i + 1, c] - foot
+        v = (1.0 - at) * first[k + 1, c] + at * last[k + 1, c] - base
+        uu, vv, uv = uu + u * u, vv + v * v, uv + u * v
+        ur, vr = ur + u * (foot - base), vr + v * (foot - base)
+    skewness = uu * vv - uv * uv
+    x, y = 0.0, 0.0
+    if skewness > PARALLEL * uu * vv:
+        x = min(max((uv * vr - ur * vv) / skewness, 0.0), 1.0)
+    y = (uv * x + vr) / vv
+    if not 0.0 <= y <= 1.0:
+        y = min(max(y, 0.0), 1.0)
+        x = min(max((uv * y - ur) / uu, 0.0), 1.0)
+    square = 0.0
+    for c in range(3):
+        foot = (1.0 - x) * first[i, c] + x * first[i + 1, c]
+        base = (1.0 - y) * first[k, c] + y * first[k + 1, c]
+        moved = (1.0 - x) * last[i, c] + x * last[i + 1, c]
+        moved -= (1.0 - y) * last[k, c] + y * last[k + 1, c]
+        square += ((1.0 - at) * (foot - base) + at * moved) ** 2
+    return math.sqrt(square), x, y
+
+
+@compiled
+def middles_apart(positions: Array, i: int, k: int) -> float:
+    """Return the distance between the middles of elements i and k [m]."""
+    square = 0.0
+    for c in range(3):
+        away = positions[k, c] + positions[k + 1, c] - positions[i, c] - positions[i + 1, c]
+        square += 0.25 * away * away
+    return math.sqrt(square)
+
+
+@compiled
+def nodes_apart(positions: Array, i: int, k: int) -> float:
+    """Return the distance of nodes i and k [m]."""
+    square = 0.0
+    for c in range(3):
+        square += (positions[k, c] - positions[i, c]) ** 2
+    return math.sqrt(square)
+
+
+@compiled
+def longest_element(positions: Array) -> float:
+    """Return the length of the longest element [m]."""
+    longest = 0.0
+    for i in range(len(positions) - 1):
+        longest = max(longest, nodes_apart(positions, i, i + 1))
+    return longest
+
+
+@compiled
+def nearest_places(
+    positions: Array, arc_lengths: Array, radius: float
+) -> tuple[float, float, float]:
+    """Return the least distance of two places of the axis, and their arc lengths [m].
+
+    Between elements that lie farther apart along the rod than neighbors; of nearer ones, between
+    nodes that do. Distances from 4 radii on count as 4. So many elements on as another one is too
+    far away, none can be near.
+    """
+    count, apart = len(positions) - 1, NEIGHBORS * radius
+    longest = longest_element(positions)
+    least, place, other = 4.0 * radius, np.nan, np.nan
     first = 0
-    for i in range(len(positions)):
-        while first < len(positions) and not arc_lengths[first] - arc_lengths[i] > apart:
+    for i in range(count):
+        while first < count and not arc_lengths[first + 1] - arc_lengths[i] > apart:
             first += 1
         k = first
-        while k < len(positions):
+        while k < count:
+            middles = middles_apart(positions, i, k)
+            if middles - longest < least:
+                if arc_lengths[k] - arc_lengths[i + 1] > apart:
+                    distance, x, y = nearest_on(positions, positions, 0.0, i, k)
+                else:
+                    distance, x, y = nodes_apart(positions, i, k + 1), 0.0, 1.0
+                if distance < least:
+                    least = distance
+                    place = (1.0 - x) * arc_lengths[i] + x * arc_lengths[i + 1]
+                    other = (1.0 - y) * arc_lengths[k] + y * arc_lengths[k + 1]
+            k += max(1, int((middles - least) / longest))
+    return least, place, other
+
+
+@compiled
+def relative_move(first: Array, last: Array, i: int, k: int) -> float:
+    """Return by how much two places of elements i and k can come nearer on a move [m]."""
+    most = 0.0
+    for a in range(i, i + 2):
+        for b in range(k, k + 2):
             square = 0.0
             for c in range(3):
-                square += (positions[k, c] - positions[i, c]) ** 2
-            distance = math.sqrt(square)
-            least = min(least, distance)
-            k += max(1, int((distance - least) / longest))
-    return least
+                square += (last[b, c] - first[b, c] - last[a, c] + first[a, c]) ** 2
+            most = max(most, square)
+    return math.sqrt(most)
+
+
+@compiled
+def crossing_places(
+    first: Array, last: Array, arc_lengths: Array, radius: float
+) -> tuple[float, float]:
+    """Return the arc lengths of two places whose axes came nearer than a radius on a move [m].
+
+    NaN if none did. Nodes move straight from ``first`` to ``last`` (n, 3): a rod that turns comes
+    nearer to itself by that, though not by half. A pair advances by as much of the move as it
+    cannot meet in, but by a tenth of a radius at least.
+    """
+    count, apart = len(first) - 1, NEIGHBORS * radius
+    longest = max(longest_element(first), longest_element(last))
+    # The next element is nearer to another one by at most its length, and moves by so much more.
+    further = longest + longest_element(last - first)
+    start = 0
+    for i in range(count):
+        while start < count and not arc_lengths[start] - arc_lengths[i + 1] > apart:
+            start += 1
+        k = start
+        while k < count:
+            move = relative_move(first, last, i, k)
+            spare = middles_apart(last, i, k) - longest - move - radius
+            at = 0.0 if spare < 0.0 else 1.0
+            while at < 1.0:
+                distance, x, y = nearest_on(first, last, at, i, k)
+                if distance < radius:
+                    place = (1.0 - x) * arc_lengths[i] + x * arc_lengths[i + 1]
+                    return place, (1.0 - y) * arc_lengths[k] + y * arc_lengths[k + 1]
+                at += max(distance - radius, 0.1 * radius) / max(move, TINY)
+            k += max(1, int(1.0 + spare / further))
+    return np.nan, np.nan
 
 
 @dataclass(slots=True, eq=False)
@@ -147,9 +256,16 @@ class PathLog:
     events: list[ContactEvent] = field(default_factory=list)
     self_contact: SelfContact | None = None
 
-    def watch(self, position: float, positions: Array, arrays: Arrays) -> None:
-        """Note whether the rod touches itself at a place of the path."""
-        if self.self_contact is None:
-            arcs, radius = arrays.arc_lengths, arrays.radius
-            if not self_clearance(positions, arcs, radius) > 0.0:
-                self.self_contact = SelfContact(position, nearest_places(positions, arcs, radius))
+    def watch(self, position: float, before: Array, positions: Array, arrays: Arrays) -> None:
+        """Note whether the rod touches itself at a place of the path, or passed itself before."""
+        if self.self_contact is not None or not arrays.radius > 0.0:
+            return
+        arcs, radius = arrays.arc_lengths, arrays.radius
+        distance, first, second = nearest_places(positions, arcs, radius)
+        if distance > 2.0 * radius:
+            nearer = 2.0 * math.sqrt(3.0) * float(np.abs(positions - before).max())
+            if distance - nearer > radius:
+                return
+            first, second = crossing_places(before, positions, arcs, radius)
+        if math.isfinite(first):
+            self.self_contact = SelfContact(position, (float(first), float(second)))

@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod.contact._quaternions import matrices
 from spiral_core.rod.contact.shapes import Array, Range, Shape
 from spiral_core.rod.types import Vector
 from spiral_core.validation import require_finite, require_unit_vector, require_vector
@@ -75,6 +76,18 @@ class Obstacle:
         return replace(self, position=(x, y, z), orientation=product)
 
 
+def frame_of(obstacle: Obstacle) -> Array:
+    """Return the rotation matrix (3, 3) from the obstacle's frame to the base frame."""
+    frame: Array = matrices(np.array([obstacle.orientation]))[0]
+    return frame
+
+
+def seen_from(obstacle: Obstacle, points: Array) -> Array:
+    """Return points (n, 3) [m] in the obstacle's frame."""
+    local: Array = (points - np.asarray(obstacle.position)) @ frame_of(obstacle)
+    return local
+
+
 def turns_about(obstacle: Obstacle, points: Array) -> float:
     """Return the turns of a curve (n, 3) [m] about an obstacle's z axis, counterclockwise positive.
 
@@ -84,7 +97,7 @@ def turns_about(obstacle: Obstacle, points: Array) -> float:
     axis = _axis_range(obstacle)
     if axis is None:
         return math.nan
-    local = _seen_from(obstacle, points)
+    local = seen_from(obstacle, points)
     first, last = local[:-1], local[1:]
     rise = last[:, 2] - first[:, 2]
     ends = []
@@ -108,7 +121,7 @@ def passes_through(old: Obstacle, new: Obstacle, before: Array, after: Array) ->
     axis = _axis_range(old)
     if axis is None:
         return False
-    start, end = _seen_from(old, before), _seen_from(new, after)
+    start, end = seen_from(old, before), seen_from(new, after)
     moved = _swept(start, end)
     change = _swept(end[:-1], end[1:]) - _swept(start[:-1], start[1:]) - np.diff(moved)
     inside = np.all([(axis[0] <= z) & (z <= axis[1]) for z in (start[:, 2], end[:, 2])], axis=0)
@@ -119,14 +132,6 @@ def _axis_range(obstacle: Obstacle) -> Range | None:
     """Return the heights between which an obstacle's z axis lies in its solid, if any."""
     axis: Range | None = getattr(obstacle.shape, "axis_range", None)
     return axis
-
-
-def _seen_from(obstacle: Obstacle, points: Array) -> Array:
-    """Return points (n, 3) in the obstacle's frame."""
-    axis, away = np.array(obstacle.orientation[:3]), points - np.asarray(obstacle.position)
-    across = np.cross(axis, away)
-    local: Array = away - 2.0 * (obstacle.orientation[3] * across - np.cross(axis, across))
-    return local
 
 
 def _swept(first: Array, last: Array) -> Array:

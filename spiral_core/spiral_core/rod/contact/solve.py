@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -248,7 +249,7 @@ def _travel(
             else:
                 before, here = here, point
                 spent += point.spent
-                log.watch(index + here.at, here.x.p, here.arrays)
+                log.watch(index + here.at, before.x.p, here.x.p, here.arrays)
         if not ended:
             break
         at, arrays = beyond(here, end, first, sizes[0])
@@ -260,8 +261,8 @@ def _travel(
         used = there.spent
         spent += used
         position = index + here.at
-        for passed in trail:
-            log.watch(position, passed, arrays)
+        for passed, reached in pairwise(trail):
+            log.watch(position, passed, reached, arrays)
         if not rests or len(log.events) >= MAX_EVENTS:
             after = state_from_point(_tried(there), used, ContactStatus.NOT_HELD)
             after = replace(after, trail=np.array(trail))

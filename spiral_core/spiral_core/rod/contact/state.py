@@ -87,8 +87,9 @@ class ContactState:
             axis) are stiffened by 1e-9 EI/L.
         iterations: Newton iterations spent since the state before, with those of attempts that
             failed and of snaps.
-        self_clearance: least distance between two turns of the rod's surface, taken at the nodes
-            [m]; infinite where the rod is too short to touch itself.
+        self_clearance: least distance between two turns of the rod's surface [m], up to two radii:
+            of elements farther apart along the rod than pi radii. Infinite where the rod is too
+            short to touch itself.
         trail: (k, n, 3) positions that the rod passed, overdamped, where it snapped or slid to this
             state [m]; empty if it did not.
         discretization_error: estimated largest error of a node's position [m]: twice the distance
