@@ -92,7 +92,7 @@ ROS_FREE = frozenset(
         "simulation.radius_source", "simulation.regulator", "simulation.replay",
         "simulation.simulated_gripper", "simulation.usage", "simulation.valve",
         "smoke.__init__", "smoke.verdict", "tools.__init__", "tools.demo_report",
-        "tools.demo_table", "tools.live_view",
+        "tools.live_view",
     }
 )  # fmt: skip
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The demo: what it plays, how it judges, and the whole of it as people start it."""
 
-import io
 import math
 import os
 import re
@@ -11,7 +10,6 @@ import sys
 import time
 
 import pytest
-from rich.console import Console
 from ros.harness import DEADLINE
 
 from spiral_core import InvalidInputError
@@ -19,7 +17,6 @@ from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.simulation.replay import samples_from_lines, shipped_recording
 from spiral_gripper_ros.tools import demo as run
 from spiral_gripper_ros.tools.demo_report import EXPECTED_REFUSALS, DemoReport
-from spiral_gripper_ros.tools.demo_table import COLUMNS, DemoTable, Row
 
 COMMAND = [sys.executable, "-m", "spiral_gripper_ros.tools.demo"]
 
@@ -29,7 +26,6 @@ def good_report():
     report.refused.update(EXPECTED_REFUSALS)
     report.pressures += [0.0, 4.0e4, 0.0]
     report.wrap(0.0301, 4.0e4)
-    report.released, report.node_exit_code = True, 0
     return report
 
 
@@ -76,8 +72,6 @@ def test_a_report_of_what_should_happen_has_no_problems():
         (lambda r: r.pressures.insert(1, 1.1e5), "outside its limits"),
         (lambda r: r.pressures.append(1.0), "not a vent"),
         (lambda r: r.pressures.clear(), "not a vent"),
-        (lambda r: setattr(r, "released", False), "release"),
-        (lambda r: setattr(r, "node_exit_code", -9), "exit code -9"),
     ],
 )
 def test_whatever_goes_wrong_is_a_problem(spoil, problem):
@@ -85,31 +79,6 @@ def test_whatever_goes_wrong_is_a_problem(spoil, problem):
     spoil(report)
     assert len(report.problems()) == 1
     assert problem in report.problems()[0]
-
-
-@pytest.mark.parametrize("terminal", [False, True])
-def test_the_table_shows_its_rows(terminal):
-    output = io.StringIO()
-    console = Console(file=output, force_terminal=terminal, width=160)
-    row = Row(1.0, "pipe", 30.0, 43.9, 1.6, "overhang", (1.0, 2.0, 3.0), "holding", "jump")
-    with DemoTable(console) as table:
-        table.show(row)
-    names = (part for column in COLUMNS for part in column.replace("[", " [").split("  "))
-    for text in (*names, "pipe", "30.00", "43.90", "1.60", "overhang", "holding", "jump"):
-        assert text in output.getvalue()
-
-
-def test_a_row_fits_a_terminal_of_80_columns():
-    output = io.StringIO()
-    console = Console(file=output, force_terminal=True, width=80, no_color=True)
-    row = Row(
-        22.5, "tapered object", 30.0, 43.9, 1.6, "perfect wrap", (1.0, 2.0, 3.0), "holding", ""
-    )
-    with DemoTable(console) as table:
-        table.show(row)
-    line = next(text for text in output.getvalue().splitlines() if "30.00" in text)
-    for text in ("tapered", "43.90", "1.60", "perfect wrap", "holding"):
-        assert text in line
 
 
 @pytest.mark.parametrize("option", ["-h", "--help"])
@@ -133,13 +102,11 @@ def test_two_demos_at_once_play_to_their_ends_without_hearing_each_other():
     for demo, output in outputs.items():
         assert demo.returncode == 0, output
         assert "all as expected" in output
-        assert "radius not finite" in output
+        assert "object_radius must be a finite number" in output
         assert "Traceback" not in output
         assert "\x1b" not in output
-        # The steady state once a second, and what changes: some two lines a second. (The node's
-        # log is not counted: it has 22 lines, and more where the machine stalls.)
-        rows = re.findall(r"^ *\d+\.\d  ", output, re.MULTILINE)
-        assert 20 < len(rows) < 48
+        # The steady state once a second, and what changes.
+        assert len(re.findall(r"^ *\d+\.\d  ", output, re.MULTILINE)) > 25
 
 
 def test_control_c_stops_demo_and_node_without_a_traceback():
