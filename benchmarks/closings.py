@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random closings in true time: how many are computed, how many are reported as not, and how fast.
+"""Random closings in real time: how many are computed, how many are reported as not, and how fast.
 
 A closing that is computed is checked by itself: finite, never inside the object, nor through it,
 every step in balance. One that fails a check although it says that it is complete is *wrong

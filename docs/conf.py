@@ -54,7 +54,7 @@ FOLDERS = {
     "rod": "The rod: certified static shapes",
     "wrap": "The wrap: a gripper and the pressure for an object",
     "grip": "The grip: contact, friction and what a gripper holds",
-    "closing": "The closing: in true time, with inertia and valves",
+    "closing": "The closing: in real time, with inertia and valves",
     "design": "The design procedure",
     "calibration": "Calibration from bench measurements",
     "errors": "Errors",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One name for every picture: ``plot`` takes a result and draws it."""
+"""The function ``plot``, which draws any result."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from spiral_gripper.reports.grip_plots import grip_figure
 from spiral_gripper.reports.plots import design_figure, feasibility_figure, regime_figure
 from spiral_gripper.reports.shape_plots import shape_figure
 
-# The part of the largest radius at which a curve's chart begins.
+# A curve's chart begins at this fraction of the largest radius.
 _SMALLEST = 0.25
 
 

@@ -90,7 +90,7 @@ WRONG_VALUES = {
     ),
     "unit of another dimension": (
         ("500 mm", "500 g"),
-        f'5:11: tube.length must be {LENGTH} ("g" reduces to g, not to m), got 500 g',
+        f'5:11: tube.length must be {LENGTH} ("g" is a unit of mass, not a unit of length), got 500 g',
     ),
     "percent": (
         ("88 deg", "88 %"),
@@ -101,7 +101,7 @@ WRONG_VALUES = {
     ),
     "temperature": (
         ("500 mm", "20 degC"),
-        f'5:11: tube.length must be {LENGTH} ("degC" reduces to K, not to m), got 20 degC',
+        f'5:11: tube.length must be {LENGTH} ("degC" is K, not a unit of length), got 20 degC',
     ),
     "a list for a quantity": (
         ("500 mm", "[500, mm]"),

@@ -113,7 +113,7 @@ def test_infeasible_design_exits_with_1_and_says_what_would_do(
     assert run([*EXAMPLE, "--pressure-max", "50 kPa"]) == 1
     text = " ".join(capsys.readouterr().out.split())
     assert "not feasible: pressure limit" in text
-    assert "would do: pressure_max = 78.19 kPa instead of 50 kPa" in text
+    assert "sufficient change: pressure_max = 78.19 kPa instead of 50 kPa" in text
 
 
 @pytest.mark.parametrize("suffix", [".md", ".html"])
@@ -274,7 +274,7 @@ def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     ("arguments", "expected"),
     [
         (["shape", "prototype_p1", "--pressure", "55"], 'write "55 kPa" or "55 psi"'),
-        (["shape", "prototype_p1", "--pressure", "5 mm"], "reduces to m"),
+        (["shape", "prototype_p1", "--pressure", "5 mm"], "is a unit of length"),
         (["shape", "prototype_p1", "--pressure", "-5 kPa"], "--pressure -5 kPa is below 0"),
         (["shape", "prototype_p1", "--pressure", "900 kPa"], "above limits.pressure_max, 16 psi"),
         (["shape", "prototype_p3", "--pressure", "5 kPa"], "did you mean prototype_p"),
@@ -334,7 +334,7 @@ def test_one_line_says_what_is_wrong(
     ("text", "expected"),
     [
         ("position, radius\n0, 1\n", "columns with units"),
-        ("position [mm], radius [kPa]\n0, 1\n", "reduces to"),
+        ("position [mm], radius [kPa]\n0, 1\n", "not a unit of length"),
         ("position [mm], radius [mm]\n0, a\n", "number"),
         ("position [mm], radius [mm]\n0\n", "two numbers"),
         (f"position [mm], radius [mm]\n0, {'9' * 200_000}\n", "a CSV file"),
@@ -373,14 +373,14 @@ def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
             NotGrippableError(0.06, "too thick for 1.05 turns", -0.0222, 0.0378211),
             (
                 "an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; "
-                "the nearest radius that can is 3.782 cm"
+                "the nearest grippable radius is 3.782 cm"
             ),
         ),
         (
             NotGrippableError(0.001, "too thin for the limit of 162000 Pa", -1.0, 0.00378219),
             (
                 "an object of radius 1 mm cannot be gripped: too thin for the limit of 23.5 psi; "
-                "the nearest radius that can is 0.3783 cm"
+                "the nearest grippable radius is 0.3783 cm"
             ),
         ),
         (

@@ -312,7 +312,7 @@ def test_checks_that_crash_or_hang_are_problems_and_the_others_go_on(broken_tabl
     ):
         assert found[name].mark is Mark.PROBLEM
         assert found[name].text.startswith(text)
-    assert found["b.needy"] == Finding(Mark.SKIPPED, "not looked at, because of end")
+    assert found["b.needy"] == Finding(Mark.SKIPPED, "not checked, because of end")
 
 
 def test_a_table_that_cannot_be_loaded_is_one_problem() -> None:
@@ -391,7 +391,7 @@ def test_what_people_read_has_no_color_in_a_pipe() -> None:
     assert "\x1b" not in done.stdout
     assert done.stdout.startswith("Installation\nok       Python             3.")
     assert "PROBLEM  kernel cache       NUMBA_DISABLE_JIT is set" in done.stdout
-    assert "skipped  prototype_p1       not looked at, because of kernel cache" in done.stdout
+    assert "skipped  prototype_p1       not checked, because of kernel cache" in done.stdout
 
 
 def test_without_ros_a_smoke_test_is_one_line(

@@ -112,7 +112,7 @@ BAD_FILES = {
     "negative pressure": (f"{HEADER}\n-20,4,0.2\n", 2, 1, "non-negative"),
     "zero error": (f"{HEADER}\n20,4,0\n", 2, 3, "a positive finite number"),
     "blank error": (f"{HEADER}\n20,4,\n", 2, 3, "a positive finite number"),
-    "blank pressure": (f"{HEADER}\n,4,0.2\n", 2, 1, "is blank, but extension is nothing"),
+    "blank pressure": (f"{HEADER}\n,4,0.2\n", 2, 1, "is blank, but extension requires it"),
     "blank row": (f"{HEADER}\n20,,\n", 2, 2, "holds no measurement"),
     "short row": (f"{HEADER}\n20,4,0.2\n40,9\n", 3, None, "has 2 cells, but the header has 3"),
     "long row": (f"{HEADER}\n20,4,0.2,7\n", 2, None, "has 4 cells, but the header has 3"),
@@ -135,7 +135,7 @@ BAD_FILES = {
     "no measurement": ("pressure [kPa]\n20\n", 1, None, "no column holds a measurement"),
     "no z": (
         "pressure [kPa],x [mm],y [mm],position_error [mm]\n20,1,2,1\n", 1, None,
-        "is missing; x is nothing without it",
+        "is missing; x requires it",
     ),
     "semicolons": ("pressure [kPa];extension [mm]\n20;4,5\n", 1, 1, "separated by commas"),
     "no rows": (f"{HEADER}\n", None, None, "headings but no rows"),

@@ -122,7 +122,7 @@ def test_json_stays_in_si():
 def test_a_refusal_is_in_the_chosen_units(capfd):
     asked = [*WRAP[:-1], "60 mm", "--units", "in"]
     assert cli.run(asked) == 2
-    assert "the nearest radius that can is 1.489 in" in capfd.readouterr().err
+    assert "the nearest grippable radius is 1.489 in" in capfd.readouterr().err
 
 
 def test_units_that_are_none_are_refused(capfd):

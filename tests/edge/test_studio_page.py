@@ -63,7 +63,7 @@ def test_the_approach_plays_from_nothing_to_the_wrap(page):
 
 def test_the_closing_is_computed_and_played_in_true_time(page):
     appears(page, r"\d in contact|away from the base at")
-    page.get_by_text("Play the closing in true time").click()
+    page.get_by_text("Play the closing in real time").click()
     appears(page, r"closed at 20 kPa/s: wrapped after \d\.\d+ s, \d+ % of the tube in contact")
     wait_until(lambda: pressure(page) == pytest.approx(65.6, abs=0.1))  # where it ends
 

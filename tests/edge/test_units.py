@@ -96,36 +96,40 @@ ANGLE = 'must be an angle with its unit, such as "60 deg"'
         (
             "5 MM",
             Dimension.LENGTH,
-            f'length {LENGTH} ("MM" reduces to mol/m³, not to m; did you mean "mm"?), got \'5 MM\'',
+            f'length {LENGTH} ("MM" is mol/m³, not a unit of length; did you mean "mm"?), got \'5 MM\'',
         ),
         (
             "8 flurbs",
             Dimension.PRESSURE,
             f"pressure {PRESSURE} (there is no unit \"flurbs\"), got '8 flurbs'",
         ),
-        ("3 kg", Dimension.LENGTH, f"length {LENGTH} (\"kg\" reduces to g, not to m), got '3 kg'"),
+        (
+            "3 kg",
+            Dimension.LENGTH,
+            f"length {LENGTH} (\"kg\" is a unit of mass, not a unit of length), got '3 kg'",
+        ),
         (
             "8 lb/in^2",
             Dimension.PRESSURE,
-            f"pressure {PRESSURE} (\"lb/in^2\" reduces to g/m², not to g/m/s²), got '8 lb/in^2'",
+            f"pressure {PRESSURE} (\"lb/in^2\" is g/m², not a unit of pressure), got '8 lb/in^2'",
         ),
         (
             "8 psi rad",
             Dimension.PRESSURE,
             (
-                f'pressure {PRESSURE} ("psi rad" reduces to g·rad/m/s², not to g/m/s²), '
+                f'pressure {PRESSURE} ("psi rad" is g·rad/m/s², not a unit of pressure), '
                 "got '8 psi rad'"
             ),
         ),
         (
             "3 m/m",
             Dimension.ANGLE,
-            f"angle {ANGLE} (\"m/m\" reduces to a pure number, not to rad), got '3 m/m'",
+            f"angle {ANGLE} (\"m/m\" is a pure number, not a unit of angle), got '3 m/m'",
         ),
         (
             "1 sr",
             Dimension.ANGLE,
-            f"angle {ANGLE} (\"sr\" reduces to rad², not to rad), got '1 sr'",
+            f"angle {ANGLE} (\"sr\" is rad², not a unit of angle), got '1 sr'",
         ),
         (
             "50 %",
@@ -148,7 +152,7 @@ ANGLE = 'must be an angle with its unit, such as "60 deg"'
         (
             "20 degC",
             Dimension.LENGTH,
-            f"length {LENGTH} (\"degC\" reduces to K, not to m), got '20 degC'",
+            f"length {LENGTH} (\"degC\" is K, not a unit of length), got '20 degC'",
         ),
         (
             "9^9^9^9 m",
@@ -252,7 +256,7 @@ def test_conversion_refuses_a_unit_of_another_dimension():
     with pytest.raises(InvalidInputError) as caught:
         convert_from_si(1.0, "psi", Dimension.LENGTH)
     assert str(caught.value) == (
-        "unit must be a unit of length (\"psi\" reduces to g/m/s², not to m), got 'psi'"
+        "unit must be a unit of length (\"psi\" is a unit of pressure, not a unit of length), got 'psi'"
     )
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ruamel.yaml import YAML
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
-# Ten digits: a file that is read back gives the fitted pressures to rounding of the file's own.
+# Ten digits: rounding in the file does not change the fitted pressures noticeably.
 _DIGITS = 10
 _UNITS = {"material": "kPa", "stiffness": "N m^2", "fibers": "mm"}
 _FIELD_OF_QUANTITY = {
@@ -152,7 +152,7 @@ def _put(
 
 
 def _comment_below(section: CommentedMap, key: str) -> str:
-    """Return the lines that follow a field before the next one: they belong to what comes next."""
+    """Return the comment lines between a field and the next one, to which they belong."""
     token = section.ca.items.get(key, [None, None, None])[2]
     return "" if token is None else "".join(token.value.partition("\n")[1:])
 
@@ -206,7 +206,7 @@ def _write_new(source: Path, text: str, target: Path | None, word: str) -> Path:
 
 
 def _require_valid(source: Path, text: str, path: Path) -> None:
-    """Refuse a text that would be no valid description."""
+    """Raise if a text is not a valid description."""
     try:
         parse_description(text, path)
     except DescriptionError as error:

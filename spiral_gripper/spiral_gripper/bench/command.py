@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What ``spiral-gripper calibrate`` does, once its arguments are read."""
+"""The computation of ``spiral-gripper calibrate``, from its parsed arguments."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.fields import FIELDS, LAWS
 from spiral_gripper.files.units import parse_number, parse_quantity
 
-# What a constant may be held at: far wider than any rubber, yet no slip of a unit passes [Pa], [1].
+# Bounds of a constant that is held [Pa], [1]: far wider than rubber, but they catch wrong units.
 HELD_PRESSURE = 1.0e8
 HELD_EXTENSION_LIMIT = (0.1, 1.0e4)
 _EXAMPLES = {"--hold": "c2=15 kPa", "--unit": "pressure=psi", "--error": "extension=0.2 mm"}
@@ -86,12 +86,12 @@ class CommandOptions:
 
 @dataclass(frozen=True, slots=True)
 class CommandResult:
-    """What the command has found.
+    """The results of the command.
 
     Attributes:
-        choice: the fits, the most credible first.
+        choice: the fits, the best first.
         cross_validation: leave-one-out errors of the best; None if there are too few readings.
-        warnings: what to doubt, a sentence each.
+        warnings: reasons to doubt the fit, a sentence each.
         pressures: the pressure for each radius that can be gripped.
         refusals: why another radius cannot, a sentence each.
     """
@@ -145,7 +145,7 @@ def run_command(
     Args:
         description: the gripper.
         measurements: the readings.
-        options: what to fit and what to tell.
+        options: what to fit and to report.
 
     Raises:
         SpiralError: there is no fit.

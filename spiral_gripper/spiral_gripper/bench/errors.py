@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with a file of measurements: every problem found, each with its line and column."""
+"""Problems of a file of measurements, each with its line and column."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of bench measurements: from CSV with units to readings of the core that know their line."""
+"""Files of bench measurements: from CSV with units to readings, with the line of each."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from spiral_gripper.files.units import parse_number, parse_quantity
 
 @dataclass(frozen=True, slots=True)
 class MeasurementOptions:
-    """What is stated beside a file of measurements.
+    """Options that supplement a file of measurements.
 
     Args:
         units: unit of a column whose heading has none, by column name.
@@ -137,7 +137,7 @@ class _Kind:
     Attributes:
         name: the measured column.
         error_name: the column and the option that state its error, without ``_error``.
-        needs: the other columns without which it is nothing.
+        needs: the other columns that it requires.
         make: the reading from a row's values and its two errors.
     """
 
@@ -201,7 +201,7 @@ def _names(kinds: Collection[_Kind]) -> str:
 def _check_columns(
     table: MeasurementTable, kinds: Collection[_Kind], options: MeasurementOptions
 ) -> None:
-    """Note what no row could make up for: columns and errors that are missing."""
+    """Note columns and errors that are missing for all rows."""
     line = table.header_line
     for name in ("time", "displacement", "displacement_error"):
         if name in table.columns:
@@ -214,7 +214,7 @@ def _check_columns(
     for kind in kinds:
         for name in kind.needs:
             if name not in table.columns:
-                table.complain(line, name, f"is missing; {kind.name} is nothing without it")
+                table.complain(line, name, f"is missing; {kind.name} requires it")
         if (
             f"{kind.error_name}_error" not in table.columns
             and kind.error_name not in options.errors
@@ -241,7 +241,7 @@ def _reading(
     values = {"section_length": section_length, **row.values}
     missing = [name for name in (kind.name, *kind.needs) if name not in values]
     for name in missing:
-        table.complain(row.line, name, f"is blank, but {kind.name} is nothing without it")
+        table.complain(row.line, name, f"is blank, but {kind.name} requires it")
     if missing:
         return None
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether readings could be in the units they claim, judged by the gripper as it is described.
+"""Detection of mix-ups of units in readings, by comparison with the described gripper.
 
 A rubber may be several times as stiff as the described one, so that a factor of seven in the
 pressure proves nothing. Readings that no elastomer gives are refused.
@@ -47,7 +47,7 @@ def possible_mix_ups(trial: Trial, readings: Sequence[Reading]) -> list[str]:
         readings: readings of one kind.
 
     Returns:
-        What was taken for what, such as ``"psi taken for kPa"``, the likeliest first.
+        Mix-ups such as ``"psi taken for kPa"``, the likeliest first.
     """
     found = []
     for mix_up in _mix_ups(readings[0]):
@@ -150,7 +150,7 @@ def _discrepancy_of_one(
 
 
 def other_explanations(trial: Trial, readings: Sequence[Reading]) -> list[str]:
-    """Return what else than another rubber would bring readings to the described gripper.
+    """Return other explanations than a different rubber for a difference from the description.
 
     Args:
         trial: the gripper as described.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A calibration in words and tables: plain lines of text, in the units of the bench."""
+"""The report on a calibration: lines of text, in the units shown."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def report_lines(
 
 
 def warnings_of(calibration: Calibration) -> list[str]:
-    """Return what is to be doubted about a fit, a sentence each."""
+    """Return the reasons to doubt a fit, a sentence each."""
     found = [str(weak) for weak in weak_directions(calibration)]
     found += [f"{name} ended at its bound" for name in calibration.at_bound]
     if calibration.scatter is not Scatter.AS_STATED:

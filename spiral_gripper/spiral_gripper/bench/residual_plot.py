@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of a calibration: what was measured and fitted, and what is left over.
+"""A picture of a calibration: measured and fitted values, and residuals.
 
 Needs matplotlib (the ``plot`` extra).
 """

@@ -37,7 +37,7 @@ from spiral_gripper.files.fields import LAWS
 SAME_STIFFNESS = 1e-12
 # Rubbers of one kind differ by less than this factor in modulus; a forgotten length does not.
 FAR_MODULUS = 2.5
-# One constant: what is left to fit where the readings tell no more.
+# The law with one constant, fitted where the readings cannot distinguish more.
 SIMPLEST_LAW = "neo_hookean"
 
 
@@ -51,8 +51,7 @@ class CalibrationRequest:
         quantities: what to fit beside the constants.
         fixed: constants that are held, by name, in SI units.
         robust: whether outliers may be among the readings.
-        accept_implausible: whether readings are taken that no elastomer gives, but a mix-up of
-            units does.
+        accept_implausible: whether to accept readings that look like a mix-up of units.
     """
 
     laws: tuple[str, ...] = ()
@@ -72,7 +71,7 @@ def run_calibration(
     measurements: Sequence[Measurements],
     request: CalibrationRequest | None = None,
 ) -> LawChoice:
-    """Return the fits of each law that was asked for, the most credible first.
+    """Return the fits of each requested law, the best first.
 
     Args:
         description: the gripper as it is described, whose constants are to start from.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A free swing of the tip: from its CSV file to the damping, in words and as plain data."""
+"""A free swing of the tip: from its CSV file to the damping, as text and as plain data."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def swing_lines(fit: SwingFit, length: float, level: float) -> list[str]:
 
 
 def swing_warnings(fit: SwingFit, length: float) -> list[str]:
-    """Return what is to be doubted about a fit, a sentence each."""
+    """Return the reasons to doubt a fit, a sentence each."""
     found = []
     if fit.amplitude > LARGE_SWING * length:
         most = shown(LARGE_SWING * length, "m", 2)
@@ -68,7 +68,9 @@ def swing_warnings(fit: SwingFit, length: float) -> list[str]:
         found.append(f"{scale}, {fit.scatter.value.replace('the law does', 'one swing does')}")
     found += [f"{name} ended at zero" for name in fit.at_bound]
     if "air" in fit.names and not fit.interval("air").low > 0.0:
-        found.append("the readings do not tell the air from the material: --hold air=1")
+        found.append(
+            "the readings do not separate the damping of air and material: use --hold air=1"
+        )
     return found
 
 
@@ -112,7 +114,7 @@ def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], 
     for row in table.rows:
         missing = [name for name in NEEDED if name not in row.values]
         for name in missing:
-            table.complain(row.line, name, "is blank, but a swing is nothing without it")
+            table.complain(row.line, name, "is blank, but a swing requires it")
         if missing:
             continue
         value = row.values["displacement"]
@@ -141,7 +143,7 @@ def _check_columns(table: MeasurementTable, options: MeasurementOptions) -> None
     line = table.header_line
     for name in NEEDED:
         if name not in table.columns:
-            table.complain(line, name, "is missing; a free swing is nothing without it")
+            table.complain(line, name, "is missing; a free swing requires it")
     if "displacement_error" not in table.columns and "displacement" not in options.errors:
         reason = "is missing; state how well displacement was measured, or beside the file"
         table.complain(line, "displacement_error", reason)

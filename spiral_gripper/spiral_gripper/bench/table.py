@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSV text to rows of SI numbers that know their line: headings, units and cells.
+"""CSV text to rows of SI numbers with their lines: headings, units and cells.
 
 A heading is a name with a unit, ``pressure [psi]``, ``pressure (psi)`` or ``pressure_psi``; a unit
 may also be stated beside the file. Lines that are blank or begin with ``#`` are comments.

@@ -48,13 +48,13 @@ DRAWS_MAX: Final = 100_000
     "quantities",
     multiple=True,
     type=click.Choice(QUANTITIES),
-    help="What to fit beside the law's constants.",
+    help="Quantity to fit in addition to the law's constants.",
 )
 @click.option(
     "--hold",
     multiple=True,
     metavar="NAME=VALUE",
-    help='Constant that is held, such as "c2=15 kPa".',
+    help='Constant to hold at a value, such as "c2=15 kPa".',
 )
 @click.option(
     "--unit",
@@ -74,16 +74,14 @@ DRAWS_MAX: Final = 100_000
     "--section-length",
     type=Quantity("LENGTH", most="10 m"),
     metavar="LENGTH",
-    help="Unstretched length that was measured. [default: the tube's]",
+    help="Unstretched length of the measured section. [default: the tube's length]",
 )
-@click.option(
-    "--ignore", "ignored", multiple=True, metavar="HEADING", help="Column that is no measurement."
-)
-@click.option("--robust", is_flag=True, help="Allow for outliers (Huber's loss).")
+@click.option("--ignore", "ignored", multiple=True, metavar="HEADING", help="Column to ignore.")
+@click.option("--robust", is_flag=True, help="Reduce the weight of outliers (Huber's loss).")
 @click.option(
     "--accept-implausible",
     is_flag=True,
-    help="Take readings that no elastomer gives, but a mix-up of units does.",
+    help="Accept readings that look like a mix-up of units.",
 )
 @click.option(
     "--measured-curve",
@@ -101,26 +99,27 @@ DRAWS_MAX: Final = 100_000
     multiple=True,
     type=LENGTH,
     metavar="LENGTH",
-    help="Object radius whose pressure is wanted with its uncertainty.",
+    help="Object radius for which to print the pressure and its interval.",
 )
 @click.option(
     "--draws",
     type=click.IntRange(DRAWS_MIN, DRAWS_MAX),
-    help="Use so many Monte Carlo draws for it, in place of linear propagation.",
+    help="Number of Monte Carlo draws for the intervals of --radius; without it they are "
+    "propagated linearly.",
 )
 @click.option(
     "--seed",
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Of the Monte Carlo draws.",
+    help="Seed of the Monte Carlo draws.",
 )
 @click.option(
     "--level",
     type=click.FloatRange(0.0, 1.0, min_open=True, max_open=True),
     default=DEFAULT_LEVEL,
     show_default=True,
-    help="Confidence level.",
+    help="Confidence level of the intervals.",
 )
 @click.option(
     "--save",
@@ -128,10 +127,12 @@ DRAWS_MAX: Final = 100_000
     metavar="FILE",
     help="Gripper file to write. [default: a new file beside the original]",
 )
-@click.option("--no-save", is_flag=True, help="Report only: write no gripper file.")
+@click.option("--no-save", is_flag=True, help="Write no gripper file.")
 @output_options
 @plot_option
-@click.option("--report", type=REPORT_FILE, metavar="FILE", help="Write it to a .md or .html file.")
+@click.option(
+    "--report", type=REPORT_FILE, metavar="FILE", help="Write a report to a .md or .html file."
+)
 def calibrate(
     gripper: str,
     files: tuple[Path, ...],

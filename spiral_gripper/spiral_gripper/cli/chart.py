@@ -28,13 +28,13 @@ CHART_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
 
 @click.group(cls=Group)
 def chart() -> None:
-    """Charts: the design space, the effect of gravity, pressure against radius."""
+    """Draw charts: design space, effect of gravity, pressure against radius, section."""
 
 
 @chart.command("design-space")
 @gripper_argument
 @click.option(
-    "--beta", "betas", type=FIBER_ANGLE, multiple=True, metavar="ANGLE", help="May repeat."
+    "--beta", "betas", type=FIBER_ANGLE, multiple=True, metavar="ANGLE", help="Fiber angle."
 )
 @turns_option
 @click.option("--stretch-max", type=NUMBER, default=1.5, show_default=True)
@@ -48,9 +48,10 @@ def design_space(
     as_json: bool,
     plot: Path | None,
 ) -> None:
-    """Radius, object length and length over tube radius against stretch, for several angles.
+    """Coil radius, object length and length over tube radius against stretch, for fiber angles.
 
-    Tube and first angle are GRIPPER's. The helix model: no gravity, any material.
+    The tube and the first angle are GRIPPER's. Computed with the helix model: without gravity,
+    for any material. --beta may be repeated.
     """
     _require_output(as_json, plot)
     if not stretch_max > 1.0:
@@ -128,12 +129,12 @@ def pressure(
 @gripper_argument
 @click.option(
     "--pressure", "pressures", type=PRESSURE, multiple=True, required=True, metavar="PRESSURE",
-    help="Up to three.",
+    help="Gauge pressure; up to three.",
 )  # fmt: skip
 @output_options
 @plot_option
 def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Path | None) -> None:
-    """The tube's section at pressures, colored by the wall's axial stretch."""
+    """Cross-section of the tube at pressures, colored by the wall's axial stretch."""
     _require_output(as_json, plot)
     if len(pressures) > 3 or any(pressure < 0.0 for pressure in pressures):
         raise click.UsageError("--pressure may be given up to three times, and not below 0")
@@ -153,7 +154,7 @@ def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Pat
 
 def _require_output(as_json: bool, plot: Path | None) -> None:
     if not as_json and plot is None:
-        raise click.UsageError("say where the chart goes: --plot FILE, --json, or both")
+        raise click.UsageError("give --plot FILE, --json, or both")
 
 
 def _print_data(data: object, as_json: bool) -> None:

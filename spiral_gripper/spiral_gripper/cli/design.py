@@ -26,7 +26,9 @@ Example:
 @requirement_options
 @output_options
 @plot_option
-@click.option("--report", type=REPORT_FILE, metavar="FILE", help="Write it to a .md or .html file.")
+@click.option(
+    "--report", type=REPORT_FILE, metavar="FILE", help="Write a report to a .md or .html file."
+)
 @click.option(
     "--save",
     type=YAML_FILE,
@@ -36,11 +38,11 @@ Example:
 def design(
     as_json: bool, plot: Path | None, report: Path | None, save: Path | None, **options: object
 ) -> int:
-    """From objects and limits to a gripper one can build.
+    """Design a gripper for given objects and limits.
 
     The paper's seven steps: tube, radius ratios, fiber angle, length, object length, correction
-    for gravity, exact pressure-radius curve. Exits with 1 if nothing is feasible, and says what
-    forbids it and what would do.
+    for gravity, exact pressure-radius curve. Exit code 1: no design is feasible; the output states
+    the limit that prevents it and the smallest change that makes one feasible.
     """
     requirement = requirement_from(options)
 

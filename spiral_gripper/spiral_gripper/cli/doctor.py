@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``doctor``: is everything there, does it fit together, do messages arrive?"""
+"""The command ``doctor``: checks of the installation, the gripper files and ROS 2."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def doctor(gripper: str | None, as_json: bool) -> int:
     shipped ones are checked. Kernels that are not compiled yet are compiled. Nothing else is
     changed, and no gripper is commanded.
 
-    The exit code is 0 without problems (there may be warnings) and 1 with one.
+    The exit code is 0 without problems (warnings are allowed) and 1 with a problem.
     """
     from spiral_gripper.doctor.report import as_document, has_problem
 

@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @gripper_argument
-@click.option("--pressure", type=PRESSURE, required=True, metavar="PRESSURE")
+@click.option(
+    "--pressure", type=PRESSURE, required=True, metavar="PRESSURE", help="Gauge pressure."
+)
 @mount_options
 @output_options
 @plot_option
@@ -69,7 +71,7 @@ def shape(
 @gripper_argument
 @object_options
 @click.option(
-    "--pressure", type=PRESSURE, metavar="PRESSURE", help="Also say how this pressure holds it."
+    "--pressure", type=PRESSURE, metavar="PRESSURE", help="Also print the wrap at this pressure."
 )
 @mount_options
 @output_options
@@ -83,7 +85,7 @@ def wrap(
     plot: Path | None,
     **options: object,
 ) -> None:
-    """Print the pressure at which GRIPPER wraps an object, and what it needs for that.
+    """Print the pressure at which GRIPPER wraps an object, and the lengths that the wrap needs.
 
     GRIPPER is the name of a shipped gripper or the path of a description file.
     """
@@ -135,14 +137,18 @@ def wrap(
     "--friction",
     type=NUMBER,
     metavar="MU",
-    help="Between tube and object; by default the gripper file's, or 0.3.",
+    help="Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
 )
 @click.option(
     "--frictionless-closing",
     is_flag=True,
-    help="Let friction act only once the gripper is closed: the best case.",
+    help="Close without friction, then pull with friction: the best case.",
 )
-@click.option("--every-direction", is_flag=True, help="Sideways, twists and along gravity too.")
+@click.option(
+    "--every-direction",
+    is_flag=True,
+    help="Also pull sideways and along gravity, and twist.",
+)
 @click.option("--payload", type=MASS, metavar="MASS", help="Mass of the object to carry.")
 @click.option(
     "--force-max", type=FORCE, metavar="FORCE", help="Greatest sum of normal forces on the object."
@@ -212,7 +218,7 @@ def grip(
 
 
 def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:
-    """Return a gripper, held as the mount options say."""
+    """Return a gripper with the mount that the options state."""
     own = gripper.gravity if any(gripper.gravity) else (1.0, 0.0, 0.0)
     gravity = gravity_from(options, unit_vector("gravity", own))
     axis = options.pop("object_axis")
@@ -224,7 +230,7 @@ def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:
 
 
 def described(name_or_path: str) -> GripperDescription:
-    """Return what a description file says; its doubtful values are named on standard error."""
+    """Return a description file's content; print its doubtful values on standard error."""
     from spiral_gripper.files.description import load_description
 
     description = load_description(name_or_path)
@@ -234,7 +240,7 @@ def described(name_or_path: str) -> GripperDescription:
 
 
 def require_pressure(description: GripperDescription, pressure: float) -> None:
-    """Refuse a pressure [Pa] that the gripper may not have.
+    """Refuse a pressure [Pa] outside the gripper's limits.
 
     Raises:
         click.UsageError: it is negative, or above the file's limit.

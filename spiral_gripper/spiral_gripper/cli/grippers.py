@@ -14,7 +14,7 @@ from spiral_gripper.cli.types import gripper_argument, json_option, output_optio
 
 @click.group(cls=Group)
 def grippers() -> None:
-    """Gripper files: the shipped ones, what one says, whether one is right."""
+    """List, show and check gripper files."""
 
 
 @grippers.command("list")
@@ -38,7 +38,7 @@ def list_grippers(as_json: bool) -> None:
 @gripper_argument
 @json_option
 def show(gripper: str, as_json: bool) -> None:
-    """Print GRIPPER's file, to start one of your own from; with --json what it says, in SI.
+    """Print GRIPPER's file, as a start for your own; with --json its content in SI units.
 
     GRIPPER is the name of a shipped gripper or the path of a description file.
     """
@@ -56,10 +56,10 @@ def show(gripper: str, as_json: bool) -> None:
 @gripper_argument
 @output_options
 def check(gripper: str, as_json: bool) -> None:
-    """Say whether GRIPPER's file is valid, what in it is doubtful, and which radii it grips.
+    """Print whether GRIPPER's file is valid, its doubtful values, and the radii it grips.
 
-    GRIPPER is the name of a shipped gripper or the path of a description file. The exit code is 2
-    if it cannot be used.
+    GRIPPER is the name of a shipped gripper or the path of a description file. Exit code 2: the
+    file cannot be used.
     """
     from spiral_core.wrap.curve import WrapCurve
     from spiral_gripper.cli.output import print_json
@@ -79,7 +79,7 @@ def check(gripper: str, as_json: bool) -> None:
 
 
 def _document(name_or_path: str) -> dict[str, Any]:
-    """Return what a description file says, in SI."""
+    """Return the content of a description file, in SI."""
     description = described(name_or_path)
     gripper, actuator = description.gripper, description.actuator
     return {

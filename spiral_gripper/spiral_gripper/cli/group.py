@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A group of commands that is alike in every version of click, and helps where none is found."""
+"""A group of commands: the same behavior in every version of click, and advice on wrong names."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Group(click.Group):
         except click.NoSuchOption as error:
             path = ctx.command_path
             raise click.UsageError(
-                f"{error.option_name} is an option of a command, and no command stands before it; "
+                f"{error.option_name} is an option of a command; write the command before it; "
                 f"the commands of {path} are {', '.join(self.list_commands(ctx))}"
             ) from None
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line ``spiral-gripper``: its commands are loaded when they are called.
 
-Exit codes: 0 done; 1 the answer is no (no design is feasible); 2 the question cannot be answered,
-with a line on standard error for each reason.
+Exit codes: 0, done; 1, the answer is no (such as: no design is feasible); 2, no answer, with a line
+on standard error for each reason.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import click
 from spiral_gripper.cli.group import Group, NoCommandError
 
 NO_ANSWER: Final = 2
-# Commands that show nothing of their own while they compute, and how long that is no news [s].
+# Commands that print nothing while they compute, and the time after which a line says so [s].
 COMPUTING: Final = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
 PATIENCE: Final = 3.0
 # Libraries that are not always installed: what needs them, and the extra that brings them.
@@ -35,7 +35,7 @@ EXTRAS: Final = MappingProxyType(
 
 
 class _Entry(NamedTuple):
-    """Where a command lives, and what it does in one line."""
+    """The module of a command, and what it does in one line."""
 
     module: str
     help: str
@@ -43,27 +43,29 @@ class _Entry(NamedTuple):
 
 COMMANDS: Final = MappingProxyType(
     {
-        "design": _Entry("design", "From objects and limits to a gripper one can build."),
-        "shape": _Entry("gripper", "The shape of a gripper at a pressure."),
-        "wrap": _Entry("gripper", "The pressure that wraps an object, and how it holds it."),
-        "grip": _Entry("gripper", "Will it hold? Window of pressures and holding forces."),
-        "close": _Entry("closing.close", "How fast may it close? The grip in true time."),
-        "calibrate": _Entry("calibrate", "From bench measurements to calibrated constants."),
-        "grippers": _Entry("grippers", "Gripper files: list, show and check them."),
-        "winding-sheet": _Entry("model", "How to cut and wind a tube, with a template."),
-        "model": _Entry("model", "Collision spheres and swept volume, for a robot's URDF."),
-        "sweep": _Entry("sweep", "Feasibility map and Pareto set of many designs."),
-        "chart": _Entry("chart", "Charts: design space, effect of gravity, regimes."),
-        "plan": _Entry("ros.running", "Can a running node wrap this object?"),
-        "grasp": _Entry("ros.running", "Let a running node wrap an object."),
-        "release": _Entry("ros.running", "Let a running node vent, and wait until it has."),
-        "status": _Entry("ros.running", "What a running node does now, and why."),
-        "watch": _Entry("ros.running", "The same, live."),
-        "simulate": _Entry("ros.simulate", "The ROS 2 node without hardware, live."),
-        "inject": _Entry("ros.simulate", "Set the fault of a running simulation."),
-        "studio": _Entry("ros.studio", "A gripper in the browser, in three dimensions."),
-        "doctor": _Entry("doctor", "Is everything there, and does it fit together?"),
-        "smoke": _Entry("ros.smoke", "One simulated grasp: does everything work together?"),
+        "design": _Entry("design", "Design a gripper for given objects and limits."),
+        "shape": _Entry("gripper", "Compute the shape of a gripper at a pressure."),
+        "wrap": _Entry("gripper", "Find the pressure that wraps an object."),
+        "grip": _Entry("gripper", "Find the pressures that hold an object, and the forces."),
+        "close": _Entry(
+            "closing.close", "Simulate closing in real time; find the fastest safe rate."
+        ),
+        "calibrate": _Entry("calibrate", "Fit a gripper's constants to bench measurements."),
+        "grippers": _Entry("grippers", "List, show and check gripper files."),
+        "winding-sheet": _Entry("model", "Print how to cut and wind a tube; write a template."),
+        "model": _Entry("model", "Compute collision spheres and swept volume for a URDF."),
+        "sweep": _Entry("sweep", "Compute many designs or grips: map, Pareto set, table."),
+        "chart": _Entry("chart", "Draw charts: design space, gravity, pressure, section."),
+        "plan": _Entry("ros.running", "Ask a running node whether it can wrap an object."),
+        "grasp": _Entry("ros.running", "Command a running node to wrap an object."),
+        "release": _Entry("ros.running", "Command a running node to vent, and wait until it has."),
+        "status": _Entry("ros.running", "Show what a running node does now, and why."),
+        "watch": _Entry("ros.running", "Show what a running node does, until Ctrl-C."),
+        "simulate": _Entry("ros.simulate", "Run the ROS 2 node with simulated hardware."),
+        "inject": _Entry("ros.simulate", "Set the fault of a running simulation's regulator."),
+        "studio": _Entry("ros.studio", "Show a gripper in the browser, in three dimensions."),
+        "doctor": _Entry("doctor", "Check the installation, the gripper files and ROS 2."),
+        "smoke": _Entry("ros.smoke", "Test the whole installation with one simulated grasp."),
     }
 )
 
@@ -101,7 +103,7 @@ def spiral_gripper() -> None:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run the command line and return its exit code; nothing is raised but real defects.
+    """Run the command line and return its exit code; only programming errors are raised.
 
     Args:
         arguments: without the program's name.
@@ -152,7 +154,7 @@ def main() -> None:
 
 
 def _say_what_takes_long() -> None:
-    """Tell a person at a terminal what there is to wait for."""
+    """Print why the command takes long, if standard error is a terminal."""
     if sys.stderr.isatty():
         click.echo(
             "computing ... (the first run after an installation with pip compiles the solver: "
@@ -166,18 +168,18 @@ def _asks_for_diameter(error: click.UsageError) -> bool:
 
 
 def _flush() -> None:
-    """Hand over what was printed, while a failure can still be reported."""
+    """Flush standard output while a failure can still be reported."""
     if sys.stdout is not None:
         sys.stdout.flush()
 
 
 def _drop_output() -> None:
-    """Let nothing that is still to be printed fail again when Python ends."""
+    """Discard the rest of the output, so that Python's own flush at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _complain_or_raise(error: Exception, givens: dict[str, list[Any]]) -> int:
-    """Report an error raised on purpose, an overflow, or a missing extra; raise a defect."""
+    """Report an error of the library, an overflow, or a missing extra; raise anything else."""
     from spiral_core import SpiralError
 
     if isinstance(error, SpiralError):

@@ -25,17 +25,20 @@ SHEET_FILE: Final = Suffixed((".pdf", ".svg"))
 @click.command()
 @gripper_argument
 @click.option(
-    "--radius", type=LENGTH, metavar="LENGTH", required=True, help="Of the object to be wrapped."
+    "--radius", type=LENGTH, metavar="LENGTH", required=True, help="Radius of the object."
 )
 @mount_options
 @click.option(
-    "--save", type=YAML_FILE, metavar="FILE", help="Write it to a .yaml file.  [default: printed]"
+    "--save",
+    type=YAML_FILE,
+    metavar="FILE",
+    help="Write the model to a .yaml file.  [default: print it]",
 )
 def model(gripper: str, radius: float, save: Path | None, **options: object) -> None:
     """Print the swept volume and the collision spheres of GRIPPER, for its URDF.
 
-    GRIPPER is the name of a shipped gripper or the path of a description file. The file is read by
-    urdf/spiral_gripper.urdf.xacro of the package spiral_gripper_ros.
+    GRIPPER is the name of a shipped gripper or the path of a description file. The xacro file
+    urdf/spiral_gripper.urdf.xacro of the package spiral_gripper_ros reads the output.
     """
     from spiral_gripper.cli.output import say_written
     from spiral_gripper.files.storage import write_file
@@ -57,12 +60,12 @@ def model(gripper: str, radius: float, save: Path | None, **options: object) -> 
     metavar="LENGTH",
     default="20 mm",
     show_default=True,
-    help="Tube that plug and fitting take up at each end.",
+    help="Length of tube for plug and fitting at each end.",
 )
 @click.option("--save", type=SHEET_FILE, metavar="FILE", help="Write the template, .pdf or .svg.")
 @units_option
 def winding_sheet(gripper: str, end_allowance: float, save: Path | None) -> None:
-    """Print cut length, pitches and fiber lengths of GRIPPER, and write a template to wind by.
+    """Print cut length, pitches and fiber lengths of GRIPPER; write a winding template.
 
     GRIPPER is the name of a shipped gripper or the path of a description file. The template shows
     the fibers on the unrolled tube in true size: print it at 100 %, lay it around the tube.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the command line prints for programs, and what it says of files it has written."""
+"""JSON output of the command line, and the lines about files that it has written."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def print_json(value: object) -> None:
-    """Print a value as JSON, in SI units; what does not exist is null."""
+    """Print a value as JSON, in SI units; missing values are null."""
     click.echo(json.dumps(plain(value), indent=2, allow_nan=False, ensure_ascii=False))
 
 

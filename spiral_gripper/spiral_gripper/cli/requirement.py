@@ -30,24 +30,32 @@ PREFERENCES: Final = ("least-strain", "least-pressure", "shortest", "largest-mar
 
 _OPTIONS: Final = (
     click.option(
-        "--radius-min", type=LENGTH, required=True, metavar="LENGTH", help="Smallest object."
+        "--radius-min",
+        type=LENGTH,
+        required=True,
+        metavar="LENGTH",
+        help="Radius of the smallest object.",
     ),
     click.option(
-        "--radius-max", type=LENGTH, required=True, metavar="LENGTH", help="Largest object."
+        "--radius-max",
+        type=LENGTH,
+        required=True,
+        metavar="LENGTH",
+        help="Radius of the largest object.",
     ),
     click.option(
         "--tubing",
         default="natural_latex",
         show_default=True,
         metavar="NAME|FILE",
-        help="Tubing on offer and its material.",
+        help="File of the available tube sizes and their material.",
     ),
     click.option(
         "--tube",
         "tubes",
         multiple=True,
         metavar="SIZE",
-        help='One size instead of all, bore x wall: "3/8 in x 1/32 in". May be repeated.',
+        help='Only this size, bore x wall: "3/8 in x 1/32 in". May be repeated.',
     ),
     click.option(
         "--beta",
@@ -73,25 +81,30 @@ _OPTIONS: Final = (
     ),
     turns_option,
     click.option(
-        "--object-length", type=LENGTH, metavar="LENGTH", help="Length the objects offer."
+        "--object-length",
+        type=LENGTH,
+        metavar="LENGTH",
+        help="Length of the objects that the gripper may cover.",
     ),
-    click.option("--length-max", type=LENGTH, metavar="LENGTH", help="Longest gripper."),
-    click.option("--pressure-max", type=PRESSURE, metavar="PRESSURE", help="Largest pressure."),
     click.option(
-        "--strain-max", type=NUMBER, metavar="NUMBER", help="Largest axial strain: 0.3 is 30 %."
+        "--length-max", type=LENGTH, metavar="LENGTH", help="Greatest length of the gripper."
+    ),
+    click.option("--pressure-max", type=PRESSURE, metavar="PRESSURE", help="Greatest pressure."),
+    click.option(
+        "--strain-max", type=NUMBER, metavar="NUMBER", help="Greatest axial strain; 0.3 is 30 %."
     ),
     click.option(
         "--payload",
         type=MASS,
         metavar="MASS",
-        help="Mass of each object, to be carried twice over; computed with contact.",
+        help="Mass of each object; a design must carry twice this mass, computed with contact.",
     ),
     click.option(
         "--friction",
         "friction_coefficient",
         type=NUMBER,
         metavar="MU",
-        help="Between tube and objects, for --payload. [default: 0.3]",
+        help="Friction coefficient of tube and objects, for --payload. [default: 0.3]",
     ),
     click.option(
         "--end-allowance",
@@ -104,7 +117,7 @@ _OPTIONS: Final = (
         type=click.Choice(PREFERENCES),
         default=PREFERENCES[0],
         show_default=True,
-        help="Which of several designs is taken.",
+        help="Which of several feasible designs to choose.",
     ),
 )
 
@@ -118,7 +131,7 @@ def requirement_options(function: Decorated) -> Decorated:
 
 
 def requirement_from(options: dict[str, Any]) -> DesignRequirement:
-    """Return the requirement that the options state; they are taken out of ``options``.
+    """Return the requirement that the options state, and remove them from ``options``.
 
     Raises:
         DescriptionError: the tubing file cannot be used.
@@ -184,7 +197,7 @@ def gravity_from(
     """Return the acceleration that the mount options state [m/s^2]; None if they state none.
 
     Args:
-        options: from which the two are taken out.
+        options: both mount options are removed from them.
         default: direction, where only the magnitude is given.
 
     Raises:

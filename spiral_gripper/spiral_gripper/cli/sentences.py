@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the user reads when something is wrong: in the units and under the names that were typed."""
+"""Error messages of the command line: in the units and with the option names that were typed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 from spiral_core.errors import InvalidInputError, NotGrippableError, SpiralError
 from spiral_gripper.files.units import Dimension, convert_from_si, parse_quantity, unit_of
 
-# What our texts call a unit, and how people read it unless they typed another one.
+# Units in messages of the library, and the units shown unless the user typed another one.
 _USUAL: Final = {
     "m": (Dimension.LENGTH, "mm"),
     "Pa": (Dimension.PRESSURE, "kPa"),
@@ -40,8 +40,8 @@ class Given(NamedTuple):
     """A value that was typed.
 
     Attributes:
-        value: in SI.
-        text: as it was typed.
+        value: the value in SI.
+        text: the text that was typed.
         dimension: name of the :class:`spiral_gripper.Dimension`; empty for a plain number.
     """
 
@@ -51,7 +51,7 @@ class Given(NamedTuple):
 
 
 def sentence(error: SpiralError, givens: Mapping[str, list[Given]]) -> str:
-    """Return what an error says, in the user's units and under the options' names.
+    """Return the message of an error in the user's units and with the options' names.
 
     Args:
         error: raised by the core or by the readers of files.
@@ -106,7 +106,7 @@ def _not_grippable(
     text = f"an object of radius {asked} cannot be gripped: {constraint}"
     if error.nearest_radius is None:
         return text
-    return f"{text}; the nearest radius that can is {_inward(error, units)}"
+    return f"{text}; the nearest grippable radius is {_inward(error, units)}"
 
 
 def _invalid(

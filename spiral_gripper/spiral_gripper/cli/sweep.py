@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``sweep``: many designs at once, on every core."""
+"""The command ``sweep``: many designs or grips at once, on all cores."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST_JOBS = 1024
 
 @click.group(cls=Group)
 def sweep() -> None:
-    """Many designs at once: where designs exist, and which are worth a look."""
+    """Compute many designs or grips at once."""
 
 
 def worker_options(function: Decorated) -> Decorated:
@@ -37,12 +37,12 @@ def worker_options(function: Decorated) -> Decorated:
     function = click.option(
         "--scheduler",
         metavar="ADDRESS",
-        help='Work on a Dask cluster instead, such as "tcp://10.0.0.5:8786".',
+        help='Use the Dask cluster at this address, such as "tcp://10.0.0.5:8786".',
     )(function)
     return click.option(
         "--jobs",
         type=click.IntRange(1, MOST_JOBS),
-        help="Processes to work in. [default: one per core]",
+        help="Number of processes.  [default: one per core]",
     )(function)
 
 
@@ -52,7 +52,9 @@ def worker_options(function: Decorated) -> Decorated:
 @click.option("--tube-radius-min", type=LENGTH, default="2 mm", show_default=True)
 @click.option("--tube-radius-max", type=LENGTH, default="8 mm", show_default=True)
 @click.option("--tube-radii", type=click.IntRange(2, 181), default=13, show_default=True)
-@click.option("--wall", type=LENGTH, default="1/32 in", show_default=True, help="Of all tubes.")
+@click.option(
+    "--wall", type=LENGTH, default="1/32 in", show_default=True, help="Wall thickness of all tubes."
+)
 @worker_options
 @output_options
 @plot_option
@@ -124,7 +126,7 @@ def feasibility(
 def pareto(
     jobs: int | None, scheduler: str | None, as_json: bool, plot: Path | None, **options: object
 ) -> None:
-    """List the designs that no other beats in pressure, strain and length at once."""
+    """List the Pareto-optimal designs in pressure, strain and length."""
     requirement = requirement_from(options)
 
     from spiral_core.design.sweep import pareto_set, solve_points
@@ -165,13 +167,14 @@ def pareto(
     nargs=3,
     multiple=True,
     metavar="X Y Z",
-    help="A mount, in the base frame: 1 0 0 hangs. [default: the grippers' own]",
+    help="Direction of gravity in the base frame; 1 0 0 for a gripper that hangs. "
+    "[default: as in the gripper files]",
 )
 @click.option(
     "--results",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="A .jsonl file that gets a line for each grip; what it has already is not solved again.",
+    help="A .jsonl file with one line for each grip; grips found in it are not solved again.",
 )
 @worker_options
 @output_options
@@ -189,7 +192,8 @@ def grips(
 ) -> None:
     """Close every GRIPPER on every object, with every friction and mount.
 
-    Options may be repeated. Forces are at each grip's recommended pressure, closed slowly.
+    --radius, --friction and --gravity-direction may be repeated. Forces are those at each grip's
+    recommended pressure after slow closing.
     """
     if any(not 0.0 <= friction <= 10.0 for friction in frictions):
         raise click.UsageError("--friction must be from 0 to 10")

@@ -19,11 +19,11 @@ DEFAULT_TURNS: Final = 1.05
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
-    """A number with its unit, to SI.
+    """A number with its unit, converted to SI.
 
     Args:
         dimension: name of a :class:`spiral_gripper.Dimension`.
-        most: the largest value that anybody means, such as "10 m"; then it must be positive too.
+        most: the largest value accepted, such as "10 m"; the value must then also be positive.
     """
 
     def __init__(self, dimension: str, most: str | None = None) -> None:
@@ -34,7 +34,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the value in SI, or fail with what would be right."""
+        """Return the value in SI, or fail with a message that states the requirement."""
         from spiral_core import InvalidInputError
         from spiral_gripper.files.units import Dimension, parse_quantity
 
@@ -58,7 +58,7 @@ class FiberAngle(Quantity):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the angle [rad], or fail with what would be right."""
+        """Return the angle [rad], or fail with a message that states the requirement."""
         angle = super().convert(value, param, ctx)
         if not 0.0 < abs(angle) <= 0.5 * math.pi:
             from spiral_gripper.files.fields import fiber_angle_requirement
@@ -69,14 +69,14 @@ class FiberAngle(Quantity):
 
 
 class Number(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
-    """A plain finite number; nan and inf, which ``float`` reads, are none."""
+    """A plain finite number; nan and inf, which ``float`` reads, are refused."""
 
     name = "number"
 
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the number, or fail with what would be right."""
+        """Return the number, or fail with a message that states the requirement."""
         from spiral_core import InvalidInputError
         from spiral_gripper.files.units import parse_number
 
@@ -107,7 +107,7 @@ class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> Path:
-        """Return the path, or fail with the suffixes there are."""
+        """Return the path, or fail with a message that lists the suffixes."""
         path = Path(str(value))
         if path.suffix.lower() not in self.suffixes:
             self.fail(f"its name must end in {', '.join(self.suffixes)}, got {value!r}", param, ctx)
@@ -163,7 +163,7 @@ def json_option(function: Decorated) -> Decorated:
 
 
 def units_option(function: Decorated) -> Decorated:
-    """Add ``--units``: what the command prints and draws is then in these units."""
+    """Add ``--units``: the units in which the command prints and draws."""
     return click.option(
         "--units",
         "display_units",
@@ -171,7 +171,7 @@ def units_option(function: Decorated) -> Decorated:
         expose_value=False,
         is_eager=True,
         callback=_choose_units,
-        help='Units of what is printed and drawn, such as "psi,mm".',
+        help='Units of tables, messages and pictures, such as "psi,mm".',
     )(function)
 
 
@@ -199,7 +199,10 @@ def output_options(function: Decorated) -> Decorated:
 def plot_option(function: Decorated) -> Decorated:
     """Add ``--plot``."""
     return click.option(
-        "--plot", type=FIGURE_FILE, metavar="FILE", help="Draw it to a .png, .svg or .pdf file."
+        "--plot",
+        type=FIGURE_FILE,
+        metavar="FILE",
+        help="Write a picture to a .png, .svg or .pdf file.",
     )(function)
 
 
@@ -226,7 +229,7 @@ def object_options(function: Decorated) -> Decorated:
         "--profile",
         type=click.Path(exists=True, dir_okay=False, path_type=Path),
         metavar="FILE",
-        help="Instead: a CSV file of the object's radius along its axis, with units in its header: "
+        help="CSV file of the object's radius along its axis, in place of --radius; its header: "
         "position [mm], radius [mm].",
     )
     radius = click.option("--radius", type=LENGTH, metavar="LENGTH", help="Radius of a cylinder.")
@@ -247,14 +250,15 @@ def mount_options(function: Decorated) -> Decorated:
             "--gravity-magnitude",
             type=ACCELERATION,
             metavar="ACCELERATION",
-            help='"0 m/s^2" leaves gravity out.',
+            help='Acceleration of gravity; "0 m/s^2" leaves gravity out.',
         ),
         click.option(
             "--gravity-direction",
             type=NUMBER,
             nargs=3,
             metavar="X Y Z",
-            help="In the base frame, where the tube leaves along +x: 1 0 0 hangs straight down.",
+            help="Direction of gravity in the base frame, where the tube leaves along +x: 1 0 0 "
+            "for a gripper that hangs.",
         ),
     ):
         function = option(function)

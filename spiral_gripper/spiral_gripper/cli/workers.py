@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where long sweeps run: processes here, a Dask cluster; and a bar that shows how far they are."""
+"""Worker processes and Dask clusters for long sweeps, and their progress bar."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def core_count() -> int:
 
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
-    """Yield a pool of processes that start afresh: a fork would copy threads' locks.
+    """Yield a pool of spawned processes: forked ones would copy the locks of threads.
 
     Ctrl-C reaches this process alone; the workers are then ended at once.
 
@@ -75,9 +75,9 @@ def dask_cluster(address: str) -> Iterator[Executor]:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar on standard error while the block runs; yields what moves it (done, total).
+    """Show a bar on standard error while the block runs; yield its update (done, total).
 
-    Where standard error is no terminal a line says at the first move what is being computed.
+    If standard error is no terminal, the first update prints one line with the title.
     """
     from rich.console import Console
     from rich.progress import Progress

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor: is everything there, and does it fit together?"""
+"""The command ``doctor``: checks of the installation and of gripper files."""

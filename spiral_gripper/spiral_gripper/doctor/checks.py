@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What ``spiral-gripper doctor`` asks and answers, as plain data.
+"""The checks of ``spiral-gripper doctor`` and their results, as plain data.
 
 A table of checks is a module with two names: ``SECTION``, its heading, and ``checks``, which turns
 :class:`Facts` into :class:`Check` objects. The tables are run in processes of their own
@@ -24,7 +24,7 @@ TIME_LIMIT = 30.0
 
 
 class Mark(Enum):
-    """How a check came out; the value is what people read."""
+    """Results of a check; the value is the text that is printed."""
 
     OK = "ok"
     INFO = "info"
@@ -38,10 +38,10 @@ class Finding:
     """What one check found.
 
     Attributes:
-        mark: how it came out.
+        mark: the result.
         text: what was found, in a sentence.
-        advice: what to do about it, in a sentence; empty where nothing is to be done.
-        commands: what to type for that, a line each.
+        advice: how to fix it, in a sentence; empty if nothing needs to be fixed.
+        commands: commands for that, a line each.
     """
 
     mark: Mark
@@ -52,7 +52,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What the checks look at, so that a test can hand them another machine.
+    """The facts about the machine that checks use; a test can pass those of another machine.
 
     Attributes:
         environ: environment variables.
@@ -106,8 +106,8 @@ class Check:
     Attributes:
         name: for programs, such as "ros.domain".
         title: for people.
-        run: finds out; may raise anything, see :func:`finding_of`.
-        needs: names of earlier checks of the table without which this one makes no sense.
+        run: the function of the check; it may raise anything, see :func:`finding_of`.
+        needs: names of earlier checks of the table that must have passed.
         time_limit: it counts as hanging after this [s].
     """
 
@@ -138,17 +138,17 @@ class Answer:
 
 
 def finding_of(check: Check, facts: Facts, marks: Mapping[str, Mark]) -> Finding:
-    """Run a check; whatever it raises is a finding too.
+    """Run a check; an exception that it raises becomes a finding.
 
     Args:
         check: the check.
         facts: what it looks at.
-        marks: how the earlier checks came out, by name.
+        marks: results of the earlier checks, by name.
     """
     missing = [name for name in check.needs if marks.get(name) in (Mark.PROBLEM, Mark.SKIPPED)]
     if missing:
         cause = missing[0].rpartition(".")[2].replace("_", " ")
-        return Finding(Mark.SKIPPED, f"not looked at, because of {cause}")
+        return Finding(Mark.SKIPPED, f"not checked, because of {cause}")
     try:
         return check.run(facts)
     except (Exception, SystemExit) as error:

@@ -18,7 +18,7 @@ from spiral_gripper.doctor.checks import Check, Facts, Finding, Mark
 SECTION = "Grippers"
 # A first start compiles the solver: half a minute, minutes on a slow and busy machine.
 COMPILE_LIMIT = 600.0
-# With this variable numba leaves every function as it is; ours rely on being compiled.
+# With this variable set, numba compiles nothing; the solver requires compiled functions.
 NO_COMPILATION = "NUMBA_DISABLE_JIT"
 # What the solver imports when it is first used; a test compares it with a start.
 START_LOADS = (
@@ -49,7 +49,7 @@ def checks(facts: Facts) -> tuple[Check, ...]:
 
 @dataclass(frozen=True, slots=True)
 class KernelCache:
-    """What numba has kept of the compiled kernels.
+    """The state of numba's cache of compiled kernels.
 
     Attributes:
         kernels: how many a start of the node needs.
@@ -74,7 +74,7 @@ class KernelCache:
 
 
 def check_cache(facts: Facts, cache: KernelCache | None = None) -> Finding:
-    """Look whether the kernels are compiled already, and where that is kept."""
+    """Check whether the kernels are compiled already, and where they are stored."""
     if facts.environ.get(NO_COMPILATION, "0") not in ("", "0"):
         text = f"{NO_COMPILATION} is set: the kernels cannot be compiled"
         return Finding(Mark.PROBLEM, text, "Remove it:", (f"unset {NO_COMPILATION}",))
@@ -95,7 +95,7 @@ def check_cache(facts: Facts, cache: KernelCache | None = None) -> Finding:
 
 
 def check_kernels(facts: Facts) -> Finding:
-    """Start the solver as a node does: kernels are loaded, and compiled where they are missing."""
+    """Start the solver as a node does: load the kernels, and compile those that are missing."""
     del facts
     missing = KernelCache.here()
     start = time.monotonic()
@@ -114,7 +114,7 @@ def compile_kernels() -> None:
 
     curve = WrapCurve(load_gripper(available_grippers()[0]))
     curve.wrap_for_radius(0.5 * (curve.radius_min + curve.radius_max))
-    # Those of rods alone, uniform ones and others, which wraps do without.
+    # Kernels of rods alone, uniform and not, which wraps do not use.
     load = RodLoad(distributed=(0.24, 0.0, 0.0))
     rods = [Rod(0.3, 3e-4, 2e-4, (-0.5 * bend, 0.0, bend)) for bend in (5.0, 10.0)]
     follow_path(rods, load)
@@ -138,13 +138,13 @@ def kernels_finding(elapsed: float, before: KernelCache, after: KernelCache) -> 
     return Finding(
         Mark.WARNING,
         f"compiled in {elapsed:.0f} s, but not kept in {after.folder}",
-        "Every start will compile them again; is the disk full? Or name another folder:",
+        "Every start will compile them again. Free disk space, or name another folder:",
         (f"export NUMBA_CACHE_DIR={Path.home() / '.cache' / 'numba'}",),
     )
 
 
 def check_gripper(name: str, facts: Facts) -> Finding:
-    """Look whether a gripper description is valid and its gripper grips anything."""
+    """Check whether a gripper description is valid and its gripper can wrap an object."""
     from spiral_core import SpiralError
     from spiral_core.wrap.curve import WrapCurve
     from spiral_gripper.files.description import load_gripper

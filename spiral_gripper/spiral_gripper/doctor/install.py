@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's checks of Python, of the libraries, and of the machine."""
+"""The doctor's checks of Python, the libraries, and the machine."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def checks(facts: Facts) -> tuple[Check, ...]:
 
 
 def check_python(facts: Facts) -> Finding:
-    """Look at the version of Python and the platform."""
+    """Check the version of Python and the platform."""
     version = ".".join(str(part) for part in facts.python)
     text = f"{version} on {facts.system} {facts.architecture}, in {facts.prefix}"
     if facts.python >= OLDEST_PYTHON:
@@ -57,7 +57,7 @@ def check_python(facts: Facts) -> Finding:
 def check_libraries(
     facts: Facts, load: Callable[[str], object] = import_module, requirements: Iterable[str] = ()
 ) -> Finding:
-    """Look whether the libraries are there, import, and are new enough.
+    """Check whether the libraries are installed, can be imported, and are new enough.
 
     Args:
         facts: what is installed.
@@ -109,7 +109,7 @@ def too_old(distributions: Mapping[str, str], requirements: Iterable[str]) -> di
 
 
 def check_pictures(facts: Facts) -> Finding:
-    """Look whether the extra for pictures is there."""
+    """Check whether the extra for pictures is installed."""
     if "matplotlib" in facts.distributions:
         return Finding(Mark.OK, f"matplotlib {facts.distributions['matplotlib']}")
     advice = "Needed for --plot and for reports only:"
@@ -124,7 +124,7 @@ def check_pictures(facts: Facts) -> Finding:
 def check_compiler(
     facts: Facts, which: Callable[[str], str | None] = shutil.which, headers: Path | None = None
 ) -> Finding:
-    """Look whether the interfaces of ROS 2 could be compiled here: only a build needs that.
+    """Check whether the ROS 2 interfaces can be compiled here; only a build needs that.
 
     Args:
         facts: the platform.
@@ -150,7 +150,7 @@ def check_compiler(
 
 
 def check_clock(facts: Facts, installed: float | None = None) -> Finding:
-    """Look whether the clock can be right: stamps, and certificates, depend on it.
+    """Check whether the clock can be right: time stamps and security certificates depend on it.
 
     Args:
         facts: its time.
@@ -162,8 +162,8 @@ def check_clock(facts: Facts, installed: float | None = None) -> Finding:
         return Finding(Mark.OK, shown)
     return Finding(
         Mark.WARNING,
-        f"{shown}: this package was installed after that",
-        "Stamps and certificates will be wrong; let the clock follow a time server:",
+        f"{shown}: this is before this package was installed",
+        "Time stamps and certificates will be wrong; synchronize the clock with a time server:",
         ("sudo timedatectl set-ntp true",),
     )
 

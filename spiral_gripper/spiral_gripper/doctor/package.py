@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's checks of our own packages: how they were installed, how often, with ROS or not."""
+"""The doctor's checks of this project's packages: how they were installed, with ROS or not."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NO_WHEELS_FROM = (3, 14)
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """How our packages came here.
+    """How this project's packages were installed.
 
     Attributes:
         version: of the distribution; None if Python knows of none.
@@ -41,7 +41,7 @@ class Installation:
 
     @classmethod
     def here(cls) -> Installation:
-        """Return how it is in this process."""
+        """Return the installation of this process."""
         spec = find_spec(PACKAGE)
         origin = "" if spec is None or spec.origin is None else spec.origin
         package = Path(origin).parent
@@ -61,13 +61,13 @@ class Installation:
 
 
 def check_package(facts: Facts, installation: Installation | None = None) -> Finding:
-    """Look how our packages were installed, and whether that is the only time."""
+    """Check how the packages were installed, and whether they are installed only once."""
     found = Installation.here() if installation is None else installation
     if found.version is None:
         return Finding(
             Mark.WARNING,
             f"imported from {found.package}, but not installed",
-            "What runs is whatever lies there. From a clone of the repository:",
+            "The code in that folder runs. To install, from a clone of the repository:",
             ("make install",),
         )
     text = f"{found.version}, {_kind(found, facts)}"
@@ -101,7 +101,7 @@ def has_ros_part() -> bool:
 
 
 def why_no_ros(facts: Facts) -> Finding:
-    """Say why the node is not installed, and what would change that."""
+    """Return why the node is not installed, and how to install it."""
     text = "not installed: the mechanics and the command line are, the node is not"
     if facts.system != "Linux" or facts.architecture != WHEELS_ARCHITECTURE:
         return Finding(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the doctor says: lines for people as they come, a document for programs."""
+"""Output of the doctor: lines for people, a document for programs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _NARROWEST: Final = 20
 
 
 def print_answer(answer: Answer, console: Console) -> None:
-    """Print one answer, and below it what to do; commands are never broken into lines."""
+    """Print one answer, and below it the advice; commands are never broken into lines."""
     finding = answer.finding
     room = max(console.width - _INDENT, _NARROWEST)
     first, *others = _wrapped(finding.text, room) or [""]
@@ -51,7 +51,7 @@ def print_section(name: str, console: Console) -> None:
 
 
 def verdict(answers: Iterable[Answer]) -> str:
-    """Return the sum of all answers in words."""
+    """Return the summary of all answers."""
     marks = Counter(answer.finding.mark for answer in answers)
     problems, warnings = marks[Mark.PROBLEM], marks[Mark.WARNING]
     if not problems and not warnings:
@@ -60,7 +60,7 @@ def verdict(answers: Iterable[Answer]) -> str:
 
 
 def print_verdict(answers: Sequence[Answer], console: Console) -> None:
-    """Print the sum of all answers."""
+    """Print the summary of all answers."""
     marks = {answer.finding.mark for answer in answers}
     worst = next((mark for mark in (Mark.PROBLEM, Mark.WARNING) if mark in marks), Mark.OK)
     console.print(Text(verdict(answers), STYLES[worst]))
@@ -72,7 +72,7 @@ def has_problem(answers: Iterable[Answer]) -> bool:
 
 
 def as_document(answers: Sequence[Answer]) -> dict[str, Any]:
-    """Return all answers as JSON knows them."""
+    """Return all answers as plain data for JSON."""
     marks = Counter(answer.finding.mark for answer in answers)
     return {
         "problems": marks[Mark.PROBLEM],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's side of its workers: starts them, reads their answers, outlives their crashes."""
+"""Processes that run the doctor's checks: start, read their answers, survive their crashes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TABLES = ("spiral_gripper.doctor.install", "spiral_gripper.doctor.gripper")
 ROS_TABLE = "spiral_gripper_ros.doctor.checks"
 # How long a worker that is done may take to end [s]; it has nothing more to say.
 END_TIMEOUT = 3.0
-# What Fast DDS colors its log with.
+# Color codes in the log of Fast DDS.
 _ESCAPES = re.compile(r"\x1b\[[\d;]*m")
 
 
@@ -132,7 +132,7 @@ class _Worker:
             event = self._events.get(timeout=timeout)
         except Empty:
             self._process.kill()
-            return _lost(f"no answer within {timeout:g} s; this check was given up")
+            return _lost(f"no answer within {timeout:g} s; this check was stopped")
         return event or _lost(f"this check crashed: {self._last_words()}")
 
     def _last_words(self) -> str:

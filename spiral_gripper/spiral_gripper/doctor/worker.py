@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One table of the doctor's checks in a process of its own: JSON in, a line of JSON for each event.
+"""A process that runs one table of the doctor's checks: JSON in, a line of JSON for each event.
 
 ``python -m spiral_gripper.doctor.worker '{"table": MODULE, "gripper": null, "marks": {}}'``
 runs the checks that ``marks`` does not name yet. Standard output belongs to this protocol alone:

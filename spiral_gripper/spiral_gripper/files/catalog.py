@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the files are: the ones shipped with the package, and paths."""
+"""Names of shipped files, and paths, to files on disk."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Shelf:
     """One kind of files shipped with the package.
 
     Attributes:
-        noun: what one of them is called in messages.
+        noun: what messages call one of them.
         folder: below the package's configuration; empty for the folder itself.
     """
 
@@ -53,7 +53,7 @@ def available_grippers() -> tuple[str, ...]:
 
 
 def find_description(name_or_path: str | os.PathLike[str], shelf: Shelf = GRIPPERS) -> Path:
-    """Return the file that a name or a path means.
+    """Return the path of a file from its name or path.
 
     Text without a folder and without a suffix is the name of a shipped file, whatever the current
     folder holds; anything else is a path.
@@ -79,7 +79,7 @@ def find_description(name_or_path: str | os.PathLike[str], shelf: Shelf = GRIPPE
 
 
 def read_description_text(path: Path, shelf: Shelf = GRIPPERS) -> str:
-    """Return the text of a file; ``shelf`` is what it would be compared with.
+    """Return the text of a file; the message about a missing one lists the files of ``shelf``.
 
     Raises:
         DescriptionError: there is no such file, or it cannot be read.
@@ -92,7 +92,7 @@ def read_description_text(path: Path, shelf: Shelf = GRIPPERS) -> str:
 
 
 def _shipped(path: Path, shelf: Shelf) -> str:
-    """Return the names of the shipped files as advice, the nearest first if one is near."""
+    """Return advice: the shipped file with the most similar name, and the list of all."""
     nearest = get_close_matches(path.stem, shelf.names, n=1)
     hint = f"did you mean {nearest[0]}? " if nearest else ""
     verb = "are" if len(shelf.names) > 1 else "is"

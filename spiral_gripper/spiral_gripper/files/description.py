@@ -36,7 +36,7 @@ from spiral_gripper.files.stiffness import rod_stiffness
 from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
 from spiral_gripper.files.values import Values, complain_of_argument, read_values
 
-# A thousand times that of the Earth [m/s^2]: no arm accelerates a gripper like that.
+# A thousand times the Earth's gravity [m/s^2]: far more than any arm's acceleration.
 GRAVITY_MAX = 1.0e4
 # More than anybody means. A longer or heavier tube, such as one of meters in place of millimeters,
 # takes so many elements that there is neither time nor memory for them, in a node least of all.
@@ -48,7 +48,7 @@ _LARGEST = {
 }
 
 
-# The core's names for a single fiber's angles, as files call them.
+# Names of a single fiber's angles in the core, and in files.
 _SINGLE_FIBER_FIELDS = {
     "angle": ("single_angles", "angles from -80 to 80 deg"),
     "position": ("single_positions", "angles from -360 to 360 deg"),
@@ -57,7 +57,7 @@ _SINGLE_FIBER_FIELDS = {
 
 @dataclass(frozen=True, slots=True)
 class GripperDescription:
-    """What a gripper description file says, checked, in SI units.
+    """The content of a gripper description file, checked, in SI units.
 
     Attributes:
         source: the file it was read from.
@@ -67,8 +67,8 @@ class GripperDescription:
         density: density of the tube's material [kg/m^3].
         extra_mass_per_length: mass beside the tube's, such as fibers and glue [kg/m].
         gripper: the gripper that the file describes, ready for the core.
-        written: what the file says in its fields, by dotted name, as it is written there.
-        doubts: values that nobody means, most likely; a line each, with its place in the file.
+        written: text of the file's fields, by dotted name.
+        doubts: values that are most likely mistakes; a line each, with its place in the file.
     """
 
     __repr__ = brief_repr
@@ -101,7 +101,7 @@ def load_gripper(name_or_path: str | os.PathLike[str]) -> Gripper:
 
 
 def load_description(name_or_path: str | os.PathLike[str]) -> GripperDescription:
-    """Return what a description file says, checked.
+    """Return the content of a description file, checked.
 
     Args:
         name_or_path: the name of a shipped gripper, or the path of a file.
@@ -119,7 +119,7 @@ def load_description(name_or_path: str | os.PathLike[str]) -> GripperDescription
 
 
 def parse_description(text: str, source: Path) -> GripperDescription:
-    """Return what the text of a description file says, checked.
+    """Return the content of the text of a description file, checked.
 
     Args:
         text: the file's text.
@@ -142,7 +142,7 @@ def parse_description(text: str, source: Path) -> GripperDescription:
 
 
 def _check_parts(values: Values, document: Document) -> None:
-    """Make each part once, so that one reading names all that the core refuses."""
+    """Make each part once, so that all values that the core refuses are reported together."""
     for make in (
         _tube,
         _fibers,
@@ -158,7 +158,7 @@ def _check_parts(values: Values, document: Document) -> None:
 
 
 def _check_part(make: Callable[[Values], object], values: Values, document: Document) -> None:
-    """Make one part, and note what the core refuses."""
+    """Make one part, and note the value that the core refuses."""
     try:
         make(values)
     except InvalidInputError as error:
@@ -307,7 +307,7 @@ def _gravity(values: Values) -> Vector:
 
 
 def _bounded(argument: str, value: float) -> float:
-    """Return a value that is not larger than anybody means."""
+    """Return a value; refuse one above the largest plausible value."""
     largest, unit = _LARGEST[argument]
     if value > largest:
         raise InvalidInputError(argument, value, f"at most {largest:g} {unit}")
@@ -319,5 +319,5 @@ def _pressure_max(values: Values) -> float:
 
 
 def _arguments(values: Values, *names: str) -> dict[str, Any]:
-    """Return those of some fields that the file gives, under the names of the core's arguments."""
+    """Return the values that the file gives for some fields, by the core's argument names."""
     return {name.rpartition(".")[2]: values[name] for name in names if name in values}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Descriptions written back: the file's own text and comments, with the new values."""
+"""Saving of descriptions: the file's own text and comments, with the new values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from spiral_gripper.files.fields import LAWS
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.files.units import Dimension, convert_from_si
 
-# Twelve digits: what is read back differs by less than any tube can be made.
+# Twelve digits: rounding is far below manufacturing tolerances.
 _DIGITS = 12
 
 
@@ -26,8 +26,8 @@ def save_description(
     """Write a gripper description file.
 
     Args:
-        description: what it says; where it has been changed since its file was read, the new values
-            stand in the place of the old ones, and comments stay.
+        description: the content; values that changed since its file was read replace the old
+            ones, and comments stay.
         path: the file.
         replace: whether a file of this name may be replaced.
 
@@ -71,7 +71,7 @@ def description_text(description: GripperDescription) -> str:
 
 
 def _fields(description: GripperDescription) -> dict[str, object]:
-    """Return what may have been changed, by dotted field, as files write it."""
+    """Return the values that may have changed, by dotted field, as files write them."""
     actuator, gripper = description.actuator, description.gripper
     tube, fibers = gripper.tube, actuator.fibers
     angles = (fibers.alpha, fibers.beta) if isinstance(fibers, FiberAngles) else (fibers.angle,)

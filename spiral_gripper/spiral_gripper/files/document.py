@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""YAML text to entries that know their place, before anything is made of their values.
+"""YAML text to entries with their line and column; values are not interpreted here.
 
 Only the syntax tree is used: scalars keep the text the user wrote, and no YAML type is constructed.
 """
@@ -22,7 +22,7 @@ _CORE_TAG = "tag:yaml.org,2002:"
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What a file holds in one place.
+    """One entry of a file.
 
     Attributes:
         line: line in the file, from 1.
@@ -43,7 +43,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """The entries of one file by dotted name, where its sections are, and what is wrong so far."""
+    """The entries of one file by dotted name, its sections, and the problems found so far."""
 
     file: str
     entries: dict[str, Entry] = field(default_factory=dict)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values that are possible but most likely not meant: another unit, another decimal place."""
+"""Values that are possible but most likely mistakes: a wrong unit or decimal place."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ BORES = (1.0e-4, 0.1)
 MODULI = (1.0e4, 2.0e7)
 # Densities from a foam's to a filled rubber's [kg/m^3].
 DENSITIES = (100.0, 4000.0)
-# Ratio of wall to bore radius up to which the model's one strain for the whole wall will do.
+# Ratio of wall to bore radius up to which one strain for the whole wall is accurate enough.
 THIN_WALL = 0.25
 THICK_WALL = 2.0
 
 
 def doubts_of(document: Document, actuator: Actuator, density: float) -> tuple[str, ...]:
-    """Return a line for each value that is most likely not meant, with its place in the file.
+    """Return a line for each value that is most likely a mistake, with its place in the file.
 
     Args:
         document: the file's entries.
@@ -57,7 +57,7 @@ def doubts_of_tubing(
 
 
 def doubts_of_size(size: TubeSize, thin_wall: float = math.inf) -> tuple[str, ...]:
-    """Return a sentence for each of a tube's dimensions that is most likely not meant.
+    """Return a sentence for each of a tube's dimensions that is most likely a mistake.
 
     Args:
         size: of the tube.

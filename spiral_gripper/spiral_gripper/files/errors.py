@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with a gripper description file: every problem found, each with its place."""
+"""Problems of a gripper description file, each with its place."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ LAWS: Final = MappingProxyType(
 )
 
 
-# Laws that others have, and which of ours bends their way; a fit to the user's data is what counts.
+# Laws of other programs, and the most similar one here.
 _SIMILAR: Final = {
     "ogden": "yeoh",
     "arruda_boyce": "gent",
@@ -54,7 +54,7 @@ _SIMILAR: Final = {
 
 
 class Kind(Enum):
-    """What a value may look like; the value is the requirement, where the field adds nothing."""
+    """Kinds of values; each value is the requirement, unless the field has its own."""
 
     QUANTITY = "a number with a unit"
     FAMILY = "an angle, or none"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities as people read them: in millimeters and kilopascals, or in the units they choose."""
+"""Quantities for display: in millimeters and kilopascals, or in the units that the user chose."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Scale(NamedTuple):
     unit: str
 
 
-# SI unit -> what people read unless they choose another one.
+# SI unit -> unit that is shown unless the user chose another one.
 _USUAL: Final[Mapping[str, Scale]] = MappingProxyType(
     {
         "m": Scale(1e3, "mm"),
@@ -76,7 +76,7 @@ _present: ContextVar[Mapping[str, Scale]] = ContextVar("units", default=_USUAL)
 
 
 def dimension_of(unit: str) -> Dimension:
-    """Return what a unit that figures can be shown in measures.
+    """Return the dimension of a unit in which figures can be shown.
 
     Raises:
         InvalidInputError: figures are not shown in it; the message lists the units that there are.
@@ -96,8 +96,8 @@ def dimension_of(unit: str) -> Dimension:
 def display_units(*units: str) -> Iterator[None]:
     """Show figures in these units while the block runs: in tables, reprs and pictures.
 
-    Units that are made of others follow: with psi, rates are in psi/s; with lbf and in, torques are
-    in lbf in. What is not chosen keeps its usual unit: kPa, mm, deg, N, kg.
+    Derived units follow: with psi, rates are in psi/s; with lbf and in, torques are in lbf in. The
+    other quantities keep their usual units: kPa, mm, deg, N, kg.
 
     Args:
         units: at most one for each of pressure, length, angle, force and mass.
@@ -132,7 +132,7 @@ def display_units(*units: str) -> Iterator[None]:
 
 
 def in_present_units(function: Callable[Given, Result]) -> Callable[Given, Result]:
-    """Return a function that shows figures in the present units in whichever thread it is called.
+    """Return a function that shows figures in the present units in any thread.
 
     Example:
         >>> with display_units("psi"):
@@ -164,7 +164,7 @@ def scale_of(unit: str) -> Scale:
 
 
 def number(value: float, unit: str, digits: int = 4) -> str:
-    """Return an SI figure in the unit it is shown in, without that unit.
+    """Return an SI figure in the unit it is shown in, without the unit's name.
 
     Example:
         >>> number(0.0111, "m")
@@ -174,7 +174,7 @@ def number(value: float, unit: str, digits: int = 4) -> str:
 
 
 def shown(value: float, unit: str, digits: int = 4) -> str:
-    """Return an SI figure as people read it.
+    """Return an SI figure in the unit it is shown in, with the unit's name.
 
     Example:
         >>> shown(0.0111, "m"), shown(44034.0, "Pa"), shown(1.5, "1")
@@ -212,7 +212,7 @@ def _converted(found: re.Match[str]) -> str:
 
 
 def shown_range(low: float, high: float) -> str:
-    """Return a range of lengths [m] as people read it, its ends rounded into the range.
+    """Return a range of lengths [m] in the unit shown, its ends rounded into the range.
 
     Example:
         >>> shown_range(0.00457668, 0.0378219)
@@ -236,7 +236,7 @@ def in_units(values: Array | list[float] | float, unit: str) -> Array:
 
 
 def axis_label(name: str, unit: str) -> str:
-    """Return what stands at an axis, with the unit it is shown in.
+    """Return the label of an axis, with the unit shown.
 
     Example:
         >>> axis_label("object radius", "m")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files read within bounds, and written whole or not at all."""
+"""Reading of files up to a size limit, and atomic writing."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def read_text(path: Path) -> str:
 
 
 def write_file(path: Path, content: str | bytes, *, replace: bool = True) -> None:
-    """Write a file whole, or leave everything as it was.
+    """Write a file atomically: completely, or not at all.
 
     The content goes to a temporary file beside it, which then takes its name.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tubing files: the sizes that can be bought, and what they are made of, with units."""
+"""Tubing files: the sizes that can be bought and their elastomer, with units."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ _FIELDS: Final = (*_REQUIRED, "description", _LAW, *(f"material.{c}" for c in CO
 
 @dataclass(frozen=True, slots=True)
 class Tubing:
-    """What a tubing file offers, checked, in SI units.
+    """The content of a tubing file, checked, in SI units.
 
     Attributes:
         source: the file it was read from.
         name: of the material, as reports call it.
-        sizes: tubes on offer.
-        elastomer: what they are made of.
-        doubts: values that nobody means, most likely; a line each, with its place in the file.
+        sizes: available tubes.
+        elastomer: material of the tubes.
+        doubts: values that are most likely mistakes; a line each, with its place in the file.
     """
 
     __repr__ = brief_repr
@@ -65,7 +65,7 @@ def available_tubing() -> tuple[str, ...]:
 
 
 def load_tubing(name_or_path: str | os.PathLike[str]) -> Tubing:
-    """Return what a tubing file offers.
+    """Return the content of a tubing file.
 
     Args:
         name_or_path: the name of a shipped file, or the path of one.
@@ -83,7 +83,7 @@ def load_tubing(name_or_path: str | os.PathLike[str]) -> Tubing:
 
 
 def parse_tubing(text: str, source: Path) -> Tubing:
-    """Return what the text of a tubing file offers.
+    """Return the content of the text of a tubing file.
 
     Args:
         text: the file's text.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities with units, as people write them: text such as ``"4.7625 mm"`` to SI numbers.
+"""Quantities with units: text such as ``"4.7625 mm"`` to SI numbers.
 
 The grammar is deliberately narrower than pint's: one decimal number or one fraction ("3/16 in"),
 then a product of units with small whole exponents. Pint alone would read "1,5 mm" as 15 mm,
@@ -35,7 +35,7 @@ _SYMBOL = r"[A-Za-zµμ°%][A-Za-zµμ]*(?:_[A-Za-z0-9]+)*"
 _FACTOR = rf"{_SYMBOL}(?:(?:\^|\*\*)-?[1-9]|-?[2-4])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:[ \t]*[*/·][ \t]*{_FACTOR}|[ \t]+{_FACTOR})*")
 _BARE_EXPONENT = re.compile(rf"(?P<symbol>{_SYMBOL})(?P<exponent>-?[2-4])(?![A-Za-z0-9_])")
-# Units of pressure that count from vacuum, or say what all of ours are.
+# Units of absolute pressure, and units that state gauge pressure explicitly.
 _GAUGE = "pressures are gauge pressures: "
 _REFERENCED = {
     "psia": f'{_GAUGE}subtract 14.7 psi and write "psi"',
@@ -51,7 +51,7 @@ _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁴": "4"})
 
 
 class Dimension(Enum):
-    """What a quantity measures: its name, SI unit, and units people usually write.
+    """The dimension of a quantity: its name, SI unit, and usual units.
 
     Example:
         >>> Dimension.PRESSURE.si_unit, Dimension.PRESSURE.usual_units
@@ -81,7 +81,7 @@ class Dimension(Enum):
 
     @property
     def requirement(self) -> str:
-        """What a value of this dimension must look like, to complete "must be ..."."""
+        """The form of a value of this dimension, to complete "must be ..."."""
         article = "an" if self.quantity[0] in "aeiou" else "a"
         return f'{article} {self.quantity} with its unit, such as "{self.example}"'
 
@@ -213,13 +213,20 @@ def _si_factor(unit_text: str, dimension: Dimension) -> Decimal:
         if _base_units(symbol, dimension) == registry.dimensionless:
             raise _UnitProblemError(f'"{symbol}" is a ratio, not a unit of {dimension.quantity}')
     base = _base_units(text, dimension)
-    wanted = _base_units(dimension.si_unit, dimension)
-    if base != wanted:
+    if base != _base_units(dimension.si_unit, dimension):
         raise _UnitProblemError(
-            f'"{unit_text}" reduces to {f"{base:~P}" or "a pure number"}, not to {wanted:~P}'
+            f'"{unit_text}" is {_kind_of(base)}, not a unit of {dimension.quantity}'
             + _suggestion(unit_text, dimension, exact=True)
         )
     return Decimal(registry.Quantity(Decimal(1), text).to(dimension.si_unit).magnitude)
+
+
+def _kind_of(base: pint.Unit) -> str:
+    """Return what a unit that is reduced to base units measures."""
+    for dimension in Dimension:
+        if base == _base_units(dimension.si_unit, dimension):
+            return f"a unit of {dimension.quantity}"
+    return f"{base:~P}" or "a pure number"
 
 
 def _base_units(text: str, dimension: Dimension) -> pint.Unit:

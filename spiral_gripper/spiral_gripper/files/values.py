@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From the entries of a file to its values, and from what the core refuses back to the file."""
+"""From the entries of a file to its values, and from the core's errors to places in the file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Values: TypeAlias = dict[str, Value]
 # The fields of a measured curve: all of them or none.
 MEASURED = "measured."
 
-# The core calls its arguments by the last part of our dotted names.
+# The core's argument names are the last parts of the dotted names.
 _FIELD_OF_ARGUMENT = {name.rpartition(".")[2]: name for name in FIELDS} | {
     "single_fibers": "fibers.single_angles"
 }
@@ -48,7 +48,7 @@ def read_values(document: Document) -> Values:
 
 
 def read_entries(document: Document, names: Iterable[str]) -> Values:
-    """Return the values of the entries named; what is wrong with one is noted as a problem."""
+    """Return the values of the named entries; note those that are wrong as problems."""
     values: Values = {}
     for name in names:
         entry, requirement = document.entries[name], FIELDS[name].requirement
@@ -63,7 +63,7 @@ def read_entries(document: Document, names: Iterable[str]) -> Values:
 
 
 def complain_of_argument(document: Document, error: InvalidInputError) -> None:
-    """Note what the core refused, under the name and in the place it has in the file.
+    """Note an argument that the core refused, under its name and place in the file.
 
     An error may name several arguments ("c1 + c2") or a whole part ("fibers"): each argument gets
     its name in the file, and the place is the first one's, or the section's.

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our solvers behind the interfaces of other projects."""
+"""Adapters of the solvers to the interfaces of other projects."""

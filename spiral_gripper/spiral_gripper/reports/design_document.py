@@ -17,12 +17,12 @@ from spiral_core.design.sweep import SweepPoint
 from spiral_gripper.files.fields import LAWS
 from spiral_gripper.files.units import Dimension, convert_from_si
 
-# Twelve digits: what is read back differs by less than any tube can be made.
+# Twelve digits: rounding is far below manufacturing tolerances.
 _DIGITS = 12
 
 
 def plain(value: object) -> Any:  # noqa: ANN401
-    """Return a value as JSON knows it: dictionaries, lists, text, numbers; NaN and inf are null.
+    """Return a value as plain data for JSON: dictionaries, lists, text, numbers, null for NaN, inf.
 
     Dataclasses become dictionaries of their fields, enumerations their names in lower case, arrays
     lists.
@@ -124,7 +124,7 @@ def description_text(design: Design, name: str) -> str:
 
     Args:
         design: the gripper.
-        name: how the gripper is to be called.
+        name: of the gripper.
     """
     actuator, gripper = design.actuator, design.gripper
     constants = "".join(

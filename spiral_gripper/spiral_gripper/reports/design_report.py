@@ -41,7 +41,9 @@ def markdown_report(report: DesignReport) -> str:
         f"**{_verdict(report)}**\n",
         _answer(report) + "\n",
     ]
-    parts += [f"- would do: {relaxation_text(relaxation)}" for relaxation in report.relaxations]
+    parts += [
+        f"- sufficient change: {relaxation_text(relaxation)}" for relaxation in report.relaxations
+    ]
     parts.append("")
     for title, header, rows in _sections(report):
         parts.append(f"## {title}\n")
@@ -67,7 +69,8 @@ def html_report(report: DesignReport) -> str:
     ]
     if report.relaxations:
         items = "".join(
-            f"<li>would do: {html.escape(relaxation_text(r))}</li>" for r in report.relaxations
+            f"<li>sufficient change: {html.escape(relaxation_text(r))}</li>"
+            for r in report.relaxations
         )
         parts.append(f"<ul>{items}</ul>")
     for title, header, rows in _sections(report):

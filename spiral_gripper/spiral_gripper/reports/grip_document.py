@@ -25,7 +25,7 @@ from spiral_gripper.files.shown import axis_label, number, reworded, shown
 from spiral_gripper.reports.design_document import plain
 from spiral_gripper.reports.wrap_document import read_profile
 
-# Where a pull is to, in few words.
+# Short names of the directions of a pull.
 _PULLS = {
     Pull.AWAY: "away from the base",
     Pull.TOWARDS: "towards the base",
@@ -38,7 +38,7 @@ _PULLS = {
 
 @dataclass(frozen=True, slots=True)
 class GripQuestion:
-    """What is asked of a gripper.
+    """The inputs of a grip computation.
 
     Args:
         gripper: as it is mounted.
@@ -72,10 +72,10 @@ class GripQuestion:
 
 @dataclass(frozen=True, slots=True)
 class SolvedGrip:
-    """A question and its answer.
+    """A grip computation and its results.
 
     Args:
-        question: what was asked.
+        question: the inputs.
         grip: the answer.
         recommended: pressure to command [Pa]; None if none meets the conditions.
         point: the grip there, or at the middle of the recommended range.

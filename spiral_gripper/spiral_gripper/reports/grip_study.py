@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Studies of grips: a table for people, and a file from which an interrupted study goes on."""
+"""Studies of grips: a table, and a file from which an interrupted study can be resumed."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ from spiral_gripper.reports.style import (
 
 # Points around a drawn section.
 SECTION_ANGLES = 181
-# Ratios above this are of no use to a designer and would flatten everything else.
+# Larger ratios are not useful for design and would compress the rest of the chart.
 LARGEST_RATIO = 20.0
 
 

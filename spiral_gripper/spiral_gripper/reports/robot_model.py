@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gripper as a part of a robot: what planners must keep clear of, for a URDF."""
+"""Collision model of a gripper for a robot's URDF."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from spiral_gripper.reports.shape_document import solve_shape
 
 # Shapes from 0 Pa to the wrap's pressure whose hull is the swept volume.
 SWEPT_SHAPES = 17
-# Spheres stand as close as this part of the tube's outer radius: they stick out by an eighth or so.
+# Distance of spheres as a fraction of the tube's outer radius: they protrude by about an eighth.
 SPHERE_SPACING = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class RobotModel:
-    """What a robot's description needs of a gripper, in its base frame [m].
+    """Geometry of a gripper for a robot description, in the gripper's base frame [m].
 
     Args:
         name: of the gripper.

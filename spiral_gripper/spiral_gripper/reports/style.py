@@ -62,7 +62,7 @@ def panels(count: int) -> tuple[Figure, list[Axes]]:
 
 
 def style_axes(axes: Axes) -> None:
-    """Take what does not inform off the axes."""
+    """Remove lines without information from the axes."""
     axes.grid(visible=True, color="#dddddd", lw=0.6)
     axes.set_axisbelow(True)
     for side in ("top", "right"):

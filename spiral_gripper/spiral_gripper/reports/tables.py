@@ -30,9 +30,9 @@ def print_report(report: DesignReport, console: Console) -> None:
         return
     console.print(f"[bold red]not feasible[/]: {reworded(report.binding.sentence)}")
     for relaxation in report.relaxations:
-        console.print(f"  would do: {relaxation_text(relaxation)}", highlight=False)
+        console.print(f"  sufficient change: {relaxation_text(relaxation)}", highlight=False)
     if not report.relaxations:
-        console.print("  no single change of the requirement would do")
+        console.print("  no single change of the requirement makes a design feasible")
 
 
 def relaxation_text(relaxation: Relaxation) -> str:
@@ -72,7 +72,7 @@ def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> 
 
 
 def answer_rows(design: Design) -> list[tuple[str, str]]:
-    """Return what to buy, cut and wind, and what to command, as names and figures."""
+    """Return the parts, the winding and the pressures of a design, as names and figures."""
     fibers, tube = design.actuator.fiber_pair, design.tube
     single = shown(design.fiber_angle, "rad") if design.fiber_angle else "straight"
     rows = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A template to wind a tube by: its fibers unrolled in true size, to be laid around it."""
+"""The winding template of a tube: its fibers on the unrolled surface in true size."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.style import COLORS, paper_style
 from spiral_gripper.reports.tables import winding_rows
 
-# What A4 and US letter have in common [mm], and the strips' place on it.
+# The area common to A4 and US letter [mm], and the position of the strips on it.
 PAGE_WIDTH, PAGE_HEIGHT, MARGIN = 210.0, 279.0, 12.0
 STRIP_LENGTH = 200.0
 STRIP_GAP = 8.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closing in true time, to be played: computed when it is asked for, kept while it is true."""
+"""The closing in real time: computed on request, kept while the settings stay the same."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WAIT = 1.0
 
 
 class StoppedError(Exception):
-    """Nobody wants the closing any more."""
+    """The computation of the closing was canceled."""
 
 
 class Closings:
@@ -59,7 +59,7 @@ class Closings:
 
 
 def in_time(frames: Sequence[Frame], tolerance: float) -> Iterator[Frame]:
-    """Yield frames when their times have come; those that are later than this [s] are left out."""
+    """Yield frames at their times; skip those that are late by more than ``tolerance`` [s]."""
     start = time.monotonic()
     for frame in frames:
         early = start + frame.time - time.monotonic()

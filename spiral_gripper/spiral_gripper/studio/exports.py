@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the studio hands out: shapes for tables, meshes and robots, and the description file."""
+"""Exports of the studio: shapes as tables, meshes and robot models, and the description file."""
 
 from __future__ import annotations
 

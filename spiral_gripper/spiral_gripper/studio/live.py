@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The studio's page of a running node: what it commands, measures and holds, as it moves."""
+"""The studio's page of a running node: its command, measured pressure, shape and grip."""
 
 from __future__ import annotations
 

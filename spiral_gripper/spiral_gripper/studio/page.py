@@ -61,7 +61,7 @@ class Page:
         self._words = gui.add_markdown("")
         self._to_wrap = gui.add_button("Set the wrap pressure")
         self._play = gui.add_button("Play the approach")
-        self._close = gui.add_button("Play the closing in true time")
+        self._close = gui.add_button("Play the closing in real time")
         self._pull = gui.add_button("Play the pull")
         self._chart = gui.add_uplot(
             chart_data(None, START_RADIUS, 0.0),
@@ -95,7 +95,7 @@ class Page:
         self._export.on_click(shows(lambda event: self._hand_out(self._export.value, event.client)))
 
     def tick(self) -> None:
-        """Say for how long an answer is being computed; to be called once in a while."""
+        """Update the time for which an answer has been computed; to be called regularly."""
         with self._lock:
             session = self._session
             if session is None or session.waited is None or self._playing.is_set():
@@ -164,7 +164,7 @@ class Page:
             self._refresh()
 
     def _on_answer(self, answer: Answer) -> None:
-        """Show an answer unless the controls have moved on."""
+        """Show an answer unless the settings have changed since."""
         with self._lock:
             session = self._session
             if session is not None and session.answer is answer and session.current:
@@ -270,7 +270,7 @@ class Page:
         self._refresh()
 
     def _play_closing(self, closing: TimedClosing) -> None:
-        """Show a closing in true time."""
+        """Show a closing in real time."""
         outer = closing.setup.gripper.tube.outer_radius
         self._scene.show_ghost(None, outer)
         for frame in in_time(closing.frames, 1.0 / FRAMES_PER_SECOND):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pull, to be played: an object that is moved out of the coil, and the coil that follows."""
+"""Animation of the pull: the object moves out of the coil, and the coil follows."""
 
 from __future__ import annotations
 

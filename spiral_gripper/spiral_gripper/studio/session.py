@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The studio without its page: settings in, shapes at once, answers from the background."""
+"""The studio's computations: shapes at once, other answers in the background."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ CHART_POINTS = 61
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """What takes longer than a frame: what a gripper wraps, and how it wraps one object.
+    """Results that take longer than a frame: the range of radii, and the wrap of one object.
 
     Args:
         settings: what it answers, whatever the pressure.
@@ -96,7 +96,7 @@ class Answer:
 
 
 class _StaleError(Exception):
-    """Nobody asks any more for what is being computed."""
+    """The result being computed is no longer needed."""
 
 
 class Session:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the studio's controls say, and the gripper that they describe."""
+"""The settings of the studio's controls, and the gripper that they describe."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Settings:
         friction: Coulomb's coefficient between tube and object.
         taper: half-angle of the object [rad]: it thickens the way the coil advances; its radius is
             that in the middle of the coil.
-        rate: at which the pressure rises where the closing is played in true time [Pa/s].
+        rate: at which the pressure rises where the closing is played in real time [Pa/s].
     """
 
     pressure: float

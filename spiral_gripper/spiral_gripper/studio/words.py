@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the studio says of a shape, a wrap and a grip, in the units that are shown."""
+"""The studio's text about a shape, a wrap and a grip, in the units shown."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _room(pressure: float, bound: float) -> str:
 
 
 def closing_line(closing: TimedClosing, rate: float) -> str:
-    """Return what closing at a rate [Pa/s] gives, in true time."""
+    """Return what closing at a rate [Pa/s] gives, in real time."""
     touching = f"{100.0 * closing.contact_fractions[-1]:.0f} % of the tube in contact"
     wrapped, end = closing.time_to_wrap, closing.frames[-1].time
     after = "" if wrapped is None else f"wrapped after {wrapped:.2f} s, "

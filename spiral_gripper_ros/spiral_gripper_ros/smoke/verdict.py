@@ -66,7 +66,7 @@ def verdicts(record: SmokeRecord) -> list[Answer]:
     answers = []
     for name, title, judge, needs in _EXPECTATIONS:
         if any(marks[need] in (Mark.PROBLEM, Mark.SKIPPED) for need in needs):
-            finding = Finding(Mark.SKIPPED, f"not looked at, because of {needs[-1]}")
+            finding = Finding(Mark.SKIPPED, f"not checked, because of {needs[-1]}")
         else:
             finding = judge(record)
         marks[name] = finding.mark

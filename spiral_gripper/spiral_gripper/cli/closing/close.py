@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``close``: a gripper closes on an object in true time."""
+"""The command ``close``: a gripper closes on an object in real time."""
 
 from __future__ import annotations
 
@@ -26,35 +26,52 @@ ANIMATION_SUFFIXES = (".gif",)
 
 @click.command()
 @gripper_argument
-@click.option("--radius", type=LENGTH, required=True, metavar="LENGTH", help="Of a cylinder.")
 @click.option(
-    "--rate", type=PRESSURE_RATE, required=True, metavar="RATE", help="At which the pressure rises."
+    "--radius", type=LENGTH, required=True, metavar="LENGTH", help="Radius of the cylinder."
+)
+@click.option(
+    "--rate",
+    type=PRESSURE_RATE,
+    required=True,
+    metavar="RATE",
+    help="Rate at which the pressure rises.",
 )
 @click.option(
     "--pressure",
     type=PRESSURE,
     metavar="PRESSURE",
-    help="To close to; by default 1.15 of the pressure of the perfect wrap.",
+    help="Final pressure; by default 1.15 times that of the perfect wrap.",
 )
 @click.option(
-    "--wait", type=TIME, default="2 s", show_default=True, help="At the pressure, before judging."
+    "--wait",
+    type=TIME,
+    default="2 s",
+    show_default=True,
+    help="Time at the final pressure before the grip is judged.",
 )
-@click.option("--friction", type=NUMBER, metavar="MU", help="Default: the gripper file's, or 0.3.")
+@click.option(
+    "--friction",
+    type=NUMBER,
+    metavar="MU",
+    help="Friction coefficient; by default the gripper file's, or 0.3.",
+)
 @click.option(
     "--retardation-time",
     type=TIME,
     default="16 ms",
     show_default=True,
-    help="Damping of the material; silicone and latex 5 to 50 ms.",
+    help="Damping of the material; 5 to 50 ms for silicone and latex.",
 )
 @click.option(
-    "--advise", is_flag=True, help="Also find the fastest rate that keeps 90 % of the slow grip."
+    "--advise",
+    is_flag=True,
+    help="Also find the fastest rate that keeps 90 % of the slow grip's force.",
 )
 @click.option(
     "--animate",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="Write the closing in true time to a .gif file.",
+    help="Write an animation in real time to a .gif file.",
 )
 @mount_options
 @output_options
@@ -73,7 +90,7 @@ def close(
     plot: Path | None,
     **options: object,
 ) -> int:
-    """Let GRIPPER close on a cylinder, the pressure rising at a rate; print what that gives.
+    """Simulate GRIPPER closing on a cylinder at a pressure rate, and print the grip.
 
     GRIPPER is the name of a shipped gripper or the path of a description file. The tube has mass
     and damping, and turns that touch early stick: a fast closing may hold a fraction of what a slow

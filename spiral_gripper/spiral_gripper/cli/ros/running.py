@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands to a node that runs: ``plan``, ``grasp``, ``release``, ``status`` and ``watch``."""
+"""Commands to a running node: ``plan``, ``grasp``, ``release``, ``status`` and ``watch``."""
 
 from __future__ import annotations
 
@@ -48,14 +48,18 @@ def _not_negative(context: click.Context, parameter: click.Parameter, value: flo
 
 
 namespace_option: Callable[[Decorated], Decorated] = click.option(
-    "--namespace", metavar="NAME", default="/", callback=_namespace, help="Of the gripper's node."
+    "--namespace",
+    metavar="NAME",
+    default="/",
+    callback=_namespace,
+    help="Namespace of the gripper's node.",
 )
 timeout_option: Callable[[Decorated], Decorated] = click.option(
     "--timeout",
     type=NUMBER,
     metavar="SECONDS",
     callback=_positive,
-    help="Longest time.  [default: the node's grasp_timeout]",
+    help="Time limit.  [default: the node's grasp_timeout]",
 )
 overpressure_option: Callable[[Decorated], Decorated] = click.option(
     "--overpressure",
@@ -63,7 +67,7 @@ overpressure_option: Callable[[Decorated], Decorated] = click.option(
     metavar="PRESSURE",
     default="0 Pa",
     callback=_not_negative,
-    help="Held above the pressure of the wrap.",
+    help="Pressure to add to the pressure of the wrap.",
 )
 
 
@@ -77,14 +81,21 @@ def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
 
 
 @click.command()
-@click.option("--radius", type=LENGTH, metavar="LENGTH", required=True, callback=_positive)
+@click.option(
+    "--radius",
+    type=LENGTH,
+    metavar="LENGTH",
+    required=True,
+    callback=_positive,
+    help="Radius of the object.",
+)
 @overpressure_option
 @namespace_option
 @output_options
 def plan(radius: float, overpressure: float, namespace: str, as_json: bool) -> int:
-    """Ask a running node whether it can wrap an object, and with what; nothing moves.
+    """Ask a running node whether it can wrap an object, and at which pressure; nothing moves.
 
-    The exit code is 0 if it can, 1 if not, 2 if no node answers.
+    The exit code is 0 if the node can wrap the object, 1 if not, 2 if no node answers.
     """
     return _show(load_ros_side(SIDE).plan(namespace, radius, overpressure), as_json=as_json)
 
@@ -95,14 +106,14 @@ def plan(radius: float, overpressure: float, namespace: str, as_json: bool) -> i
     type=LENGTH,
     metavar="LENGTH",
     callback=_positive,
-    help="Of the object.  [default: the one that the node follows]",
+    help="Radius of the object.  [default: the one that the node follows]",
 )
 @overpressure_option
 @timeout_option
 @click.option(
     "--on-failure",
     type=click.Choice(("vent", "hold")),
-    help="What becomes of the pressure.  [default: the node's grasp_abort_policy]",
+    help="What to do with the pressure after a failure.  [default: the node's grasp_abort_policy]",
 )
 @namespace_option
 @output_options
@@ -114,11 +125,11 @@ def grasp(
     namespace: str,
     as_json: bool,
 ) -> int:
-    """Let a running node wrap an object, and wait until it is held or has failed.
+    """Command a running node to wrap an object; wait until the object is held or the grasp failed.
 
-    The gripper goes on holding after this command has ended, until `release`. Ctrl-C cancels the
-    grasp: --on-failure says what becomes of the pressure. The exit code is 0 if the object is
-    held, 1 if not, 2 if no node answers.
+    The gripper holds the object after this command has ended, until `release`. Ctrl-C cancels the
+    grasp; --on-failure decides whether the pressure is vented or held then. The exit code is 0 if
+    the object is held, 1 if not, 2 if no node answers.
     """
     side = load_ros_side(SIDE)
     goal = side.WrapGoal(radius, overpressure, timeout, on_failure)
@@ -130,9 +141,9 @@ def grasp(
 @namespace_option
 @output_options
 def release(timeout: float | None, namespace: str, as_json: bool) -> int:
-    """Let a running node vent, and wait until the pressure is gone.
+    """Command a running node to vent, and wait until the pressure is gone.
 
-    The exit code is 0 if it is gone, 1 if not, 2 if no node answers.
+    The exit code is 0 if the pressure is gone, 1 if not, 2 if no node answers.
     """
     return _show(load_ros_side(SIDE).release(namespace, timeout), as_json=as_json)
 
@@ -154,7 +165,7 @@ def status(namespace: str, as_json: bool) -> int:
     type=NUMBER,
     metavar="SECONDS",
     callback=_positive,
-    help="End after so long.  [default: at Ctrl-C]",
+    help="Time after which to end.  [default: at Ctrl-C]",
 )
 @namespace_option
 @units_option

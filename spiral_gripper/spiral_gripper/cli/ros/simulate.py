@@ -26,19 +26,24 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
     "--radius",
     type=LENGTH,
     metavar="LENGTH",
-    help="Of the object.  [default: the middle of what the gripper grips]",
+    help="Radius of the object.  [default: the middle of the gripper's range]",
 )
 @click.option(
     "--recording",
     metavar="FILE",
-    help="Radii from a CSV file of time [s], radius [m], label, in a loop; shipped: the demo's.",
+    help="CSV file with the columns time [s], radius [m], label, replayed in a loop.",
 )
-@click.option("--noise", type=LENGTH, metavar="LENGTH", help="Deviation of the radius estimates.")
-@click.option("--fault", type=click.Choice(FAULTS), default="none", help="Of the regulator.")
 @click.option(
-    "--duration", type=NUMBER, metavar="SECONDS", help="End after so long.  [default: at Ctrl-C]"
+    "--noise", type=LENGTH, metavar="LENGTH", help="Standard deviation of the radius estimates."
 )
-@click.option("--namespace", metavar="NAME", help="Of all topics.  [default: one of its own]")
+@click.option("--fault", type=click.Choice(FAULTS), default="none", help="Fault of the regulator.")
+@click.option(
+    "--duration",
+    type=NUMBER,
+    metavar="SECONDS",
+    help="Time after which to end.  [default: at Ctrl-C]",
+)
+@click.option("--namespace", metavar="NAME", help="Namespace of all topics.  [default: a new one]")
 @units_option
 def simulate(
     gripper: str,
@@ -49,10 +54,10 @@ def simulate(
     duration: float | None,
     namespace: str | None,
 ) -> int:
-    """Start the node with a simulated regulator, GRIPPER and object, and show what they do.
+    """Start the node with a simulated regulator, gripper and object, and show what they do.
 
-    GRIPPER is the name of a shipped gripper or the path of a description file. Ctrl-C vents and
-    ends both. The exit code is 0 if they ended as they should, 1 if not.
+    GRIPPER is the name of a shipped gripper or the path of a description file. Ctrl-C vents the
+    gripper and ends node and simulation. The exit code is 0 if both ended as they should, 1 if not.
     """
     _check(radius, noise, namespace)
     if radius is not None and recording is not None:
@@ -78,9 +83,11 @@ def simulate(
 
 @click.command()
 @click.argument("fault", type=click.Choice(FAULTS))
-@click.option("--namespace", required=True, metavar="NAME", help="Of the simulation's topics.")
+@click.option(
+    "--namespace", required=True, metavar="NAME", help="Namespace of the simulation's topics."
+)
 def inject(fault: str, namespace: str) -> int:
-    """Set the FAULT of the simulation that runs in a namespace: none repairs it."""
+    """Set the FAULT of the regulator in the simulation of a namespace; none removes the fault."""
     _check(None, None, namespace)
     return int(load_ros_side("tools.injection").inject(namespace, fault))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``smoke``: does everything work together? One grasp of the node, simulated."""
+"""The command ``smoke``: one simulated grasp of the node, as a test of the installation."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from spiral_gripper.cli.types import output_options
     "--fault",
     type=click.Choice(FAULTS),
     default="none",
-    help="Break the simulated regulator, to see that it is noticed.",
+    help="Fault of the simulated regulator, to see that the test reports it.",
 )
 @output_options
 def smoke(gripper: str, fault: str, as_json: bool) -> int:
-    """Start node and simulator, wrap and release an object, and say whether all went well.
+    """Start node and simulator, wrap and release an object, and compare with what is expected.
 
-    GRIPPER is the name of a shipped gripper or the path of a description file. The object is in
-    the middle of what it grips. Everything runs below a namespace of its own, on this machine.
+    GRIPPER is the name of a shipped gripper or the path of a description file. The object's radius
+    is the middle of the gripper's range. All nodes run on this machine, in a new namespace.
 
     The exit code is 0 if everything was as expected and 1 if not.
     """
@@ -50,5 +50,5 @@ def smoke(gripper: str, fault: str, as_json: bool) -> int:
         console.print()
         print_verdict(result.answers, console)
         if has_problem(result.answers):
-            click.echo("\n".join(["", "node and simulator wrote last:", *result.log]))
+            click.echo("\n".join(["", "last lines of node and simulator:", *result.log]))
     return 1 if has_problem(result.answers) else 0

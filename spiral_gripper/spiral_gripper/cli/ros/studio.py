@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``studio``: a gripper in the browser, designed there or watched while it runs."""
+"""The command ``studio``: a gripper in the browser, from its file or from a running node."""
 
 from __future__ import annotations
 
@@ -24,11 +24,16 @@ LOOK_PERIOD = 0.1
 
 @click.command()
 @click.argument("gripper", default="paper_design_70")
-@click.option("--ros", is_flag=True, help="Show a running node instead, as it moves.")
+@click.option("--ros", is_flag=True, help="Show a running node in place of a file.")
 @namespace_option
-@click.option("--host", default="127.0.0.1", show_default=True, help="0.0.0.0 shows it to others.")
+@click.option(
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    help="Address to serve; 0.0.0.0 lets other computers open the page.",
+)
 @click.option("--port", type=click.IntRange(1, 65535), default=8080, show_default=True)
-@click.option("--browser/--no-browser", default=True, help="Open the page at once.")
+@click.option("--browser/--no-browser", default=True, help="Open the page in a browser.")
 @units_option
 def studio(gripper: str, ros: bool, namespace: str, host: str, port: int, browser: bool) -> None:
     """Show GRIPPER in the browser, with sliders for its pressure, object and mount.

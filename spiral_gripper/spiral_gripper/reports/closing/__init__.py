@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is told and drawn of a closing in true time."""
+"""Reports and plots of a closing in real time."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A closing in true time as rows for people and as plain data for programs."""
+"""A closing in real time as rows for people and as plain data for programs."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of a closing in true time."""
+"""Pictures of a closing in real time."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def close_figure(closing: TimedClosing) -> Figure:
 
 @paper_style()
 def write_animation(closing: TimedClosing, path: Path) -> None:
-    """Write a closing in true time as an animated picture.
+    """Write a closing in real time as an animated picture.
 
     Raises:
         FileError: it cannot be written.
