@@ -90,18 +90,18 @@ WRONG_VALUES = {
     ),
     "unit of another dimension": (
         ("500 mm", "500 g"),
-        f'5:11: tube.length must be {LENGTH} ("g" is a unit of mass, not a unit of length), got 500 g',
+        f'5:11: tube.length must be {LENGTH} ("g" is a mass, not a length), got 500 g',
     ),
     "percent": (
         ("88 deg", "88 %"),
         (
             '7:10: fibers.alpha must be an angle with its unit, such as "60 deg" '
-            '("%" is a ratio, not a unit of angle), got 88 %'
+            '("%" is a ratio, not an angle), got 88 %'
         ),
     ),
     "temperature": (
         ("500 mm", "20 degC"),
-        f'5:11: tube.length must be {LENGTH} ("degC" is K, not a unit of length), got 20 degC',
+        f'5:11: tube.length must be {LENGTH} ("degC" is K, not a length), got 20 degC',
     ),
     "a list for a quantity": (
         ("500 mm", "[500, mm]"),

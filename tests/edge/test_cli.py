@@ -274,7 +274,7 @@ def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     ("arguments", "expected"),
     [
         (["shape", "prototype_p1", "--pressure", "55"], 'write "55 kPa" or "55 psi"'),
-        (["shape", "prototype_p1", "--pressure", "5 mm"], "is a unit of length"),
+        (["shape", "prototype_p1", "--pressure", "5 mm"], "is a length"),
         (["shape", "prototype_p1", "--pressure", "-5 kPa"], "--pressure -5 kPa is below 0"),
         (["shape", "prototype_p1", "--pressure", "900 kPa"], "above limits.pressure_max, 16 psi"),
         (["shape", "prototype_p3", "--pressure", "5 kPa"], "did you mean prototype_p"),
@@ -334,7 +334,7 @@ def test_one_line_says_what_is_wrong(
     ("text", "expected"),
     [
         ("position, radius\n0, 1\n", "columns with units"),
-        ("position [mm], radius [kPa]\n0, 1\n", "not a unit of length"),
+        ("position [mm], radius [kPa]\n0, 1\n", "not a length"),
         ("position [mm], radius [mm]\n0, a\n", "number"),
         ("position [mm], radius [mm]\n0\n", "two numbers"),
         (f"position [mm], radius [mm]\n0, {'9' * 200_000}\n", "a CSV file"),

@@ -48,7 +48,7 @@ MISUSES = {
     "shape prototype_p1 --pressure 8": 'write "8 kPa" or "8 psi"',
     "shape prototype_p1 --pressure '8 PSI'": 'did you mean "psi"?',
     "shape prototype_p1 --pressure '8 psia'": "subtract 14.7 psi",
-    "shape prototype_p1 --pressure '8 mm'": "is a unit of length",
+    "shape prototype_p1 --pressure '8 mm'": "is a length",
     "shape prototype_p1 --pressure 'eight psi'": "a pressure with its unit",
     "shape prototype_p1 --pressure ''": "a pressure with its unit",
     "shape prototype_p1 --pressure '8,5 psi'": "a pressure with its unit",

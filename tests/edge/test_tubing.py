@@ -64,7 +64,7 @@ def test_a_good_file() -> None:
     ("old", "new", "expected"),
     [
         ("sizes: [8 mm x 1 mm, ", "sizes: [8 x 1, ", "mine.yaml:3:9: sizes must be bore and wall"),
-        ("8 mm x 1 mm", "8 mm x 1 kPa", "not a unit of length"),
+        ("8 mm x 1 mm", "8 mm x 1 kPa", "not a length"),
         ("8 mm x 1 mm", "8 mm x 0 mm", "wall_thickness"),
         ("8 mm x 1 mm", "8 mm", "bore and wall"),
         ("sizes: [8 mm x 1 mm, 3/8 in x 1/32 in]", "sizes: []", "a list of"),

@@ -82,8 +82,12 @@ class Dimension(Enum):
     @property
     def requirement(self) -> str:
         """The form of a value of this dimension, to complete "must be ..."."""
-        article = "an" if self.quantity[0] in "aeiou" else "a"
-        return f'{article} {self.quantity} with its unit, such as "{self.example}"'
+        return f'{self.noun} with its unit, such as "{self.example}"'
+
+    @property
+    def noun(self) -> str:
+        """The quantity with its article, such as ``a length``."""
+        return f"{'an' if self.quantity[0] in 'aeiou' else 'a'} {self.quantity}"
 
 
 def parse_quantity(text: object, dimension: Dimension, field: str | None = None) -> float:
@@ -211,11 +215,11 @@ def _si_factor(unit_text: str, dimension: Dimension) -> Decimal:
     registry = _registry()
     for symbol in re.findall(_SYMBOL, text):
         if _base_units(symbol, dimension) == registry.dimensionless:
-            raise _UnitProblemError(f'"{symbol}" is a ratio, not a unit of {dimension.quantity}')
+            raise _UnitProblemError(f'"{symbol}" is a ratio, not {dimension.noun}')
     base = _base_units(text, dimension)
     if base != _base_units(dimension.si_unit, dimension):
         raise _UnitProblemError(
-            f'"{unit_text}" is {_kind_of(base)}, not a unit of {dimension.quantity}'
+            f'"{unit_text}" is {_kind_of(base)}, not {dimension.noun}'
             + _suggestion(unit_text, dimension, exact=True)
         )
     return Decimal(registry.Quantity(Decimal(1), text).to(dimension.si_unit).magnitude)
@@ -225,7 +229,7 @@ def _kind_of(base: pint.Unit) -> str:
     """Return what a unit that is reduced to base units measures."""
     for dimension in Dimension:
         if base == _base_units(dimension.si_unit, dimension):
-            return f"a unit of {dimension.quantity}"
+            return dimension.noun
     return f"{base:~P}" or "a pure number"
 
 

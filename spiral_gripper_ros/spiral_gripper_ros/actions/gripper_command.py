@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A parallel gripper's commands, understood as this gripper can: no ROS.
+"""Commands of a parallel gripper, translated for a spiral gripper. No ROS.
 
-The opening of a parallel gripper becomes the diameter of the object that is wrapped; from some
-opening on it means release. What a spiral gripper cannot do is refused, not bent into shape.
+The opening of a parallel gripper is the diameter of the object to wrap; an opening above a limit
+means release. Commands that a spiral gripper cannot execute are refused, never approximated.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, Wrap
 
 # The overpressure that keeps a max_effort is found to this [Pa].
 OVERPRESSURE_STEP = 1.0
-# As good as none [Pa]: 0 stands for that of the default grip.
+# Practically zero [Pa]; an exact 0 would select the overpressure of the default grip.
 LEAST_OVERPRESSURE = 1.0e-6
 
 
 class Release(Enum):
-    """The wish to let go."""
+    """The command to release the object."""
 
     RELEASE = "release"
 
 
 @dataclass(frozen=True, slots=True)
 class OpeningCommand:
-    """What a parallel gripper would be told; any float.
+    """A command to a parallel gripper; any float.
 
     Args:
         position: opening [m].
@@ -46,7 +46,7 @@ class OpeningCommand:
 
 @dataclass(frozen=True, slots=True)
 class GripperReading:
-    """What a parallel gripper would say of itself.
+    """The state of a parallel gripper, as its messages report it.
 
     Args:
         position: diameter that the gripper wraps at its pressure, or its opening if it wraps
@@ -83,14 +83,14 @@ def command_from_joint(
 def goal_from_command(
     command: OpeningCommand, opening: float, planner: AnyPlanner, limits: Limits
 ) -> GraspGoal | Release | Refusal:
-    """Return what a command has this gripper do, or why it cannot.
+    """Return the goal that a command means for this gripper, or why it is refused.
 
     The pressure of a wrap follows from the diameter, and the force from the pressure. A
     ``max_effort`` below the force of the default grip lowers its overpressure; one below the force
     of the bare wrap can only be refused.
 
     Args:
-        command: what a parallel gripper would be told.
+        command: to a parallel gripper.
         opening: position from which on it means release [m].
         planner: answers for the gripper; it may refuse the diameter, which is told when the goal
             is started.

@@ -63,7 +63,7 @@ def gripper_command_servers(node: Node, runtime: Runtime, runner: GoalRunner) ->
 
 
 class _CommandAdapter:
-    """What the actions have in common: commands of an opening, readings of one.
+    """The common part of the actions: commands and readings of an opening.
 
     Args:
         node: the ROS node that serves.
@@ -89,7 +89,7 @@ class _CommandAdapter:
         return ReleaseJob(runtime.control, runtime.limits)
 
     def _reading(self, update: GoalUpdate) -> GripperReading:
-        """Return what a parallel gripper would say of itself.
+        """Return the state of the gripper as a parallel gripper reports it.
 
         It never says that it is stalled: clients are free to take that for an object that is held.
         """

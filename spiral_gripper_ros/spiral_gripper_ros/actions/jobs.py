@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a goal of an action has the control logic do: wrap an object, or let go of it."""
+"""The two jobs of action goals: wrap an object, or release it."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class GraspJob:
 
 
 class ReleaseJob:
-    """Vents, and waits until the pressure is gone: measured if it is known, else for a while.
+    """Vents, and waits until the measured pressure is gone; without measurement, for a time.
 
     Args:
         control: what does it.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The action `release`: vent, and say when the pressure is gone."""
+"""The action `release`: vent, and report when the pressure is gone."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Carries out the goals of all actions: starts them, tells how they go, ends them."""
+"""Execution of the goals of all actions: start, feedback, end."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _CANCELED_BEFORE = Refusal(Reason.GRASP_CANCELED, "canceled before it was starte
 
 @dataclass(frozen=True, slots=True)
 class GoalUpdate:
-    """How far a goal is and what the gripper does: feedback and results are filled from it.
+    """The progress of a goal and the state of the gripper, for feedback and results.
 
     Args:
         report: how far the goal is.
@@ -71,7 +71,7 @@ class _Run:
 
 
 class GoalRunner:
-    """Carries out goals; nothing here waits: :meth:`tick` moves all of them on.
+    """Executes goals without waiting: :meth:`tick` advances all of them.
 
     Args:
         runtime: the gripper that does what they ask for.
@@ -123,7 +123,7 @@ class GoalRunner:
             self.tick()
 
     def tick(self) -> None:
-        """Tell how the goals go, and end those that are done; never raises, never publishes."""
+        """Send feedback, and end the finished goals; never raises, never publishes a command."""
         if self._ticking:  # the node fails because of what is reported below
             return
         self._ticking = True

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Serves an action whose goals the control logic carries out, in the language of its messages."""
+"""The server of one action, whose goals the control logic executes."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class GoalServer:
         )
 
     def destroy(self) -> None:
-        """Serve no longer."""
+        """Destroy the action server."""
         self._server.destroy()
 
     def _cancel(self, handle: Any) -> CancelResponse:  # noqa: ANN401

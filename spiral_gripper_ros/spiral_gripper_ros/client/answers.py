@@ -54,7 +54,7 @@ class WrapResult:
 
 
 class NoAnswerError(SpiralError, TimeoutError):
-    """What was waited for has not come.
+    """An answer or message did not come in time.
 
     Attributes:
         missing: what it is, and how to get it.
@@ -75,7 +75,7 @@ class NoAnswerError(SpiralError, TimeoutError):
 
 
 class RequestRefusedError(SpiralError):
-    """The gripper does not do what it was asked for.
+    """The gripper refuses a request.
 
     Attributes:
         request: what.

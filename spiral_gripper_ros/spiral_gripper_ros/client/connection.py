@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A node of one's own, spun within calls: what a Python program needs to speak to a gripper."""
+"""The ROS node of the Python client, spun within the client's calls."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A node that keeps the newest message of each topic: what the programs beside a gripper share."""
+"""A node that keeps the newest message of each topic, for programs that watch a gripper."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SPIN_PERIOD = 0.05
 
 
 class Listener(Node):  # type: ignore[misc]
-    """Is spun within its calls only.
+    """A node that is spun within its calls only.
 
     Args:
         name: of the node.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gripper for Python programs: wrap, wait, release, without a line of ROS.
+"""The gripper's Python client: wrap, wait, release, without knowledge of ROS.
 
 It spins a node of its own within its calls: in a script, or inside another node's callback.
 """
@@ -129,7 +129,7 @@ class SpiralGripper:
 
     @property
     def status(self) -> GripStatus | None:
-        """What was last heard of the gripper, or None: nothing; takes up to a tenth of a second.
+        """The newest status of the gripper, or None without one; takes up to a tenth of a second.
 
         It is as old as its stamp says: a node that has died is not heard of any more.
         """
@@ -146,7 +146,7 @@ class SpiralGripper:
         *,
         compute_grip: bool = False,
     ) -> PlanWrap.Response:
-        """Ask whether an object can be wrapped, and with what; moves nothing.
+        """Ask whether an object can be wrapped, and at which pressure; moves nothing.
 
         Args:
             radius: of the object [m], > 0.
@@ -262,7 +262,7 @@ class SpiralGripper:
         return False
 
     def feedback(self) -> Grasp.Feedback | None:
-        """Return how the wrap goes, as last heard; None: nothing yet."""
+        """Return the newest feedback on the wrap; None if there is none yet."""
         return self._feedback
 
     def result(self) -> WrapResult | None:

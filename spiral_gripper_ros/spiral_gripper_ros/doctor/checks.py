@@ -54,14 +54,14 @@ def checks(facts: Facts) -> tuple[Check, ...]:
 
 
 def check_rclpy(facts: Facts) -> Finding:
-    """Look whether rclpy can be imported."""
+    """Check whether rclpy can be imported."""
     rclpy = import_module("rclpy")
     version = facts.distributions.get("rclpy", "of unknown version")
     return Finding(Mark.OK, f"{version}, from {next(iter(rclpy.__path__))}")
 
 
 def check_control_msgs(facts: Facts) -> Finding:
-    """Look whether the actions for users of ros2_control can be offered."""
+    """Check whether the actions for users of ros2_control can be offered."""
     del facts
     if find_spec("control_msgs") is not None:
         return Finding(Mark.OK, "installed: the node offers gripper_cmd beside grasp")

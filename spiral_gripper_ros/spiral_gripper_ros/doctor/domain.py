@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's checks of who hears whom: the domain and the range of discovery. Knows no ROS."""
+"""The doctor's checks of the domain and the range of discovery. No ROS."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RANGES = {
 
 
 def check_domain(facts: Facts) -> Finding:
-    """Look whether the domain is a number whose ports no outgoing connection takes."""
+    """Check whether the domain is a number whose ports no outgoing connection uses."""
     text = facts.environ.get(DOMAIN, "")
     if not text:
         return Finding(Mark.OK, f"0, shared with everyone else who has not set {DOMAIN}")
@@ -92,7 +92,7 @@ def check_discovery(facts: Facts) -> Finding:
     if wanted and wanted not in RANGES:
         return Finding(
             Mark.WARNING,
-            f"{RANGE}={wanted} means nothing; it is taken for LOCALHOST: {RANGES['LOCALHOST']}",
+            f"{RANGE}={wanted} is unknown and counts as LOCALHOST: {RANGES['LOCALHOST']}",
             f"Choose one of {', '.join(RANGES)}:",
             (f"export {RANGE}=SUBNET",),
         )

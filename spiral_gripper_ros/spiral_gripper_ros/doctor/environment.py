@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's checks of ROS 2's surroundings: which one it is, and whether it is of one piece.
+"""The doctor's checks of the ROS 2 installation: its distribution, and mixtures of two.
 
 Whatever is wrong here makes loading ROS fail, or ends the process, with a message that does not say
 so; therefore it is looked at before anything of ROS is loaded. Knows no ROS.
@@ -28,7 +28,7 @@ _MIDDLEWARES = "share/ament_index/resource_index/rmw_typesupport"
 
 
 def check_distribution(facts: Facts) -> Finding:
-    """Look which ROS 2 is used, and whether parts of another one are in its way."""
+    """Check which ROS 2 is used, and whether parts of another one interfere."""
     wheels = sorted(m[1] for name in facts.distributions if (m := _WHEEL.fullmatch(name)))
     copies = copies_of("rclpy", facts)
     if not copies:
@@ -63,7 +63,7 @@ def check_distribution(facts: Facts) -> Finding:
 
 
 def check_start(facts: Facts) -> Finding:
-    """Look whether libraries can be found, and whether the folders of a sourced setup exist."""
+    """Check whether libraries are found, and whether the folders of a sourced setup exist."""
     libraries = facts.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     from_wheels = any(_WHEEL.fullmatch(name) for name in facts.distributions)
     if from_wheels and BOOTSTRAPPED in facts.environ and str(facts.prefix / "lib") not in libraries:
@@ -78,7 +78,7 @@ def check_start(facts: Facts) -> Finding:
     if gone:
         return Finding(
             Mark.WARNING,
-            f"AMENT_PREFIX_PATH names what is not there: {', '.join(gone)}",
+            f"AMENT_PREFIX_PATH names folders that do not exist: {', '.join(gone)}",
             "A workspace that was sourced has been moved or removed; start from a new terminal.",
         )
     if prefixes:
@@ -87,7 +87,7 @@ def check_start(facts: Facts) -> Finding:
 
 
 def check_middleware_name(facts: Facts) -> Finding:
-    """Look whether the middleware that is asked for is installed."""
+    """Check whether the selected middleware is installed."""
     wanted = facts.environ.get("RMW_IMPLEMENTATION", "")
     prefixes = [str(facts.prefix), *_prefix_path(facts)]
     installed = sorted(
@@ -103,8 +103,8 @@ def check_middleware_name(facts: Facts) -> Finding:
     if installed and wanted not in installed:
         return Finding(
             Mark.PROBLEM,
-            f"RMW_IMPLEMENTATION={wanted} is not installed, only {', '.join(installed)} is",
-            "All nodes that are to hear each other need the same one. For what is here:",
+            f"RMW_IMPLEMENTATION={wanted} is not installed; installed: {', '.join(installed)}",
+            "All nodes that communicate need the same middleware. For the installed one:",
             ("unset RMW_IMPLEMENTATION",),
         )
     return Finding(Mark.OK, f"{wanted}, from RMW_IMPLEMENTATION")

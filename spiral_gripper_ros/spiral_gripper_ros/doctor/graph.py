@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's check of the grippers that run already: two on one valve are an accident."""
+"""The doctor's check of running grippers: two nodes must not command one valve."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STATUS_TYPE = "spiral_gripper_msgs/msg/GripStatus"
 
 @dataclass(frozen=True, slots=True)
 class Grippers:
-    """What of ours is on the domain.
+    """The gripper nodes on the domain.
 
     Attributes:
         commanders: nodes that publish a pressure command, by topic.
@@ -30,7 +30,7 @@ class Grippers:
 
 
 def check_grippers(facts: Facts) -> Finding:
-    """Look which grippers' nodes run, and whether two of them command the same valve."""
+    """Check which gripper nodes run, and whether two of them command the same valve."""
     return grippers_finding(found_grippers(), facts)
 
 

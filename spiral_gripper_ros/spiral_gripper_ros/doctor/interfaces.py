@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's check of the compiled interfaces: do they have what this code uses?
+"""The doctor's check that the compiled interfaces have what this code uses.
 
-The usual trap after an upgrade: Python's files are new, the compiled messages are still the old
-ones, and the node fails on an interface or a constant that they do not have.
+After an upgrade the Python files may be new and the compiled messages old; the node then fails on
+an interface or a constant that they do not have.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ NODE = "spiral_gripper_ros.node.gripper_node"
 
 
 def check_interfaces(facts: Facts, load: Callable[[str], Any] = import_module) -> Finding:
-    """Look whether the compiled interfaces are there, and have what this version uses.
+    """Check whether the compiled interfaces exist, and have what this version uses.
 
     Args:
         facts: how this was installed.

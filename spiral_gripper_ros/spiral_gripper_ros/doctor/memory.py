@@ -25,7 +25,7 @@ TIGHT, TOO_LITTLE = 32 * MEGABYTE, 2 * MEGABYTE
 
 @dataclass(frozen=True, slots=True)
 class SharedMemory:
-    """What lies in the folder for shared memory.
+    """The content of the folder for shared memory.
 
     Attributes:
         folder: that folder.
@@ -67,7 +67,7 @@ class SharedMemory:
 
 
 def check_room(facts: Facts) -> Finding:
-    """Look whether there is room for messages in shared memory."""
+    """Check whether there is room for messages in shared memory."""
     memory = SharedMemory.of(facts)
     return _NONE if memory is None else room_finding(memory, root=_is_root())
 
@@ -76,8 +76,8 @@ def room_finding(memory: SharedMemory, *, root: bool = False) -> Finding:
     """Judge the room in shared memory.
 
     Args:
-        memory: what lies there.
-        root: whether it is root who asks, and needs no sudo.
+        memory: the content.
+        root: whether the user is root and needs no sudo.
     """
     text = f"{memory.free / MEGABYTE:,.0f} MB free in {memory.folder}"
     if memory.free >= TIGHT:
@@ -92,7 +92,7 @@ def room_finding(memory: SharedMemory, *, root: bool = False) -> Finding:
 
 
 def check_leftovers(facts: Facts) -> Finding:
-    """Look whether dead processes or other users have left files there."""
+    """Check whether ended processes or other users have left files there."""
     memory = SharedMemory.of(facts)
     if memory is None:
         return _NONE

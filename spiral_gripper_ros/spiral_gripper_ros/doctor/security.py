@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's check of the settings of SROS 2: who may speak at all. Knows no ROS."""
+"""The doctor's check of the settings of SROS 2. No ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ OWN_ENCLAVE = "/spiral_gripper_doctor"
 
 
 def check_security(facts: Facts) -> Finding:
-    """Look whether security is on, and whether its keys are where the settings say."""
+    """Check whether security is on, and whether its keys are in the folder of the settings."""
     enable = facts.environ.get(ENABLE, "")
     if enable not in ("", "false", "true"):
         return Finding(
@@ -37,15 +37,13 @@ def check_security(facts: Facts) -> Finding:
         )
     if not enforced:
         text = f"on, but {STRATEGY} is not Enforce: a node without keys of its own runs unsecured"
-        return Finding(
-            Mark.WARNING, text, "To let it not start at all:", (f"export {STRATEGY}=Enforce",)
-        )
+        return Finding(Mark.WARNING, text, "To prevent its start:", (f"export {STRATEGY}=Enforce",))
     own = facts.environ.get(ENCLAVE, "/").strip("/")
     if not (enclaves / own / "cert.pem").is_file():
         return Finding(
             Mark.SKIPPED,
             f"on, with {keystore}; the doctor has no keys of its own, and cannot listen or send",
-            "To let it, for as long as it is examined (these keys may do everything):",
+            "To give the doctor keys for the check (they allow everything):",
             (
                 f"ros2 security create_enclave {keystore} {OWN_ENCLAVE}",
                 f"export {ENCLAVE}={OWN_ENCLAVE}",

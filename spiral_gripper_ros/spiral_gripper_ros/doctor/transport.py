@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's checks of the middleware: does it load, and does a message really arrive?
+"""The doctor's checks of the middleware: it loads, and messages arrive.
 
 ``python -m spiral_gripper_ros.doctor.transport TOPIC`` is the other process of the second check: it
 answers each message until its standard input is closed.
@@ -72,21 +72,21 @@ def listener() -> Listener:
 
 
 def check_middleware(facts: Facts) -> Finding:
-    """Look whether the middleware loads and makes a node."""
+    """Check whether the middleware loads and makes a node."""
     del facts
     listener()
     return Finding(Mark.OK, f"{get_rmw_implementation_identifier()} loads and makes a node")
 
 
 def check_one_process(facts: Facts) -> Finding:
-    """Look whether a message arrives that a process sends to itself."""
+    """Check whether a message arrives that a process sends to itself."""
     del facts
     topic = private_topic()
     return one_process_finding(round_trips(topic, topic))
 
 
 def check_two_processes(facts: Facts) -> Finding:
-    """Look whether messages travel to another process and back."""
+    """Check whether messages travel to another process and back."""
     topic = private_topic()
     echo = subprocess.Popen(
         [sys.executable, "-m", "spiral_gripper_ros.doctor.transport", topic],
@@ -117,7 +117,7 @@ def one_process_finding(times: Sequence[float]) -> Finding:
     return Finding(
         Mark.PROBLEM,
         f"no message arrived within {DEADLINE:g} s",
-        "It loads, but carries nothing. Without a file of settings, and without shared memory:",
+        "It loads but delivers no message. Without a file of settings, and without shared memory:",
         (
             "env -u FASTRTPS_DEFAULT_PROFILES_FILE spiral-gripper doctor",
             "FASTDDS_BUILTIN_TRANSPORTS=UDPv4 spiral-gripper doctor",
@@ -136,7 +136,7 @@ def two_processes_finding(times: Sequence[float], facts: Facts) -> Finding:
         text = f"a message is there and back in {median(times) * 1e3:.1f} ms"
         return Finding(Mark.OK, text)
     if facts.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "OFF":
-        text = "no message, as ROS_AUTOMATIC_DISCOVERY_RANGE=OFF says"
+        text = "no message, because of ROS_AUTOMATIC_DISCOVERY_RANGE=OFF"
         return Finding(Mark.PROBLEM, text, "", ("unset ROS_AUTOMATIC_DISCOVERY_RANGE",))
     return Finding(
         Mark.PROBLEM,

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ROS messages from and to the values of control and planning; qualities of service."""
+"""Conversion of ROS messages from and to the values of control and planning; QoS profiles."""

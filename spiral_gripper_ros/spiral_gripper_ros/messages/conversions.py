@@ -28,7 +28,7 @@ REGIMES = {
     WrapRegime.PERFECT_WRAP: GripStatus.REGIME_PERFECT_WRAP,
     WrapRegime.CURLING: GripStatus.REGIME_CURLING,
 }
-# What people read of a message's regime.
+# Names of a message's regimes, for people.
 REGIME_NAMES = {
     number: "-" if regime is None else regime.value for regime, number in REGIMES.items()
 }

@@ -29,7 +29,7 @@ CLOCK_STANDS_STILL = "the simulated clock stands still: the command is frozen"
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """What is known of the node beside what it commands.
+    """The state of the node, other than its commands.
 
     Args:
         name: full name of the node.

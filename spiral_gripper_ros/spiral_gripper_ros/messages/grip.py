@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What holds an object, as a message."""
+"""The message of a grip."""
 
 from __future__ import annotations
 

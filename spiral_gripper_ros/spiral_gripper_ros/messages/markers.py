@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What RViz draws: the tube as commanded and as it is, its straight fiber, the object, a text."""
+"""Markers for RViz: the tube as commanded and as measured, its straight fiber, object, text."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ TEXT_HEIGHT = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What there is to draw; None is not drawn.
+    """The elements of a drawing; None is not drawn.
 
     Args:
         commanded: shape at the commanded pressure.

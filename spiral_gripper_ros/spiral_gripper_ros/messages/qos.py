@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Qualities of service of the node's topics, with their reasons."""
+"""QoS profiles of the node's topics, with their reasons."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Publishes the node's health on /diagnostics, in every state."""
+"""Publication of the node's state on /diagnostics, in every lifecycle state."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the gripper for RViz, as long as somebody looks."""
+"""Markers of the gripper for RViz, published while there are subscribers."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Display:
         self._robot = RobotState(node, runtime)
 
     def _start(self) -> None:
-        """Draw from now on, at the present ``marker_rate``; at 0 Hz delete what is drawn."""
+        """Start to publish at the present ``marker_rate``; at 0 Hz delete the markers."""
         self._robot.start()
         self._stop_timer()
         if self._rate() > 0.0:
@@ -58,7 +58,7 @@ class Display:
             self._clear()
 
     def _stop(self) -> None:
-        """Draw no more, and delete what is drawn."""
+        """Stop publishing, and delete the markers."""
         self._robot.stop()
         self._clear()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Is an estimate of ``object_radius_stamped`` young enough? No ROS."""
+"""The check of the age of an ``object_radius_stamped``. No ROS."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Garbage collection that does not hold up the control loop."""
+"""Garbage collection that does not delay the control loop."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import gc
 
 
 class GarbageFreezer:
-    """Keeps the garbage collector away from what stays.
+    """Excludes long-lived objects from garbage collection.
 
     A full collection looks at every object of the process. Most belong to the libraries and to
     the loaded gripper and stay as long as it does: looking at them takes 50 to 150 ms, in which
@@ -18,7 +18,7 @@ class GarbageFreezer:
         self._frozen_for: object = None
 
     def freeze_for(self, loaded: object) -> None:
-        """Collect everything once, and leave alone what is left from then on.
+        """Collect once, and exclude the remaining objects from later collections.
 
         Does so only when ``loaded`` is another object than the last time, and not None.
 

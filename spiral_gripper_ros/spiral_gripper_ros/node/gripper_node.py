@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lifecycle node: transitions, parameters, the timer of the control loop.
 
-What it promises is written in ``docs/node.md``. What it commands is decided in
-:mod:`spiral_gripper_ros.control` and published by :mod:`spiral_gripper_ros.runtime.runtime`.
+``docs/node.md`` states the node's contract. :mod:`spiral_gripper_ros.control` decides the command;
+:mod:`spiral_gripper_ros.runtime.runtime` publishes it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ SHUT_DOWN = "the node has been shut down by its lifecycle: start it anew"
 
 
 class GripperNode(LifecycleNode):  # type: ignore[misc]
-    """Turns object radii and grasp goals into wrap pressures and predicted shapes.
+    """Lifecycle node from object radii and grasp goals to wrap pressures and predicted shapes.
 
     Args:
         options: passed on to rclpy's node.
@@ -110,7 +110,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     @guarded_transition
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Vent and forget the gripper, for good."""
+        """Vent and forget the gripper; the node cannot be configured again."""
         self._unload()
         self.runtime.not_configured = SHUT_DOWN
         return super().on_shutdown(state)
@@ -122,7 +122,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         return super().on_error(state)
 
     def vent(self) -> None:
-        """Command 0 Pa, in any state, and wait until it is out."""
+        """Command 0 Pa, in any state, and wait until the message is delivered."""
         self._stop()
         self.runtime.outputs.flush()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop of the node's process: what escapes from the executor is logged, the grip stays."""
+"""The loop of the node's process: exceptions of the executor are logged, the pressure stays."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LONGEST_FAILURE = 10
 
 
 class GuardedLoop:
-    """Spins a node whose own callbacks raise nothing; the middleware's may.
+    """Spins a node; its own callbacks raise nothing, but the middleware may.
 
     Args:
         errors: where exceptions are noted.

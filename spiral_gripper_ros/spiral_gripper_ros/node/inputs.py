@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node's subscriptions: radii, gravity, measured pressures, signs of life of its client."""
+"""The node's subscriptions: radii, gravity, measured pressures, keep-alives of the client."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Inputs:
         self._subscriptions.append(self._node.create_subscription(kind, topic, callback, qos))
 
     def hear_radius(self, message: Float64) -> None:
-        """Follow a radius [m] if it is good; its pressure goes out at once."""
+        """Follow a radius [m] if it is accepted; its pressure is published at once."""
         runtime = self._runtime
         if runtime.loaded is None or not runtime.is_active:
             return
@@ -89,7 +89,7 @@ class Inputs:
                 runtime.tell(now)
 
     def hear_stamped_radius(self, message: ObjectRadius) -> None:
-        """Follow a radius [m] that was seen not too long ago."""
+        """Follow a radius [m] if its stamp is young enough."""
         runtime = self._runtime
         if not runtime.is_active:
             return
@@ -107,7 +107,7 @@ class Inputs:
             self._runtime.control.offer_measured(self._runtime.now(), pressure)
 
     def hear_gravity(self, message: Vector3Stamped) -> None:
-        """Have the shapes solved anew for another gravity [m/s^2]."""
+        """Take a new gravity [m/s^2]; plans and shapes are solved again."""
         runtime = self._runtime
         if runtime.loaded is None:
             return
@@ -148,7 +148,7 @@ class Inputs:
         return 1.0e-9 * float(now - 10**9 * stamp.sec - stamp.nanosec)
 
     def hear_client(self, message: Empty) -> None:
-        """Note a sign of life of the client."""
+        """Note a keep-alive of the client."""
         del message
         if self._runtime.is_active:
             self._runtime.control.keep_alive(self._runtime.now())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The answer of `plan_wrap`: will it wrap, and with what?"""
+"""The answers of `plan_wrap` and `plan_wraps`."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _Planners: TypeAlias = dict[tuple[float, ...], AnyPlanner]
 
 @dataclass(frozen=True, slots=True)
 class PlanContext:
-    """What a `plan_wrap` request is answered from.
+    """The data from which a `plan_wrap` request is answered.
 
     Args:
         planner: for the present mount; used if the request names no other.
@@ -138,7 +138,7 @@ def refuse_all(request: Any, response: Any, reason: Reason, text: str) -> Any:  
 
 
 class _RefusedError(Exception):
-    """Carries why a wrap that exists does not do."""
+    """A wrap exists but is refused; carries the reason."""
 
     def __init__(self, refusal: Refusal) -> None:
         super().__init__(refusal.text)

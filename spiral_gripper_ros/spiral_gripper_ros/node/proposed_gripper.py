@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gripper that a running node is asked to change to: read and judged before it is."""
+"""Check of a new value of the parameter ``gripper`` before it is set."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node's services: each callback unpacks, calls, packs."""
+"""The node's services: each callback unpacks, calls and packs."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `spiral_gripper_node --help` says."""
+"""The help text of `spiral_gripper_node --help`."""
 
 from __future__ import annotations
 

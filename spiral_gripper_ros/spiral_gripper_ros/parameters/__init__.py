@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the nodes: their tables, how ROS declares them, what was given at start."""
+"""The parameters of the nodes: tables, declaration in ROS, checks of those given at start."""

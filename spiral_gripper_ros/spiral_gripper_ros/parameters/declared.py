@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of parameters on a real node: declared, read, and guarded."""
+"""The table of parameters on a node: declaration, reading, checks of changes."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from rclpy.node import Node
 from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue
 from spiral_gripper_ros.parameters.table import PARAMETERS, refusal_of_values
 
-# What stands for a vector that is not set: files and `ros2 param` can say it, and dump it.
+# A vector that is not set: files and `ros2 param` can read and write this value.
 UNSET_VECTOR = (math.nan, math.nan, math.nan)
 
 
 class DeclaredParameters:
-    """Declares the table on a node and keeps bad values out.
+    """Declares the table on a node and refuses invalid values.
 
     Args:
         node: a node whose parameters these become.

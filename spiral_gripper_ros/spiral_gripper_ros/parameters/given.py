@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters given at start that no node of the process has: a typing error must be noticed.
+"""Detection of parameters given at start that no node of the process has, such as typing errors.
 
-rclpy ignores such names without a word, and a file for another node as well: a pressure cap in it
-would be lost.
+rclpy ignores such names, and a file for another node, without a warning: a pressure cap in it would
+be lost.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _PARAMETERS = "ros__parameters"
 
 @dataclass(slots=True)
 class Findings:
-    """What is wrong with the parameters given at start.
+    """Problems of the parameters given at start.
 
     Args:
         errors: the node must not start.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of a device as gauge pressures: unit, reference, scale."""
+"""Conversion between the numbers of a device and gauge pressures: unit, reference, scale."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ UNITS = {
 
 
 class Reference(Enum):
-    """What a pressure is counted from."""
+    """The reference (zero) of a pressure."""
 
     GAUGE = "gauge"  # the air around
     ABSOLUTE = "absolute"  # vacuum, as sensor_msgs/FluidPressure defines it

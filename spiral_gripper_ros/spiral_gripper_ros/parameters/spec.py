@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What one parameter is, and what it may be."""
+"""The specification of one parameter: type, default and allowed values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GRAVITY_REQUIREMENT = f"3 finite numbers of norm at most {GRAVITY_LIMIT:g} m/s^2
 
 @dataclass(frozen=True, slots=True)
 class ParameterSpec:
-    """One parameter: what it is, and what it may be.
+    """One parameter: type, default and allowed values.
 
     Args:
         name: as ``ros2 param`` knows it.

@@ -42,7 +42,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ParameterSpec(
         "gravity",
         (),
-        "Gravity in the base frame [m/s^2], 3 numbers, until the topic says otherwise; "
+        "Gravity in the base frame [m/s^2], 3 numbers, until a message comes on the topic gravity; "
         "[.nan, .nan, .nan]: as in the gripper description.",
     ),
     number_spec(
@@ -143,7 +143,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     choice_spec(
         "measured_pressure_reference",
         Reference.GAUGE,
-        "What measured_pressure is counted from; drivers that follow sensor_msgs say absolute.",
+        "Reference of measured_pressure; drivers that follow sensor_msgs publish the absolute one.",
     ),
     number_spec(
         "ambient_pressure",

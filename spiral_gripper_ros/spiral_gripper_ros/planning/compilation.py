@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compile the numerical kernels in a process of its own, where they are not cached yet. No ROS.
+"""Compile the numerical kernels in a separate process, if they are not cached yet. No ROS.
 
-That takes half a minute or more, once for an installation, in which a node could neither answer
-nor be stopped if it did it itself.
+The first compilation of an installation takes half a minute or more. Inside the node it would block
+services and signals for that time.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from spiral_gripper_ros.planning.planner import GripperPlanner
 
 
 def missing_kernels() -> int:
-    """Return how many kernels are not compiled yet; 0 also where they cannot be kept."""
+    """Return how many kernels are not compiled yet; 0 also if they cannot be cached."""
     try:
         found = KernelCache.here()
     except RuntimeError:  # numba has found no folder that it may write to
@@ -30,7 +30,7 @@ def missing_kernels() -> int:
 
 
 class Compilation:
-    """Compiles the kernels as long as it is wanted; ends with this process."""
+    """A process that compiles the kernels; it ends with this process."""
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
@@ -38,7 +38,7 @@ class Compilation:
         )
 
     def wait(self, timeout: float) -> bool:
-        """Return whether it has ended within a time [s]."""
+        """Return whether the compilation has ended within a time [s]."""
         try:
             self._process.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -46,7 +46,7 @@ class Compilation:
         return True
 
     def end(self) -> None:
-        """End it, done or not."""
+        """End the process, even if it is not done."""
         self._process.kill()
         self._process.wait()
         if self._process.stdin is not None:
@@ -54,7 +54,7 @@ class Compilation:
 
 
 def main() -> None:
-    """Compile, unless the process that wants it goes."""
+    """Compile; stop if the process that started this one ends."""
     watch = threading.Thread(target=_compile, daemon=True)
     watch.start()
     # Past Python's own reader: Python aborts at its end if a thread holds that.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A design question as plain values: what a worker process is given. No ROS."""
+"""The inputs of a design as plain values, for a worker process. No ROS."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_COMBINATIONS = 2000
 
 @dataclass(frozen=True, slots=True)
 class DesignQuestion:
-    """What a ``DesignGripper`` request says; see the service's file for the meaning of 0 and empty.
+    """The values of a ``DesignGripper`` request; its .srv file explains 0 and empty values.
 
     Args:
         object_radius_min: [m].
@@ -69,7 +69,7 @@ class DesignQuestion:
 def requirement_from_question(
     question: DesignQuestion, description: GripperDescription
 ) -> DesignRequirement:
-    """Return the requirement that a question states, the gripper's own values where it is silent.
+    """Return the requirement that a question states; missing values are those of the gripper.
 
     Raises:
         InvalidInputError: a value is out of its range.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Designs in a process of their own: bounded in memory and time, ended with the node. No ROS.
+"""Designs in a separate process, with bounded memory and time, that ends with the node. No ROS.
 
-A design takes seconds of Python, which would keep even another thread from the control loop.
+A design takes seconds of Python; even in another thread it would delay the control loop.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class DesignEndedError(SpiralError):
 
 
 class DesignProcess:
-    """One design in a process of its own, which ends with this one, however that ends.
+    """One design in a separate process, which ends with this process in every case.
 
     Args:
         longest: processor time after which it is ended [s].
@@ -63,7 +63,7 @@ class DesignProcess:
         self._lock = threading.Lock()
 
     def answer(self, question: DesignQuestion, description: GripperDescription) -> DesignReport:
-        """Return the report of a design; blocks until it is there.
+        """Return the report of a design; blocks until it is computed.
 
         Raises:
             SpiralError: the question cannot be answered, or the design was ended.
@@ -117,9 +117,9 @@ class DesignProcess:
 
 
 def give_way() -> None:
-    """Let the control loop go first.
+    """Lower the priority of this process below that of the control loop.
 
-    Linux shares a processor between sessions before it looks at niceness: ours is told, too.
+    Linux divides the processor among sessions first, so the session's own niceness is set too.
     """
     os.nice(NICENESS)
     with suppress(OSError):

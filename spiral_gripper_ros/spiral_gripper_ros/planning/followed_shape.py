@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A shape that follows a pressure, solved anew only when that changes it. Knows no ROS."""
+"""A shape that follows a pressure, solved only when the pressure has changed. No ROS."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from spiral_gripper_ros.planning.planner import AnyPlanner, GripShape
 
 
 class FollowedShape:
-    """The shape at the newest pressure, as exact as ``step`` allows.
+    """The shape at the newest pressure, within the tolerance ``step``.
 
     Args:
         step: changes of the pressure up to this [Pa] keep the shape, >= 0.

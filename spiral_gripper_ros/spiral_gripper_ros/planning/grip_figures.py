@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a grip on one object is, computed with contact and friction, as plain values. No ROS."""
+"""The grip on one object, computed with contact and friction, as plain values. No ROS."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BELOW_WRAP = 0.95
 
 @dataclass(frozen=True, slots=True)
 class GripQuestion:
-    """What is to be gripped: a cylinder.
+    """The inputs of a grip on a cylinder.
 
     Args:
         gripper: as it is mounted, with its gravity.

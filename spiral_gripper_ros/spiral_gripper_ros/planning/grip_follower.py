@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Has grips solved in the background: a table over the radii, and the object in use. No ROS."""
+"""Grips solved in the background: a table over the radii, and the object in use. No ROS."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class GripFollower:
         count: int,
         in_use: InUse | None,
     ) -> None:
-        """Take what is done and start what is to be done.
+        """Take the grips that are solved and start the next one.
 
         Args:
             now: time [s], never decreasing.
@@ -110,7 +110,7 @@ class GripFollower:
             self._start(now)
 
     def answer(self, in_use: InUse, tip_pressure: float, pressure: float) -> GripAnswer | None:
-        """Return the grip on an object at a pressure [Pa], or None where it is not known.
+        """Return the grip on an object at a pressure [Pa], or None if it is not known.
 
         Args:
             in_use: the object.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grips of some radii, solved in the background, and what they say of any other. No ROS."""
+"""Grips of some radii, solved in the background, and interpolation between them. No ROS."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LOSS_MARGIN = 0.1
 
 @dataclass(frozen=True, slots=True)
 class GripAnswer:
-    """The grip on one object at one pressure, as far as it is known.
+    """The grip on one object at one pressure.
 
     Args:
         at_pose: whether it was computed for the object where it is seen; else for one that is laid
@@ -60,7 +60,7 @@ class GripEntry:
     computed_at: float
 
     def answer(self, pressure: float, *, at_pose: bool) -> GripAnswer:
-        """Return what it says of a pressure [Pa]; of one beyond the loss, that nothing is held."""
+        """Return the grip at a pressure [Pa]; above the loss nothing is held."""
         figures = self.figures
         values = _at(figures, pressure)
         return GripAnswer(

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grips in a process of their own, one for all nodes of a program, which ends with them. No ROS.
+"""Grips in a separate process, one for all nodes of a program, which ends with them. No ROS.
 
-A grip takes seconds of Python, which would keep even another thread from the control loop; a
-process for each of ten nodes would keep their control loops from the processors.
+A grip takes seconds of Python; even in another thread it would delay the control loop. One process
+for each of ten nodes would take the processors from their control loops.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class GripEndedError(SpiralError):
 
 
 class GripProcess:
-    """Computes one grip after the other in a process that is started with the first question."""
+    """Computes grips, one after the other, in a process that starts with the first question."""
 
     def __init__(self) -> None:
         self._asking = threading.Lock()
@@ -44,7 +44,7 @@ class GripProcess:
         self._lock = threading.Lock()
 
     def answer(self, question: GripQuestion) -> GripFigures:
-        """Return the grip that a question asks for; blocks until it is there.
+        """Return the grip that a question asks for; blocks until it is computed.
 
         Raises:
             SpiralError: the object cannot be held, a state could not be certified, or the process
@@ -115,7 +115,7 @@ class SharedGripProcess:
         return self._shared.answer(question)
 
     def end(self) -> None:
-        """Give the share back; the last one ends the process at once."""
+        """Release this node's share; the process ends with the last one."""
         with self._lock:
             if self._has_ended:
                 return

@@ -32,10 +32,10 @@ MEASURED_STEP = 50.0
 
 
 class LoadedGripper:
-    """What exists between "configured" and "cleaned up".
+    """The gripper of a configured node: description, planner and present shapes.
 
     Args:
-        description: what the gripper is.
+        description: of the gripper.
         planner: for the present gravity.
         pool: where planners for other gravities are made.
     """
@@ -54,7 +54,7 @@ class LoadedGripper:
 
     @classmethod
     def ready(cls, name_or_path: str, gravity: tuple[float, ...], pool: Executor) -> LoadedGripper:
-        """Return a gripper that is warm, ready for callbacks.
+        """Return a gripper whose planner is ready for callbacks.
 
         Args:
             name_or_path: the gripper's description.
@@ -75,7 +75,7 @@ class LoadedGripper:
     def loading(
         cls, description: GripperDescription, gravity: tuple[float, ...], pool: Executor
     ) -> LoadedGripper:
-        """Return a gripper whose planner is still being made; until then every plan says so.
+        """Return a gripper whose planner is still being made; until then every plan is refused.
 
         ``mount.poll`` hands out the planner, or the stand-in that says why there is none.
         """
@@ -136,7 +136,7 @@ class LoadedGripper:
     def follow_grips(
         self, now: float, count: int, radius: float | None, seen: SeenObject | None
     ) -> None:
-        """Take the grips that are ready, and have those solved that are not.
+        """Take the grips that are solved, and start the next one.
 
         Args:
             now: time [s].
@@ -191,7 +191,7 @@ class LoadedGripper:
         return self.grips.answer(InUse(radius), tip_pressure, pressure)
 
     def update_shape(self, pressure: float, radius: float | None) -> bool:
-        """Solve the commanded shape at a pressure [Pa] if that is news; return whether it is."""
+        """Solve the commanded shape at a pressure [Pa] if it has changed; return whether it has."""
         return self._commanded.update(self.planner, pressure, radius)
 
     def update_measured_shape(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Keeps the planner true to gravity while the arm tilts, without holding up the control loop."""
+"""Updates the planner for a changing gravity while the arm tilts, in the background."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spiral_gripper_ros.planning.planner import (
 
 
 class MountFollower:
-    """Has the planner for the newest gravity made in the background, one at a time.
+    """Makes the planner for the newest gravity in the background, one at a time.
 
     Between a change of gravity and :meth:`poll` handing out the new planner (some tens of
     milliseconds) the old one stands.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the object is, as somebody sees it: judged, with its age, beside where a wrap expects it.
+"""The measured pose of the object: checked, with its age, compared with the pose of the wrap.
 
 No ROS.
 """

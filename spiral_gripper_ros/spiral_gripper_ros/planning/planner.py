@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Answers for one gripper at one gravity: plans, shapes, regimes. Knows no ROS."""
+"""Plans, shapes and regimes of one gripper at one gravity. No ROS."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class PlannerFailedError(SpiralError):
 
 @dataclass(frozen=True, slots=True)
 class WrapPlan:
-    """A perfect wrap; what follows from it is computed when it is asked for.
+    """A perfect wrap; derived quantities are computed on request.
 
     Args:
         wrap: the core's answer.
@@ -76,7 +76,7 @@ class WrapPlan:
 
 @dataclass(frozen=True, slots=True)
 class GripShape:
-    """What the gripper looks like at a pressure.
+    """The shape of the gripper at a pressure.
 
     Args:
         state: the certified shape.
@@ -88,9 +88,10 @@ class GripShape:
 
 
 class GripperPlanner:
-    """The grippable range and every answer within it, solved once and then warm.
+    """The grippable range and the wraps within it, for one gripper and gravity.
 
-    Making one solves the whole range (tens of milliseconds); its answers take about a millisecond.
+    The constructor solves the whole range (tens of milliseconds); a plan then takes about a
+    millisecond.
 
     Args:
         gripper: as it is mounted, with its gravity.
@@ -151,7 +152,7 @@ class GripperPlanner:
         return GripShape(state, self.curve.regime(pressure, radius, state))
 
     def warm_up(self) -> None:
-        """Call everything once, so that nothing is compiled or imported in a callback."""
+        """Call every method once, so that nothing is compiled or imported in a callback."""
         smallest, largest = self.radius_range
         radius = 0.5 * (smallest + largest)
         plan = self.plan(radius)
@@ -160,7 +161,7 @@ class GripperPlanner:
 
 
 class NoPlanner:
-    """Stands for a gravity at which nothing can be planned: every plan raises why.
+    """The planner of a gravity at which no plan is possible: every method raises the reason.
 
     Args:
         gravity: that gravity [m/s^2].
@@ -173,7 +174,7 @@ class NoPlanner:
 
     @property
     def radius_range(self) -> tuple[float, float]:
-        """Every radius gets as far as :meth:`plan`, which says why not."""
+        """All radii, so that :meth:`plan` raises the reason."""
         return 0.0, float("inf")
 
     def plan(self, radius: float) -> NoReturn:
@@ -189,7 +190,7 @@ AnyPlanner = GripperPlanner | NoPlanner
 
 
 def planner_for(gripper: Gripper, gravity: Vector) -> AnyPlanner:
-    """Return the planner of a gripper at a gravity [m/s^2], or the stand-in that says why not."""
+    """Return the planner of a gripper at a gravity [m/s^2]; if none is possible, a NoPlanner."""
     try:
         planner = GripperPlanner(gripper.with_mount(gravity, gripper.object_axis))
         planner.warm_up()

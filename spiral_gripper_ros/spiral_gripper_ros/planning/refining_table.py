@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A table of grips over a range of radii, refined until what lies between them is known. No ROS."""
+"""A table of grips over a range of radii, refined to an interpolation tolerance. No ROS."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _Pair = tuple[float, float]
 
 
 class RefiningTable:
-    """Grips of some radii, and of those between them where that is known well enough.
+    """Grips of some radii, and grips interpolated between them within the tolerance.
 
     First come the radii that are given, the middle first. Then the middle between each two is
     solved too: how far the two are off there, halved, is the error that is expected of either

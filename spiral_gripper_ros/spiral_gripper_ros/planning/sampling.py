@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which nodes of a shape are shown. Knows no ROS."""
+"""Selection of the nodes of a shape that are shown. No ROS."""
 
 from __future__ import annotations
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The frame of every process: start, stop signals, help; a node as a process of its own."""
+"""What all processes share: start, stop signals, help; nodes started as processes."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node, or the simulator, as a process of its own, started and stopped as people do it."""
+"""Start and stop of the node, or the simulator, as a separate process."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every process of ours does around its work: help, signals, ROS, exit code.
+"""What every process of this package shares: help, signals, start of ROS, exit code.
 
-Whatever takes time is imported by the work itself, so that a signal that comes early ends the
-process in order.
+Slow imports are left to the program itself, so that an early signal still ends the process cleanly.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ HELP_OPTIONS = frozenset({"-h", "--help"})
 
 
 class Program(Protocol[MadeT]):
-    """What one process of this package runs.
+    """The program of one process of this package.
 
     Attributes:
         executable: the name that it is started by.
@@ -86,7 +85,7 @@ def _run(program: Program[MadeT], signals: StopSignals, args: list[str] | None) 
 
 
 def _made(program: Program[MadeT], args: list[str] | None) -> MadeT | None:
-    """Return what runs, or None after a line in the log that says why it does not."""
+    """Return what the program runs; None if it cannot be made, with the reason in the log."""
     from rclpy.exceptions import ParameterException
     from rclpy.logging import get_logger
 
@@ -106,8 +105,8 @@ def _made(program: Program[MadeT], args: list[str] | None) -> MadeT | None:
 def start_ros(args: list[str] | None) -> str | None:
     """Initialize rclpy without signal handlers of its own; return why not if that cannot be.
 
-    An argument that nobody reads is a mistake that must not go unnoticed: a limit, say, that was
-    given without ``--ros-args``.
+    An argument that no part of the program reads is refused: it may be a limit that was given
+    without ``--ros-args``.
 
     Args:
         args: the command line's arguments; None: those of this process.

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The adapter from ``pressure_command`` to the pressure regulators that labs have."""
+"""The adapter from ``pressure_command`` to common pressure regulators."""

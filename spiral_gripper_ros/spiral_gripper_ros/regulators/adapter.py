@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The adapter's decisions: what is sent to a device, and what is reported of it. No ROS."""
+"""The adapter's logic: set-points sent to a device, and reports of its state. No ROS."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class RegulatorAdapter:
 
     Attributes:
         link: whether the device answers.
-        problem: what is wrong with link or device; empty: nothing.
+        problem: problem of the link or the device; empty: none.
         link_errors, invalid_readings: counters.
     """
 

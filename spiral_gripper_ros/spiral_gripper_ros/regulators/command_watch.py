@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which pressure a device is sent: the newest possible command while commands come, else 0."""
+"""The set-point of a device: the newest valid command while commands come, else 0."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from spiral_core.validation import require_positive
 class CommandWatch:
     """The watchdog of an adapter.
 
-    A command that is not a finite gauge pressure from 0 to ``pressure_limit`` is counted and is as
-    good as none: the last one stands, and the watchdog goes on waiting.
+    A command that is not a finite gauge pressure from 0 to ``pressure_limit`` is counted and
+    ignored: the last valid one stands, and the watchdog's time goes on.
 
     Args:
         pressure_limit: largest gauge pressure that is passed on [Pa], > 0.
         timeout: silence after which the demand is 0 [s], > 0.
 
     Attributes:
-        refused: commands that were not taken.
-        problem: why the last one was not taken; empty once one is.
+        refused: number of refused commands.
+        problem: why the last command was refused; empty after an accepted one.
 
     Example:
         >>> watch = CommandWatch(pressure_limit=1e5, timeout=0.5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an adapter needs of a device, however it is connected."""
+"""The interface of a device to the adapter, for any connection."""
 
 from __future__ import annotations
 

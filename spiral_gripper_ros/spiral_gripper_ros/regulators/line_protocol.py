@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from spiral_core.errors import InvalidInputError
 
 SEQUENCE_END = 65536
-# Longer than any line of the protocol: what has no end by then is garbage.
+# Longer than any line of the protocol: longer input without a line end is dropped.
 LINE_LENGTH_MAX = 80
 STATES = ("ok", "watchdog", "refused", "fault")
 _NUMBER = r"[+-]?\d+(?:\.\d*)?"

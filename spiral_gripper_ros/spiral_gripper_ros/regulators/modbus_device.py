@@ -12,7 +12,7 @@ from typing import Any
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.regulators.device import LinkError, Reading
 
-# How a number stands in registers: the struct code, and what it holds.
+# Formats of a number in registers: the struct code, and the range.
 FORMATS: dict[str, tuple[str, tuple[float, float]]] = {
     "int16": ("h", (-(2.0**15), 2.0**15 - 1.0)),
     "uint16": ("H", (0.0, 2.0**16 - 1.0)),
@@ -26,7 +26,7 @@ HEARTBEAT_END = 65536
 
 @dataclass(frozen=True, slots=True)
 class RegisterMap:
-    """Where things stand in a device; addresses count from 0, -1 is none.
+    """The register addresses of a device, counted from 0; -1 is none.
 
     Args:
         command: first register of the set-point.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The adapter's parameters, and what they describe."""
+"""The adapter's parameters, and the objects that they describe."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _scale(side: str, what: str) -> tuple[ParameterSpec, ...]:
     references = tuple(reference.value for reference in Reference)
     return (
         _text(f"{side}_unit", "Pa", f"Unit of {what}.", tuple(UNITS)),
-        _text(f"{side}_reference", "gauge", f"What {what} is counted from.", references),
+        _text(f"{side}_reference", "gauge", f"Reference of {what}: gauge or absolute.", references),
         _float(f"{side}_scale", 1.0, -1.0e9, 1.0e9, f"Device's number per unit of {what}; not 0."),
         _float(f"{side}_offset", 0.0, -1.0e9, 1.0e9, f"Device's number at zero of {what}."),
     )
@@ -94,11 +94,11 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
     _integer("tcp_port", 502, 1, 65535, "modbus: TCP port."),
     _integer("unit_id", 1, 0, 255, "modbus: the device's unit identifier."),
     _integer("command_register", 0, 0, 65535, "modbus: first register of the set-point, from 0."),
-    _text("command_format", "uint16", "modbus: how the set-point stands there.", tuple(FORMATS)),
+    _text("command_format", "uint16", "modbus: number format of the set-point.", tuple(FORMATS)),
     _register(
         "measured_register", NO_REGISTER, "modbus: first register of the pressure; -1: none."
     ),
-    _text("measured_format", "uint16", "modbus: how the pressure stands there.", tuple(FORMATS)),
+    _text("measured_format", "uint16", "modbus: number format of the pressure.", tuple(FORMATS)),
     _text("measured_table", "holding", "modbus: registers of the pressure.", ("holding", "input")),
     _text("word_order", "big", "modbus: order of the words of 32 bits.", ("big", "little")),
     _register("heartbeat_register", NO_REGISTER, "modbus: counts up with each exchange; -1: none."),

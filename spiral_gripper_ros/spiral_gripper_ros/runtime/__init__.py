@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What services, actions, display and diagnosis share of a running gripper."""
+"""The running gripper, which services, actions, display and diagnosis share."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Work that takes longer than a callback may: a thread each for gravity, plans and designs."""
+"""Background threads for long computations: one each for gravity, plans and designs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from spiral_gripper_ros.planning.grip_worker import SharedGripProcess
 
 
 class Background:
-    """No question delays the commands, a change of gravity or another kind of question."""
+    """Background threads; a long question delays neither commands nor other kinds of questions."""
 
     def __init__(self) -> None:
         self.gravity = ThreadPoolExecutor(1, thread_name_prefix="gravity")
@@ -58,7 +58,7 @@ class Background:
 
     @property
     def has_ended(self) -> bool:
-        """Whether no answer is wanted any more: a question that takes long gives up."""
+        """Whether the node has ended; long computations then stop."""
         return self._has_ended
 
     async def design(
@@ -93,7 +93,7 @@ class Background:
         return process is not None
 
     def end(self) -> None:
-        """Drop what has not been started; a design and a batch that are being computed end."""
+        """Drop the waiting questions, and end the running design and batch."""
         self._has_ended = True
         for pool in (self.gravity, self._plans, self._batches, self.grips, self._designs):
             pool.shutdown(wait=False, cancel_futures=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The clock that the control loop lives by."""
+"""The clock of the control loop."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ _WORDS = {
 }
 # States that only somebody's act ends: they cannot chatter, and the next line may come late.
 _LASTING = {State.INACTIVE, State.RELEASED, State.FAULT}
-# Reasons that are somebody's wish, or the order of things.
+# Reasons that a user caused, or that belong to normal operation.
 _EXPECTED = {
     Reason.NONE,
     Reason.NO_RADIUS,
@@ -42,18 +42,18 @@ _EXPECTED = {
 
 
 class Logger(Protocol):
-    """What is needed of a logger."""
+    """The logger methods that are used."""
 
     def info(self, text: str) -> object:
-        """Log what is as expected."""
+        """Log a normal event."""
         ...
 
     def warning(self, text: str) -> object:
-        """Log what an operator should look at."""
+        """Log an event that an operator should check."""
         ...
 
     def error(self, text: str) -> object:
-        """Log what an operator must deal with."""
+        """Log an event that an operator must act on."""
         ...
 
 
@@ -100,7 +100,9 @@ class EventLog:
             return
         self._clock_stands_still = stands_still
         if stands_still:
-            self._logger.warning("/clock stands still: so does the command (use_sim_time is set)")
+            self._logger.warning(
+                "/clock has stopped: the command stays constant (use_sim_time is set)"
+            )
         else:
             self._logger.info("/clock runs again")
 
@@ -120,7 +122,7 @@ class EventLog:
         """Warn if more than one node commands the regulator, once for each number of them."""
         if publishers > max(self._commanders, 1):
             self._logger.warning(
-                f"{publishers} nodes publish pressure_command here: the regulator obeys them all"
+                f"{publishers} nodes publish pressure_command: the regulator follows all of them"
             )
         self._commanders = publishers
 

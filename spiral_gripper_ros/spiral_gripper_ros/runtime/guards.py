@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of an exception in a callback: logged; a vent only where control fails.
+"""Handling of exceptions in callbacks: all are logged; those of the control loop also vent.
 
-rclpy swallows exceptions of lifecycle callbacks without a word, and an exception in any other
-callback ends the executor: neither may happen to a node that holds an object.
+rclpy drops exceptions of lifecycle callbacks without a log, and an exception in any other callback
+ends the executor: neither may happen to a node that holds an object.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LOG_PERIOD = 10.0
 
 
 class ErrorLog:
-    """Counts and logs exceptions, with their tracebacks; those that repeat only now and then.
+    """Counts and logs exceptions with their tracebacks; repeated ones at a limited rate.
 
     Args:
         logger: of the node.
@@ -47,7 +47,7 @@ class ErrorLog:
 
 
 class Guarded(Protocol):
-    """What the guards need of a runtime."""
+    """The part of a runtime that the guards use."""
 
     errors: ErrorLog
 
@@ -74,7 +74,7 @@ def vent_on_error(runtime: Guarded, callback: CallbackT) -> CallbackT:
 
 
 def log_on_error(errors: ErrorLog, callback: CallbackT) -> CallbackT:
-    """Return a callback that only shows something: it logs instead of raising; the grip stays."""
+    """Return a display callback that logs instead of raising; the gripper keeps its pressure."""
 
     @functools.wraps(callback)
     def guarded(*args: object) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the node publishes."""
+"""The publishers of the node."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The running gripper: what services, actions, inputs, display and diagnosis work with."""
+"""The running gripper, which services, actions, inputs, display and diagnosis use."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NO_GRIPPER_PRESSURE = 1.0
 
 
 class Runtime:
-    """One gripper, its control logic and what carries the decisions out.
+    """One gripper, its control logic, and its publishers, clock and log.
 
     Args:
         node: the ROS node whose publishers, clock and logger are used.
@@ -179,7 +179,7 @@ class Runtime:
         return self.clock.now()
 
     def publish(self) -> None:
-        """Publish the pressure that is commanded now; then, why, and the shapes."""
+        """Publish the pressure that is commanded now, then the status and the shapes."""
         now = self.now()
         self.command(now)
         self.tell(now)
@@ -210,7 +210,7 @@ class Runtime:
             self.on_published()
 
     def _show(self, loaded: LoadedGripper, now: float) -> None:
-        """Bring the shapes up to date, see how the object is held, and publish what is news."""
+        """Update the shapes and the grip, and publish those that have changed."""
         seen = self.control.snapshot()
         measured = None if seen.measured is None else seen.measured.pressure
         pressure = seen.pressure

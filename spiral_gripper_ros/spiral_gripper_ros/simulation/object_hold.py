@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the object stays in the gripper: contact and friction against what pulls it down."""
+"""Whether the object stays in the gripper: holding force against the load along gravity."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WRAPPED = (Grip.PERFECT_WRAP, Grip.CURLING)
 
 
 class ObjectHold:
-    """Lets the object slip out of the coil once more pulls at it than holds it.
+    """Lets the object slip out of the coil once the load exceeds the holding force.
 
     The grip on the object is solved in the background and takes seconds; until it is known, nothing
     slips. An object that has slipped is gone until the gripper opens, or there is another one.

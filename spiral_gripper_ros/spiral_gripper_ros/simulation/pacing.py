@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How simulated time passes: with the machine's clock, with somebody's /clock, or as its source."""
+"""Simulated time: it follows the machine's clock or /clock, or the simulator publishes /clock."""
 
 from __future__ import annotations
 

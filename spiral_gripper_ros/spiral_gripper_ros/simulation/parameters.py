@@ -55,7 +55,7 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         1.0,
         0.2,
         5.0,
-        "How stiff the gripper's material really is, as a multiple of what is described.",
+        "Real stiffness of the gripper's material, as a multiple of the described one.",
         read_only=True,
     ),
     _number(
@@ -68,7 +68,7 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
     ParameterSpec(
         "fault",
         Fault.NONE.value,
-        "What is wrong with the regulator.",
+        "Fault of the regulator.",
         choices=tuple(fault.value for fault in Fault),
     ),
     _number("time_constant", 0.1, 0.001, 10.0, "Lag of the regulator's loop [s]."),
@@ -104,7 +104,9 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         100.0,
         "Time in which a leak empties a closed gripper to 1/e [s]; acts at fault leak.",
     ),
-    _number("pressure_noise", 50.0, 0.0, 1.0e5, "Deviation of the measured pressure [Pa]."),
+    _number(
+        "pressure_noise", 50.0, 0.0, 1.0e5, "Standard deviation of the measured pressure [Pa]."
+    ),
     _number(
         "pressure_resolution",
         10.0,
@@ -124,7 +126,7 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
     _number(
         "real_time_factor", 1.0, 0.01, 10.0, "Speed of /clock; acts when publish_clock is true."
     ),
-    ParameterSpec("seed", 0, "Of all noise.", low=0, high=1_000_000, read_only=True),
+    ParameterSpec("seed", 0, "Seed of all noise.", low=0, high=1_000_000, read_only=True),
 )
 
 RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
@@ -135,7 +137,7 @@ RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         choices=(*(shape.value for shape in Shape), RECORDING, NONE),
     ),
     _number(
-        "radius", 0.0, 0.0, 1.0, "The object's radius [m]; 0: the middle of what the gripper grips."
+        "radius", 0.0, 0.0, 1.0, "The object's radius [m]; 0: the middle of the gripper's range."
     ),
     _number(
         "radius_variation",
@@ -153,13 +155,13 @@ RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
     ),
     ParameterSpec("recording_loop", True, "Whether the recording begins anew at its end."),
     _number("estimate_rate", 20.0, 0.1, 100.0, "Estimates per second [Hz], but in a recording."),
-    _number("estimate_noise", 2.0e-5, 0.0, 0.1, "Deviation of the estimates [m]."),
-    _number("estimate_bias", 0.0, -0.1, 0.1, "What the estimates are too large by [m]."),
+    _number("estimate_noise", 2.0e-5, 0.0, 0.1, "Standard deviation of the estimates [m]."),
+    _number("estimate_bias", 0.0, -0.1, 0.1, "Bias of the estimates [m]; positive: too large."),
     _probability("outlier_probability", "are off by outlier_size"),
     _number("outlier_size", 0.01, 0.0, 1.0, "Size of an outlier [m]."),
     _probability("nan_probability", "are not a number"),
     _probability("dropout_probability", "do not come"),
-    ParameterSpec("seed", 0, "Of all noise.", low=0, high=1_000_000, read_only=True),
+    ParameterSpec("seed", 0, "Seed of all noise.", low=0, high=1_000_000, read_only=True),
 )
 
 # What one node's table has is no typo when the other node, in the same process, is given it too.

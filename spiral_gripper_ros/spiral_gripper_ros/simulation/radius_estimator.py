@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""A simulated estimator of the radius: the object in front of it, with an estimator's errors.
+r"""A simulated estimator of the object's radius, with errors.
 
 .. math:: \hat r = r + b + \sigma n \pm o
 
@@ -24,7 +24,7 @@ LONGEST_BACKLOG = 1.0
 
 @dataclass(frozen=True, slots=True)
 class EstimatorErrors:
-    """What is wrong with the estimates.
+    """The errors of the estimates.
 
     Args:
         noise: standard deviation [m], >= 0.
@@ -54,15 +54,15 @@ class EstimatorErrors:
 
 
 class RadiusEstimator:
-    """Looks at a source and makes errors; with the same seed always the same.
+    """Estimates the radius of a source with random errors; the seed makes them repeatable.
 
     Each estimate takes the same number of random numbers, so that a change of one error leaves the
     others where they were.
 
     Args:
-        source: what it looks at.
-        errors: what it does wrong.
-        seed: of its errors.
+        source: of the true radius.
+        errors: of the estimates.
+        seed: of the errors.
 
     Attributes:
         source, errors: may be replaced at any time.

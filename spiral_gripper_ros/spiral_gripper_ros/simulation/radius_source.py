@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is in front of the simulated gripper, over time: a recording or a simple profile.
+"""The object's radius over time in the simulation: a recording or a simple profile.
 
-A source gives the samples that an estimator takes, and the radius that is really there. Time is
-counted from the start of the simulation.
+A source gives the samples that an estimator takes, and the true radius. Time is counted from the
+start of the simulation.
 """
 
 from __future__ import annotations

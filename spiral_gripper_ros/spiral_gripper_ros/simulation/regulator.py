@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""A simulated proportional pressure regulator: it hears commands, holds a pressure, reports it.
+r"""A simulated proportional pressure regulator: it follows commands and reports its pressure.
 
 The pressure follows its target as :mod:`spiral_gripper_ros.simulation.valve` says. The target is
 the last command, or 0 once no command has come for ``watchdog_timeout``: the regulator's own
@@ -19,7 +19,7 @@ from spiral_gripper_ros.simulation.valve import Valve
 
 
 class Fault(Enum):
-    """What can be wrong with a regulator or its lines."""
+    """Faults of a regulator or its lines."""
 
     NONE = "none"
     LEAK = "leak"  # gripper or line leaks: the pressure settles below the command
@@ -29,7 +29,7 @@ class Fault(Enum):
 
 @dataclass(frozen=True, slots=True)
 class RegulatorModel:
-    """What a regulator is like.
+    """The properties of a regulator.
 
     Args:
         valve: how its pressure follows a target.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated regulator as a node: what a real one's driver would subscribe to and publish."""
+"""The simulated regulator as a node, with the topics of a real regulator's driver."""
 
 from __future__ import annotations
 

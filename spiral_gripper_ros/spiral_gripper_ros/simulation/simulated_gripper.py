@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""The gripper as it really is, which need not be as its description says.
+r"""The real gripper of the simulation, which may differ from its description.
 
 A tube whose material is :math:`s` times as stiff as described takes at :math:`s P` the shape that
 is described for :math:`P`: the unloaded shape depends on the pressure and the material's moduli

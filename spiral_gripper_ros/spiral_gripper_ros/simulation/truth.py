@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What really happens, as topics below `simulated/`: for displays, plots and tests."""
+"""The true state of the simulation as topics below `simulated/`, for displays, plots, tests."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Truth:
         load: float,
         header: Any,  # noqa: ANN401
     ) -> None:
-        """Publish what is so now.
+        """Publish the present state.
 
         Args:
             now: time [s].

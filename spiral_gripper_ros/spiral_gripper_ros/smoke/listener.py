@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What node and simulator publish while the smoke test grasps."""
+"""The subscriptions of the smoke test to node and simulator."""
 
 from __future__ import annotations
 

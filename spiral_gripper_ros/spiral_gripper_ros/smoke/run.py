@@ -45,7 +45,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class SmokeResult:
-    """How the smoke test went.
+    """The result of the smoke test.
 
     Attributes:
         answers: what was expected and what came.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the smoke test saw, and whether it was what it should have seen. Knows no ROS."""
+"""The messages that the smoke test received, compared with the expected ones. No ROS."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FEWEST_POSES = 10
 
 @dataclass(slots=True)
 class SmokeRecord:
-    """Collects what happened; None: it has not.
+    """The events of one run; None: it did not happen.
 
     Attributes:
         pressure_max: what no command may exceed [Pa].

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands to a running node do: ``spiral-gripper plan``, ``grasp``, ``release``, ..."""
+"""The commands to a running node: ``spiral-gripper plan``, ``grasp``, ``release``, ..."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ _NO_TROUBLE = (Reason.NONE, Reason.NO_RADIUS, Reason.RELEASED)
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a command says.
+    """The output of a command.
 
     Args:
-        good: whether it is what was wished for.
+        good: whether the command succeeded.
         lines: for people.
         document: for programs, SI units.
     """

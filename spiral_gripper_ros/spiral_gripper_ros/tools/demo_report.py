@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the demo saw, and whether it was what it should have seen. Knows no ROS."""
+"""The messages that the demo received, compared with the expected ones. No ROS."""
 
 from __future__ import annotations
 

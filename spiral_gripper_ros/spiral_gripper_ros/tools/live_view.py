@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What ``spiral-gripper simulate`` shows: a live table on a terminal, lines elsewhere."""
+"""Output of ``spiral-gripper simulate``: a live table on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 

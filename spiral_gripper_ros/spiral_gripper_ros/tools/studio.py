@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ears of ``spiral-gripper studio --ros``: what a running node says and draws."""
+"""The subscriptions of ``spiral-gripper studio --ros``: status and markers of a node."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from spiral_gripper_ros.tools.watcher import troubles_of
 
 
 class StudioListener(Listener):
-    """Hears status and markers of a node.
+    """Subscribes to status and markers of a node.
 
     Args:
         namespace: of the node.
@@ -38,7 +38,7 @@ class StudioListener(Listener):
         self.keep(MarkerArray, "markers", LATEST)
 
     def heard(self) -> Heard | None:
-        """Return what the node said last; None before its first word."""
+        """Return the newest state of the node; None before its first message."""
         status = self.newest("status")
         if status is None:
             return None
@@ -63,7 +63,7 @@ class StudioListener(Listener):
 
 @contextmanager
 def heard_of(namespace: str) -> Iterator[Callable[[float], Heard | None]]:
-    """Give a function that listens for a time [s] and returns what the node said last."""
+    """Yield a function that spins for a time [s] and returns the newest state of the node."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     listener = StudioListener(namespace)
 

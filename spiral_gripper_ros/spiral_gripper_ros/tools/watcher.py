@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The eyes of ``spiral-gripper simulate``: hears what node and simulator publish."""
+"""The subscriptions of ``spiral-gripper simulate`` to node and simulator."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NO_TROUBLE = (Reason.NONE, Reason.NOT_ACTIVE)
 
 
 class Watcher(Listener):
-    """What node and simulator publish, as a :class:`View`.
+    """Subscribes to node and simulator, and returns their newest state as a :class:`View`.
 
     Args:
         namespace: of the gripper's node and of the simulator.
