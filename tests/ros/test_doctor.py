@@ -229,7 +229,7 @@ def test_a_machine_whose_outgoing_connections_take_all_ports_has_no_safe_domain(
         ({}, Mark.OK, "SUBNET, the default"),
         ({"ROS_STATIC_PEERS": "robot"}, Mark.OK, "besides robot"),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, Mark.OK, "nodes on this machine find"),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "localhost"}, Mark.WARNING, "means nothing"),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "localhost"}, Mark.WARNING, "counts as LOCALHOST"),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, Mark.WARNING, "no node hears another"),
         ({"ROS_LOCALHOST_ONLY": "1"}, Mark.INFO, "nodes on this machine find"),
         ({"ROS_LOCALHOST_ONLY": "0"}, Mark.OK, "SUBNET"),
