@@ -13,6 +13,7 @@ if [ -t 1 ]; then # who waits at a terminal sees the seconds
   while sleep 1; do printf '\r%s; log: %s ... %d s ' "$what" "$log" $(($(date +%s) - start)); done &
   clock=$!
   trap 'kill "$clock" 2>/dev/null' EXIT
+  trap 'exit 130' INT TERM # dash runs no EXIT trap when a signal ends it
 fi
 "$@" >"$log" 2>&1 </dev/null
 status=$?

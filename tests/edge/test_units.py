@@ -4,7 +4,9 @@
 import math
 import subprocess
 import sys
+from decimal import Decimal
 
+import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -278,3 +280,27 @@ def test_the_package_imports_neither_pint_nor_yaml_until_they_are_needed():
         [sys.executable, "-c", program], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_the_usual_units_are_those_of_pint():
+    registry = pint.UnitRegistry(non_int_type=Decimal)
+    for dimension in Dimension:
+        for unit in dimension.usual_units:
+            value = registry.Quantity(Decimal(7), unit).to(dimension.si_unit).magnitude
+            assert parse_quantity(f"7 {unit}", dimension) == float(value), unit
+
+
+def test_a_second_process_compiles_no_kernel_and_needs_no_pint_for_usual_units():
+    code = """
+import sys
+from numba.core import event
+from spiral_gripper.cli.main import run
+with event.install_recorder("numba:compile") as compiled:
+    assert run(["wrap", "paper_design_70", "--radius", "20 mm"]) == 0
+print([record[1].data["dispatcher"] for record in compiled.buffer], "pint" in sys.modules)
+"""
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        )
+    assert done.stdout.splitlines()[-1] == "[] False"

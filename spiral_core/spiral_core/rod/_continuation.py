@@ -249,7 +249,7 @@ def solve_from(q: Array, system: System, tolerance: float) -> tuple[int, Solutio
     return 1, with_outcome(found, found.outcome, spent + found.iterations)
 
 
-@merged
+@compiled
 def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRod:
     """Return the state with orientations q; not an answer if an element turns too far."""
     positions, moments, strains, turn = shape_from_orientations(q, system)

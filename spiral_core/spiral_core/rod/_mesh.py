@@ -74,13 +74,13 @@ def piece_angles(rod: Rod, load: RodLoad) -> list[float]:
     sampled = []
     for piece in pieces(rod):
         sites = np.zeros(1) if uniform else sites_in(rod, piece, SURVEY_SITES)
-        softest, stiffest = principal_stiffnesses(*stiffness_samples(rod, sites).T)
+        softest, farthest = principal_stiffnesses(*stiffness_samples(rod, sites).T)
         strains = vector_samples("rest_strain", rod.rest_strain, sites)
         weights = vector_samples("distributed", load.distributed, sites)
         with np.errstate(over="ignore"):
             curvature = np.linalg.norm(strains, axis=1).max()
             weight = np.linalg.norm(weights, axis=1).max()
-        ends = float(softest.min()), float(stiffest.min())
+        ends = float(softest.min()), float(farthest.min())
         sampled.append((*ends, float(curvature), float(weight)))
     heaviest = max(weight for *_, weight in sampled)
     force = heaviest * rod.length + math.hypot(*load.tip_force)
@@ -160,8 +160,8 @@ def path_counts(rod: Rod, counts: Counts) -> Counts:
     each = []
     for piece, turn, count in zip(pieces(rod), rest_turns(rod), counts, strict=True):
         sites = sites_in(rod, piece, PATH_SITES)
-        softest, stiffest = principal_stiffnesses(*stiffness_samples(rod, sites).T)
-        stiffer = float((stiffest / softest).max())
+        softest, farthest = principal_stiffnesses(*stiffness_samples(rod, sites).T)
+        stiffer = float((farthest / softest).max())
         each.append(path_count(count, turn, stiffer, (piece[1] - piece[0]) / rod.length))
     return tuple(each)
 

@@ -96,12 +96,12 @@ def uniform_system(count: int, rod: UniformRod) -> System:
     sections = np.empty((count + 1, 7))
     square = rest[0] * rest[0] + rest[1] * rest[1] + rest[2] * rest[2]
     scale = discrete_strain_scale(h * math.sqrt(square))
+    product = times(stiffness, rest)
     for k in range(3):
         moment[k] = rod.tip_moment[k]
     for i in range(count + 1):
         for k in range(4):
             sections[i, k] = stiffness[k]
-        product = times(stiffness, rest)
         for k in range(3):
             force[i, k] = rod.tip_force[k] + weight[k] * h * (count - i)
             sections[i, 4 + k] = product[k]

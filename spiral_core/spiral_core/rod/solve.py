@@ -143,8 +143,8 @@ def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: RodState |
     turn = uniform.length * math.hypot(*uniform.rest_strain)
     stiffer = uniform.torsional / uniform.bending
     if uniform.coupling != 0.0 or uniform.sideways != uniform.bending:
-        softest, stiffest = principal_stiffnesses(*stiffness_samples(rod, np.zeros(1)).T)
-        stiffer = float((stiffest / softest)[0])
+        softest, farthest = principal_stiffnesses(*stiffness_samples(rod, np.zeros(1)).T)
+        stiffer = float((farthest / softest)[0])
     few_elements = path_count(counts[0], turn, stiffer)
     q, solved = load_uniform(few_elements, counts[0], uniform)
     return state_from_solved(even_arc_lengths(rod.length, counts[0]), q, solved)

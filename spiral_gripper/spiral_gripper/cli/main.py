@@ -21,7 +21,7 @@ import click
 from spiral_gripper.cli.group import Group, NoCommandError
 
 NO_ANSWER: Final = 2
-# Commands that print nothing while they compute, and the time after which a line says so [s].
+# Commands that may show nothing at first, and the time after which a line says so [s].
 COMPUTING: Final = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
 PATIENCE: Final = 3.0
 # Libraries that are not always installed: what needs them, and the extra that brings them.

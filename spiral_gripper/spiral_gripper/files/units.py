@@ -14,6 +14,7 @@ import re
 from decimal import Decimal
 from enum import Enum
 from functools import lru_cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from spiral_core import InvalidInputError
@@ -47,6 +48,22 @@ _REFERENCED = {
     "bar(g)": f'{_GAUGE}write "bar"',
     "kpag": f'{_GAUGE}write "kPa"',
 }
+_PSI, _DEGREE = "6894.757293168361336722673443", "0.01745329251994329576923690768"
+# The usual units in SI units, with all the digits that pint gives. Importing pint and building its
+# registry takes longer than many answers: only other units need it.
+_USUAL_FACTORS = MappingProxyType(
+    {
+        "mm": "0.001", "in": "0.0254", "cm": "0.01", "m": "1", "ft": "0.3048",
+        "kPa": "1e3", "psi": _PSI, "bar": "1e5", "mbar": "1e2", "MPa": "1e6", "Pa": "1",
+        "deg": _DEGREE, "rad": "1", "g/cm^3": "1e3", "kg/m^3": "1",
+        "m/s^2": "1", "standard_gravity": "9.80665", "N m^2": "1", "N mm^2": "1e-6",
+        "rad/m": "1", "deg/m": _DEGREE,
+        "g": "0.001", "kg": "1", "lb": "0.45359237", "oz": "0.028349523125",
+        "N": "1", "mN": "0.001", "kN": "1e3", "lbf": "4.4482216152605", "gram_force": "0.00980665",
+        "s": "1", "ms": "0.001", "min": "60",
+        "kPa/s": "1e3", "psi/s": _PSI, "bar/s": "1e5", "Pa/s": "1", "g/m": "0.001", "kg/m": "1",
+    }
+)  # fmt: skip
 _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁴": "4"})
 
 
@@ -206,6 +223,13 @@ def _hint(text: object, dimension: Dimension) -> str:
 @lru_cache(maxsize=256)
 def _si_factor(unit_text: str, dimension: Dimension) -> Decimal:
     """Return the SI value of one ``unit_text``."""
+    if unit_text in dimension.usual_units:
+        return Decimal(_USUAL_FACTORS[unit_text])
+    return _parsed_factor(unit_text, dimension)
+
+
+def _parsed_factor(unit_text: str, dimension: Dimension) -> Decimal:
+    """Return the SI value of any unit, by pint."""
     if unit_text.casefold() in _REFERENCED and dimension is Dimension.PRESSURE:
         raise _UnitProblemError(_REFERENCED[unit_text.casefold()])
     text = unit_text.translate(_SUPERSCRIPTS)
