@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node's table of grips next to exact ones: ``python -m benchmarks.ros.grip_tables GRIPPER``.
 
-The table is refined as in the node, grip by grip. Then objects between its radii are solved, and
-what the table says of them is compared. Some minutes a gripper.
+The table is refined as in the node, grip by grip. Then objects between its radii are closed on and
+pulled at some pressures, and what the table says of them there is compared. Some minutes a gripper.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spiral_core.errors import SpiralError
+from spiral_core.grip.holding import Pull, holding_force
+from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.window import GripWindow, grip_window
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.parameters.table import PARAMETERS
@@ -23,8 +26,7 @@ from spiral_gripper_ros.planning.grip_table import GripEntry, table_radii
 from spiral_gripper_ros.planning.planner import GripperPlanner
 from spiral_gripper_ros.planning.refining_table import NEGLIGIBLE, RefiningTable
 
-FORCES = ("normal_force", "away", "towards", "down")
-ENDS = ("onset_wrap", "onset_curling", "loss")
+PULLS = ("away", "towards", "down")
 # Pressures of the comparison, as multiples of the exact onset; what is past the loss is left out.
 MULTIPLES = (1.0, 1.05, 1.1, 1.15, 1.2)
 Solve = Callable[[GripQuestion], GripFigures]
@@ -56,16 +58,16 @@ def refined_table(gripper: Gripper, count: int, solve: Solve) -> RefiningTable:
     return table
 
 
-def compare(gripper: Gripper, table: RefiningTable, count: int, solve: Solve) -> Comparison:
+def compare(gripper: Gripper, table: RefiningTable, count: int) -> Comparison:
     """Return how far a table is off ``count`` exact grips, evenly over its range."""
     low, high = GripperPlanner(gripper).radius_range
     ends = table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count + 1)
     compared = Comparison(tuple(float(r) for r in np.sqrt(np.multiply(ends[:-1], ends[1:]))))
     for radius in compared.radii:
-        entry = _entry(gripper, radius, solve)
-        if entry is None:
+        window = _window(gripper, radius)
+        if window is None:
             compared.not_held.append(radius)
-        errors = {} if entry is None else _errors(table, radius, entry)
+        errors = {} if window is None else _errors(table, radius, window)
         if errors:
             compared.told.append(radius)
         for name, error in errors.items():
@@ -73,23 +75,27 @@ def compare(gripper: Gripper, table: RefiningTable, count: int, solve: Solve) ->
     return compared
 
 
-def _errors(table: RefiningTable, radius: float, entry: GripEntry) -> dict[str, float]:
-    figures, largest = entry.figures, dict[str, float]()
-    for multiple in MULTIPLES:
-        pressure = multiple * figures.onset_wrap
-        if pressure > figures.top:
+def _errors(table: RefiningTable, radius: float, window: GripWindow) -> dict[str, float]:
+    """Return by how much a table is off at most, by name; empty where it does not tell."""
+    largest = dict[str, float]()
+    onset = window.onset_wrap or 0.0
+    ends = {"onset_wrap": onset, "onset_curling": window.onset_curling, "loss": window.loss}
+    for pressure in (multiple * onset for multiple in MULTIPLES):
+        if pressure > window.top:
             break
-        exact = entry.answer(pressure, at_pose=False)
-        told = table.answer(radius, figures.tip_pressure, pressure)
+        told = table.answer(radius, window.setup.tip_pressure or 0.0, pressure)
         if told is None:
             return {}
-        floor = NEGLIGIBLE * exact.normal_force
-        for name in (*ENDS, "contact_length", *FORCES):
-            value = getattr(exact, name)
-            if np.isinf(value) and np.isinf(getattr(told, name)):
-                continue
-            error = abs(getattr(told, name) - value) / max(value, floor if name in FORCES else 0.0)
-            largest[name] = max(largest.get(name, 0.0), error)
+        point = window.at(pressure)
+        floor = NEGLIGIBLE * point.normal_force
+        exact = {
+            **{name: value for name, value in ends.items() if value is not None},
+            "contact_length": point.contact_length,
+            "normal_force": max(point.normal_force, floor),
+            **{pull: max(holding_force(point, Pull[pull.upper()]).force, floor) for pull in PULLS},
+        }
+        for name, value in exact.items():
+            largest[name] = max(largest.get(name, 0.0), abs(getattr(told, name) - value) / value)
     return largest
 
 
@@ -98,6 +104,15 @@ def _entry(gripper: Gripper, radius: float, solve: Solve) -> GripEntry | None:
         return GripEntry(solve(GripQuestion(gripper, radius)), 0.0)
     except SpiralError:
         return None
+
+
+def _window(gripper: Gripper, radius: float) -> GripWindow | None:
+    """Return the exact window of an object; None where it is not wrapped."""
+    try:
+        window = grip_window(lay_into_coil(gripper, radius))
+    except SpiralError:
+        return None
+    return window if window.onset_wrap is not None else None
 
 
 def _print(name: str, compared: Comparison) -> None:
@@ -119,7 +134,7 @@ def main() -> None:
     for name in given.grippers:
         gripper = load_gripper(name)
         table = refined_table(gripper, count, solve_figures)
-        _print(name, compare(gripper, table, given.objects, solve_figures))
+        _print(name, compare(gripper, table, given.objects))
 
 
 if __name__ == "__main__":

@@ -61,6 +61,27 @@ def test_a_study_goes_on_from_its_file(
     assert solved == [0.020, 0.015, 0.020]
 
 
+@pytest.mark.parametrize(
+    "changed",
+    [("beta: 70 deg", "beta: 65 deg"), ("density: 0.95 g/cm^3", "density: 1.2 g/cm^3")],
+)
+def test_another_gripper_of_the_same_name_is_solved_anew(
+    solved: list[float],
+    changed: tuple[str, str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run(["grippers", "show", "paper_design_70"]) == 0
+    text = capsys.readouterr().out
+    assert changed[0] in text
+    file = tmp_path / "mine.yaml"
+    asked = ["sweep", "grips", str(file), "--radius", "15 mm", "--jobs", "1"]
+    for content in (text, text.replace(*changed), text):
+        file.write_text(content, encoding="utf-8")
+        assert run([*asked, "--results", str(tmp_path / "study.jsonl")]) == 0
+    assert solved == [0.015, 0.015]
+
+
 def test_people_get_a_table_and_the_reasons(
     solved: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:

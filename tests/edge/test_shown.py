@@ -5,13 +5,14 @@ import io
 import json
 import re
 from contextlib import suppress
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from spiral_core import InvalidInputError, Pull, WrapCurve
+from spiral_core import GripOutcome, InvalidInputError, Pull, WrapCurve, grip_cases
 from spiral_gripper import convert_from_si, display_units, load_gripper, plot
 from spiral_gripper.cli import main as cli
 from spiral_gripper.files.shown import (
@@ -136,9 +137,15 @@ def test_units_that_are_none_are_refused(capfd):
 
 
 def test_the_columns_of_a_study_name_their_units():
-    console = Console(file=io.StringIO(), width=200)
-    print_outcomes([], [], console)
-    assert "0 grips, forces at the recommended pressure [kPa, N]" in console.file.getvalue()
+    console = Console(file=io.StringIO(), width=80)
+    gripper = load_gripper("paper_design_70")
+    cases = grip_cases([gripper, replace(gripper, name="another")], [0.02], [0.3, 0.6])
+    outcome = GripOutcome("", 66e3, 65e3, 74e3, None, 70e3, 0.2, 0.7, 0.9, 0.15, False, True)
+    print_outcomes(cases, [outcome] * 4, console)
+    said = console.file.getvalue()
+    assert said.count("forces at the recommended pressure [kPa, N]; > at least") == 2
+    assert "another, gravity (9.81 0 0), 2 grips" in said
+    assert said.count("│  20 mm │      0.3 │      65 │    74 │    - │ 70 │  0.9 │  > 0.15 │") == 2
     console = Console(file=io.StringIO(), width=200)
     grip = SimpleNamespace(forces={Pull.AWAY: [], Pull.TWIST_LEFT: []}, points=[])
     with display_units("psi"):

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from ros.grip_stand_ins import figures
 
-from spiral_core import WrapRegime
+from spiral_core import Pull, WrapRegime, grip_window, holding_force, lay_into_coil
+from spiral_gripper import load_gripper
+from spiral_gripper_ros.planning.grip_figures import GripQuestion, solve_figures
 from spiral_gripper_ros.planning.grip_table import (
     GripEntry,
     blended_answer,
@@ -103,3 +105,15 @@ def test_a_good_grip_ends_at_curling_or_below_the_loss_but_never_below_the_wrap(
     assert highest_good(5.0e4, math.inf, 8.0e4) == pytest.approx(7.2e4)
     assert highest_good(5.0e4, math.inf, 5.2e4) == 5.0e4
     assert highest_good(5.0e4, math.inf, math.inf) == math.inf
+
+
+def test_forces_between_those_computed_are_hardly_above_what_holds_and_not_far_below():
+    gripper = load_gripper("paper_design_70")
+    entry = GripEntry(solve_figures(GripQuestion(gripper, 0.02)), 0.0)
+    window = grip_window(lay_into_coil(gripper, 0.02))
+    for multiple in (1.0, 1.025, 1.1, 1.35):
+        point = window.at(multiple * window.onset_wrap)
+        told = entry.answer(point.pressure, at_pose=False)
+        for pull in (Pull.AWAY, Pull.TOWARDS, Pull.DOWN):
+            ratio = getattr(told, pull.name.lower()) / holding_force(point, pull).force
+            assert 0.9 < ratio < 1.05, (multiple, pull)

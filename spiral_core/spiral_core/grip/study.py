@@ -49,6 +49,8 @@ class GripOutcome:
         contact_length: [m].
         normal_force: sum [N].
         away, towards: holding forces [N].
+        away_is_lower_bound, towards_is_lower_bound: whether the force was still rising where the
+            pull ended.
     """
 
     refusal: str
@@ -61,6 +63,8 @@ class GripOutcome:
     normal_force: float | None = None
     away: float | None = None
     towards: float | None = None
+    away_is_lower_bound: bool = False
+    towards_is_lower_bound: bool = False
 
 
 def grip_cases(
@@ -106,6 +110,7 @@ def solve_case(case: GripCase) -> GripOutcome:
     except (NotGrippableError, NoCoilError, SolverError) as error:
         return GripOutcome(str(error))
     point = grip.points[0]
+    (away,), (towards,) = grip.forces[Pull.AWAY], grip.forces[Pull.TOWARDS]
     return GripOutcome(
         refusal="",
         tip_criterion=setup.tip_pressure,
@@ -115,8 +120,10 @@ def solve_case(case: GripCase) -> GripOutcome:
         pressure=middle,
         contact_length=point.contact_length,
         normal_force=point.normal_force,
-        away=float(grip.force(Pull.AWAY)[0]),
-        towards=float(grip.force(Pull.TOWARDS)[0]),
+        away=away.force,
+        towards=towards.force,
+        away_is_lower_bound=away.is_lower_bound,
+        towards_is_lower_bound=towards.is_lower_bound,
     )
 
 

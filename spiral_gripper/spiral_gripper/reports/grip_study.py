@@ -3,20 +3,28 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
+from importlib.metadata import version
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.study import GripCase, GripOutcome
+from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import number, reworded, scale_of, shown
 from spiral_gripper.files.storage import FileError, read_text, reason_of, write_file
+
+# Pressures at which two grippers' rods are compared, to tell whether they are the same.
+COMPARED_PRESSURES = 9
 
 
 class StudyFile:
@@ -86,34 +94,62 @@ def case_as_dict(case: GripCase, outcome: GripOutcome) -> dict[str, Any]:
 def print_outcomes(
     cases: Sequence[GripCase], outcomes: Sequence[GripOutcome], console: Console
 ) -> None:
-    """Print a line for each grip; refusals with their reason below."""
-    units = ", ".join(scale_of(unit).unit for unit in ("Pa", "N"))
-    title = f"{len(cases)} grips, forces at the recommended pressure [{units}]"
-    table = Table(title=escape(title))
-    columns = ("gripper", "radius", "friction", "gravity", "wrapped", "curls", "lost", "at")
-    for column in (*columns, "away", "towards"):
-        table.add_column(column, justify="left" if column == "gripper" else "right")
-    for case, outcome in zip(cases, outcomes, strict=True):
-        pressures = (outcome.onset_wrap, outcome.onset_curling, outcome.loss, outcome.pressure)
-        forces = (outcome.away, outcome.towards)
-        table.add_row(
-            case.gripper.name,
-            shown(case.radius, "m"),
-            f"{case.friction:.3g}",
-            " ".join(f"{g:.3g}" for g in case.gripper.gravity),
-            *("-" if p is None else number(p, "Pa") for p in pressures),
-            *("-" if force is None else number(force, "N", 3) for force in forces),
-        )
-    console.print(table)
-    for case, outcome in zip(cases, outcomes, strict=True):
+    """Print a table for each gripper and mount; refusals with their reason below."""
+    pairs = list(zip(cases, outcomes, strict=True))
+    for _, group in groupby(
+        pairs, key=lambda pair: (pair[0].gripper.name, pair[0].gripper.gravity)
+    ):
+        console.print(_table(list(group)))
+    for case, outcome in pairs:
         if outcome.refusal:
             name, radius = case.gripper.name, shown(case.radius, "m")
             console.print(f"{name}, {radius}: {reworded(outcome.refusal)}")
 
 
+def _table(grips: list[tuple[GripCase, GripOutcome]]) -> Table:
+    """Return the grips of one gripper on one mount."""
+    gripper = grips[0][0].gripper
+    units = ", ".join(scale_of(unit).unit for unit in ("Pa", "N"))
+    gravity = " ".join(f"{component:.3g}" for component in gripper.gravity)
+    table = Table(
+        title=escape(f"{gripper.name}, gravity ({gravity}), {len(grips)} grips"),
+        caption=escape(f"forces at the recommended pressure [{units}]; > at least"),
+    )
+    columns = ("radius", "friction", "wrapped", "curls", "lost", "at", "away", "towards")
+    for column in columns:
+        table.add_column(column, justify="right")
+    for case, outcome in grips:
+        pressures = (outcome.onset_wrap, outcome.onset_curling, outcome.loss, outcome.pressure)
+        table.add_row(
+            shown(case.radius, "m"),
+            f"{case.friction:.3g}",
+            *("-" if p is None else number(p, "Pa") for p in pressures),
+            _force(outcome.away, outcome.away_is_lower_bound),
+            _force(outcome.towards, outcome.towards_is_lower_bound),
+        )
+    return table
+
+
+def _force(force: float | None, is_lower_bound: bool) -> str:
+    if force is None:
+        return "-"
+    return ("> " if is_lower_bound else "") + number(force, "N", 3)
+
+
 def _key(case: GripCase) -> str:
-    """Return what tells a case from all others."""
+    """Return what tells a case from all others: figures, and a digest of its gripper."""
     gripper = case.gripper
-    rod = (gripper.tube.length, gripper.stiffness.bending, gripper.pressure_max)
-    key = [gripper.name, *rod, *gripper.gravity, case.radius, case.friction, case.closing.name]
-    return json.dumps(key)
+    names = (gripper.name, case.radius, case.friction, *gripper.gravity, case.closing.name)
+    return json.dumps([*names, _digest(gripper)])
+
+
+def _digest(gripper: Gripper) -> str:
+    """Return a digest of what a grip depends on: rod and weight over pressure, the version."""
+    shapes = [
+        gripper.unloaded_shape(float(pressure))
+        for pressure in np.linspace(0.0, gripper.pressure_max, COMPARED_PRESSURES)
+    ]
+    rods = [(asdict(gripper.rod(shape)), gripper.weight(shape)) for shape in shapes]
+    limits = (gripper.pressure_max, gripper.object_axis, gripper.turns_required)
+    content = (version("spiral-gripper"), asdict(gripper.tube), shapes, rods, limits)
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]

@@ -22,10 +22,11 @@ from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import WrapRegime
 
-# Holding forces are looked for at so many pressures, from a little below the wrap to the last that
-# holds: each takes about a second.
-FORCE_PRESSURES = 4
-BELOW_WRAP = 0.95
+# Holding forces are looked for at these multiples of the pressure at which the wrap begins, at this
+# part of the last pressure that holds, and at the last. Around the beginning the forces bend
+# upwards: a straight line over more than this is up to twice as high as they are.
+FORCE_MULTIPLES = (0.95, 1.0, 1.05, 1.15)
+NEAR_TOP = 0.93
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +137,7 @@ def solve_figures(question: GripQuestion) -> GripFigures:
     if window.onset_wrap is None:
         reason = f"closing on it, the tip never touches: {window.end.value}"
         raise NotGrippableError(question.radius, reason, 0.0, None)
-    pressures = np.linspace(BELOW_WRAP * window.onset_wrap, window.top, FORCE_PRESSURES)
+    pressures = force_pressures(window.onset_wrap, window.top)
     points = [window.at(float(pressure)) for pressure in pressures]
     has_gravity = any(question.gripper.gravity)
     setup = window.setup
@@ -153,13 +154,28 @@ def solve_figures(question: GripQuestion) -> GripFigures:
         force_pressures=pressures,
         away=_forces(points, Pull.AWAY),
         towards=_forces(points, Pull.TOWARDS),
-        down=_forces(points, Pull.DOWN) if has_gravity else np.zeros(FORCE_PRESSURES),
+        down=_forces(points, Pull.DOWN) if has_gravity else np.zeros(len(pressures)),
         settling=_settling(question, points),
         positions=np.array([point.state.positions for point in window.points]),
         orientations=_aligned([point.state.orientations for point in window.points]),
         center=_vector(setup.obstacle.position),
         axis=_vector(setup.axis),
     )
+
+
+def force_pressures(onset: float, top: float) -> Array:
+    """Return the pressures at which holding forces are computed (m,) [Pa], increasing.
+
+    Args:
+        onset: at which the wrap begins [Pa].
+        top: the last that holds [Pa].
+
+    Example:
+        >>> force_pressures(50e3, 80e3)
+        array([47500., 50000., 52500., 57500., 74400., 80000.])
+    """
+    wanted = [*(multiple * onset for multiple in FORCE_MULTIPLES), NEAR_TOP * top, top]
+    return np.unique(np.minimum(wanted, top))
 
 
 def _setup(question: GripQuestion) -> GripSetup:
