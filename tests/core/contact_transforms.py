@@ -105,7 +105,7 @@ def mirrored(problem: ContactProblem) -> ContactProblem:
     image = mapped(problem, flip, flip, lambda v: -v @ MIRROR, turn)
     rod = image.rod
     strain = triple(-np.asarray(rod.rest_strain) @ MIRROR)
-    section = _conjugated(rod.section, MIRROR)
+    section = _conjugated(rod.section, MIRROR, stretch=-1.0)
     return replace(image, rod=replace(rod, rest_strain=strain, section=section))
 
 
@@ -131,10 +131,13 @@ def backwards(problem: ContactProblem) -> ContactProblem:
     )
 
 
-def _conjugated(section: Section, signs: Array) -> Section:
-    """Return a section whose axes change their signs."""
-    rows = signs @ section.matrix @ signs
-    return replace(section, stiffness=tuple(triple(row) for row in rows))
+def _conjugated(section: Section, signs: Array, stretch: float = 1.0) -> Section:
+    """Return a section whose axes change their signs, and stretch against bending by one more."""
+    rows = np.asarray(section.stiffness)
+    rows = np.diag(rows) if rows.ndim == 1 else rows
+    if len(rows) == 6:
+        signs = np.kron(np.diag((1.0, stretch)), signs)
+    return replace(section, stiffness=tuple(tuple(row) for row in (signs @ rows @ signs).tolist()))
 
 
 def imbalance(problem: ContactProblem, state: ContactState) -> tuple[float, float]:
@@ -153,7 +156,9 @@ def imbalance(problem: ContactProblem, state: ContactState) -> tuple[float, floa
     couples[-1] += problem.load.tip_moment
     # An element's weight acts on its arc, not on its chord.
     turn = Rotation.from_quat(state.orientations)
-    strain = turn.inv().apply(state.forces) @ problem.rod.section.compliance
+    section, inner = problem.rod.section, turn.inv().apply(state.forces)
+    bent = np.linalg.solve(section.matrix, (state.moments - inner @ section.coupling.T).T).T
+    strain = inner @ section.compliance - bent @ section.coupling
     slopes = turn.apply(strain + np.array((1.0, 0.0, 0.0)))
     couples[1:] += np.cross(steps**2 / 12.0 * -np.diff(slopes, axis=0), weight)
     for load in problem.point_loads:

@@ -14,8 +14,8 @@ from spiral_core import (
     solve_contact,
     solve_rod,
 )
-from spiral_core.rod.contact._element import SLOTS, VECTORS, element
-from spiral_core.rod.contact._quaternions import matrices, turned
+from spiral_core.rod.contact._algebra import SLOTS, VECTORS, matrices, turned
+from spiral_core.rod.contact._element import element
 
 REST = (-13.5, 0.0, 21.0)
 
@@ -29,19 +29,22 @@ def _evaluate(change, ends, n, half, own):
     return element(q0, q1, n + change[6:], half, own, *room, g, hess), g, hess
 
 
+@pytest.mark.parametrize("coupled", [False, True])
 @pytest.mark.parametrize("seed", range(4))
-def test_gradient_and_hessian_are_those_of_the_energy(seed):
+def test_gradient_and_hessian_are_those_of_the_energy(seed, coupled):
     random = np.random.default_rng(seed)
     q0 = random.normal(size=4)
     q0 /= np.linalg.norm(q0)
     ends = q0, turned(q0[None], random.normal(size=(1, 3)) * 0.4)[0]
-    own = np.zeros((5, 3, 3))
+    own = np.zeros((7, 3, 3))
     root = random.normal(size=(3, 3))
     own[0] = root @ root.T + np.eye(3)
     own[2] = np.linalg.inv(own[0])
     own[1] = (root + root.T) * 0.3
     own[3] = 0.1 * root.T @ root
     own[4, 0], own[4, 1], own[4, 2, 0] = random.normal(size=3), random.normal(size=3), 0.7
+    if coupled:
+        own[5], own[6, 0] = 0.3 * random.normal(size=(3, 3)), 0.3 * random.normal(size=3)
     n, half = random.normal(size=3), random.normal(size=3)
     _, gradient, hessian = _evaluate(np.zeros(9), ends, n, half, own)
     step = 1e-5

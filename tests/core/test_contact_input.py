@@ -47,12 +47,24 @@ def solved() -> object:
     return solve_contact(PROBLEM, elements=16)
 
 
+def six(above: float, below: float) -> tuple[tuple[float, ...], ...]:
+    """Return a 6x6 stiffness whose twist and stretch are coupled by fractions of their own."""
+    matrix = np.diag((1e-4, 1e-4, 1e-4, 1e2, 1e2, 1e2))
+    matrix[0, 3], matrix[3, 0] = 0.1 * above, 0.1 * below
+    return tuple(tuple(row) for row in matrix.tolist())
+
+
 BAD: dict[str, tuple[str, Callable[[], object]]] = {
     "matrix not symmetric": ("stiffness", lambda: Section(((1, 1, 0), (0, 1, 0), (0, 0, 1)))),
     "matrix not positive": ("stiffness", lambda: Section(((1, 2, 0), (2, 1, 0), (0, 0, 1)))),
     "stiffness nan": ("stiffness", lambda: Section((1.0, NAN, 1.0))),
     "stiffness zero": ("stiffness", lambda: Section((0.0, 1.0, 1.0))),
     "two stiffnesses": ("stiffness", lambda: Section((1.0, 1.0))),
+    "stiffness no matrix": ("stiffness", lambda: Section(((1, 0), (0, 1, 0), (0, 0, 1)))),
+    "6x6 not symmetric": ("stiffness", lambda: Section(six(0.1, 0.2))),
+    "6x6 not positive": ("stiffness", lambda: Section(six(1.1, 1.1))),
+    "6x6 and extension": ("extension", lambda: Section(six(0.5, 0.5), extension=1.0)),
+    "6x6 and shear": ("shear", lambda: Section(six(0.5, 0.5), shear=1.0)),
     "extension nan": ("extension", lambda: Section((1.0, 1.0, 1.0), NAN)),
     "shear negative": ("shear", lambda: Section((1.0, 1.0, 1.0), shear=-1.0)),
     "bore too wide": ("bore", lambda: Section.round(1e-3, 1e6, 4e5, bore=1e-3)),

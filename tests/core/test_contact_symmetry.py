@@ -45,13 +45,13 @@ def pulled_out() -> list[ContactProblem]:
 
 
 def among_many() -> list[ContactProblem]:
-    """Return a rod of unlike bending stiffnesses that sinks onto four obstacles and a floor."""
-    rod = ElasticRod(
-        0.5,
-        Section(((3e-4, 2e-5, 0.0), (2e-5, 4e-4, 3e-5), (0.0, 3e-5, 9e-4)), 60.0, 20.0),
-        2e-3,
-        rest_strain=(2.0, 1.0, -1.5),
-    )
+    """Return a rod of coupled, unlike stiffnesses that sinks onto four obstacles and a floor."""
+    bending = ((3e-4, 2e-5, 0.0), (2e-5, 4e-4, 3e-5), (0.0, 3e-5, 9e-4))
+    stretch = ((60.0, 3.0, -2.0), (3.0, 20.0, 1.0), (-2.0, 1.0, 25.0))
+    between = np.array(((0.03, 0.01, -0.02), (0.02, -0.01, 0.03), (-0.05, 0.02, 0.01)))
+    matrix = np.block([[np.array(bending), between], [between.T, np.array(stretch)]])
+    section = Section(tuple(tuple(row) for row in matrix.tolist()))
+    rod = ElasticRod(0.5, section, 2e-3, rest_strain=(2.0, 1.0, -1.5))
     obstacles = (
         Obstacle.along(Cylinder(0.03), (0.12, 0.0, -0.06), (0.1, 1.0, 0.2), 0.3),
         Obstacle(Sphere(0.03), (0.25, -0.01, -0.09), friction=0.1),

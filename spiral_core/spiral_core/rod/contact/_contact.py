@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.numerics.kernel import compiled
+from spiral_core.rod.contact._algebra import in_space, matrices
 from spiral_core.rod.contact._laws import (
     ACTIVE,
     RESULTS,
@@ -22,8 +23,6 @@ from spiral_core.rod.contact._laws import (
     contact_terms,
     take_step,
 )
-from spiral_core.rod.contact._quaternions import matrices
-from spiral_core.rod.contact._slots import in_space
 from spiral_core.rod.contact.obstacles import Obstacle, frame_of, seen_from
 from spiral_core.rod.types import Array
 

@@ -2,12 +2,13 @@
 """The mixed rod element: its energy, gradient and Hessian in two rotations and its mean force.
 
 Derived in ``docs/derivations/contact.md``. It is the element of ``docs/derivations/rod.md`` for any
-symmetric stiffness K of twist and bending and any compliance C to the internal force. With W the
-load on the element, the forces n_0 = n + W/2 and n_1 = n - W/2 at its ends, a = R^T n,
-v = t + C a, b = R^T W / h and c = K u*:
+symmetric stiffness K of twist and bending, any compliance C to the internal force, and any
+coupling B of the two. With W the load on the element, the forces n_0 = n + W/2 and n_1 = n - W/2 at
+its ends, a = R^T n, b = R^T W / h, c = K u*, v = t + C a - B^T (u - u*), m = Ku - c + mean of Ba:
 
     E = h (u.Ku / 2 - c.u) + h/2 (f_0 + f_1) + h^2/12 (f_0' - f_1') - h^3/24 G.K^-1 G,
-    f = -(t + C a / 2).a,   f' = v.(u x a + b),   G = K'u - c' + u x (Ku - c) + mean of v x a
+    f = -(t + C a / 2 - B^T (u - u*)).a,   f' = v.(u x a + b),
+    G = K'u - c' + u x m + mean of v x a - B (u x a + b)
 
 E is the least energy over the paths between two orientations for a given force, up to O(h^5); its
 derivative by n is the chord between the ends, reversed.
@@ -18,42 +19,18 @@ instead of twenty copies of it, which would take a minute to compile.
 
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._element import strain_factor
-from spiral_core.rod.contact._slots import (
-    Array,
-    cross,
-    multiply,
-    product,
-    rotation,
-    skew,
-    transpose,
-)
+from spiral_core.rod.contact._coupling import couple_hessian, couple_strains, couple_turns
 
-# Slots of the 3x3 workspace. K, K', K^-1 and C are copied there; [v] means v -> a of a x v.
-K, SLOPE, INVERSE, C, R0, R1, P = 0, 1, 2, 3, 4, 5, 6
-SKEW_U, SKEW_M, SKEW_Y, SKEW_A0, SKEW_A1, SKEW_V0, SKEW_V1 = 7, 8, 9, 10, 11, 12, 13
-J, JT, JP, JPJ, KY, CY, CU = 14, 15, 16, 17, 18, 19, 20
-A0, A1, A0T, A1T, JA0, JA1, AP0, AP1, A00, A01, A11 = 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31
-X, X0, X1, X0T, X1T, F, FX, T, TX0, TX1, X00, X01, X11 = (
-    32,
-    33,
-    34,
-    35,
-    36,
-    37,
-    38,
-    39,
-    40,
-    41,
-    42,
-    43,
-    44,
+# fmt: off
+from spiral_core.rod.contact._algebra import (  # isort: skip
+    A0, A0T, A00, A01, A1, A1T, A11, ACB, AP0, AP1, B0, CB, COUPLING, CROSS0, CROSS1, CU, CY,
+    E0, EU, FX, GX, INVERSE, JA0, JA1, JP, JPJ, JT, KY, LOAD0, LOAD1, PULL, R0, R1, RATE, REST,
+    SKEW_A0, SKEW_A1, SKEW_B, SKEW_E, SKEW_M, SKEW_U, SKEW_V0, SKEW_Y, SLOPE, STRAIN0, STRAIN1,
+    TANGENT, TURN0, TURN1, TX0, TX1, X0, X0T, X00, X01, X1, X1T, X11, XV, C, F, G, J, K, M, P,
+    T, U, X, Y, Z, Array, cross, multiply, product, rotation, skew, transpose,
 )
-SKEW_B, CB, ACB, SKEW_E = 45, 46, 47, 48
-SLOTS = 49
-# Slots of the vectors.
-U, M, LOAD0, LOAD1, STRAIN0, STRAIN1, CROSS0, CROSS1, G, Y = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-B0, B1, EU, E0, E1, TURN0, TURN1, XV, GX, REST, RATE = 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20
-VECTORS = 21
+# fmt: on
+
 # Products (first, second, result), by stage.
 FIRST = ((SKEW_U, K, J), (SKEW_A0, C, A0), (SKEW_A1, C, A1))
 SECOND = (
@@ -78,7 +55,9 @@ def relative_turn(q0: Array, q1: Array, h: float, x: Array, u: Array) -> tuple[f
 
 
 @compiled
-def strains_and_loads(n: Array, half: Array, h: float, slots: Array, vectors: Array) -> float:
+def strains_and_loads(
+    n: Array, half: Array, h: float, coupled: bool, slots: Array, vectors: Array
+) -> float:
     """Write loads, moments, G, their matrices J and A_i, and y = h^3/12 K^-1 G; return E."""
     third, square = h * h * h / 12.0, h * h / 12.0
     u, m, g, y = vectors[U], vectors[M], vectors[G], vectors[Y]
@@ -93,13 +72,22 @@ def strains_and_loads(n: Array, half: Array, h: float, slots: Array, vectors: Ar
     for i in range(3):
         m[i] = -vectors[REST, i]
         for at in range(2):
-            vectors[STRAIN0 + at, i] = 1.0 if i == 0 else 0.0
+            vectors[STRAIN0 + at, i] = vectors[TANGENT, i]
         for k in range(3):
             m[i] += slots[K, i, k] * u[k]
             for at in range(2):
                 vectors[STRAIN0 + at, i] += slots[C, i, k] * vectors[LOAD0 + at, k]
+    if coupled:
+        for i in range(3):
+            for k in range(3):
+                m[i] += 0.5 * slots[COUPLING, i, k] * (vectors[LOAD0, k] + vectors[LOAD1, k])
+                vectors[STRAIN0, i] -= slots[COUPLING, k, i] * u[k]
+                vectors[STRAIN1, i] -= slots[COUPLING, k, i] * u[k]
     for at in range(2):
         cross(vectors, LOAD0 + at, STRAIN0 + at, CROSS0 + at)
+        cross(vectors, U, LOAD0 + at, TURN0 + at)
+        for i in range(3):
+            vectors[TURN0 + at, i] += vectors[B0 + at, i]
         skew(slots, SKEW_A0 + at, vectors, LOAD0 + at)
         skew(slots, SKEW_V0 + at, vectors, STRAIN0 + at)
     cross(vectors, U, M, G)
@@ -117,6 +105,8 @@ def strains_and_loads(n: Array, half: Array, h: float, slots: Array, vectors: Ar
             for at in range(2):
                 a = slots[A0 + at]
                 a[i, k] = 0.5 * (slots[SKEW_V0 + at, i, k] - a[i, k])
+    if coupled:
+        couple_strains(slots, vectors)
     for i in range(3):
         y[i] = slots[P, i, 0] * g[0] + slots[P, i, 1] * g[1] + slots[P, i, 2] * g[2]
         energy += 0.5 * h * (m[i] - vectors[REST, i]) * u[i] - 0.5 * y[i] * g[i]
@@ -124,20 +114,17 @@ def strains_and_loads(n: Array, half: Array, h: float, slots: Array, vectors: Ar
             sign = 1.0 - 2.0 * at
             a, v, b = vectors[LOAD0 + at, i], vectors[STRAIN0 + at, i], vectors[B0 + at, i]
             energy += sign * square * (u[i] * vectors[CROSS0 + at, i] + v * b)
-            energy -= 0.25 * h * a * (v + (1.0 if i == 0 else 0.0))
+            energy -= 0.25 * h * a * (v + vectors[TANGENT, i])
     return energy
 
 
 @compiled
-def first_derivatives(h: float, slots: Array, vectors: Array) -> None:
-    """Write the derivatives of E by u and by the loads a_0, a_1."""
+def first_derivatives(h: float, coupled: bool, slots: Array, vectors: Array) -> None:
+    """Write the derivatives of E by u and by the loads a_0, a_1, and z = B^T y."""
     square = h * h / 12.0
     y = vectors[Y]
     for at in range(2):
-        cross(vectors, U, LOAD0 + at, TURN0 + at)
         cross(vectors, STRAIN0 + at, U, E0 + at)
-        for i in range(3):
-            vectors[TURN0 + at, i] += vectors[B0 + at, i]
         sign = 1.0 - 2.0 * at
         for i in range(3):
             bent = vectors[E0 + at, i]
@@ -150,7 +137,13 @@ def first_derivatives(h: float, slots: Array, vectors: Array) -> None:
         value = h * vectors[M, i] + square * (vectors[CROSS0, i] - vectors[CROSS1, i])
         for k in range(3):
             value -= slots[J, k, i] * y[k]
-        vectors[EU, i] = value
+        vectors[EU, i], vectors[Z, i] = value, 0.0
+    if coupled:
+        for i in range(3):
+            for k in range(3):
+                turn = vectors[TURN0, k] - vectors[TURN1, k]
+                vectors[EU, i] -= square * slots[COUPLING, i, k] * turn
+                vectors[Z, i] += slots[COUPLING, k, i] * y[k]
 
 
 @compiled
@@ -185,7 +178,7 @@ def chain(h: float, turn: tuple[float, ...], slots: Array, vectors: Array) -> No
 
 
 @compiled
-def inner_hessian(h: float, slots: Array, inner: Array) -> None:
+def inner_hessian(h: float, coupled: bool, slots: Array, vectors: Array, inner: Array) -> None:
     """Write the Hessian (9, 9) of E by (u, a_0, a_1)."""
     square = h * h / 12.0
     ky, cy, cu = slots[KY], slots[CY], slots[CU]
@@ -199,6 +192,8 @@ def inner_hessian(h: float, slots: Array, inner: Array) -> None:
             inner[3 + i, 3 + k] = common + bent - slots[A00, i, k]
             inner[6 + i, 6 + k] = common - bent - slots[A11, i, k]
             inner[3 + i, 6 + k] = -slots[A01, i, k]
+    if coupled:
+        couple_hessian(h, slots, vectors, inner)
     for i in range(9):
         for k in range(i):
             inner[i, k] = inner[k, i]
@@ -221,22 +216,24 @@ def outer_map(w: float, slots: Array, change: Array) -> None:
 def turned_load(at: int, k: float, slots: Array, vectors: Array, g: Array, hess: Array) -> None:
     """Add what turning a node does to a and b: their second derivatives, and b's first.
 
-    ``k`` is h^2/12 at the first node and -h^2/12 at the second: E holds k v.b.
+    ``k`` is h^2/12 at the first node and -h^2/12 at the second: E holds (k v + z / 2).b.
     """
     e, a = vectors[E0 + at], vectors[LOAD0 + at]
-    v, b = vectors[STRAIN0 + at], vectors[B0 + at]
+    v, b = vectors[PULL], vectors[B0 + at]
+    for i in range(3):
+        v[i] = k * vectors[STRAIN0 + at, i] + 0.5 * vectors[Z, i]
     skew(slots, SKEW_B, vectors, B0 + at)
     skew(slots, SKEW_E, vectors, E0 + at)
     multiply(slots, C, SKEW_B, CB)
     multiply(slots, SKEW_A0 + at, CB, ACB)
     down = 0.0
     for i in range(3):
-        down += e[i] * a[i] + k * v[i] * b[i]
+        down += e[i] * a[i] + v[i] * b[i]
     for i in range(3):
         j, l = (i + 1) % 3, (i + 2) % 3  # noqa: E741
-        g[3 * at + i] += k * (v[j] * b[l] - v[l] * b[j])
+        g[3 * at + i] += v[j] * b[l] - v[l] * b[j]
         for m in range(3):
-            twice = e[i] * a[m] + a[i] * e[m] + k * (v[i] * b[m] + b[i] * v[m])
+            twice = e[i] * a[m] + a[i] * e[m] + v[i] * b[m] + b[i] * v[m]
             # [a]^T = -[a]
             both = slots[ACB, i, m] + slots[ACB, m, i]
             hess[3 * at + i, 3 * at + m] += 0.5 * twice - k * both - (down if i == m else 0.0)
@@ -262,24 +259,26 @@ def element(
 ) -> float:
     """Write gradient (9,) and Hessian (9, 9) by (eta_0, eta_1, n) of an element; return its energy.
 
-    ``half`` is half the load on it [N]; ``own`` (5, 3, 3) holds K, K', K^-1, C and rows c, c',
-    (h, 0, 0); ``slots``, ``vectors`` and ``room`` (3, 9, 9) are workspace.
+    ``half`` is half the load on it [N]; ``own`` (7, 3, 3) holds K, K', K^-1, C, rows c, c' and
+    (h, 0, 0), B, and the row B^T u*; ``slots``, ``vectors`` and ``room`` (3, 9, 9) are workspace.
     """
-    h = own[4, 2, 0]
-    for slot in range(4):
-        for i in range(3):
-            for k in range(3):
-                slots[slot, i, k] = own[slot, i, k]
+    h, coupled = own[4, 2, 0], False
     for i in range(3):
+        for k in range(3):
+            for slot in range(4):
+                slots[slot, i, k] = own[slot, i, k]
+            slots[COUPLING, i, k] = own[5, i, k]
+            coupled = coupled or own[5, i, k] != 0.0
         vectors[REST, i] = own[4, 0, i]
         vectors[RATE, i] = own[4, 1, i]
+        vectors[TANGENT, i] = own[6, 0, i] + (1.0 if i == 0 else 0.0)
     rotation(q0, slots[R0])
     rotation(q1, slots[R1])
     turn = relative_turn(q0, q1, h, vectors[XV], vectors[U])
-    energy = strains_and_loads(n, half, h, slots, vectors)
-    first_derivatives(h, slots, vectors)
+    energy = strains_and_loads(n, half, h, coupled, slots, vectors)
+    first_derivatives(h, coupled, slots, vectors)
     chain(h, turn, slots, vectors)
-    inner_hessian(h, slots, room[0])
+    inner_hessian(h, coupled, slots, vectors, room[0])
     outer_map(turn[0], slots, room[1])
     product(room[0], room[1], False, room[2])
     product(room[1], room[2], True, hess)
@@ -299,6 +298,8 @@ def element(
             hess[i, 3 + k] += slots[X01, i, k] + 0.25 * twist - same
     turned_load(0, h * h / 12.0, slots, vectors, g, hess)
     turned_load(1, -h * h / 12.0, slots, vectors, g, hess)
+    if coupled:
+        couple_turns(h, slots, vectors, room, hess)
     for i in range(9):
         for k in range(i):
             hess[i, k] = hess[k, i]

@@ -11,8 +11,8 @@ the Hessian.
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod.contact._element import SLOTS, VECTORS, element
-from spiral_core.rod.contact._slots import Array
+from spiral_core.rod.contact._algebra import SLOTS, VECTORS, Array
+from spiral_core.rod.contact._element import element
 
 
 @compiled
@@ -34,7 +34,7 @@ def assemble(
         p: (N + 1, 3) positions [m].
         n: (N, 3) mean forces [N].
         half: (N, 3) half the load of each element [N].
-        own: (N, 5, 3, 3) elements.
+        own: (N, 7, 3, 3) elements.
         hessians: (N, 9, 9) result, by rotations and force.
         gradients: (N, 9) result.
         chord: (N, 3) result: mismatch of the chords [m].

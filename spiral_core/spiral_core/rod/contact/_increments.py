@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from spiral_core.rod.contact._algebra import turn_between, turned
 from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, distances
 from spiral_core.rod.contact._mesh import Arrays, between, last_slip
 from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
-from spiral_core.rod.contact._quaternions import turn_between, turned
 from spiral_core.rod.contact.obstacles import passes_through, seen_from
 from spiral_core.rod.types import Array
 

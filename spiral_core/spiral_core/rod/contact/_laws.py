@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod.contact._slots import Array, rotation
+from spiral_core.rod.contact._algebra import Array, rotation
 
 # A node sticks while its slip is below this many elastic slips.
 STICK_SLIPS = 2.0

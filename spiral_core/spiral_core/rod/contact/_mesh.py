@@ -14,7 +14,7 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._profiles import vector_samples
 from spiral_core.rod._system import discrete_strain_scale
-from spiral_core.rod.contact._quaternions import blended
+from spiral_core.rod.contact._algebra import blended
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import (
     UPRIGHT,
@@ -48,7 +48,7 @@ class Arrays:
     """A rod problem on N elements.
 
     Args:
-        own: (N, 5, 3, 3), what :func:`~spiral_core.rod.contact._element.element` takes.
+        own: (N, 7, 3, 3), what :func:`~spiral_core.rod.contact._element.element` takes.
         half: (N, 3) half the load of each element [N].
         nodal: (N + 1, 6) moments [N m] and forces [N] at the nodes, base frame.
         arc_lengths: (N + 1,) [m].
@@ -221,15 +221,17 @@ def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float
                 raise InvalidInputError("section", section, "a function giving a Section")
         stiffness = np.array([section.matrix for section in sections]).reshape(count, 3, 3, 3)
         compliance = np.array([s.compliance for s in sections]).reshape(count, 3, 3, 3)
+        coupling = np.array([s.coupling for s in sections]).reshape(count, 3, 3, 3)
     else:
         stiffness = np.broadcast_to(rod.section.matrix, (1, 3, 3, 3))
         compliance = np.broadcast_to(rod.section.compliance, (1, 3, 3, 3))
+        coupling = np.broadcast_to(rod.section.coupling, (1, 3, 3, 3))
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(count, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
     seen = rest * strain_scales(angles)[:, :, None]
     moment = np.sum(stiffness * seen[:, :, None, :], axis=3)
     mean = _simpson(stiffness)
-    own = np.zeros((count, 5, 3, 3))
+    own = np.zeros((count, 7, 3, 3))
     own[:, 0] = mean
     own[:, 1] = (stiffness[:, 2] - stiffness[:, 0]) / steps[:, None, None]
     own[:, 2] = np.linalg.inv(mean)
@@ -237,6 +239,8 @@ def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float
     own[:, 4, 0] = _simpson(moment)
     own[:, 4, 1] = (moment[:, 2] - moment[:, 0]) / steps[:, None]
     own[:, 4, 2, 0] = steps
+    own[:, 5] = _simpson(coupling)
+    own[:, 6, 0] = _simpson(np.sum(coupling * seen[:, :, :, None], axis=2))
     energy = 0.5 * float(np.sum(steps * _simpson(np.sum(moment * seen, axis=2)[:, :, None])[:, 0]))
     bending = float(np.linalg.eigvalsh(mean[:, 1:, 1:]).min())
     return own, energy, bending

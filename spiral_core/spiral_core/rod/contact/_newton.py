@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from spiral_core.rod.contact._algebra import matrices, skews, turn_nodes
 from spiral_core.rod.contact._contact import (
     Anchors,
     Contact,
@@ -23,7 +24,6 @@ from spiral_core.rod.contact._contact import (
 from spiral_core.rod.contact._elimination import assemble, eliminate
 from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays, last_slip
-from spiral_core.rod.contact._quaternions import matrices, skews, turn_nodes
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
 
 # Outcomes.

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled
+from spiral_core.rod.contact._algebra import matrices
 from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
-from spiral_core.rod.contact._quaternions import matrices
 from spiral_core.rod.contact.state import ContactEvent, ContactState, ContactStatus, SelfContact
 from spiral_core.rod.types import Array
 

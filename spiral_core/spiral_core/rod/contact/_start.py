@@ -10,12 +10,11 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
+from spiral_core.rod.contact._algebra import blended, matrices, rotation
 from spiral_core.rod.contact._contact import Iterate, carried
 from spiral_core.rod.contact._increments import Point, empty
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import UNSTABLE, Solution
-from spiral_core.rod.contact._quaternions import blended, matrices
-from spiral_core.rod.contact._slots import rotation
 from spiral_core.rod.contact.problem import Clamped, ContactProblem, Free, Guided
 from spiral_core.rod.types import Array
 
@@ -42,7 +41,7 @@ def straight(problem: ContactProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
     points = origin + arrays.arc_lengths[:, None] * along
     x = empty(count, len(arrays.obstacles), np.tile(q, (count + 1, 1)), points)
     own = arrays.own.copy()
-    own[:, 4, :2] = 0.0
+    own[:, 4, :2] = own[:, 6] = 0.0
     orientations = arrays.end_orientations.copy()
     positions = arrays.end_positions.copy()
     if not isinstance(tip, Free):

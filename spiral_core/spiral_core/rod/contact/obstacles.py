@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.contact._quaternions import matrices
+from spiral_core.rod.contact._algebra import matrices
 from spiral_core.rod.contact.shapes import Array, Range, Shape
 from spiral_core.rod.types import Vector
 from spiral_core.validation import require_finite, require_unit_vector, require_vector

@@ -33,36 +33,44 @@ class Section:
 
     Args:
         stiffness: symmetric positive definite 3x3 matrix of twist about x and bending about y and
-            z [N m^2]; three numbers stand for its diagonal (GJ, EI_y, EI_z).
-        extension: EA [N]; infinite for an inextensible rod.
-        shear: kappa GA in y and z [N]; infinite for an unshearable rod.
+            z [N m^2]; three numbers stand for its diagonal (GJ, EI_y, EI_z). Or the 6x6 matrix of
+            these and of stretch and of shear in y and z: forces [N] in its last three rows, and
+            what couples them [N m] beside them.
+        extension: EA [N]; infinite for an inextensible rod. Not with a 6x6 matrix.
+        shear: kappa GA in y and z [N]; infinite for an unshearable rod. Not with a 6x6 matrix.
 
     Raises:
-        InvalidInputError: the matrix is not symmetric and positive definite, or a stiffness is not
-            positive.
+        InvalidInputError: the matrix is not symmetric and positive definite, a stiffness is not
+            positive, or one is given twice.
 
     Example:
         >>> Section.round(radius=1e-3, young=1e6, shear_modulus=4e5).extension  # doctest: +ELLIPSIS
         3.14159...
     """
 
-    stiffness: tuple[float, float, float] | tuple[Vector, Vector, Vector]
+    stiffness: tuple[float, float, float] | tuple[tuple[float, ...], ...]
     extension: float = math.inf
     shear: float = math.inf
 
     def __post_init__(self) -> None:
-        matrix = self.matrix
-        requirement = "three positive numbers or a symmetric positive definite 3x3 matrix"
-        if matrix.shape != (3, 3) or not np.all(np.isfinite(matrix)):
+        matrix = self._given
+        requirement = "three positive numbers or a symmetric positive definite 3x3 or 6x6 matrix"
+        if matrix.shape not in ((3, 3), (6, 6)) or not np.all(np.isfinite(matrix)):
             raise InvalidInputError("stiffness", self.stiffness, requirement)
-        if not np.abs(matrix - matrix.T).max() <= ASYMMETRY * np.abs(matrix).max():
+        diagonal = np.diag(matrix)
+        if not diagonal.min() > 0.0:
             raise InvalidInputError("stiffness", self.stiffness, requirement)
-        if not np.linalg.eigvalsh(matrix).min() > 0.0:
+        plain = matrix / np.sqrt(np.outer(diagonal, diagonal))  # its entries have no units
+        if not np.abs(plain - plain.T).max() <= ASYMMETRY:
+            raise InvalidInputError("stiffness", self.stiffness, requirement)
+        if not np.linalg.eigvalsh(plain).min() > 0.0:
             raise InvalidInputError("stiffness", self.stiffness, requirement)
         for name in ("extension", "shear"):
             value = getattr(self, name)
             if value != math.inf:
                 require_positive(name, value)
+                if len(matrix) == 6:
+                    raise InvalidInputError(name, value, "left out: a 6x6 stiffness holds it")
 
     @classmethod
     def round(cls, radius: float, young: float, shear_modulus: float, bore: float = 0.0) -> Section:
@@ -95,16 +103,36 @@ class Section:
         return cls((2.0 * g * inertia, bending, bending), e * area, kappa * g * area)
 
     @property
+    def _given(self) -> Array:
+        """The stiffness as a matrix (3, 3) or (6, 6)."""
+        try:
+            values: Array = np.asarray(self.stiffness, dtype=np.float64)
+        except (TypeError, ValueError):
+            values = np.zeros(0)
+        return np.diag(values) if values.shape == (3,) else values
+
+    @property
     def matrix(self) -> Array:
-        """Stiffness of twist and bending (3, 3) [N m^2]."""
-        values = np.asarray(self.stiffness, dtype=np.float64)
-        matrix: Array = np.diag(values) if values.ndim == 1 else values
-        return matrix
+        """Stiffness of twist and bending (3, 3) [N m^2] under a given internal force."""
+        given = self._given
+        return given[:3, :3] - self.coupling @ given[3:, :3] if len(given) == 6 else given
 
     @property
     def compliance(self) -> Array:
         """Compliance to the internal force (3, 3) [1/N]: zero where the rod is rigid."""
+        given = self._given
+        if len(given) == 6:
+            return np.asarray(np.linalg.inv(given[3:, 3:]), dtype=np.float64)
         return np.diag((1.0 / self.extension, 1.0 / self.shear, 1.0 / self.shear))
+
+    @property
+    def coupling(self) -> Array:
+        """Moment by the internal force, at given twist and bending (3, 3) [m]."""
+        given = self._given
+        if len(given) == 6:
+            coupling: Array = given[:3, 3:] @ self.compliance
+            return coupling
+        return np.zeros((3, 3))
 
 
 SectionProfile: TypeAlias = Section | Callable[[float], Section]

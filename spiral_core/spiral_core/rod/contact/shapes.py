@@ -46,7 +46,7 @@ class Shape(Protocol):
 
 def _radial(points: Array) -> tuple[Array, Array, Array]:
     """Return distance from the z axis (n,), e_rho (n, 3) and e_phi e_phi^T (n, 3, 3)."""
-    from spiral_core.rod.contact._slots import around_axis
+    from spiral_core.rod.contact._algebra import around_axis
 
     rho, radial = np.empty(len(points)), np.empty((len(points), 3))
     around = np.empty((len(points), 3, 3))

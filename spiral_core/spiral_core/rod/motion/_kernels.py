@@ -85,7 +85,7 @@ def remembered_strains(
         n: (N, 3) mean forces [N].
         half: (N, 3) half the load of each element [N].
         steps: (N,) lengths [m].
-        own: (N, 5, 3, 3) elements, with their damping.
+        own: (N, 7, 3, 3) elements, with their damping.
         elastic: the same without.
     """
     out = np.empty((steps.shape[0], 6))

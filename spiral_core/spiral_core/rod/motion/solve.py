@@ -129,6 +129,7 @@ def motion_frames(
     require_positive("longest_step", longest_step)
     first = _problem_at(problem, moments[0])
     point = _start(first, start, elements)
+    _require_uncoupled(point.arrays)
     run = _Run(
         problem, inertia, damping or Damping(), tolerance * point.arrays.length, longest_step,
         at_rest(moments[0], replace(point, at=moments[0])), first,
@@ -175,6 +176,13 @@ def _problem_at(problem: Problem, time: float) -> ContactProblem:
     if not isinstance(found, ContactProblem):
         raise InvalidInputError("problem", found, "a function from a time to a ContactProblem")
     return found
+
+
+def _require_uncoupled(arrays: Arrays) -> None:
+    """Refuse sections that couple bending with stretch: their damping is left out."""
+    if arrays.own[:, 5].any():
+        requirement = "one that does not couple bending with stretch, while it moves"
+        raise InvalidInputError("section", "coupled", requirement)
 
 
 class _Run:
@@ -255,6 +263,7 @@ class _Run:
         if found is self.posed:
             return before
         arrays = discretize(found, before.count)
+        _require_uncoupled(arrays)
         same = len(arrays.arc_lengths) == len(before.arc_lengths)
         shapes = [one.shape for one in arrays.obstacles] == [o.shape for o in before.obstacles]
         held = bool(np.all(arrays.end_free == before.end_free))

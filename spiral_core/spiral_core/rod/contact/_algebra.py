@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small matrices and vectors, compiled: in numbered slots of a workspace, or one for each point."""
+"""Small matrices, vectors and unit quaternions, scalar last.
+
+The element's matrices and vectors are in numbered slots of a workspace; others are one for each
+point, quaternions (n, 4).
+"""
 
 import math
 from typing import TypeAlias
@@ -10,6 +14,22 @@ from numpy.typing import NDArray
 from spiral_core.numerics.kernel import compiled
 
 Array: TypeAlias = NDArray[np.float64]
+
+# Slots of the 3x3 workspace. K, K', K^-1 and C are copied there; [v] means v -> a of a x v.
+K, SLOPE, INVERSE, C, R0, R1, P = 0, 1, 2, 3, 4, 5, 6
+SKEW_U, SKEW_M, SKEW_Y, SKEW_A0, SKEW_A1, SKEW_V0, SKEW_V1 = 7, 8, 9, 10, 11, 12, 13
+J, JT, JP, JPJ, KY, CY, CU = 14, 15, 16, 17, 18, 19, 20
+A0, A1, A0T, A1T, JA0, JA1, AP0, AP1, A00, A01, A11 = 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31
+X, X0, X1, X0T, X1T, F, FX, T, TX0, TX1, X00, X01, X11 = range(32, 45)
+SKEW_B, CB, ACB, SKEW_E = 45, 46, 47, 48
+# Of the coupling: B, and its products.
+COUPLING, UB, BU, BA0, BA1, BY, YB, SKEW_Z, BB0, BB1 = 49, 50, 51, 52, 53, 54, 55, 56, 57, 58
+SLOTS = 59
+# Slots of the vectors.
+U, M, LOAD0, LOAD1, STRAIN0, STRAIN1, CROSS0, CROSS1, G, Y = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+B0, B1, EU, E0, E1, TURN0, TURN1, XV, GX, REST, RATE = 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20
+TANGENT, Z, PULL = 21, 22, 23
+VECTORS = 24
 
 
 @compiled
@@ -109,3 +129,72 @@ def around_axis(points: Array, rho: Array, radial: Array, around: Array) -> None
                 around[e, i, k] = 0.0
         around[e, 0, 0], around[e, 1, 1] = y * y, x * x
         around[e, 0, 1] = around[e, 1, 0] = -x * y
+
+
+@compiled
+def matrices(q: Array) -> Array:
+    """Return the rotation matrices (n, 3, 3)."""
+    out = np.empty((len(q), 3, 3))
+    for i in range(len(q)):
+        rotation(q[i], out[i])
+    return out
+
+
+def composed(a: Array, b: Array) -> Array:
+    """Return the products a b of quaternions, row by row."""
+    out = np.empty_like(a)
+    out[:, 0] = a[:, 3] * b[:, 0] + a[:, 0] * b[:, 3] + a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
+    out[:, 1] = a[:, 3] * b[:, 1] + a[:, 1] * b[:, 3] + a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
+    out[:, 2] = a[:, 3] * b[:, 2] + a[:, 2] * b[:, 3] + a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    out[:, 3] = a[:, 3] * b[:, 3] - a[:, 0] * b[:, 0] - a[:, 1] * b[:, 1] - a[:, 2] * b[:, 2]
+    return out
+
+
+def turned(q: Array, rotation: Array) -> Array:
+    """Return q turned by rotation vectors (n, 3) [rad] in their frames: exact to second order."""
+    out = q.copy()
+    turn_nodes(out, 0.5 * rotation)
+    return out
+
+
+@compiled
+def turn_nodes(q: Array, half: Array) -> None:
+    """Turn quaternions (n, 4) in place by the products with (half, 1), normalized."""
+    for i in range(len(q)):
+        x, y, z, w = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
+        a, b, c = half[i, 0], half[i, 1], half[i, 2]
+        q[i, 0] = x + w * a + y * c - z * b
+        q[i, 1] = y + w * b + z * a - x * c
+        q[i, 2] = z + w * c + x * b - y * a
+        q[i, 3] = w - x * a - y * b - z * c
+        size = math.sqrt(q[i, 0] ** 2 + q[i, 1] ** 2 + q[i, 2] ** 2 + q[i, 3] ** 2)
+        for k in range(4):
+            q[i, k] /= size
+
+
+def turn_between(first: Array, second: Array) -> Array:
+    """Return r (n, 3) with ``turned(first, r)`` equal to ``second``: 2 tan of half the angle."""
+    inverse = first * np.array((-1.0, -1.0, -1.0, 1.0))
+    between = composed(inverse, second)
+    vector: Array = 2.0 * between[:, :3] / between[:, 3:]
+    return vector
+
+
+def blended(first: Array, second: Array, at: float) -> Array:
+    """Return quaternions at the fraction ``at`` of the way, normalized; for small turns."""
+    sign = np.where(np.sum(first * second, axis=1) < 0.0, -1.0, 1.0)[:, None]
+    mean = (1.0 - at) * first + at * sign * second
+    mean /= np.sqrt(np.sum(mean * mean, axis=1))[:, None]
+    return mean
+
+
+def skews(v: Array) -> Array:
+    """Return the matrices (n, 3, 3) of a -> v x a."""
+    out = np.zeros((len(v), 3, 3))
+    out[:, 0, 1] = -v[:, 2]
+    out[:, 0, 2] = v[:, 1]
+    out[:, 1, 0] = v[:, 2]
+    out[:, 1, 2] = -v[:, 0]
+    out[:, 2, 0] = -v[:, 1]
+    out[:, 2, 1] = v[:, 0]
+    return out
