@@ -23,8 +23,8 @@ from spiral_core import (
     SingleFiber,
     Tube,
     energy_from_stretch,
-    rest_shape_from_stretch,
     stiffness_from_actuator,
+    unloaded_shape_from_stretch,
 )
 from spiral_core.section.path import motion_at, section_path
 
@@ -112,7 +112,7 @@ def draw_single_fiber(curvatures: Axes, torsions: Axes) -> None:
         angles, shapes = [], []
         for gamma in np.arange(-45.0, 45.1, 2.5).tolist():
             try:
-                shape = rest_shape_from_stretch(actuator(beta, gamma), STRETCH)
+                shape = unloaded_shape_from_stretch(actuator(beta, gamma), STRETCH)
             except InvalidInputError:  # parallel to the family
                 continue
             angles.append(gamma)

@@ -10,7 +10,7 @@ from importlib import import_module
 
 _NAMES = {
     "actuator.actuator": ("Actuator", "CurvatureForm", "PressureLaw"),
-    "actuator.curvature": ("rest_shape_from_stretch",),
+    "actuator.curvature": ("unloaded_shape_from_stretch",),
     "actuator.fibers": ("FiberAngles", "FiberState", "OneFamily", "fiber_state", "locking_stretch"),
     "actuator.free": ("FreeActuation",),
     "actuator.interface": ("ActuationModel", "UnloadedShape"),

@@ -2,7 +2,9 @@
 from spiral_core.actuator.actuator import Actuator as Actuator
 from spiral_core.actuator.actuator import CurvatureForm as CurvatureForm
 from spiral_core.actuator.actuator import PressureLaw as PressureLaw
-from spiral_core.actuator.curvature import rest_shape_from_stretch as rest_shape_from_stretch
+from spiral_core.actuator.curvature import (
+    unloaded_shape_from_stretch as unloaded_shape_from_stretch,
+)
 from spiral_core.actuator.fibers import FiberAngles as FiberAngles
 from spiral_core.actuator.fibers import FiberState as FiberState
 from spiral_core.actuator.fibers import OneFamily as OneFamily

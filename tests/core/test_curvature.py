@@ -23,7 +23,7 @@ from spiral_core import (
     PressureLaw,
     UnloadedShape,
     fiber_state,
-    rest_shape_from_stretch,
+    unloaded_shape_from_stretch,
 )
 from spiral_core.actuator.fibers import FiberAngles
 
@@ -66,7 +66,7 @@ def test_exact_form_keeps_the_fibers_length(
     alpha: float, beta: float, stretch: float, radius: float | None
 ) -> None:
     case = actuator(alpha, beta, straight_fiber_radius=radius, curvature_form=EXACT)
-    shape = rest_shape_from_stretch(case, stretch)
+    shape = unloaded_shape_from_stretch(case, stretch)
     assert shape.backbone_length == stretch * PAPER_TUBE.length
     assert length_of_inner_helix(shape, case.fiber_radius) == pytest.approx(
         PAPER_TUBE.length, rel=1e-13
@@ -88,7 +88,7 @@ def test_exact_form_keeps_the_fibers_length_near_rest_too(
 ) -> None:
     case = actuator(88.0, beta, straight_fiber_radius=radius, curvature_form=EXACT)
     stretch = 1.0 + fraction * (1.0 / math.cos(math.radians(beta)) - 1.0)
-    shape = rest_shape_from_stretch(case, stretch)
+    shape = unloaded_shape_from_stretch(case, stretch)
     # A unit of fiber inside the bent tube: shorter by the bend, longer by the twist.
     along = 1.0 - shape.curvature * radius
     assert stretch * math.hypot(along, radius * shape.torsion) == pytest.approx(1.0, rel=1e-14)
@@ -97,7 +97,7 @@ def test_exact_form_keeps_the_fibers_length_near_rest_too(
 def test_first_order_form_misses_the_fibers_length_by_second_order() -> None:
     misses = []
     for elongation in (0.02, 0.01, 0.005):
-        shape = rest_shape_from_stretch(actuator(90.0, 60.0), 1.0 + elongation)
+        shape = unloaded_shape_from_stretch(actuator(90.0, 60.0), 1.0 + elongation)
         stretched = dataclasses.replace(
             shape,
             curvature=shape.curvature / (1.0 + elongation),
@@ -116,7 +116,7 @@ def test_forms_agree_to_first_order(beta: float) -> None:
     differences = []
     for elongation in (4e-4, 2e-4, 1e-4):
         first, exact = (
-            rest_shape_from_stretch(actuator(88.0, beta, curvature_form=form), 1.0 + elongation)
+            unloaded_shape_from_stretch(actuator(88.0, beta, curvature_form=form), 1.0 + elongation)
             for form in CurvatureForm
         )
         differences.append(abs(exact.curvature / first.curvature - 1.0) / elongation)
@@ -128,7 +128,7 @@ def test_forms_agree_to_first_order(beta: float) -> None:
 
 def test_forms_differ_at_working_stretch_as_documented() -> None:
     first, exact = (
-        rest_shape_from_stretch(actuator(88.0, 60.0, curvature_form=form), 1.1)
+        unloaded_shape_from_stretch(actuator(88.0, 60.0, curvature_form=form), 1.1)
         for form in CurvatureForm
     )
     coil, exact_coil = (Helix(shape.curvature, shape.torsion) for shape in (first, exact))
@@ -139,7 +139,7 @@ def test_forms_differ_at_working_stretch_as_documented() -> None:
 
 
 def test_first_order_form_by_hand() -> None:
-    shape = rest_shape_from_stretch(actuator(90.0, 60.0, straight_fiber_radius=5.0e-3), 1.1)
+    shape = unloaded_shape_from_stretch(actuator(90.0, 60.0, straight_fiber_radius=5.0e-3), 1.1)
     twist = math.sqrt(4.0 - 1.1**2) - math.sqrt(3.0)
     assert shape.curvature == pytest.approx(0.1 / 5.0e-3, rel=1e-14)
     assert shape.torsion == pytest.approx(twist / PAPER_TUBE.inner_radius, rel=1e-12)
@@ -149,7 +149,7 @@ def test_first_order_form_by_hand() -> None:
 
 @pytest.mark.parametrize("form", CurvatureForm)
 def test_rest_is_straight(form: CurvatureForm) -> None:
-    shape = rest_shape_from_stretch(actuator(curvature_form=form), 1.0)
+    shape = unloaded_shape_from_stretch(actuator(curvature_form=form), 1.0)
     assert shape == UnloadedShape(0.0, 0.0, PAPER_TUBE.length, 1.0)
 
 
@@ -165,9 +165,9 @@ def test_mirrored_fibers_mirror_the_coil(
         and abs(fiber_state(fibers, stretch).twist) * 1.0e-3 >= PAPER_TUBE.inner_radius
     ):
         return
-    shape = rest_shape_from_stretch(case, stretch)
+    shape = unloaded_shape_from_stretch(case, stretch)
     mirrored = dataclasses.replace(case, fibers=fibers.mirrored())
-    assert rest_shape_from_stretch(mirrored, stretch) == dataclasses.replace(
+    assert unloaded_shape_from_stretch(mirrored, stretch) == dataclasses.replace(
         shape, torsion=-shape.torsion
     )
 
@@ -175,7 +175,7 @@ def test_mirrored_fibers_mirror_the_coil(
 @pytest.mark.parametrize("form", CurvatureForm)
 @pytest.mark.parametrize("beta", [20.0, 50.0, 70.0])
 def test_positive_beta_coils_left_handed(form: CurvatureForm, beta: float) -> None:
-    shape = rest_shape_from_stretch(actuator(88.0, beta, curvature_form=form), 1.05)
+    shape = unloaded_shape_from_stretch(actuator(88.0, beta, curvature_form=form), 1.05)
     assert shape.curvature > 0.0
     assert shape.torsion < 0.0
 
@@ -183,9 +183,9 @@ def test_positive_beta_coils_left_handed(form: CurvatureForm, beta: float) -> No
 def test_twist_can_use_up_the_straight_fiber() -> None:
     case = actuator(90.0, 70.0, curvature_form=EXACT)
     locking = math.sqrt(2.0 * math.tan(math.radians(70.0)))  # where |omega| = 1
-    assert rest_shape_from_stretch(case, locking - 1e-9).curvature > 0.0
+    assert unloaded_shape_from_stretch(case, locking - 1e-9).curvature > 0.0
     with pytest.raises(ActuationLimitError, match="straight fiber is too short") as caught:
-        rest_shape_from_stretch(case, locking + 1e-9)
+        unloaded_shape_from_stretch(case, locking + 1e-9)
     assert caught.value.limit is ActuationLimit.STRAIGHT_FIBER_LOCKING
     assert caught.value.quantity == "twist"
     assert caught.value.bound == 1.0
@@ -194,10 +194,10 @@ def test_twist_can_use_up_the_straight_fiber() -> None:
 @pytest.mark.parametrize("stretch", [0.99, math.nan, math.inf])
 def test_a_fiber_cannot_push(stretch: float) -> None:
     with pytest.raises(InvalidInputError, match=r"stretch must be (at least 1|a finite)"):
-        rest_shape_from_stretch(actuator(), stretch)
+        unloaded_shape_from_stretch(actuator(), stretch)
 
 
 def test_locked_fibers_have_no_shape() -> None:
     with pytest.raises(ActuationLimitError) as caught:
-        rest_shape_from_stretch(actuator(88.0, 60.0), 2.0001)
+        unloaded_shape_from_stretch(actuator(88.0, 60.0), 2.0001)
     assert caught.value.limit is ActuationLimit.FIBER_LOCKING

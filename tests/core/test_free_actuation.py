@@ -35,7 +35,7 @@ from spiral_core import (
     SolverError,
     Yeoh,
     pressure_from_stretch,
-    rest_shape_from_stretch,
+    unloaded_shape_from_stretch,
 )
 from spiral_core.actuator.pressure import PressurePoint, pressure_point
 
@@ -166,7 +166,9 @@ def test_tiny_pressures_are_linear(pressure: float) -> None:
 def test_rest_shape_is_the_curvature_at_the_inverse() -> None:
     actuation = FreeActuation(actuator())
     stretch = actuation.stretch_from_pressure(55.0e3)
-    assert actuation.unloaded_shape(55.0e3) == rest_shape_from_stretch(actuation.actuator, stretch)
+    assert actuation.unloaded_shape(55.0e3) == unloaded_shape_from_stretch(
+        actuation.actuator, stretch
+    )
 
 
 def test_mirrored_fibers_mirror_the_torsion() -> None:

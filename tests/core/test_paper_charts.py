@@ -13,13 +13,13 @@ import pytest
 from core.actuator_cases import PAPER_TUBE, actuator
 from scipy.optimize import brentq
 
-from spiral_core import CurvatureForm, FreeActuation, Helix, rest_shape_from_stretch
+from spiral_core import CurvatureForm, FreeActuation, Helix, unloaded_shape_from_stretch
 
 
 def helix(
     alpha: float, beta: float, stretch: float, form: CurvatureForm = CurvatureForm.FIRST_ORDER
 ) -> Helix:
-    shape = rest_shape_from_stretch(actuator(alpha, beta, curvature_form=form), stretch)
+    shape = unloaded_shape_from_stretch(actuator(alpha, beta, curvature_form=form), stretch)
     return Helix(shape.curvature, shape.torsion)
 
 

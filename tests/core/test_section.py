@@ -25,7 +25,7 @@ from spiral_core import (
     Yeoh,
     fiber_state,
     pressure_from_stretch,
-    rest_shape_from_stretch,
+    unloaded_shape_from_stretch,
 )
 from spiral_core.actuator.section_curve import SectionCurve
 from spiral_core.section.path import motion_at, section_path
@@ -46,7 +46,7 @@ def test_a_straight_section_is_the_uniform_law(
         assert even.pressure_from_stretch(stretch) == pytest.approx(
             paper.pressure_from_stretch(stretch), rel=1e-11 + near
         )
-        shape = even.rest_shape_from_stretch(stretch)
+        shape = even.unloaded_shape_from_stretch(stretch)
         twist = fiber_state(bent.fibers, stretch).twist / PAPER_TUBE.inner_radius
         assert shape.curvature == 0.0
         assert shape.torsion * stretch == pytest.approx(twist, rel=1e-8 + near, abs=1e-12)
@@ -191,7 +191,7 @@ def test_the_range_ends_where_the_volume_does() -> None:
     with pytest.raises(ActuationLimitError, match="stretch"):
         actuation.pressure_from_stretch(actuation.stretch_limit + 1e-6)
     with pytest.raises(ActuationLimitError, match="stretch"):
-        rest_shape_from_stretch(actuation.actuator, actuation.stretch_limit + 1e-2)
+        unloaded_shape_from_stretch(actuation.actuator, actuation.stretch_limit + 1e-2)
 
 
 def test_a_soft_law_balloons_and_a_short_one_runs_out() -> None:

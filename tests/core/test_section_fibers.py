@@ -22,7 +22,7 @@ from spiral_core import (
     design_space,
     fiber_state,
     pressure_from_stretch,
-    rest_shape_from_stretch,
+    unloaded_shape_from_stretch,
 )
 from spiral_core.actuator.curvature import longest_stretch
 from spiral_core.section import path
@@ -126,7 +126,7 @@ def test_one_family_and_its_mirror_image() -> None:
 
 def test_what_needs_two_families_says_so() -> None:
     with pytest.raises(InvalidInputError, match="two families"):
-        rest_shape_from_stretch(one_family(70.0), 1.1)
+        unloaded_shape_from_stretch(one_family(70.0), 1.1)
     for choices in ({"thick_wall": True}, {"pressure_law": PressureLaw.UNIFORM},
                     {"curvature_form": CurvatureForm.FIRST_ORDER}):  # fmt: skip
         with pytest.raises(InvalidInputError, match="famil"):
@@ -143,7 +143,7 @@ def test_straight_sections_that_shorten_have_shapes_in_both_forms() -> None:
         assert shape.curvature == 0.0
         assert shape.stretch == pytest.approx(actuation.stretch_from_pressure(20.0e3), rel=1e-14)
     with pytest.raises(InvalidInputError, match="at most 1 for these"):
-        rest_shape_from_stretch(exact, 1.01)
+        unloaded_shape_from_stretch(exact, 1.01)
     spiral = dataclasses.replace(section(50.0, -40.0), single_fibers=())
     even = FreeActuation(spiral).unloaded_shape(10.0e3)
     first = dataclasses.replace(spiral, curvature_form=CurvatureForm.FIRST_ORDER)
@@ -155,7 +155,7 @@ def test_first_order_twist_of_a_thick_wall_is_that_of_its_wound_fibers() -> None
     thick = dataclasses.replace(
         section(88.0, 60.0, thick_wall=True), curvature_form=CurvatureForm.FIRST_ORDER
     )
-    shape = rest_shape_from_stretch(thick, 1.1)
+    shape = unloaded_shape_from_stretch(thick, 1.1)
     twist = fiber_state(thick.fiber_pair, 1.1).twist
     assert shape.torsion == pytest.approx(twist / PAPER_TUBE.outer_radius, rel=1e-14)
     assert shape.curvature == pytest.approx(0.1 / PAPER_TUBE.outer_radius, rel=1e-14)

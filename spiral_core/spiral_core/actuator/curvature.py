@@ -29,7 +29,7 @@ from spiral_core.section.path import ShapePath, section_path
 from spiral_core.validation import require_finite
 
 
-def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedShape:
+def unloaded_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedShape:
     r"""Return the unloaded shape of an actuator at an axial stretch.
 
     The curvature points at the straight fiber, which is fixed in the wall, so the torsion of the
@@ -57,7 +57,7 @@ def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedShape
         ...     fibers=FiberAngles(alpha=math.radians(90.0), beta=math.radians(60.0)),
         ...     material=NeoHookean(c1=145.0e3),
         ... )
-        >>> shape = rest_shape_from_stretch(actuator, stretch=1.1)
+        >>> shape = unloaded_shape_from_stretch(actuator, stretch=1.1)
         >>> round(shape.curvature, 6), round(shape.torsion, 6), shape.backbone_length
         (20.0, -12.3443, 0.5)
     """
@@ -65,7 +65,7 @@ def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedShape
         raise InvalidInputError("stretch", stretch, "at least 1 (a fiber cannot push)")
     exact = actuator.curvature_form is CurvatureForm.EXACT
     if exact and actuator.pressure_law is PressureLaw.SECTION:
-        return _rest_shape_on_path(actuator, stretch)
+        return _unloaded_shape_on_path(actuator, stretch)
     state = fiber_state(actuator.fiber_pair, stretch)
     length = actuator.tube.length
     torsion = state.twist / actuator.wound_radius
@@ -80,7 +80,7 @@ def rest_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedShape
     return UnloadedShape(curvature / stretch, torsion / stretch, stretch * length, stretch)
 
 
-def rest_shape_from_section(
+def unloaded_shape_from_section(
     actuator: Actuator, path: ShapePath, far_strain: float
 ) -> UnloadedShape:
     """Return the unloaded shape of a section whose far side has a strain, of its absolute value.
@@ -115,7 +115,7 @@ def longest_stretch(actuator: Actuator) -> float:
     return path.stretch_at(path.strain_limit)
 
 
-def _rest_shape_on_path(actuator: Actuator, stretch: float) -> UnloadedShape:
+def _unloaded_shape_on_path(actuator: Actuator, stretch: float) -> UnloadedShape:
     """Return the shape that the section's fibers allow at a stretch."""
     limit = longest_stretch(actuator)  # refuses one family, whose shape is the elastomer's too
     path = section_path(actuator.fiber_set)
@@ -125,7 +125,7 @@ def _rest_shape_on_path(actuator: Actuator, stretch: float) -> UnloadedShape:
         raise InvalidInputError("stretch", stretch, f"{side} 1 for these fibers")
     if not change <= abs(limit - 1.0):
         raise ActuationLimitError(path.limit, "stretch", stretch, limit)
-    return rest_shape_from_section(actuator, path, path.strain_from_stretch(stretch))
+    return unloaded_shape_from_section(actuator, path, path.strain_from_stretch(stretch))
 
 
 def _exact_curvature_per_unstretched_length(

@@ -110,13 +110,13 @@ class FreeActuation:
         """
         return self.curve.unloaded_shape(self._in_range(pressure))
 
-    def rest_shape_from_stretch(self, stretch: float) -> UnloadedShape:
+    def unloaded_shape_from_stretch(self, stretch: float) -> UnloadedShape:
         """Return the unloaded shape at a stretch of the useful branch; raises as the pressure does.
 
         Args:
             stretch: axial stretch from 1 to ``stretch_limit``.
         """
-        return self.curve.rest_shape_from_stretch(self._on_branch(stretch))
+        return self.curve.unloaded_shape_from_stretch(self._on_branch(stretch))
 
     def _in_range(self, pressure: float) -> float:
         """Return a pressure of the useful range, or raise."""

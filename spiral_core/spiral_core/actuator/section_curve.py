@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm
-from spiral_core.actuator.curvature import rest_shape_from_section, rest_shape_from_stretch
+from spiral_core.actuator.curvature import unloaded_shape_from_section, unloaded_shape_from_stretch
 from spiral_core.actuator.fibers import OneFamily, locking_stretch
 from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.actuator.materials import HyperelasticLaw
@@ -186,7 +186,7 @@ class SectionCurve:
         """Return the unloaded shape at a pressure [Pa] from 0 to ``pressure_limit``."""
         return section_shape(self._actuator, self.path, self.strain_from_pressure(pressure))
 
-    def rest_shape_from_stretch(self, stretch: float) -> UnloadedShape:
+    def unloaded_shape_from_stretch(self, stretch: float) -> UnloadedShape:
         """Return the unloaded shape at a stretch from 1 to ``stretch_limit``."""
         return section_shape(self._actuator, self.path, self.path.strain_from_stretch(stretch))
 
@@ -194,8 +194,8 @@ class SectionCurve:
 def section_shape(actuator: Actuator, path: ShapePath, size: float) -> UnloadedShape:
     """Return the unloaded shape at a far-side strain's size, in the actuator's curvature form."""
     if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
-        return rest_shape_from_stretch(actuator, path.stretch_at(size))
-    return rest_shape_from_section(actuator, path, size)
+        return unloaded_shape_from_stretch(actuator, path.stretch_at(size))
+    return unloaded_shape_from_section(actuator, path, size)
 
 
 def _path_and_energy(actuator: Actuator) -> tuple[ShapePath, SectionEnergy | OneFamilyPath]:

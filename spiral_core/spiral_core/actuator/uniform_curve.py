@@ -9,7 +9,7 @@ from enum import Enum
 from itertools import pairwise
 
 from spiral_core.actuator.actuator import Actuator
-from spiral_core.actuator.curvature import rest_shape_from_stretch
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
 from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.actuator.limits import clustered_nodes, find_useful_branch
 from spiral_core.actuator.pressure import PressurePoint, pressure_point
@@ -76,11 +76,11 @@ class UniformCurve:
 
     def unloaded_shape(self, pressure: float) -> UnloadedShape:
         """Return the unloaded shape at a pressure [Pa] from 0 to ``pressure_limit``."""
-        return rest_shape_from_stretch(self._actuator, self.stretch_from_pressure(pressure))
+        return unloaded_shape_from_stretch(self._actuator, self.stretch_from_pressure(pressure))
 
-    def rest_shape_from_stretch(self, stretch: float) -> UnloadedShape:
+    def unloaded_shape_from_stretch(self, stretch: float) -> UnloadedShape:
         """Return the unloaded shape at a stretch from 1 to ``stretch_limit``."""
-        return rest_shape_from_stretch(self._actuator, stretch)
+        return unloaded_shape_from_stretch(self._actuator, stretch)
 
     def _solved_in_cell(self, cell: int, pressure: float) -> float:
         """Return the stretch for a pressure strictly between two nodes of the table."""

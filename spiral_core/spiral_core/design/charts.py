@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spiral_core.actuator.actuator import Actuator
-from spiral_core.actuator.curvature import longest_stretch, rest_shape_from_stretch
+from spiral_core.actuator.curvature import longest_stretch, unloaded_shape_from_stretch
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
@@ -208,7 +208,7 @@ def _design_space(actuator: Actuator, turns: float, stretch_max: float, points: 
     end = min(stretch_max, locking - SHORT_OF_LOCKING * (locking - 1.0))
     stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
     radius, length = actuator.tube.inner_radius, actuator.tube.length
-    shapes = [rest_shape_from_stretch(actuator, float(stretch)) for stretch in stretches]
+    shapes = [unloaded_shape_from_stretch(actuator, float(stretch)) for stretch in stretches]
     helices = [helix_from_curvature(shape.curvature, shape.torsion) for shape in shapes]
     unstretched = np.array([length / shape.backbone_length for shape in shapes])
     lengths = np.array([helix.length_for_turns(turns) for helix in helices])

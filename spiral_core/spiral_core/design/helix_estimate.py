@@ -54,7 +54,7 @@ class GripFigures:
 
 def helix_radius(actuation: FreeActuation, stretch: float) -> float:
     """Return the radius that the helix at a stretch touches [m]; negative: nothing fits inside."""
-    shape = actuation.rest_shape_from_stretch(stretch)
+    shape = actuation.unloaded_shape_from_stretch(stretch)
     helix = helix_from_curvature(shape.curvature, shape.torsion)
     return helix.object_radius(actuation.actuator.tube.outer_radius)
 
@@ -115,7 +115,7 @@ def helix_grip(actuation: FreeActuation, radius: float, turns: float) -> GripFig
         NotGrippableError: the actuator's own limit comes first.
     """
     stretch = helix_stretch(actuation, radius)
-    shape = actuation.rest_shape_from_stretch(stretch)
+    shape = actuation.unloaded_shape_from_stretch(stretch)
     helix = helix_from_curvature(shape.curvature, shape.torsion)
     object_length = helix.object_length(turns)
     unstretched = actuation.actuator.tube.length / shape.backbone_length
