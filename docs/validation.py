@@ -194,7 +194,7 @@ def gravity_length_row() -> Row:
     for name in SHIPPED[:2]:
         gripper = replace(load_description(name).gripper, turns_required=1.0)
         heavy = pressure_range(gripper, points=241)
-        change = heavy.free_length / helix_range(gripper, heavy.pressure).free_length - 1.0
+        change = heavy.gripper_length / helix_range(gripper, heavy.pressure).gripper_length - 1.0
         worst = int(np.nanargmax(change))
         largest.append(float(change[worst]))
         cells.append(

@@ -64,7 +64,7 @@ def test_without_weight_rod_and_helix_agree() -> None:
     helix = helix_range(gripper, rod.pressure)
     # The rod's discretization and the axis fitted to it.
     np.testing.assert_allclose(rod.radius, helix.radius, atol=2e-5)
-    np.testing.assert_allclose(rod.free_length, helix.free_length, rtol=1e-3)
+    np.testing.assert_allclose(rod.gripper_length, helix.gripper_length, rtol=1e-3)
     np.testing.assert_allclose(rod.object_length, helix.object_length, rtol=5e-3)
 
 
@@ -73,7 +73,7 @@ def test_gravity_opens_the_coil_at_low_pressure() -> None:
     heavy = pressure_range(gripper, points=33)
     light = helix_range(gripper, heavy.pressure)
     assert heavy.radius[0] > 1.05 * light.radius[0]
-    assert heavy.free_length[0] > 1.2 * light.free_length[0]
+    assert heavy.gripper_length[0] > 1.2 * light.gripper_length[0]
     assert heavy.radius[-1] == pytest.approx(light.radius[-1], abs=1e-4)
     assert np.diff(heavy.radius).max() < 0.0
 

@@ -55,7 +55,7 @@ class PressureRange:
     Args:
         pressure: (n,) gauge pressure [Pa].
         radius: (n,) radius wrapped perfectly [m]; NaN where it does not coil.
-        free_length: (n,) gripper length that makes the required turns [m]; NaN likewise.
+        gripper_length: (n,) gripper length that makes the required turns [m]; NaN likewise.
         object_length: (n,) object length that those turns cover [m]; NaN likewise.
     """
 
@@ -63,7 +63,7 @@ class PressureRange:
 
     pressure: Array
     radius: Array
-    free_length: Array
+    gripper_length: Array
     object_length: Array
 
 
@@ -138,7 +138,7 @@ def pressure_range(gripper: Gripper, points: int = 61) -> PressureRange:
     return PressureRange(
         pressure=pressures,
         radius=np.array([wrap.object_radius for wrap in wraps]),
-        free_length=_or_nan([wrap.gripper_length_needed for wrap in wraps]),
+        gripper_length=_or_nan([wrap.gripper_length_needed for wrap in wraps]),
         object_length=_or_nan([wrap.object_length_needed for wrap in wraps]),
     )
 
@@ -159,7 +159,7 @@ def helix_range(gripper: Gripper, pressures: Array) -> PressureRange:
     return PressureRange(
         pressure=np.asarray(pressures, dtype=np.float64),
         radius=np.array([helix.object_radius(outer) for helix in helices]),
-        free_length=np.array([helix.length_for_turns(turns) for helix in helices]),
+        gripper_length=np.array([helix.length_for_turns(turns) for helix in helices]),
         object_length=np.array([helix.object_length(turns) for helix in helices]),
     )
 

@@ -126,7 +126,7 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
 def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -> Figure:
     """Return radius, gripper length, object length against pressure, with and without gravity."""
     figure, axes_list = panels(3)
-    fields = ("radius", "free_length", "object_length")
+    fields = ("radius", "gripper_length", "object_length")
     names = ("object radius", "gripper length needed", "object length needed")
     titles = [axis_label(name, "m") for name in names]
     curves = ((heavy, "with gravity"), (weightless, "gravity zero"))
