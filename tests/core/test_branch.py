@@ -36,7 +36,7 @@ from spiral_core.actuator.limits import (
     clustered_nodes,
     find_useful_branch,
 )
-from spiral_core.actuator.pressure import invariants_from_jet, pressure_point
+from spiral_core.actuator.pressure import invariants_from_derivatives, pressure_point
 from spiral_core.actuator.volume import largest_volume_stretch
 
 SOFTENING = Yeoh(c1=145.0e3, c2=-30.0e3, c3=3.0e3)
@@ -124,8 +124,8 @@ def test_elastomer_runs_out_before_the_fibers_lock() -> None:
     assert branch.limit is ActuationLimit.MATERIAL_LIMIT
 
     def remaining(stretch: float) -> float:
-        jet = fiber_derivatives(case.fibers, stretch)
-        return law.first_invariant_limit - invariants_from_jet(stretch, jet).first
+        derivatives = fiber_derivatives(case.fibers, stretch)
+        return law.first_invariant_limit - invariants_from_derivatives(stretch, derivatives).first
 
     exhausted = brentq(remaining, 1.01, 2.5, xtol=1e-15, rtol=1e-15)
     assert branch.stretch_limit == pytest.approx(

@@ -125,23 +125,23 @@ def test_symmetric_winding_does_not_twist(angle: float) -> None:
 @given(fibers=fiber_pairs, fraction=st.floats(1e-3, 0.99))
 def test_jet_agrees_with_the_textbook_formulas(fibers: FiberAngles, fraction: float) -> None:
     stretch = stretch_at(fibers, fraction)
-    jet = fiber_derivatives(fibers, stretch)
+    derivatives = fiber_derivatives(fibers, stretch)
     # The textbook cancels near rest and for near families; its derivative by a complex step.
-    scale = 1e-13 * (1.0 + max(map(abs, jet))) / abs(math.sin(fibers.alpha - fibers.beta))
+    scale = 1e-13 * (1.0 + max(map(abs, derivatives))) / abs(math.sin(fibers.alpha - fibers.beta))
     hoop, shear = textbook(fibers, stretch)
     step = 1e-200
     hoop_step, shear_step = textbook(fibers, complex(stretch, step))
-    assert jet.hoop == pytest.approx(hoop.real, rel=1e-11, abs=scale)
-    assert jet.shear == pytest.approx(shear.real, rel=1e-11, abs=scale)
-    assert jet.hoop_prime == pytest.approx(hoop_step.imag / step, rel=1e-11, abs=scale)
-    assert jet.shear_prime == pytest.approx(shear_step.imag / step, rel=1e-11, abs=scale)
+    assert derivatives.hoop == pytest.approx(hoop.real, rel=1e-11, abs=scale)
+    assert derivatives.shear == pytest.approx(shear.real, rel=1e-11, abs=scale)
+    assert derivatives.hoop_prime == pytest.approx(hoop_step.imag / step, rel=1e-11, abs=scale)
+    assert derivatives.shear_prime == pytest.approx(shear_step.imag / step, rel=1e-11, abs=scale)
 
 
 @pytest.mark.parametrize("fibers", [degrees(88, 60), degrees(90, -50), degrees(70, 55)], ids=repr)
 @pytest.mark.parametrize("fraction", [1e-6, 0.2, 0.6, 0.95])
 def test_second_derivatives_match_differences(fibers: FiberAngles, fraction: float) -> None:
     stretch = stretch_at(fibers, fraction)
-    jet = fiber_derivatives(fibers, stretch)
+    derivatives = fiber_derivatives(fibers, stretch)
     h = 1e-3 * (locking_stretch(fibers) - stretch)
 
     def slope(field: int) -> float:
@@ -153,20 +153,22 @@ def test_second_derivatives_match_differences(fibers: FiberAngles, fraction: flo
         return (4.0 * near - far) / 3.0
 
     # Fourth-order differences in doubles, step 1e-3: about ten digits.
-    assert jet.hoop_second == pytest.approx(slope(1), rel=1e-8, abs=1e-9)
-    assert jet.shear_second == pytest.approx(slope(4), rel=1e-8, abs=1e-9)
+    assert derivatives.hoop_second == pytest.approx(slope(1), rel=1e-8, abs=1e-9)
+    assert derivatives.shear_second == pytest.approx(slope(4), rel=1e-8, abs=1e-9)
 
 
 @repeatable
 @given(fibers=fiber_pairs)
 def test_slopes_at_rest_are_products_and_sums_of_cotangents(fibers: FiberAngles) -> None:
-    jet = fiber_derivatives(fibers, 1.0)
+    derivatives = fiber_derivatives(fibers, 1.0)
     cot_alpha, cot_beta = 1.0 / math.tan(fibers.alpha), 1.0 / math.tan(fibers.beta)
     size = abs(cot_alpha) + abs(cot_beta)
     rounding = 1e-14 * (1.0 + size) ** 2 / abs(math.sin(fibers.alpha - fibers.beta))
-    assert (jet.hoop, jet.shear) == (1.0, 0.0)
-    assert jet.hoop_prime == pytest.approx(cot_alpha * cot_beta, rel=1e-11, abs=rounding)
-    assert jet.shear_prime == pytest.approx(-(cot_alpha + cot_beta), rel=1e-11, abs=rounding)
+    assert (derivatives.hoop, derivatives.shear) == (1.0, 0.0)
+    assert derivatives.hoop_prime == pytest.approx(cot_alpha * cot_beta, rel=1e-11, abs=rounding)
+    assert derivatives.shear_prime == pytest.approx(
+        -(cot_alpha + cot_beta), rel=1e-11, abs=rounding
+    )
 
 
 @pytest.mark.parametrize("elongation", [1e-15, 1e-12, 1e-9, 1e-6])

@@ -188,12 +188,12 @@ def fiber_state(fibers: FiberAngles, stretch: float) -> FiberState:
         (1.0, -0.132050807569)
     """
     require_positive("stretch", stretch)
-    jet = fiber_derivatives(fibers, stretch)
+    derivatives = fiber_derivatives(fibers, stretch)
     return FiberState(
         stretch=stretch,
-        hoop_stretch=jet.hoop,
-        radial_stretch=1.0 / (stretch * jet.hoop),
-        twist=jet.shear / jet.hoop,
+        hoop_stretch=derivatives.hoop,
+        radial_stretch=1.0 / (stretch * derivatives.hoop),
+        twist=derivatives.shear / derivatives.hoop,
     )
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm
 from spiral_core.actuator.fibers import fiber_derivatives, locking_stretch
-from spiral_core.actuator.pressure import invariants_from_jet, pressure_point
+from spiral_core.actuator.pressure import invariants_from_derivatives, pressure_point
 from spiral_core.actuator.volume import largest_volume_stretch, require_extending
 from spiral_core.errors import ActuationLimit, InvalidInputError
 from spiral_core.numerics.roots import first_sign_change
@@ -125,15 +125,20 @@ def _just_below(singular_stretch: float) -> float:
 
 def _invariant_left(actuator: Actuator, stretch: float) -> float:
     """Return how far I1 is from the elastomer's limit, positive below it."""
-    jet = fiber_derivatives(actuator.fiber_pair, stretch)
-    first = invariants_from_jet(stretch, jet, actuator.twist_shear).first
+    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
+    first = invariants_from_derivatives(stretch, derivatives, actuator.twist_shear).first
     return actuator.material.first_invariant_limit - first
 
 
 def _straight_fiber_left(actuator: Actuator, stretch: float) -> float:
     """Return 1 - |omega| r_f / r, positive while the straight fiber is long enough."""
-    jet = fiber_derivatives(actuator.fiber_pair, stretch)
-    return 1.0 - abs(jet.shear / jet.hoop) * actuator.fiber_radius / actuator.tube.inner_radius
+    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
+    return (
+        1.0
+        - abs(derivatives.shear / derivatives.hoop)
+        * actuator.fiber_radius
+        / actuator.tube.inner_radius
+    )
 
 
 def _shortened_by(

@@ -20,7 +20,11 @@ from spiral_core.actuator.actuator import Actuator, PressureLaw
 from spiral_core.actuator.fibers import FiberDerivatives, OneFamily, fiber_derivatives
 from spiral_core.actuator.one_family import OneFamilyPath, one_family_path
 from spiral_core.actuator.section_curve import SectionEnergy
-from spiral_core.actuator.volume import largest_volume_stretch, require_extending, volume_from_jet
+from spiral_core.actuator.volume import (
+    largest_volume_stretch,
+    require_extending,
+    volume_ratio_from_derivatives,
+)
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.section.path import ShapePath, section_path
 from spiral_core.validation import require_finite, require_positive
@@ -53,8 +57,8 @@ class PressurePoint(NamedTuple):
     slope: float
 
 
-def invariants_from_jet(
-    stretch: float, jet: FiberDerivatives, twist_shear: bool = True
+def invariants_from_derivatives(
+    stretch: float, derivatives: FiberDerivatives, twist_shear: bool = True
 ) -> Invariants:
     r"""Return I1 and I2 of the wall and their first two derivatives in the stretch.
 
@@ -65,7 +69,7 @@ def invariants_from_jet(
 
     Args:
         stretch: axial stretch, > 0.
-        jet: hoop stretch and shear at that stretch.
+        derivatives: hoop stretch and shear at that stretch.
         twist_shear: whether g counts.
 
     Source: ``docs/derivations/actuator.md``, "Energy".
@@ -73,12 +77,12 @@ def invariants_from_jet(
     Example:
         >>> import math
         >>> from spiral_core.actuator.fibers import FiberAngles
-        >>> jet = fiber_derivatives(FiberAngles(alpha=math.pi / 2, beta=math.pi / 3), 1.1)
-        >>> result = invariants_from_jet(1.1, jet)
+        >>> derivatives = fiber_derivatives(FiberAngles(alpha=math.pi / 2, beta=math.pi / 3), 1.1)
+        >>> result = invariants_from_derivatives(1.1, derivatives)
         >>> round(result.first, 6), round(result.second, 6)
         (3.040256, 3.039595)
     """
-    hoop, hoop_1, hoop_2, shear, shear_1, shear_2 = jet
+    hoop, hoop_1, hoop_2, shear, shear_1, shear_2 = derivatives
     t = stretch * stretch + hoop * hoop
     t_1 = 2.0 * (stretch + hoop * hoop_1)
     t_2 = 2.0 * (1.0 + hoop_1 * hoop_1 + hoop * hoop_2)
@@ -127,8 +131,8 @@ def energy_from_stretch(actuator: Actuator, stretch: float) -> float:
         0.077412
     """
     require_positive("stretch", stretch)
-    jet = fiber_derivatives(actuator.fiber_pair, stretch)
-    values = invariants_from_jet(stretch, jet, actuator.twist_shear)
+    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
+    values = invariants_from_derivatives(stretch, derivatives, actuator.twist_shear)
     density = actuator.material.energy_density(values.first, values.second)
     return density * actuator.tube.wall_area * actuator.tube.length
 
@@ -148,14 +152,16 @@ def pressure_point(actuator: Actuator, stretch: float) -> PressurePoint:
     Raises:
         ActuationLimitError: fiber locking, or the elastomer's limit, is reached.
     """
-    jet = fiber_derivatives(actuator.fiber_pair, stretch)
-    i1, i1_1, i1_2, i2, i2_1, i2_2 = invariants_from_jet(stretch, jet, actuator.twist_shear)
+    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
+    i1, i1_1, i1_2, i2, i2_1, i2_2 = invariants_from_derivatives(
+        stretch, derivatives, actuator.twist_shear
+    )
     u_1, u_2, u_11, u_12, u_22 = actuator.material.invariant_derivatives(i1, i2)
     energy_1 = u_1 * i1_1 + u_2 * i2_1
     energy_2 = (
         u_1 * i1_2 + u_2 * i2_2 + i1_1 * (u_11 * i1_1 + 2.0 * u_12 * i2_1) + u_22 * i2_1 * i2_1
     )
-    _, volume_1, volume_2 = volume_from_jet(stretch, jet)
+    _, volume_1, volume_2 = volume_ratio_from_derivatives(stretch, derivatives)
     tube = actuator.tube
     relative_wall = tube.wall_thickness / tube.inner_radius
     scale = relative_wall * (2.0 + relative_wall) / volume_1
@@ -228,8 +234,8 @@ def _section_pressures(
 
 
 def _uniform_pressure(actuator: Actuator, stretch: float) -> float:
-    jet = fiber_derivatives(actuator.fiber_pair, stretch)
-    if not volume_from_jet(stretch, jet).prime > 0.0:
+    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
+    if not volume_ratio_from_derivatives(stretch, derivatives).prime > 0.0:
         raise ActuationLimitError(
             ActuationLimit.VOLUME_MAXIMUM,
             "stretch",

@@ -33,21 +33,21 @@ class VolumeRatio(NamedTuple):
     second: float
 
 
-def volume_from_jet(stretch: float, jet: FiberDerivatives) -> VolumeRatio:
+def volume_ratio_from_derivatives(stretch: float, derivatives: FiberDerivatives) -> VolumeRatio:
     r"""Return the enclosed volume over its value at rest and its first two derivatives.
 
     .. math:: v = \lambda_1 \lambda_2^2
 
     Args:
         stretch: axial stretch.
-        jet: hoop stretch and derivatives at that stretch.
+        derivatives: hoop stretch and derivatives at that stretch.
 
     Example:
         >>> fibers = FiberAngles(alpha=math.radians(90.0), beta=math.radians(60.0))
-        >>> round(volume_from_jet(1.2, fiber_derivatives(fibers, 1.2)).prime, 12)
+        >>> round(volume_ratio_from_derivatives(1.2, fiber_derivatives(fibers, 1.2)).prime, 12)
         1.0
     """
-    hoop, hoop_1, hoop_2, _, _, _ = jet
+    hoop, hoop_1, hoop_2, _, _, _ = derivatives
     return VolumeRatio(
         stretch * hoop * hoop,
         hoop * (hoop + 2.0 * stretch * hoop_1),
@@ -106,7 +106,7 @@ def largest_volume_stretch(fibers: FiberAngles) -> float | None:
         return None
 
     def slope(stretch: float) -> float:
-        return volume_from_jet(stretch, fiber_derivatives(fibers, stretch)).prime
+        return volume_ratio_from_derivatives(stretch, fiber_derivatives(fibers, stretch)).prime
 
     # At locking itself the derivatives do not exist; four units of rounding below it they do.
     end = locking_stretch(fibers) * (1.0 - 4.0 * math.ulp(1.0))

@@ -120,7 +120,7 @@ def design_space(
 
 
 def pressure_range(gripper: Gripper, points: int = 61) -> PressureRange:
-    """Return radius, free length and object length against pressure, over the whole range.
+    """Return radius, gripper length and object length against pressure, over the whole range.
 
     Where the gripper makes fewer than the required turns the figures are NaN: they do not exist.
 
