@@ -82,10 +82,12 @@ def test_a_tangent_that_turns_back_at_the_least_sine_grazes_it() -> None:
     sines = np.linalg.norm(np.cross(wrap.state.tangents, wrap.axis), axis=1)
     above = sines - 0.5 * sines[-1]
     places = [i for i in range(1, len(sines) - 1) if sines[i] <= min(sines[i - 1], sines[i + 1])]
-    assert wrap.graze == pytest.approx(min((above[i] for i in places), key=abs), abs=1e-9)
-    assert abs(wrap.graze) < 0.3
+    assert wrap.turn_count_margin == pytest.approx(
+        min((above[i] for i in places), key=abs), abs=1e-9
+    )
+    assert abs(wrap.turn_count_margin) < 0.3
     rising = replace(wrap, axis=(0.0, 0.0, 1.0), state=curve.state_at_pressure(0.0))
-    assert rising.graze == math.inf or rising.graze > 0.0
+    assert rising.turn_count_margin == math.inf or rising.turn_count_margin > 0.0
 
 
 def test_a_radius_that_turns_back_next_to_the_limit_is_seen() -> None:

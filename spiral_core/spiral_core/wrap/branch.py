@@ -82,7 +82,7 @@ class SubBranch:
         return smallest.object_radius, largest.object_radius
 
     @cached_property
-    def scarce_up_to(self) -> float:
+    def few_turns_up_to(self) -> float:
         """Pressure up to which turns are scarce, so that they are checked for each answer [Pa]."""
         scarce = [
             above.pressure
@@ -145,10 +145,10 @@ class CoiledRange:
             spare[0] * spare[1] > 0.0 and min(abs(spare[0]), abs(spare[1])) > SCARCE_TURNS
         ):
             return []
-        graze = min(abs(below.graze), abs(above.graze))
-        near = max(GRAZE * 0.5**halvings, abs(above.graze - below.graze))
+        turn_count_margin = min(abs(below.turn_count_margin), abs(above.turn_count_margin))
+        near = max(GRAZE * 0.5**halvings, abs(above.turn_count_margin - below.turn_count_margin))
         along = math.fsum(a * b for a, b in zip(below.axis, above.axis, strict=True))
-        if not graze <= near and abs(along) > math.cos(AXIS_TURN):
+        if not turn_count_margin <= near and abs(along) > math.cos(AXIS_TURN):
             return []
         middle = self._scan.wrap_at(0.5 * (below.pressure + above.pressure))
         return [

@@ -125,7 +125,7 @@ class WrapCurve:
             if abs(inside - radius) <= ROUNDING * radius:
                 wrap = self._search(branch, inside)
                 if wrap is not None and (
-                    wrap.pressure > branch.scarce_up_to
+                    wrap.pressure > branch.few_turns_up_to
                     or wrap.turns >= wrap.turns_required - TURNS_TOLERANCE
                 ):
                     return wrap

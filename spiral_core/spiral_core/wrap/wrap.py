@@ -95,7 +95,7 @@ class Wrap:
         return self.coil.advance_for_turns(self.turns_required)
 
     @cached_property
-    def graze(self) -> float:
+    def turn_count_margin(self) -> float:
         """How far the tangent's sine, where it turns back, is above the least that counts.
 
         At the place that comes nearest to it; infinite without any. Where this passes zero the

@@ -16,7 +16,7 @@ _SUFFIX = ".yaml"
 
 
 @dataclass(frozen=True, slots=True)
-class Shelf:
+class ShippedFiles:
     """One kind of files shipped with the package.
 
     Attributes:
@@ -38,8 +38,8 @@ class Shelf:
         return tuple(sorted(file.stem for file in self.path.glob(f"*{_SUFFIX}")))
 
 
-GRIPPERS = Shelf("gripper")
-TUBING = Shelf("tubing", "tubing")
+GRIPPERS = ShippedFiles("gripper")
+TUBING = ShippedFiles("tubing", "tubing")
 
 
 def available_grippers() -> tuple[str, ...]:
@@ -52,7 +52,7 @@ def available_grippers() -> tuple[str, ...]:
     return GRIPPERS.names
 
 
-def find_description(name_or_path: str | os.PathLike[str], shelf: Shelf = GRIPPERS) -> Path:
+def find_description(name_or_path: str | os.PathLike[str], shelf: ShippedFiles = GRIPPERS) -> Path:
     """Return the path of a file from its name or path.
 
     Text without a folder and without a suffix is the name of a shipped file, whatever the current
@@ -78,7 +78,7 @@ def find_description(name_or_path: str | os.PathLike[str], shelf: Shelf = GRIPPE
     raise DescriptionError([_unreadable(path.name, reason)])
 
 
-def read_description_text(path: Path, shelf: Shelf = GRIPPERS) -> str:
+def read_description_text(path: Path, shelf: ShippedFiles = GRIPPERS) -> str:
     """Return the text of a file; the message about a missing one lists the files of ``shelf``.
 
     Raises:
@@ -91,7 +91,7 @@ def read_description_text(path: Path, shelf: Shelf = GRIPPERS) -> str:
         raise DescriptionError([_unreadable(str(path), f"{error.reason}{advice}")]) from None
 
 
-def _shipped(path: Path, shelf: Shelf) -> str:
+def _shipped(path: Path, shelf: ShippedFiles) -> str:
     """Return advice: the shipped file with the most similar name, and the list of all."""
     nearest = get_close_matches(path.stem, shelf.names, n=1)
     hint = f"did you mean {nearest[0]}? " if nearest else ""
