@@ -52,7 +52,7 @@ def available_grippers() -> tuple[str, ...]:
     return GRIPPERS.names
 
 
-def find_description(name_or_path: str | os.PathLike[str], shelf: ShippedFiles = GRIPPERS) -> Path:
+def find_description(name_or_path: str | os.PathLike[str], shipped: ShippedFiles = GRIPPERS) -> Path:
     """Return the path of a file from its name or path.
 
     Text without a folder and without a suffix is the name of a shipped file, whatever the current
@@ -60,7 +60,7 @@ def find_description(name_or_path: str | os.PathLike[str], shelf: ShippedFiles =
 
     Args:
         name_or_path: ``"prototype_p1"``, ``"my_gripper.yaml"``, ``"./mine"`` or any path object.
-        shelf: where names are looked up.
+        shipped: where names are looked up.
 
     Raises:
         DescriptionError: no shipped file has this name; the message lists those there are.
@@ -72,14 +72,14 @@ def find_description(name_or_path: str | os.PathLike[str], shelf: ShippedFiles =
     path = Path(name_or_path)
     if name_or_path != path.name or path.suffix:  # a path object never equals text
         return path
-    if path.name in shelf.names:
-        return shelf.path / f"{path.name}{_SUFFIX}"
-    reason = f"no {shelf.noun} has this name; {_shipped(path, shelf)}"
+    if path.name in shipped.names:
+        return shipped.path / f"{path.name}{_SUFFIX}"
+    reason = f"no {shipped.noun} has this name; {_shipped_names(path, shipped)}"
     raise DescriptionError([_unreadable(path.name, reason)])
 
 
-def read_description_text(path: Path, shelf: ShippedFiles = GRIPPERS) -> str:
-    """Return the text of a file; the message about a missing one lists the files of ``shelf``.
+def read_description_text(path: Path, shipped: ShippedFiles = GRIPPERS) -> str:
+    """Return the text of a file; the message about a missing one lists the files of ``shipped``.
 
     Raises:
         DescriptionError: there is no such file, or it cannot be read.
@@ -87,18 +87,18 @@ def read_description_text(path: Path, shelf: ShippedFiles = GRIPPERS) -> str:
     try:
         return read_text(path)
     except FileError as error:
-        advice = "" if path.exists() else f"; {_shipped(path, shelf)}"
+        advice = "" if path.exists() else f"; {_shipped_names(path, shipped)}"
         raise DescriptionError([_unreadable(str(path), f"{error.reason}{advice}")]) from None
 
 
-def _shipped(path: Path, shelf: ShippedFiles) -> str:
+def _shipped_names(path: Path, shipped: ShippedFiles) -> str:
     """Return advice: the shipped file with the most similar name, and the list of all."""
-    nearest = get_close_matches(path.stem, shelf.names, n=1)
+    nearest = get_close_matches(path.stem, shipped.names, n=1)
     hint = f"did you mean {nearest[0]}? " if nearest else ""
-    verb = "are" if len(shelf.names) > 1 else "is"
-    plural = f"{shelf.noun}s" if len(shelf.names) > 1 else shelf.noun
+    verb = "are" if len(shipped.names) > 1 else "is"
+    plural = f"{shipped.noun}s" if len(shipped.names) > 1 else shipped.noun
     return (
-        f"{hint}the shipped {plural} {verb} {', '.join(shelf.names)}; "
+        f"{hint}the shipped {plural} {verb} {', '.join(shipped.names)}; "
         "write a path for any other file"
     )
 
