@@ -12,7 +12,7 @@ _NAMES = {
     "files.catalog": ("available_grippers",),
     "files.description": ("GripperDescription", "load_description", "load_gripper"),
     "files.description_text": ("save_description",),
-    "files.errors": ("Complaint", "DescriptionError", "Problem"),
+    "files.errors": ("ProblemKind", "DescriptionError", "Problem"),
     "files.shown": ("display_units",),
     "files.tubing": ("Tubing", "available_tubing", "load_tubing", "parse_tube_size"),
     "pictures": ("plot",),

@@ -4,9 +4,9 @@ from spiral_gripper.files.description import GripperDescription as GripperDescri
 from spiral_gripper.files.description import load_description as load_description
 from spiral_gripper.files.description import load_gripper as load_gripper
 from spiral_gripper.files.description_text import save_description as save_description
-from spiral_gripper.files.errors import Complaint as Complaint
 from spiral_gripper.files.errors import DescriptionError as DescriptionError
 from spiral_gripper.files.errors import Problem as Problem
+from spiral_gripper.files.errors import ProblemKind as ProblemKind
 from spiral_gripper.files.shown import display_units as display_units
 from spiral_gripper.files.tubing import Tubing as Tubing
 from spiral_gripper.files.tubing import available_tubing as available_tubing

@@ -36,7 +36,7 @@ def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
-def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+def error_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """Return the one line that a command complains with."""
     assert run(arguments) == 2
     captured = capsys.readouterr()
@@ -327,7 +327,7 @@ def test_sweeps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
 def test_one_line_says_what_is_wrong(
     arguments: list[str], expected: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert expected in complaint(capsys, *arguments)
+    assert expected in error_of(capsys, *arguments)
 
 
 @pytest.mark.parametrize(
@@ -346,7 +346,7 @@ def test_a_bad_profile_is_named(
 ) -> None:
     path = tmp_path / "profile.csv"
     path.write_text(text, encoding="utf-8")
-    assert expected in complaint(capsys, "wrap", "prototype_p1", "--profile", str(path))
+    assert expected in error_of(capsys, "wrap", "prototype_p1", "--profile", str(path))
 
 
 @pytest.mark.parametrize("group", [[], ["sweep"], ["chart"]])
@@ -480,13 +480,13 @@ def test_without_viser_one_line_says_what_to_install(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
-    assert "the studio needs viser: pip install 'spiral-gripper[studio]'" in complaint(
+    assert "the studio needs viser: pip install 'spiral-gripper[studio]'" in error_of(
         capsys, "studio", "prototype_p1", "--no-browser"
     )
 
 
 def test_a_diameter_is_told_to_be_halved(capsys):
-    said = complaint(capsys, "wrap", "prototype_p1", "--diameter", "32 mm")
+    said = error_of(capsys, "wrap", "prototype_p1", "--diameter", "32 mm")
     assert said.endswith("No such option '--diameter'. Give --radius, half the diameter.\n")
 
 

@@ -28,7 +28,7 @@ from spiral_core import (
     Yeoh,
 )
 from spiral_core.wrap.gripper import DEFAULT_TURNS, STANDARD_GRAVITY
-from spiral_gripper import Complaint, DescriptionError, load_description, load_gripper
+from spiral_gripper import DescriptionError, ProblemKind, load_description, load_gripper
 
 
 @pytest.fixture
@@ -178,7 +178,7 @@ def test_the_error_carries_its_parts(load):
     assert error.value == "16"
     assert error.requirement.startswith(PRESSURE)
     (problem,) = error.problems
-    assert problem.complaint is Complaint.WRONG
+    assert problem.kind is ProblemKind.WRONG
     assert problem.column == 17
     again = pickle.loads(pickle.dumps(error))
     assert (str(again), again.problems) == (str(error), error.problems)
@@ -190,12 +190,12 @@ def test_all_mistakes_of_a_file_are_reported_together_in_their_order(load):
     text = changed("limits:\n  pressure_max: 16 psi\n", "", text)
     with pytest.raises(DescriptionError) as caught:
         load(text)
-    assert [(p.line, p.complaint, p.field) for p in caught.value.problems] == [
-        (None, Complaint.MISSING, "limits.pressure_max"),
-        (2, Complaint.MISSING, "tube.wall_thickness"),
-        (3, Complaint.WRONG, "tube.inner_radius"),
-        (4, Complaint.UNKNOWN, "tube.wall_thicknes"),
-        (11, Complaint.WRONG, "material.c1"),
+    assert [(p.line, p.kind, p.field) for p in caught.value.problems] == [
+        (None, ProblemKind.MISSING, "limits.pressure_max"),
+        (2, ProblemKind.MISSING, "tube.wall_thickness"),
+        (3, ProblemKind.WRONG, "tube.inner_radius"),
+        (4, ProblemKind.UNKNOWN, "tube.wall_thicknes"),
+        (11, ProblemKind.WRONG, "material.c1"),
     ]
     assert len(str(caught.value).splitlines()) == 5
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_gripper import Complaint, DescriptionError
+from spiral_gripper import DescriptionError, ProblemKind
 from spiral_gripper.files.document import read_document
 
 FIELDS = ("name", "tube.length", "tube.inner_radius", "mount.axis")
@@ -166,17 +166,17 @@ def test_an_entry_that_refers_to_itself_is_no_endless_loop():
 
 
 @pytest.mark.parametrize(
-    ("text", "complaint"),
+    ("text", "kind"),
     [
-        ("xyzzy: 1", Complaint.UNKNOWN),
-        ("name: a\nname: b", Complaint.DUPLICATE),
-        ("tube: a", Complaint.WRONG),
-        ("", Complaint.UNREADABLE),
-        ("'", Complaint.NOT_YAML),
+        ("xyzzy: 1", ProblemKind.UNKNOWN),
+        ("name: a\nname: b", ProblemKind.DUPLICATE),
+        ("tube: a", ProblemKind.WRONG),
+        ("", ProblemKind.UNREADABLE),
+        ("'", ProblemKind.NOT_YAML),
     ],
 )
-def test_programs_can_tell_the_mistakes_apart(text, complaint):
-    assert [problem.complaint for problem in problems_of(text)] == [complaint]
+def test_programs_can_tell_the_mistakes_apart(text, kind):
+    assert [problem.kind for problem in problems_of(text)] == [kind]
 
 
 @given(st.text(alphabet="abz01.:-[]{}'\"\n \t#&*!|>%@`?,<~\\\x00é", max_size=60))

@@ -238,7 +238,7 @@ def test_a_latched_command_is_not_taken_for_a_new_one(namespace, gripper, line):
 
 
 @pytest.mark.parametrize(
-    ("parameters", "complaint"),
+    ("parameters", "kind"),
     [
         ({"device": "pneumatic"}, "device must be one of topic, serial, modbus"),
         ({"device": "modbus"}, "command_format must be"),
@@ -250,11 +250,11 @@ def test_a_latched_command_is_not_taken_for_a_new_one(namespace, gripper, line):
         ({"prot": "/dev/ttyACM0"}, "did you mean port?"),
     ],
 )
-def test_a_bad_parameter_ends_the_start_with_its_name(namespace, parameters, complaint):
+def test_a_bad_parameter_ends_the_start_with_its_name(namespace, parameters, kind):
     with adapter(namespace, **parameters) as process:
         assert process.wait(DEADLINE)
         assert process.exit_code == 1
-        assert complaint in process.log()
+        assert kind in process.log()
 
 
 def test_the_adapter_may_do_what_it_does_and_nothing_else(namespace, gripper):

@@ -18,7 +18,7 @@ COMMAND = "import sys; from spiral_gripper.cli.main import run; sys.exit(run(sys
 
 @pytest.fixture
 def ask(active, capsys):
-    """Run a command for the node; return exit code, output and complaint."""
+    """Run a command for the node; return exit code, output and kind."""
 
     def asked(*arguments):
         code = run([*arguments, "--namespace", active.get_namespace()])
@@ -125,7 +125,7 @@ def test_no_node_is_exit_code_2_and_says_how_to_start_one(monkeypatch, capsys, a
 
 
 @pytest.mark.parametrize(
-    ("arguments", "complaint"),
+    ("arguments", "kind"),
     [
         (["plan"], "--radius"),
         (["plan", "--radius", "0 mm"], "must be positive"),
@@ -137,6 +137,6 @@ def test_no_node_is_exit_code_2_and_says_how_to_start_one(monkeypatch, capsys, a
         (["watch", "--duration", "0"], "must be positive"),
     ],
 )
-def test_what_cannot_be_is_refused_before_anything_is_sent(capsys, arguments, complaint):
+def test_what_cannot_be_is_refused_before_anything_is_sent(capsys, arguments, kind):
     assert run(arguments) == 2
-    assert complaint in capsys.readouterr().err
+    assert kind in capsys.readouterr().err

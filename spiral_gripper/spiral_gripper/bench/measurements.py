@@ -122,7 +122,7 @@ def parse_measurements(
                 lines.append(row.line)
         if not any(kind.own & row.values.keys() for kind in kinds):
             reason = f"is blank, and so the line holds no measurement of {_names(kinds)}"
-            table.complain(row.line, kinds[0].name, reason)
+            table.note(row.line, kinds[0].name, reason)
     table.raise_problems()
     return Measurements(source, tuple(readings), tuple(lines), frozenset(table.columns))
 
@@ -205,16 +205,16 @@ def _check_columns(
     line = table.header_line
     for name in ("time", "displacement", "displacement_error"):
         if name in table.columns:
-            table.complain(line, name, "is of a free swing; use --free-swing, or ignore it by name")
+            table.note(line, name, "is of a free swing; use --free-swing, or ignore it by name")
     if not kinds:
-        table.complain(line, "", f"no column holds a measurement: one of {_names(_KINDS)}")
+        table.note(line, "", f"no column holds a measurement: one of {_names(_KINDS)}")
     for name in sorted(options.errors.keys() - ERROR_COLUMNS.keys()):
         known = ", ".join(ERROR_COLUMNS)
-        table.complain(None, name, f"has a stated error; only these can have one: {known}")
+        table.note(None, name, f"has a stated error; only these can have one: {known}")
     for kind in kinds:
         for name in kind.needs:
             if name not in table.columns:
-                table.complain(line, name, f"is missing; {kind.name} requires it")
+                table.note(line, name, f"is missing; {kind.name} requires it")
         if (
             f"{kind.error_name}_error" not in table.columns
             and kind.error_name not in options.errors
@@ -225,7 +225,7 @@ def _check_columns(
                 f'"{kind.error_name}_error [{example}]", or for all readings with '
                 f'--error "{kind.error_name}=0.5 {example}"'
             )
-            table.complain(line, f"{kind.error_name}_error", reason)
+            table.note(line, f"{kind.error_name}_error", reason)
 
 
 def _reading(
@@ -241,7 +241,7 @@ def _reading(
     values = {"section_length": section_length, **row.values}
     missing = [name for name in (kind.name, *kind.needs) if name not in values]
     for name in missing:
-        table.complain(row.line, name, f"is blank, but {kind.name} requires it")
+        table.note(row.line, name, f"is blank, but {kind.name} requires it")
     if missing:
         return None
     try:
@@ -255,7 +255,7 @@ def _reading(
             **{f"--error {name}": f"{name}_error" for name in ERROR_COLUMNS},
         }
         name = field_names.get(problem.field, problem.field)
-        table.complain(row.line, name, f"must be {problem.requirement}, got {problem.value!r} (SI)")
+        table.note(row.line, name, f"must be {problem.requirement}, got {problem.value!r} (SI)")
         return None
 
 

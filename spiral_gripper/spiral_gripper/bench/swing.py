@@ -114,7 +114,7 @@ def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], 
     for row in table.rows:
         missing = [name for name in NEEDED if name not in row.values]
         for name in missing:
-            table.complain(row.line, name, "is blank, but a swing requires it")
+            table.note(row.line, name, "is blank, but a swing requires it")
         if missing:
             continue
         value = row.values["displacement"]
@@ -126,14 +126,14 @@ def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], 
             readings.append(SwingReading(row.values["time"], value, known))
         except InvalidInputError as problem:
             name = "displacement_error" if problem.field == "error" else problem.field
-            table.complain(row.line, name, f"must be {problem.requirement}")
+            table.note(row.line, name, f"must be {problem.requirement}")
         pressures.append(row.values["pressure"])
         if pressures[-1] != pressures[0] or not pressures[0] >= 0.0:
-            table.complain(row.line, "pressure", "must be one gauge pressure >= 0 for a swing")
+            table.note(row.line, "pressure", "must be one gauge pressure >= 0 for a swing")
     table.raise_problems()
     times = [one.time for one in readings]
     if len(set(times)) < len(times):
-        table.complain(None, "time", "holds a time twice: one swing a file")
+        table.note(None, "time", "holds a time twice: one swing a file")
     table.raise_problems()
     return readings, pressures[0]
 
@@ -143,14 +143,14 @@ def _check_columns(table: MeasurementTable, options: MeasurementOptions) -> None
     line = table.header_line
     for name in NEEDED:
         if name not in table.columns:
-            table.complain(line, name, "is missing; a free swing requires it")
+            table.note(line, name, "is missing; a free swing requires it")
     if "displacement_error" not in table.columns and "displacement" not in options.errors:
         reason = "is missing; state how well displacement was measured, or beside the file"
-        table.complain(line, "displacement_error", reason)
+        table.note(line, "displacement_error", reason)
     for name in table.columns.keys() - {*NEEDED, "displacement_error"}:
-        table.complain(line, name, "is of no free swing; leave it out or ignore it by name")
+        table.note(line, name, "is of no free swing; leave it out or ignore it by name")
     for name in options.errors.keys() - {"displacement"}:
-        table.complain(None, name, "an error is stated for this, but can be only for displacement")
+        table.note(None, name, "an error is stated for this, but can be only for displacement")
 
 
 def require_one_file(files: Sequence[Path]) -> Path:

@@ -95,7 +95,7 @@ class MeasurementTable:
     header_line: int = 1
     problems: list[BadCell] = field(default_factory=list)
 
-    def complain(self, line: int | None, name: str, reason: str) -> None:
+    def note(self, line: int | None, name: str, reason: str) -> None:
         """Note a problem in a column, which may be one that the file lacks."""
         column = self.columns.get(name)
         heading = name if column is None else column.heading
@@ -179,18 +179,18 @@ def _read_header(
             table.problems.append(BadCell(table.file, table.header_line, number, heading, reason))
             continue
         if column.name in table.columns:
-            table.complain(table.header_line, column.name, f"stands in column {number} again")
+            table.note(table.header_line, column.name, f"stands in column {number} again")
         table.columns[column.name] = column
     for name in [*(set(units) - COLUMNS.keys())]:
         reason = f"a unit is stated for this, which is no column; those are {', '.join(COLUMNS)}"
-        table.complain(None, name, reason)
+        table.note(None, name, reason)
     missing = [heading for heading in ignored if heading not in headings]
     for heading in missing:
-        table.complain(table.header_line, heading, "is to be ignored, but there is no such heading")
+        table.note(table.header_line, heading, "is to be ignored, but there is no such heading")
 
 
 def _column(number: int, heading: str, units: Mapping[str, str]) -> Column:
-    """Return what a heading means; the error's requirement is the whole complaint."""
+    """Return what a heading means; the error's requirement is the whole message."""
     name, unit = _name_and_unit(heading)
     if name not in COLUMNS:
         near = get_close_matches(name, COLUMNS, n=1)
@@ -241,5 +241,5 @@ def _read_row(table: MeasurementTable, line: int, cells: list[str], count: int) 
             values[name] = parse_quantity(f"{cell} {column.unit}", COLUMNS[name])
         except InvalidInputError:
             reason = f"must be a plain number, with its unit in the heading, got {cell!r}"
-            table.complain(line, name, reason)
+            table.note(line, name, reason)
     table.rows.append(Row(line, values))

@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from importlib.resources import files
 from pathlib import Path
 
-from spiral_gripper.files.errors import Complaint, DescriptionError, Problem
+from spiral_gripper.files.errors import DescriptionError, Problem, ProblemKind
 from spiral_gripper.files.storage import FileError, read_text
 
 _SUFFIX = ".yaml"
@@ -52,7 +52,9 @@ def available_grippers() -> tuple[str, ...]:
     return GRIPPERS.names
 
 
-def find_description(name_or_path: str | os.PathLike[str], shipped: ShippedFiles = GRIPPERS) -> Path:
+def find_description(
+    name_or_path: str | os.PathLike[str], shipped: ShippedFiles = GRIPPERS
+) -> Path:
     """Return the path of a file from its name or path.
 
     Text without a folder and without a suffix is the name of a shipped file, whatever the current
@@ -104,4 +106,4 @@ def _shipped_names(path: Path, shipped: ShippedFiles) -> str:
 
 
 def _unreadable(file: str, requirement: str) -> Problem:
-    return Problem(Complaint.UNREADABLE, file or '""', None, None, "", None, requirement)
+    return Problem(ProblemKind.UNREADABLE, file or '""', None, None, "", None, requirement)

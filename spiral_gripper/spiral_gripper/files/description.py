@@ -30,11 +30,11 @@ from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_gripper.files.catalog import find_description, read_description_text
 from spiral_gripper.files.document import Document, read_document
 from spiral_gripper.files.doubts import doubts_of
-from spiral_gripper.files.errors import Complaint, DescriptionError
+from spiral_gripper.files.errors import DescriptionError, ProblemKind
 from spiral_gripper.files.fields import FIELDS, LAWS, Vector, constants_of
 from spiral_gripper.files.stiffness import rod_stiffness
 from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
-from spiral_gripper.files.values import Values, complain_of_argument, read_values
+from spiral_gripper.files.values import Values, note_argument, read_values
 
 # A thousand times the Earth's gravity [m/s^2]: far more than any arm's acceleration.
 GRAVITY_MAX = 1.0e4
@@ -134,10 +134,10 @@ def parse_description(text: str, source: Path) -> GripperDescription:
     try:
         return _description(values, document, source)
     except InvalidInputError as error:
-        complain_of_argument(document, error)
+        note_argument(document, error)
     except ArithmeticError:
         reason = "its numbers are too large or too small to compute with; check the units"
-        document.complain(Complaint.UNREADABLE, "", None, reason)
+        document.note(ProblemKind.UNREADABLE, "", None, reason)
     raise DescriptionError(document.problems)
 
 
@@ -162,7 +162,7 @@ def _check_part(make: Callable[[Values], object], values: Values, document: Docu
     try:
         make(values)
     except InvalidInputError as error:
-        complain_of_argument(document, error)
+        note_argument(document, error)
 
 
 def _description(values: Values, document: Document, source: Path) -> GripperDescription:
@@ -209,7 +209,7 @@ def _check_pressure(
         f"at most {_rounded_down(limit)} {unit}, the actuator's own limit"
         f"{''.join(f' ({doubt})' for doubt in doubts)}: {actuation.limit.value}"
     )
-    document.complain(Complaint.WRONG, "limits.pressure_max", entry, requirement, entry.raw)
+    document.note(ProblemKind.WRONG, "limits.pressure_max", entry, requirement, entry.raw)
     document.raise_problems()
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
-from spiral_gripper.files.errors import Complaint, DescriptionError, Problem
+from spiral_gripper.files.errors import DescriptionError, Problem, ProblemKind
 
 if TYPE_CHECKING:
     from ruamel.yaml.nodes import MappingNode, Node
@@ -50,9 +50,9 @@ class Document:
     sections: dict[str, Entry] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
-    def complain(
+    def note(
         self,
-        complaint: Complaint,
+        kind: ProblemKind,
         name: str,
         place: Entry | None,
         requirement: str,
@@ -60,7 +60,7 @@ class Document:
     ) -> None:
         """Note a problem with a field, at a place in the file or at the file as a whole."""
         line, column = (None, None) if place is None else (place.line, place.column)
-        self.problems.append(Problem(complaint, self.file, line, column, name, value, requirement))
+        self.problems.append(Problem(kind, self.file, line, column, name, value, requirement))
 
     def raise_problems(self) -> None:
         """Raise everything noted so far as one DescriptionError, if there is anything."""
@@ -94,7 +94,7 @@ def read_document(text: str, file: str, fields: Collection[str]) -> Document:
         return document
     found = "is empty" if root is None else f"holds only {_entry(root).raw}"
     reason = f"it {found}, and must hold the fields {', '.join(_members('', fields))}"
-    raise DescriptionError([Problem(Complaint.UNREADABLE, file, None, None, "", None, reason)])
+    raise DescriptionError([Problem(ProblemKind.UNREADABLE, file, None, None, "", None, reason)])
 
 
 def _compose(text: str, file: str) -> Node | None:
@@ -121,7 +121,7 @@ def _compose(text: str, file: str) -> Node | None:
     except YAMLError as error:
         reason = str(error)
     reason = " ".join(reason.split())
-    raise DescriptionError([Problem(Complaint.NOT_YAML, file, line, column, "", None, reason)])
+    raise DescriptionError([Problem(ProblemKind.NOT_YAML, file, line, column, "", None, reason)])
 
 
 def _walk(node: MappingNode, section: str, document: Document, fields: Collection[str]) -> None:
@@ -132,7 +132,7 @@ def _walk(node: MappingNode, section: str, document: Document, fields: Collectio
         first = document.entries.get(name) or document.sections.get(name)
         if first is not None:
             advice = f"keep one of the two, here and on line {first.line}"
-            document.complain(Complaint.DUPLICATE, name, key, advice)
+            document.note(ProblemKind.DUPLICATE, name, key, advice)
         elif name in fields and "." not in key.text:
             document.entries[name] = value
         elif any(known.startswith(f"{name}.") for known in fields):
@@ -141,11 +141,15 @@ def _walk(node: MappingNode, section: str, document: Document, fields: Collectio
                 _walk(value_node, name, document, fields)
             elif value.tag != "null":
                 members = ", ".join(_members(name, fields))
-                document.complain(
-                    Complaint.WRONG, name, value, f"a section with the fields {members}", value.raw
+                document.note(
+                    ProblemKind.WRONG,
+                    name,
+                    value,
+                    f"a section with the fields {members}",
+                    value.raw,
                 )
         else:
-            document.complain(Complaint.UNKNOWN, name, key, _advice(name, section, fields))
+            document.note(ProblemKind.UNKNOWN, name, key, _advice(name, section, fields))
 
 
 def _entry(node: Node) -> Entry:

@@ -9,7 +9,7 @@ from enum import Enum
 from spiral_core import SpiralError
 
 
-class Complaint(Enum):
+class ProblemKind(Enum):
     """The kinds of problems; the value is the sentence that reports one."""
 
     WRONG = "{field} must be {requirement}, got {value}"
@@ -25,7 +25,7 @@ class Problem:
     """One thing wrong in one place of a file.
 
     Attributes:
-        complaint: the kind of problem.
+        kind: of the problem.
         file: the file's path as it was asked for, or the name if there is no such file.
         line: line in the file, from 1; None where no line is to blame.
         column: column in that line, from 1; None where no line is to blame.
@@ -34,11 +34,11 @@ class Problem:
         requirement: what would be right.
 
     Example:
-        >>> print(Problem(Complaint.WRONG, "mine.yaml", 4, 17, "tube.length", "0 mm", "positive"))
+        >>> print(Problem(ProblemKind.WRONG, "mine.yaml", 4, 17, "tube.length", "0 mm", "positive"))
         mine.yaml:4:17: tube.length must be positive, got 0 mm
     """
 
-    complaint: Complaint
+    kind: ProblemKind
     file: str
     line: int | None
     column: int | None
@@ -48,7 +48,7 @@ class Problem:
 
     def __str__(self) -> str:
         place = [self.file, *(str(part) for part in (self.line, self.column) if part is not None)]
-        sentence = self.complaint.value.format(
+        sentence = self.kind.value.format(
             field=self.field, value=self.value, requirement=self.requirement
         )
         return f"{':'.join(place)}: {sentence}"
@@ -61,7 +61,7 @@ class DescriptionError(SpiralError, ValueError):
         problems: every problem found, in the order of the file; at least one.
 
     Example:
-        >>> place = Problem(Complaint.WRONG, "a.yaml", 4, 17, "tube.length", "0 mm", "positive")
+        >>> place = Problem(ProblemKind.WRONG, "a.yaml", 4, 17, "tube.length", "0 mm", "positive")
         >>> DescriptionError([place]).line
         4
     """

@@ -15,13 +15,13 @@ from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.catalog import TUBING, find_description, read_description_text
 from spiral_gripper.files.document import Document, Entry, read_document
 from spiral_gripper.files.doubts import doubts_of_tubing
-from spiral_gripper.files.errors import Complaint
+from spiral_gripper.files.errors import ProblemKind
 from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS, constants_of
 from spiral_gripper.files.units import Dimension, parse_quantity
 from spiral_gripper.files.values import (
     Values,
     check_constants,
-    complain_of_argument,
+    note_argument,
     read_entries,
     require,
 )
@@ -103,7 +103,7 @@ def parse_tubing(text: str, source: Path) -> Tubing:
     try:
         elastomer = _elastomer(values)
     except InvalidInputError as error:
-        complain_of_argument(document, error)
+        note_argument(document, error)
         document.raise_problems()
         raise
     offered = tuple(size for _, size in sizes)
@@ -143,9 +143,7 @@ def _read_sizes(document: Document) -> tuple[tuple[Entry, TubeSize], ...]:
     if entry is None:
         return ()
     if not entry.items:
-        document.complain(
-            Complaint.WRONG, _SIZES, entry, f"a list of {SIZE_REQUIREMENT}", entry.raw
-        )
+        document.note(ProblemKind.WRONG, _SIZES, entry, f"a list of {SIZE_REQUIREMENT}", entry.raw)
     sizes = ((item, _read_size(document, item)) for item in entry.items)
     return tuple((item, size) for item, size in sizes if size is not None)
 
@@ -154,7 +152,7 @@ def _read_size(document: Document, item: Entry) -> TubeSize | None:
     try:
         return parse_tube_size(item.text or item.raw)
     except InvalidInputError as error:
-        document.complain(Complaint.WRONG, _SIZES, item, error.requirement, item.raw)
+        document.note(ProblemKind.WRONG, _SIZES, item, error.requirement, item.raw)
         return None
 
 

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from spiral_core import InvalidInputError
 from spiral_gripper.files.document import Document
-from spiral_gripper.files.errors import Complaint
+from spiral_gripper.files.errors import ProblemKind
 from spiral_gripper.files.fields import (
     CONSTANTS,
     FIELDS,
@@ -53,16 +53,16 @@ def read_entries(document: Document, names: Iterable[str]) -> Values:
     for name in names:
         entry, requirement = document.entries[name], FIELDS[name].requirement
         if entry.tag == "null":
-            document.complain(Complaint.MISSING, name, entry, requirement)
+            document.note(ProblemKind.MISSING, name, entry, requirement)
             continue
         try:
             values[name] = read_value(name, entry)
         except InvalidInputError as error:
-            document.complain(Complaint.WRONG, name, entry, error.requirement, entry.raw)
+            document.note(ProblemKind.WRONG, name, entry, error.requirement, entry.raw)
     return values
 
 
-def complain_of_argument(document: Document, error: InvalidInputError) -> None:
+def note_argument(document: Document, error: InvalidInputError) -> None:
     """Note an argument that the core refused, under its name and place in the file.
 
     An error may name several arguments ("c1 + c2") or a whole part ("fibers"): each argument gets
@@ -77,8 +77,8 @@ def complain_of_argument(document: Document, error: InvalidInputError) -> None:
         requirement = fiber_angle_requirement(error.value, entries[0].text)
     elif dimension is not None and isinstance(error.value, float):
         requirement += f" (it is {error.value:.9g} {dimension.si_unit})"
-    document.complain(
-        Complaint.WRONG,
+    document.note(
+        ProblemKind.WRONG,
         re.sub(r"\w+", lambda word: _FIELD_OF_ARGUMENT.get(word[0], word[0]), error.field),
         entries[0] if entries else document.sections.get(error.field),
         requirement,
@@ -97,11 +97,11 @@ def check_constants(document: Document, law: Value) -> None:
             require(document, name, FIELDS[name].requirement)
         elif name in document.entries:
             advice = f"the constants of {law} are {', '.join(constants)}"
-            document.complain(Complaint.UNKNOWN, name, document.entries[name], advice)
+            document.note(ProblemKind.UNKNOWN, name, document.entries[name], advice)
 
 
 def require(document: Document, name: str, requirement: str) -> None:
     """Note a field that is missing, at its section if there is one."""
     if name not in document.entries:
         section = document.sections.get(name.rpartition(".")[0])
-        document.complain(Complaint.MISSING, name, section, requirement)
+        document.note(ProblemKind.MISSING, name, section, requirement)
