@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One tree of errors: each carries the figures behind its message as attributes.
+"""The errors of this package: each carries the figures behind its message as attributes.
 
-Every error keeps its arguments in ``args``, so it survives pickling between processes, and puts
-them into one line that says what was wrong, which value, and what would be right.
+Every error keeps its arguments in ``args``, so that it can be pickled between processes. Its
+message is one line: what was wrong, which value, and what would be right.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from spiral_core.rounding import rounded_down, rounded_up
 
 
 class ActuationLimit(Enum):
-    """What ends the useful range of an actuation model; the value is the advice to the user."""
+    """Limits of the useful range of an actuation model; the value is the advice to the user."""
 
     FIBER_LOCKING = (
         "a fiber family has turned as far towards the axis as it can and locks; "
@@ -42,7 +42,7 @@ class ActuationLimit(Enum):
 
 
 class SpiralError(Exception):
-    """Root of every error this package raises on purpose."""
+    """Base class of the errors that this package raises."""
 
 
 class InvalidInputError(SpiralError, ValueError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Round to significant digits towards one side: a printed end of a range must lie inside of it."""
+"""Rounding to significant digits towards one side: printed ends of a range must lie inside it."""
 
 from __future__ import annotations
 

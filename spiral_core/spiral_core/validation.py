@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks at the border: each returns the value as a plain float, or names what is wrong.
+"""Checks of arguments: each returns the value as a plain float, or raises InvalidInputError.
 
-Written so that NaN, infinities, booleans and strings are refused everywhere.
+All checks refuse NaN, infinities, booleans and strings.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numbers import Real
 
 from spiral_core.errors import InvalidInputError
 
-# A direction read from a file with seven or so digits still counts as a unit vector.
+# A direction that a file states with about seven digits still counts as a unit vector.
 UNIT_NORM_TOLERANCE = 1e-6
 
 

@@ -13,9 +13,9 @@ import pytest
 from browser import PATIENCE, appears, opened, studio, wait_until
 from ros.test_simulated_command import COMMAND, group_exists
 
-from spiral_gripper.studio.live import SILENCE, Heard, Held, live_text
+from spiral_gripper.studio.live import SILENCE, HoldingFigures, NodeState, live_text
 
-HEARD = Heard(
+HEARD = NodeState(
     age=0.0,
     state="tracking",
     command=5.0e4,
@@ -46,7 +46,7 @@ def test_what_is_not_known_is_said_to_be():
 
 
 def test_what_holds_is_said_with_its_direction():
-    held = Held(contact_length=0.1, normal_force=1.5, away=0.22, towards=0.31)
+    held = HoldingFigures(contact_length=0.1, normal_force=1.5, away=0.22, towards=0.31)
     text = live_text(replace(HEARD, held=held, measured=5.1e4, object_radius=0.02))
     for said in ("100 mm in contact", "with 1.5 N", "**0.22 N** away", "0.31 N towards", "51 kPa"):
         assert said in text

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""Curvature and torsion that the straight fiber makes of stretch and twist.
+r"""Curvature and torsion from stretch and twist, by the constraint of the straight fiber.
 
 The straight fiber, at distance :math:`r_f` from the axis, keeps its length L while the tube around
 it stretches and twists. Two forms, chosen by :class:`spiral_core.CurvatureForm`:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A FREE actuator as an actuation model: pressure to stretch to rest shape, fast and exact."""
+"""A fiber-reinforced actuator as an actuation model: pressure to stretch to unloaded shape."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from spiral_core.validation import require_finite, require_non_negative
 
 @dataclass(frozen=True, slots=True)
 class FreeActuation:
-    """Pressure to rest shape of a fiber-reinforced actuator, by its mechanical model.
+    """Pressure to unloaded shape of a fiber-reinforced actuator, by its mechanical model.
 
     Implements :class:`spiral_core.ActuationModel`. The actuator's ``pressure_law`` decides how the
     pressure follows from the stretch. Constructing one finds where the useful branch ends and

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the rest of the chain needs from any actuator: a rest shape for each pressure."""
+"""The interface of an actuator model: an unloaded shape for each pressure."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class UnloadedShape:
 
 @runtime_checkable
 class ActuationModel(Protocol):
-    """Anything that turns a pressure into a rest shape: a mechanical model or measured data."""
+    """A model from pressure to unloaded shape: mechanical, or interpolating measured data."""
 
     @property
     def pressure_limit(self) -> float:
@@ -56,7 +56,7 @@ class ActuationModel(Protocol):
 
     @property
     def limit(self) -> ActuationLimit:
-        """What ends the range at ``pressure_limit``."""
+        """The reason for ``pressure_limit``."""
         ...
 
     def unloaded_shape(self, pressure: float) -> UnloadedShape:

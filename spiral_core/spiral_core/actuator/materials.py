@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 r"""Incompressible hyperelastic laws: energy per unstretched volume from the invariants I1 and I2.
 
-A law is judged by two numbers per state, so everything is a scalar float and ``math``: the inverse
-of the pressure-stretch relation evaluates a law on every call and has microseconds to do it.
+Laws work on scalar floats with ``math``: the inverse of the pressure-stretch relation evaluates a
+law in every iteration, and must take microseconds.
 
 The initial Young's modulus of any of them is :math:`E = 6 (\partial u/\partial I_1 +
 \partial u/\partial I_2)` at rest (I1 = I2 = 3), and the shear modulus is a third of it.
@@ -38,7 +38,7 @@ class InvariantDerivatives(NamedTuple):
 
 @runtime_checkable
 class HyperelasticLaw(Protocol):
-    """What the mechanics asks of an elastomer."""
+    """The interface of an elastomer's law: any object with these members."""
 
     @property
     def small_strain_modulus(self) -> float:
@@ -95,7 +95,7 @@ class NeoHookean:
 
     @property
     def first_invariant_limit(self) -> float:
-        """Infinite: the chains of this law never run out."""
+        """Infinite: this law has no limit of chain extension."""
         return math.inf
 
     def energy_density(self, first_invariant: float, second_invariant: float) -> float:
@@ -151,7 +151,7 @@ class MooneyRivlin:
 
     @property
     def first_invariant_limit(self) -> float:
-        """Infinite: the chains of this law never run out."""
+        """Infinite: this law has no limit of chain extension."""
         return math.inf
 
     def energy_density(self, first_invariant: float, second_invariant: float) -> float:
@@ -224,7 +224,7 @@ class Yeoh:
 
 @dataclass(frozen=True, slots=True)
 class Gent:
-    r"""Gent elastomer: neo-Hookean at first, with chains that run out at I1 - 3 = Jm.
+    r"""Gent elastomer: neo-Hookean at first, whose chains are fully extended at I1 - 3 = Jm.
 
     .. math:: u = -\frac{\mu J_m}{2} \ln\left(1 - \frac{I_1 - 3}{J_m}\right), \qquad E = 3 \mu
 

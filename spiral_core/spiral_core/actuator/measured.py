@@ -17,7 +17,7 @@ from spiral_core.validation import require_non_negative, require_positive, requi
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
 
-# A cubic needs three points to be more than a line; with fewer there is no curve to speak of.
+# The interpolating cubic needs at least three points to differ from a straight line.
 POINTS_MIN = 3
 
 
@@ -25,9 +25,8 @@ POINTS_MIN = 3
 class MeasuredActuation:
     r"""Measured :math:`\kappa(P)` and :math:`\tau(P)`, interpolated without overshoot.
 
-    Implements :class:`spiral_core.ActuationModel`: the rest of the chain does not see a difference.
-    Between two points the interpolating cubic is monotone wherever the data are (PCHIP), so that
-    it invents no dip or bump; past the last point there is no answer.
+    Implements :class:`spiral_core.ActuationModel`. Between two points the interpolating cubic is
+    monotone wherever the data are (PCHIP), without overshoot; past the last point it raises.
 
     Args:
         pressures: gauge pressures [Pa], rising, the first 0.

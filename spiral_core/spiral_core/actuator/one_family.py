@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""One wound family with a single fiber: the elastomer decides what the fibers leave free.
+r"""One wound family with a single fiber: the elastomer determines the motion that remains free.
 
-One constraint at each point leaves the wall a motion, z of
+One constraint at each point leaves the wall one free motion, z of
 :mod:`spiral_core.section.fiber_set`. At a pressure the section takes the state in which the energy
 less the work of the pressure is stationary, subject to the wall's closure along the axis:
 

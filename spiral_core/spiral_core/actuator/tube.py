@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_positive
 
-# No tube is larger [m]; a design for absurd objects may ask for a thousand kilometers of it.
+# Largest dimension accepted [m]; a design for enormous objects may reach a thousand kilometers.
 LARGEST = 1.0e9
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""The enclosed volume: which pairs of fiber families extend under pressure, and how far.
+r"""The enclosed volume: which pairs of fiber families extend under pressure, and to what limit.
 
 Pressure does work only where the volume grows. At rest the volume grows with the stretch when
 

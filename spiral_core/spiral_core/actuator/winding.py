@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How to wind and cut an actuator: what its fiber angles mean on the bench."""
+"""Winding data of an actuator: pitches, turns and fiber lengths from its fiber angles."""
 
 from __future__ import annotations
 

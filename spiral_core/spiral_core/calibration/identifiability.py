@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the readings can tell the parameters apart, and what to measure if they cannot.
+"""Identifiability: whether the readings determine each parameter, and what to measure if not.
 
-The readings see a change of the parameters through the Jacobian of the weighted residuals. Where
-one combination of parameters, each counted in its own effect, changes nearly nothing, that
-combination is unknown, however good the fit looks.
+A change of the parameters acts on the readings through the Jacobian of the weighted residuals. If a
+combination of parameters changes the residuals hardly at all, the readings do not determine it,
+however small the residuals are.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _STIFFNESSES = {
 
 @dataclass(frozen=True, slots=True)
 class WeakDirection:
-    """A combination of parameters that the readings hardly see.
+    """A combination of parameters that the readings hardly determine.
 
     Attributes:
         names: the parameters that take part.
@@ -65,7 +65,7 @@ class WeakDirection:
 
 
 def require_seen(calibration: Calibration) -> None:
-    """Refuse a fit of parameters that no reading depends on: their values are accidents.
+    """Refuse a fit of parameters on which no reading depends.
 
     Args:
         calibration: the fit; parameters at their bounds are not looked at.
@@ -105,10 +105,10 @@ def condition_indices(calibration: Calibration) -> tuple[float, ...]:
 
 
 def weak_directions(calibration: Calibration) -> tuple[WeakDirection, ...]:
-    """Return the combinations of parameters that the readings cannot tell, the weakest first.
+    """Return the combinations of parameters that the readings do not determine, the weakest first.
 
-    Empty where all is well. A weak combination need not hurt: what the gripper is asked for may not
-    depend on it either, which the uncertainty of the pressure for a radius shows.
+    Empty if all are determined. A weak combination may be harmless: the pressure for a radius may
+    not depend on it either, which its uncertainty shows.
 
     Args:
         calibration: the fit.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""Intervals from the profile of the cost, for parameters whose uncertainty is lopsided.
+r"""Intervals from the profile of the cost, for parameters with asymmetric uncertainty.
 
 One parameter is held, the others are fitted again: the values for which
 

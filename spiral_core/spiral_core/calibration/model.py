@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a calibration fits: the constants of one law, and what else the data may tell."""
+"""The model of a calibration: the constants of one law, and further quantities to fit."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""What the model predicts for a reading, and how that changes with the pressure.
+r"""Predictions of the model for readings, and their slopes over the pressure.
 
 Straight sections and bend angles follow from the stretch alone: extension
 :math:`(\lambda_1 - 1) L`, twist :math:`\omega L / r`, bend angle :math:`\kappa` times the length of

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a bench test measures: one frozen value a reading, each with its stated error.
+"""Readings of a bench test: one frozen value for each, with its stated error.
 
 Every reading is a response to a pressure. Its ``measured`` components are compared with what the
 model predicts at that pressure; ``error`` is their standard error, and ``pressure_error`` the

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""The result of a calibration: values, how sure they are, and where the actuator is stable.
+r"""The result of a calibration: values, their uncertainty, and the actuator's stable range.
 
 The stated errors weigh the readings against each other; their common scale s, with
 :math:`s^2 = \mathrm{RSS} / (m - p)`, comes from the residuals. The covariance is
@@ -38,7 +38,7 @@ MUCH_LARGER = 2.0
 
 
 class Scatter(Enum):
-    """How readings scatter about a fit; the value says what follows from it."""
+    """How readings scatter about a fit; the value is the advice."""
 
     AS_STATED = "the readings scatter as their stated errors say"
     TOO_LARGE = (
@@ -60,7 +60,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    r"""Fitted parameters and the evidence for them.
+    r"""Fitted parameters with their covariance and residuals.
 
     Attributes:
         model: what was fitted.

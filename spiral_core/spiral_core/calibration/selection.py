@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which law to use: information criteria over several fits, and leave-one-out errors of each."""
+"""Selection of a law: information criteria of several fits, and leave-one-out errors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SAME_PRESSURE = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CrossValidation:
-    """How well readings are predicted by a fit that has not seen them.
+    """Predictions of readings by fits to the other readings.
 
     Attributes:
         measured: (k,) measured components that were predicted.
@@ -79,8 +79,8 @@ class CrossValidation:
 def leave_one_out(calibration: Calibration) -> CrossValidation:
     """Return how a fit predicts the readings of each pressure from those of all others.
 
-    Readings at one pressure are left out together: one of a pair of repeats would give its twin
-    away. Readings at pressure zero are predicted by any fit, and so are not left out.
+    Readings at one pressure are left out together, because repeats are not independent. Readings at
+    pressure zero are predicted by any fit, and are not left out.
 
     Args:
         calibration: the fit to repeat, with the same model and loss.

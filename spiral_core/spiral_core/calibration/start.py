@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""Constants to start a fit from, found where nothing can go wrong: in the pressure.
+r"""Starting values of a fit, from the pressures at the measured stretches.
 
 A measured stretch has a pressure in the model, :math:`P(\lambda_i; c)`, whether or not the
 actuator with constants c would be stable there; a measured pressure may have no stretch. So the

@@ -69,7 +69,7 @@ class SwingReading:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SwingFit:
-    """Damping that was fitted to a free swing, and the evidence for it.
+    """Damping that was fitted to a free swing, with its covariance and residuals.
 
     Attributes:
         names: what was fitted of the damping: ``retardation_time`` [s], and ``air`` if not held.

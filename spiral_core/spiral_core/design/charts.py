@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Charts as data: the paper's design space, and what gravity and pressure change."""
+"""Data of charts: the paper's design space, the effect of gravity, pressure against radius."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class DesignSpace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PressureRange:
-    """What a gripper wraps as its pressure rises.
+    """Radius and lengths of the perfect wrap against pressure.
 
     Args:
         pressure: (n,) gauge pressure [Pa].

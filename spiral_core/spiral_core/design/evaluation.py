@@ -60,7 +60,7 @@ class Evaluation:
     """A candidate by the rod under gravity, its length corrected.
 
     Args:
-        estimate: what the helix model says of it.
+        estimate: the candidate by the helix model.
         exact: its figures; None if no length wraps the largest object.
         lengths_tried: every length solved on the way [m].
         margins: room on every constraint, the helix model's where there are no exact figures.
@@ -88,7 +88,7 @@ class Evaluation:
 
 
 def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> Estimate:
-    """Return what the helix model says of a candidate (steps 2 to 5): a few milliseconds.
+    """Return the estimate of a candidate by the helix model (steps 2 to 5); takes milliseconds.
 
     Raises:
         InvalidInputError: pressure would not extend an actuator with these angles.
@@ -168,7 +168,7 @@ def _smallest_radius_margins(
 
 
 def rank(margins: tuple[Margin, ...]) -> tuple[int, float]:
-    """Return how near a candidate comes: fewest violated constraints first, then the most room."""
+    """Return the sort key of a candidate: fewest violations first, then largest margin."""
     return sum(not margin.is_met for margin in margins), -tightest(margins).relative
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""Steps 2 to 5 of the design procedure: what the helix model says of a candidate.
+r"""Steps 2 to 5 of the design procedure: the estimate of a candidate by the helix model.
 
 The coil of a uniform, unloaded actuator is a helix, and everything about it follows from the
 stretch alone: the radius :math:`r_w = \rho - r_o` that it touches, the length

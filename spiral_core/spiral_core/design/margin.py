@@ -11,7 +11,7 @@ TOLERANCE = 1e-9
 
 
 class Constraint(Enum):
-    """What may forbid a design; the value is its name for people."""
+    """The constraints on a design; the value is the name that is printed."""
 
     STRAIN = "strain limit"
     PRESSURE = "pressure limit"

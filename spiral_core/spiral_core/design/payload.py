@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a design carries: its grip on the smallest and the largest object, with contact."""
+"""The payload of a design: its grip on the smallest and the largest object, with contact."""
 
 from __future__ import annotations
 

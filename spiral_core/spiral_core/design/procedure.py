@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The design procedure: from objects and limits to a gripper one can build, or what forbids it.
+"""The design procedure: a gripper for given objects and limits, or the constraint that prevents it.
 
 The paper's seven steps; ``docs/design.md`` describes them and what was added.
 """

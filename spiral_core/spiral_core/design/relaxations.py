@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What to change when nothing meets a requirement: the least change of each single wish."""
+"""The smallest sufficient change of each single limit when no design meets a requirement."""
 
 from __future__ import annotations
 

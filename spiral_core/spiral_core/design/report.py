@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The answer of the design procedure: a gripper one can build, or what forbids it."""
+"""The result of the design procedure: a gripper, or the constraint that prevents one."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ class DesignReport:
             wraps at all.
         steps: the seven steps.
         binding: the constraint that leaves least room, or that forbids.
-        relaxations: if infeasible, changes of one requirement that would do, the smallest first.
+        relaxations: if infeasible, sufficient changes of one requirement, the smallest first.
         tried: the candidates that were solved as rods, in the order they were tried.
         candidates: number of combinations on offer.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The question of the design procedure: objects to be gripped, limits, and what is on offer."""
+"""The inputs of the design procedure: objects to be gripped, limits, available tubes and angles."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class TubeSize:
 
 @dataclass(frozen=True, slots=True)
 class Elastomer:
-    """What tubing is made of.
+    """The material of tubing.
 
     Args:
         name: how reports call it.
@@ -103,7 +103,7 @@ class Elastomer:
 
 
 class Preference(Enum):
-    """Which of several designs that meet the requirement is taken; the value says it in words."""
+    """The criterion that selects among feasible designs; the value is its text."""
 
     LEAST_STRAIN = "least strain at the smallest object"
     LEAST_PRESSURE = "least pressure at the smallest object"
@@ -113,7 +113,7 @@ class Preference(Enum):
 
 @dataclass(frozen=True, slots=True)
 class DesignRequirement:
-    """Objects to be gripped, limits to be kept, and what is on offer.
+    """Objects to be gripped, limits, and the available tubes, materials and angles.
 
     A limit that is None does not limit.
 

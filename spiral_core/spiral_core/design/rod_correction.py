@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Step 6 of the design procedure: the rod under gravity, and the length that makes it hold.
+"""Step 6 of the design procedure: the rod under gravity, and the corrected length.
 
 Gravity changes the radius that a pressure fits and the length that a turn takes. The helix
 model's length is a first guess; here the gripper is solved as a rod, and its length corrected

@@ -202,5 +202,5 @@ def _point(evaluation: Evaluation) -> SweepPoint:
 
 
 def _silent(done: int, total: int) -> None:
-    """Say nothing of the progress."""
+    """Ignore the progress."""
     del done, total

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a function stops being positive, to the last float: scan, then bisect."""
+"""Sign changes of functions, located to the last float: scan, then bisect."""
 
 from __future__ import annotations
 

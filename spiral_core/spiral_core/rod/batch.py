@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many rods at once: one compiled call for a chunk of them, chunks on as many cores as given."""
+"""Many rods at once: chunks in one compiled call each, chunks in parallel on an executor."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The other equilibria: stable states that a rod under load could be in, found from many starts."""
+"""Other stable equilibria of a rod under load, searched from many starts."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class RodStatus(Enum):
 
 
 class RodCertificate(Enum):
-    """What is proved about a state's stability, in words."""
+    """What is proved about a state's stability; the value is the text."""
 
     NONE = "not certified"
     STRICT_MINIMUM = "a strict local minimum of the energy: stable"
@@ -185,7 +185,7 @@ class Rod:
 
 @dataclass(frozen=True, slots=True)
 class RodLoad:
-    """What pulls at a rod; all vectors in the base frame and dead: they do not turn with the rod.
+    """The loads on a rod: dead loads in the base frame, which do not turn with the rod.
 
     Args:
         distributed: force per length [N/m], such as weight per length times the direction of
@@ -212,7 +212,7 @@ class RodLoad:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RodState:
-    """A rod's static shape and the evidence for it.
+    """A rod's static shape, with residual and certificate.
 
     Args:
         status: how the solve ended; the arrays are an answer only if it is ``CONVERGED``.

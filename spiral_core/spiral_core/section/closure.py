@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The unknowns that close a section around itself: Newton's method from rest outwards."""
+"""Closure of the wall around the section: its unknowns by Newton's method, starting at rest."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""Which fibers a tube carries, as numbers that the section's kinematics needs.
+r"""The fibers of a tube as the numbers that the section's kinematics needs.
 
 In material coordinates along the single fibers and around the tube, the metric of the wall is
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The way a section of two wound families goes: its states from rest to its end."""
+"""The deformation path of a section with two wound families: its states from rest to its end."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class ShapePath:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SectionPath(ShapePath):
-    """The one path of a section of two families, which the elastomer has no part in.
+    """The path of a section of two families, which does not depend on the elastomer.
 
     Attributes:
         edges: |y| at the ends of the panels, rising from 0.

@@ -46,7 +46,7 @@ LEAST_RADIUS = 1e-3
 
 
 class BranchEnd(Enum):
-    """What ends a sub-branch."""
+    """Reasons for the end of a sub-branch."""
 
     PRESSURE_LIMIT = "pressure limit"
     TURNS = "turns"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a rod's shape is as a coil: its axis, its turns about it, the cylinder it would touch."""
+"""A rod's shape as a coil: axis, turns about the axis, length along it."""
 
 from __future__ import annotations
 

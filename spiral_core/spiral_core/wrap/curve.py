@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which pressure coils a gripper exactly onto which cylinder, over the whole grippable range."""
+"""Pressure against radius of the perfect wrap, over the whole grippable range of a gripper."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gripper: an actuator as a rod, how it is mounted, and what it may be asked for."""
+"""A gripper: an actuator as a rod, with its mount and its limits."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Gripper:
     """A mounted spiral gripper.
 
     Args:
-        name: how messages call it.
+        name: for messages.
         tube: the elastomer tube at rest.
         actuation: turns a pressure into the unloaded shape.
         stiffness: of the tube; to no motion more than a hundred times as stiff as to another.

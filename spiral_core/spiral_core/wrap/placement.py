@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the object must lie: the cylinder that fits a wrap's coil best, and how well it fits."""
+"""The place of the object: the cylinder that fits a wrap's coil best, and the gap that remains."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class ObjectPlacement:
 
 
 def place_object(wrap: Wrap) -> ObjectPlacement:
-    r"""Return where an object must be to be wrapped.
+    r"""Return the place of the object that a wrap fits best.
 
     The direction of its axis is the coil's. Its place is where the last turns touch it best: the
     c that minimizes

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Why a gripper cannot wrap: the reasons behind a refusal, from what ends its coiled range."""
+"""The reason why a gripper cannot wrap a radius, from the end of its coiled range."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pressure range of a gripper, solved once: its shape and what it wraps at every pressure.
+"""The pressure range of a gripper, solved once: its shape and its wrap at every pressure.
 
 The states are those that a pressure rising from zero leads to. Where the tube snaps on the way the
 range is cut into tracks; along a track the shape changes continuously.

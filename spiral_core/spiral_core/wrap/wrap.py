@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""The perfect wrap: what a gripper coiled by some pressure holds, and how.
+r"""The perfect wrap: the cylinder that a gripper fits at a pressure.
 
 At the perfect wrap the whole length touches the object and the tip, which carries no moment, has
 the curvature of the free shape; its tangent makes the angle :math:`\theta` with the object's axis,
@@ -43,8 +43,8 @@ class WrapRegime(Enum):
 class Wrap:
     """A gripper coiled by one pressure, and the cylinder it fits.
 
-    What follows from the shape is computed when it is first asked for: a control loop wants the
-    pressure first. (Which is why this class has no slots.)
+    Properties that follow from the shape are computed at first use, because a control loop needs
+    the pressure first; the class therefore has no slots.
 
     Args:
         pressure: gauge pressure [Pa].

@@ -36,7 +36,7 @@ _OPTIONS: Final = {
 _LONGEST: Final = 1e5
 
 
-class Given(NamedTuple):
+class TypedValue(NamedTuple):
     """A value that was typed.
 
     Attributes:
@@ -50,7 +50,7 @@ class Given(NamedTuple):
     dimension: str
 
 
-def sentence(error: SpiralError, givens: Mapping[str, list[Given]]) -> str:
+def sentence(error: SpiralError, givens: Mapping[str, list[TypedValue]]) -> str:
     """Return the message of an error in the user's units and with the options' names.
 
     Args:
@@ -59,7 +59,7 @@ def sentence(error: SpiralError, givens: Mapping[str, list[Given]]) -> str:
 
     Example:
         >>> error = NotGrippableError(0.06, "too thick for 1.05 turns", -0.02218, 0.0378211)
-        >>> print(sentence(error, {"radius": [Given(0.06, "6 cm", "LENGTH")]}))
+        >>> print(sentence(error, {"radius": [TypedValue(0.06, "6 cm", "LENGTH")]}))
         an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; the nearest radius \
 that can is 3.782 cm
     """
@@ -99,7 +99,7 @@ def _inward(error: NotGrippableError, units: Mapping[str, str]) -> str:
 
 
 def _not_grippable(
-    error: NotGrippableError, givens: Mapping[str, list[Given]], units: Mapping[str, str]
+    error: NotGrippableError, givens: Mapping[str, list[TypedValue]], units: Mapping[str, str]
 ) -> str:
     asked = _typed(error.radius, givens) or shown_in(error.radius, "m", units)
     constraint = _in_units(error.constraint, units)
@@ -110,7 +110,7 @@ def _not_grippable(
 
 
 def _invalid(
-    error: InvalidInputError, givens: Mapping[str, list[Given]], units: Mapping[str, str]
+    error: InvalidInputError, givens: Mapping[str, list[TypedValue]], units: Mapping[str, str]
 ) -> str:
     """Return a refused value under the option's name, as it was typed."""
     name = _OPTIONS.get(error.field, error.field)
@@ -127,13 +127,13 @@ def _invalid(
     return _in_units(str(error), units)
 
 
-def _typed(value: float, givens: Mapping[str, list[Given]]) -> str | None:
+def _typed(value: float, givens: Mapping[str, list[TypedValue]]) -> str | None:
     """Return how a value was typed, or None if it was not."""
     every = (one for typed in givens.values() for one in typed)
     return next((one.text for one in every if one.dimension and one.value == value), None)
 
 
-def _units(givens: Mapping[str, list[Given]]) -> dict[str, str]:
+def _units(givens: Mapping[str, list[TypedValue]]) -> dict[str, str]:
     """Return the unit that was typed first for each kind of quantity, by SI unit."""
     units: dict[str, str] = {}
     for typed in givens.values():

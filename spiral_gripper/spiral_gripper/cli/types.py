@@ -130,9 +130,9 @@ def _note(
     """Keep how a value was typed, for messages about it."""
     if param is None or ctx is None or not isinstance(ctx.obj, dict):
         return
-    from spiral_gripper.cli.sentences import Given
+    from spiral_gripper.cli.sentences import TypedValue
 
-    ctx.obj.setdefault(str(param.name), []).append(Given(value, text, dimension))
+    ctx.obj.setdefault(str(param.name), []).append(TypedValue(value, text, dimension))
 
 
 def typed(name: str) -> str:

@@ -28,7 +28,7 @@ SERIES = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Held:
+class HoldingFigures:
     """What holds the object.
 
     Args:
@@ -45,8 +45,8 @@ class Held:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Heard:
-    """What a node has said of itself; None is not known.
+class NodeState:
+    """The state of a node, from its messages; None is not known.
 
     Args:
         age: since its newest status [s].
@@ -70,7 +70,7 @@ class Heard:
     measured: float | None
     object_radius: float | None
     regime: str
-    held: Held | None
+    held: HoldingFigures | None
     troubles: tuple[str, ...]
     tube: Array | None
     outer_radius: float
@@ -101,7 +101,7 @@ class LivePage:
             aspect=1.5,
         )
 
-    def show(self, heard: Heard | None) -> None:
+    def show(self, heard: NodeState | None) -> None:
         """Show what was heard last; where that is old, its age too."""
         self._words.content = live_text(heard)
         if heard is None:
@@ -117,7 +117,7 @@ class LivePage:
         opacity = FAINT if heard.held is None else OPAQUE
         self._scene.show_object(heard.placement, opacity=opacity)
 
-    def _note(self, heard: Heard) -> None:
+    def _note(self, heard: NodeState) -> None:
         """Continue the chart of the pressure."""
         now = time.monotonic() - self._begin
         measured = np.nan if heard.measured is None else heard.measured
@@ -133,8 +133,8 @@ class LivePage:
         self._chart.data = (times, *shown_pressures)
 
 
-def live_text(heard: Heard | None) -> str:
-    """Return what a node has said, in lines of Markdown.
+def live_text(heard: NodeState | None) -> str:
+    """Return the state of a node, in lines of Markdown.
 
     Example:
         >>> print(live_text(None))

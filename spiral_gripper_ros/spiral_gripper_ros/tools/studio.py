@@ -15,7 +15,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
-from spiral_gripper.studio.live import Heard, Held
+from spiral_gripper.studio.live import HoldingFigures, NodeState
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import State
@@ -37,7 +37,7 @@ class StudioListener(Listener):
         self.keep(GripStatus, "status", LATEST)
         self.keep(MarkerArray, "markers", LATEST)
 
-    def heard(self) -> Heard | None:
+    def heard(self) -> NodeState | None:
         """Return the newest state of the node; None before its first message."""
         status = self.newest("status")
         if status is None:
@@ -45,7 +45,7 @@ class StudioListener(Listener):
         drawn = self.newest("markers")
         markers = {} if drawn is None else {one.ns: one for one in drawn.markers}
         tube = _added(markers, MEASURED_TUBE) or _added(markers, TUBE)
-        return Heard(
+        return NodeState(
             age=time.monotonic() - self.received_at("status"),
             state=State(status.state).name.lower().replace("_", " "),
             command=status.pressure_command,
@@ -62,12 +62,12 @@ class StudioListener(Listener):
 
 
 @contextmanager
-def heard_of(namespace: str) -> Iterator[Callable[[float], Heard | None]]:
+def node_listener(namespace: str) -> Iterator[Callable[[float], NodeState | None]]:
     """Yield a function that spins for a time [s] and returns the newest state of the node."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     listener = StudioListener(namespace)
 
-    def listen(duration: float) -> Heard | None:
+    def listen(duration: float) -> NodeState | None:
         listener.spin(duration)
         return listener.heard()
 
@@ -89,11 +89,11 @@ def _points(marker: Any) -> Array:  # noqa: ANN401
     return np.array([(p.x, p.y, p.z) for p in marker.points], dtype=np.float64).reshape(-1, 3)
 
 
-def _held(status: GripStatus) -> Held | None:
+def _held(status: GripStatus) -> HoldingFigures | None:
     grip = status.grip
     if not grip.known:
         return None
-    return Held(
+    return HoldingFigures(
         contact_length=grip.contact_length,
         normal_force=grip.normal_force,
         away=grip.holding_force_away,

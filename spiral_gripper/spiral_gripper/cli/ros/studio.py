@@ -55,7 +55,7 @@ def _follow(namespace: str, host: str, port: int, browser: bool) -> NoReturn:
 
     with _served(f"the node in {namespace}", host, port, browser) as server:
         live = LivePage(server)
-        with side.heard_of(namespace) as heard:
+        with side.node_listener(namespace) as heard:
             while True:
                 live.show(heard(LOOK_PERIOD))
 
