@@ -13,6 +13,7 @@ from core.contact_cases import INNER, LENGTH, gripper
 from spiral_core import (
     ContactStatus,
     Cylinder,
+    EventKind,
     GripSetup,
     InvalidInputError,
     NotGrippableError,
@@ -20,6 +21,7 @@ from spiral_core import (
     Orifice,
     PressureCourse,
     Supply,
+    TimedClosing,
     close_on,
     enclosed_volume,
     grip_window,
@@ -124,7 +126,19 @@ def test_a_fast_closing_holds_less_than_a_slow_one() -> None:
     slow = holding_force(slow_closing(setup, pressure)).force
     fast = close_on(setup, PressureCourse.ramp(10.0 * pressure, pressure, 2.0))
     assert fast.is_complete
-    assert fast.time_to_touch is not None
+    touches = [e for f in fast.frames for e in f.events if e.kind is EventKind.TOUCH]
+    assert fast.time_to_touch == touches[0].time  # located, between two frames
+    for frame in fast.frames:  # an interior point presses every node a little
+        pressed = frame.state.normal_forces > 0.0
+        assert frame.state.gaps[pressed].max(initial=0.0) < 1e-7
+    assert fast.time_to_touch < fast.time_to_wrap < fast.course.duration
+    cut = replace(fast, frames=fast.frames[:-1])  # as after an interrupt
+    assert cut.time_to_wrap is None
+    early = next(i for i, c in enumerate(fast.contact_fractions) if c > 0.0)
+    short = PressureCourse((0.0, fast.frames[early].time), (0.0, pressure))
+    touched = TimedClosing(setup, short, fast.frames[: early + 1])
+    assert touched.is_complete
+    assert touched.time_to_wrap is None  # less than half a turn
     assert fast.holding_force().force < 0.5 * slow
     with pytest.raises(InvalidInputError, match="pressures"):
         close_on(setup, PressureCourse.ramp(1e4, 2.0 * setup.gripper.pressure_max, 1.0))

@@ -113,6 +113,45 @@ def test_readings_without_noise_are_met() -> None:
     assert low < 0.01 < high
 
 
+@pytest.mark.parametrize("power", [4.0 / 3.0, 2.0], ids=["creeping", "inertial"])
+def test_each_term_of_the_air_is_fitted(power: float) -> None:
+    """With dA/dt = -c A^p, A^(1-p) grows evenly."""
+    times, first, factor = np.arange(0.0, 20.0, 0.03), 0.03, 1.2
+    creeping, inertial = (slowest().air_creeping, 0.0), (0.0, slowest().air_inertial)
+    own = creeping if power < 2.0 else inertial
+    swing = replace(slowest(), air_creeping=own[0], air_inertial=own[1])
+    amplitudes = first ** (1.0 - power) + factor * sum(own) * (power - 1.0) * times
+    decaying = amplitudes ** (1.0 / (1.0 - power))
+    values = decaying * np.cos(2.0 * math.pi * swing.frequency * times + 0.4)
+    fit = fit_swing(swing, [SwingReading(t, y, 1e-5) for t, y in zip(times, values, strict=True)])
+    assert fit.damping.air == pytest.approx(factor, rel=2e-3)  # 200 steps between readings
+    assert fit.damping.retardation_time < 1e-2 * TRUE.retardation_time
+
+
+def test_the_air_of_the_time_stepper_is_met() -> None:
+    readings = [SwingReading(t, y, ERROR) for t, y in zip(TIMES, swung(), strict=True)]
+    fit = fit_swing(slowest(), readings)
+    assert fit.damping.air == pytest.approx(TRUE.air, rel=0.08)  # its swing is large at first
+
+
+def test_no_interval_goes_below_zero() -> None:
+    times = np.arange(0.0, 6.0, 0.03)
+    fit = fit_swing(slowest(), noisy(exact(0.02, times), 0, times))
+    assert fit.interval("air").low == 0.0
+    assert fit.interval("air").high > 0.0
+
+
+def test_readings_without_a_swing_are_refused() -> None:
+    times = np.arange(0.0, 8.0, 0.02)
+    own = slowest().frequency  # a little of it, so that the frequency is found
+    still = 3e-3 + 2e-4 * np.cos(2.0 * math.pi * own * times)
+    with pytest.raises(InvalidInputError, match="swing of the tip") as refused:
+        fit_swing(slowest(), noisy(still, 0, times))
+    assert refused.value.field == "displacement"
+    with pytest.raises(InvalidInputError):
+        fit_swing(slowest(), noisy(0.0 * times, 0, times))
+
+
 def test_a_swing_that_nothing_damps_ends_at_the_bound() -> None:
     times = np.arange(0.0, 6.0, 0.03)
     fit = fit_swing(slowest(), noisy(exact(-0.003, times), 0, times), air=0.0)

@@ -8,10 +8,11 @@ import json
 import numpy as np
 import pytest
 
-from spiral_core import Damping, GripPoint, lay_into_coil
+from spiral_core import ContactStatus, Damping, GripPoint, SolverError, lay_into_coil
 from spiral_core.grip.hanging import hanging_tube
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import load_description
+from spiral_gripper.reports.closing import document
 from spiral_gripper.reports.closing.document import (
     CloseQuestion,
     close_as_dict,
@@ -49,6 +50,55 @@ def test_an_interrupt_keeps_what_was_computed() -> None:
     assert not solved.forces
     assert "NOT COMPLETE" in dict(close_rows(solved))
     assert close_as_dict(solved)["complete"] is False
+
+
+def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(monkeypatch) -> None:
+    monkeypatch.setattr(document, "RISES", (0.1, 0.2))
+    gripper = load_description("paper_design_70").gripper
+    question = CloseQuestion(gripper, 0.02, 5e5, None, 0.2, None, Damping(), advise=True)
+    total = 2 * document.FRAMES
+
+    def interrupted(done: int, of: int) -> None:
+        if of == total and done == document.FRAMES + 5:
+            raise KeyboardInterrupt
+
+    solved = solve_close(question, interrupted)
+    rows = dict(close_rows(solved))
+    assert solved.closing.is_complete
+    assert len(solved.forces) == 2
+    assert solved.advice.rates == (solved.pressure / 0.2,)
+    assert solved.advice.fastest in (None, solved.pressure / 0.2)
+    assert "INTERRUPTED" in rows
+    assert "NOT COMPLETE" not in rows
+    assert close_as_dict(solved)["complete"] is False
+
+
+def test_a_tube_whose_hanging_state_is_not_found_is_answered_all_the_same(monkeypatch) -> None:
+    def lost(*_: object, **__: object) -> None:
+        raise SolverError(ContactStatus.NOT_HELD, 1.0, 1)
+
+    monkeypatch.setattr(document, "settling_after_move", lost)
+    gripper = load_description("paper_design_70").gripper
+    solved = solve_close(CloseQuestion(gripper, 0.02, 5e5, None, 0.2, None, Damping(), False))
+    assert dict(close_rows(solved))["hanging tube swings at"] == "not known"
+    assert close_as_dict(solved)["hanging_frequency"] is None
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--rate", "1e-9 kPa/s"], "rate must be at least"),
+        (["--animate", "/nowhere/closing.gif"], "no folder /nowhere"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_is_computed(more, said, capsys) -> None:
+    assert run([*ASKED, *more]) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("within", "text"), [(0.03, "4.46 s"), (0.1, "4.5 s"), (0.6, "4 s")])
+def test_times_are_printed_as_finely_as_they_are_known(within: float, text: str) -> None:
+    assert document._seconds(4.456, within) == text
 
 
 def test_the_object_of_an_animation_has_one_length() -> None:

@@ -37,6 +37,16 @@ def test_the_report_holds_values_intervals_and_what_is_held(capsys) -> None:
     assert "air:" not in told
 
 
+def test_an_error_stated_beside_the_file_is_that_of_its_column(tmp_path, capsys) -> None:
+    path = tmp_path / "swing.csv"
+    cells = [line.split(",") for line in SWING.read_text(encoding="utf-8").splitlines()[1:]]
+    path.write_text("\n".join(f"{t},{y},{p}" for t, y, _, p in cells), encoding="utf-8")
+    assert run(asked(SWING, "--json")) == 0
+    told = capsys.readouterr().out
+    assert run(asked(path, "--json", "--error", "displacement=0.3 mm")) == 0
+    assert capsys.readouterr().out == told
+
+
 def changed(folder: Path, old: str, new: str) -> Path:
     path = folder / "swing.csv"
     text = SWING.read_text(encoding="utf-8")
@@ -49,6 +59,7 @@ def changed(folder: Path, old: str, new: str) -> Path:
     ("old", "new", "said"),
     [
         ("time [s]", "time [min]", "check the unit of time"),
+        ("displacement [mm]", "displacement [in]", "check the unit"),
         ("displacement [mm]", "extension [mm]", '"displacement": is missing'),
         ("displacement_error [mm]", "arc_length [mm]", '"displacement_error": is missing'),
         ("displacement_error [mm]", "arc_length [mm]", "is of no free swing"),
@@ -89,5 +100,10 @@ def test_a_swing_is_no_reading_of_the_law(capsys) -> None:
 
 
 def test_a_large_swing_is_warned_of(tmp_path, capsys) -> None:
-    assert run(asked(changed(tmp_path, "displacement [mm]", "displacement [in]"))) == 0
+    path = tmp_path / "swing.csv"
+    _, head, *rows = SWING.read_text(encoding="utf-8").splitlines()
+    cells = [row.split(",") for row in rows]
+    wide = [f"{t},{2.0 * float(y)},{e},{p}" for t, y, e, p in cells]
+    path.write_text("\n".join([head, *wide]), encoding="utf-8")
+    assert run(asked(path)) == 0
     assert "the swing is large" in capsys.readouterr().out

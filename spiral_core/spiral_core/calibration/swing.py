@@ -35,6 +35,10 @@ from spiral_core.validation import require_finite, require_non_negative, require
 
 # A decay is seen over so many periods, and a period in so many readings.
 LEAST_PERIODS, LEAST_READINGS = 3.0, 6.0
+# All of a swing, of which seven numbers are fitted.
+FEWEST_READINGS = 12
+# The swing explains this part of the readings' variance at least; otherwise there is none.
+LEAST_SWING = 0.5
 # The measured frequency is that of the described gripper to this factor; a wrong unit of time or a
 # forgotten mount is not.
 OTHER_SWING = 1.6
@@ -103,7 +107,7 @@ class SwingFit:
         return scatter_of(self.error_scale, self.degrees_of_freedom)
 
     def interval(self, name: str, level: float = DEFAULT_LEVEL) -> Interval:
-        """Return the confidence interval of one value, from Student's t.
+        """Return the confidence interval of one value, from Student's t, cut off at zero.
 
         Raises:
             InvalidInputError: there is no such value, or the level is not between 0 and 1.
@@ -114,7 +118,7 @@ class SwingFit:
         known = self.scatter is Scatter.TOO_SMALL
         factor = student_quantile(level, math.inf if known else self.degrees_of_freedom)
         half = factor * math.sqrt(float(self.covariance[k, k]))
-        return Interval(float(self.values[k]) - half, float(self.values[k]) + half)
+        return Interval(max(0.0, float(self.values[k]) - half), float(self.values[k]) + half)
 
 
 def fit_swing(
@@ -182,9 +186,8 @@ class _Data:
 
     def __init__(self, swing: Swing, readings: list[SwingReading], air: float | None) -> None:
         self.swing, self.air = swing, air
-        least = 12
-        if len(readings) < least:
-            raise InvalidInputError("readings", len(readings), f"at least {least}")
+        if len(readings) < FEWEST_READINGS:
+            raise InvalidInputError("readings", len(readings), f"at least {FEWEST_READINGS}")
         self.times = np.array([one.time for one in readings])
         self.measured = np.array([one.displacement for one in readings])
         self.errors = np.array([one.error for one in readings])
@@ -199,11 +202,13 @@ class _Data:
             requirement = f"{each} (check the unit of time)"
             raise InvalidInputError("readings", f"{per:.2g} in a swing", requirement)
         best = (math.inf, 0.0, np.zeros(3))
-        start = Damping()
+        assumed = Damping()
         for frequency in TRIED * own:
-            decay = np.exp(-self.times * 0.5 * self.swing.material * start.retardation_time)
+            decay = np.exp(-self.times * 0.5 * self.swing.material * assumed.retardation_time)
             angle = 2.0 * math.pi * frequency * self.times
-            columns = np.column_stack((decay * np.cos(angle), decay * np.sin(angle), decay * 0 + 1))
+            columns = np.column_stack(
+                (decay * np.cos(angle), decay * np.sin(angle), np.ones_like(decay))
+            )
             parts, left, *_ = np.linalg.lstsq(columns, self.measured, rcond=None)
             if left.size and left[0] < best[0]:
                 best = (float(left[0]), float(frequency), parts)
@@ -218,6 +223,10 @@ class _Data:
         if not ends * frequency >= LEAST_PERIODS:
             requirement = f"at least {LEAST_PERIODS:g} swings, {LEAST_PERIODS / frequency:.2g} s"
             raise InvalidInputError("time", f"{ends:.3g} s", requirement)
+        variance = float(np.sum((self.measured - self.measured.mean()) ** 2))
+        if not best[0] < (1.0 - LEAST_SWING) * variance:
+            requirement = "a swing of the tip that decays"
+            raise InvalidInputError("displacement", "no such swing", requirement)
         return frequency, float(parts[0]), float(parts[1]), float(parts[2])
 
     def residuals(self, x: Array, size: float) -> Array:

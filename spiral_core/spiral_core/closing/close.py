@@ -23,7 +23,7 @@ from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.problem import ContactProblem
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.motion.inertia import Damping, Inertia
-from spiral_core.rod.motion.motion import Frame, contact_fraction
+from spiral_core.rod.motion.motion import EventKind, Frame, contact_fraction
 from spiral_core.rod.motion.solve import motion_frames
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
@@ -35,6 +35,9 @@ BEYOND_WRAP = 1.15
 # Wrapped once this part of the final contact is there for good; settled once no node is faster
 # than this fraction of the length per second for good.
 WRAPPED, SETTLED = 0.9, 0.02
+LEAST_WRAP = 0.5  # turns
+# Inertia has long stopped to matter in closings that take longer [s].
+LONGEST_COURSE = 600.0
 # Stations of the slow closing that a fast one is compared with.
 SLOW_STATIONS = 40
 KEEP = 0.9
@@ -101,16 +104,21 @@ class TimedClosing:
     @property
     def time_to_touch(self) -> float | None:
         """When the tube first touches the object beyond its base [s]; None if it never does."""
-        touched = [
-            f.time for f, c in zip(self.frames, self.contact_fractions, strict=True) if c > 0
-        ]
-        return touched[0] if touched else None
+        if self.contact_fractions[0] > 0.0:
+            return self.frames[0].time
+        events = (event for frame in self.frames for event in frame.events)
+        return next((event.time for event in events if event.kind is EventKind.TOUCH), None)
 
     @property
     def time_to_wrap(self) -> float | None:
-        """From when on 90 % of the final contact is there [s]; None without contact."""
-        fractions = self.contact_fractions
-        if not fractions[-1] > 0.0:
+        """From when on 90 % of the final contact is there [s].
+
+        None if the closing is not complete, or touches along less than half a turn in the end.
+        """
+        fractions, rod = self.contact_fractions, self.setup.gripper.tube
+        turn = 2.0 * math.pi * (self.setup.obstacle.shape.feature_radius + rod.outer_radius)
+        length = fractions[-1] * float(self.frames[-1].state.arc_lengths[-1])
+        if not (self.is_complete and length >= LEAST_WRAP * turn):
             return None
         return self._since([c >= WRAPPED * fractions[-1] for c in fractions])
 
@@ -179,6 +187,9 @@ def closing_frames(
     """
     require_in_range("pressures", max(course.pressures), 0.0, setup.gripper.pressure_max)
     require_in_range("count", count, 2, 100_000)
+    if course.duration > LONGEST_COURSE:
+        requirement = f"at most {LONGEST_COURSE:g} s; closing more slowly is slow_closing"
+        raise InvalidInputError("course.duration", course.duration, requirement)
 
     posed = lru_cache(maxsize=1)(setup.closing_problem)
 
@@ -266,27 +277,41 @@ def advise_rate(
         damping: None is that of a silicone tube in air.
         progress: called with frames done and all.
     """
-    falling = sorted((require_positive("rates", rate) for rate in rates), reverse=True)
-    if not falling:
+    *_, advice = growing_advice(
+        setup, pressure, rates, wait=wait, damping=damping, progress=progress
+    )
+    return advice
+
+
+def growing_advice(
+    setup: GripSetup,
+    pressure: float,
+    rates: Sequence[float],
+    *,
+    wait: float = 2.0,
+    damping: Damping | None = None,
+    progress: Progress | None = None,
+) -> Iterator[RateAdvice]:
+    """Yield :func:`advise_rate` of the slowest rate, the two slowest and so on, as they come."""
+    rising = sorted(require_positive("rates", rate) for rate in rates)
+    if not rising:
         raise InvalidInputError("rates", rates, "one or more rates")
     slow = holding_force(slow_closing(setup, pressure)).force
-    closings, forces = [], []
-    for i, rate in enumerate(falling):
+    done: list[tuple[float, float, TimedClosing]] = []
+    fastest = None
+    for i, rate in enumerate(rising):
 
-        def moved(done: int, total: int, before: int = i) -> None:
+        def moved(frames: int, total: int, before: int = i) -> None:
             if progress is not None:
-                progress(before * total + done, len(falling) * total)
+                progress(before * total + frames, len(rising) * total)
 
         course = PressureCourse.ramp(rate, pressure, wait)
         closing = close_on(setup, course, damping=damping, progress=moved)
-        closings.append(closing)
-        forces.append(_held(closing))
-    fastest = None
-    for rate, force in zip(reversed(falling), reversed(forces), strict=True):
-        if not force >= KEEP * slow:
-            break
-        fastest = rate
-    return RateAdvice(slow, tuple(falling), tuple(forces), tuple(closings), fastest)
+        done.insert(0, (rate, _held(closing), closing))
+        if all(force >= KEEP * slow for _, force, _ in done):
+            fastest = rate
+        looked_at, forces, closings = zip(*done, strict=True)
+        yield RateAdvice(slow, looked_at, forces, closings, fastest)
 
 
 def _held(closing: TimedClosing) -> float:

@@ -275,7 +275,7 @@ def stated_error(text: str, name: str, value: float) -> float:
 
     Args:
         text: a quantity, ``"0.2 mm"``, or a share, ``"2 %"``.
-        name: what it is the error of, one of :data:`ERROR_COLUMNS`.
+        name: what it is the error of, one of :data:`ERROR_COLUMNS` or a column itself.
         value: the measured value.
 
     Raises:
@@ -286,7 +286,8 @@ def stated_error(text: str, name: str, value: float) -> float:
         (0.001, 0.0002)
     """
     if not text.strip().endswith("%"):
-        return parse_quantity(text.strip(), COLUMNS[ERROR_COLUMNS[name]], f"--error {name}")
+        column = COLUMNS[ERROR_COLUMNS.get(name, name)]
+        return parse_quantity(text.strip(), column, f"--error {name}")
     try:
         return parse_number(text.strip().removesuffix("%").strip()) / 100.0 * abs(value)
     except InvalidInputError:

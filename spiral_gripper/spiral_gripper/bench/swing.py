@@ -43,6 +43,11 @@ def fit_free_swing(
     """
     readings, pressure = _read(path, options)
     swing = _measured_swing(description, pressure)
+    length, places = description.gripper.tube.length, [one.displacement for one in readings]
+    if not max(places) - min(places) <= 2.0 * length:
+        told = f"a swing {shown(max(places) - min(places), 'm', 3)} wide"
+        requirement = f"at most twice the tube's length, {shown(length, 'm', 3)}: check the unit"
+        raise InvalidInputError("displacement", told, requirement)
     return fit_swing(swing, readings, air=air)
 
 

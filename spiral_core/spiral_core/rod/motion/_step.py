@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.rod.contact._algebra import matrices, turned
+from spiral_core.rod.contact._algebra import composed, matrices, turned
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._increments import Point, largest_moves, moved_fraction
 from spiral_core.rod.contact._mesh import Arrays, last_slip
-from spiral_core.rod.contact._newton import CONVERGED, Newton
+from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.motion._terms import (
     StepTerms,
@@ -73,6 +73,8 @@ class Moment:
 
 def at_rest(time: float, point: Point, velocity: Array | None = None) -> Moment:
     """Return a rod that begins to move from a state, with velocities of its nodes (N + 1, 3)."""
+    point = replace(point, x=point.x.copy())
+    _release(point.x, point.solution)
     y = coordinates(point.x)
     rate = np.zeros_like(y)
     if velocity is not None:
@@ -89,6 +91,13 @@ def touching(x: Iterate) -> NDArray[np.bool_]:
     return touches
 
 
+def _release(x: Iterate, solution: Solution) -> None:
+    """Take the forces from nodes that do not touch: an interior point leaves each node a little."""
+    for contact in solution.contacts:
+        x.normal[contact.j][~contact.active] = 0.0
+        x.friction[contact.j][~contact.active] = 0.0
+
+
 def advanced(
     here: Moment, arrays: Arrays, duration: float, inertia: Array, damping: Damping
 ) -> tuple[Moment | None, float]:
@@ -100,7 +109,7 @@ def advanced(
     smooth = ~here.touches & here.started
     target, scale = _target(here, duration, smooth)
     back, past = _backward(here.y, here.rate, here.mean, duration, smooth[:, None])
-    guess = _predicted(here, duration)
+    guess = _predicted(here, arrays, duration)
     solved = arrays
     if damping.retardation_time > 0.0:
         between, past_strain = _backward(
@@ -148,13 +157,28 @@ def _backward(
     return np.where(smooth, back, h), np.where(smooth, newmark, value)
 
 
-def _predicted(here: Moment, duration: float) -> Iterate:
+def _predicted(here: Moment, arrays: Arrays, duration: float) -> Iterate:
     """Return the state expected at the end of the step."""
-    x = here.point.x.copy()
+    x = _taken_along(here.point, arrays)
     still = here.touches[:, None]
     x.p += np.where(still, 0.0, duration * (here.rate + 0.5 * duration * here.mean)[:, :3])
     spin = _spin(here)
     x.q[:] = turned(x.q, np.where(still, 0.0, duration * spin))
+    return x
+
+
+def _taken_along(here: Point, arrays: Arrays) -> Iterate:
+    """Return a state whose nodes that touch have moved with their obstacle."""
+    x = here.x.copy()
+    for j, (old, new) in enumerate(zip(here.arrays.obstacles, arrays.obstacles, strict=True)):
+        if (old.position, old.orientation) == (new.position, new.orientation):
+            continue
+        first, last = np.array([old.orientation]), np.array([new.orientation])
+        between = matrices(last)[0] @ matrices(first)[0].T
+        hit = x.normal[j] > 0.0
+        x.p[hit] = (x.p[hit] - np.asarray(old.position)) @ between.T + np.asarray(new.position)
+        turn = composed(last, first * np.array((-1.0, -1.0, -1.0, 1.0)))
+        x.q[hit] = composed(np.repeat(turn, np.count_nonzero(hit), axis=0), x.q[hit])
     return x
 
 
@@ -187,12 +211,13 @@ def _solve(here: Point, arrays: Arrays, guess: Iterate, terms: StepTerms) -> Poi
         last_slip(arrays),
     )  # fmt: skip
     largest = largest_moves(here)
-    for x in (guess, here.x.copy()):
+    for x in (guess, _taken_along(here, arrays)):
         newton = Newton(arrays, x, anchors, terms)
         newton.tolerance = TOLERANCE
         solution = newton.run(float(largest.max()))
         near = solution.pivot > 0.0 and solution.residual < ACCEPTED
         if (solution.outcome == CONVERGED or near) and moved_fraction(here, arrays, x.p) <= 1.0:
+            _release(x, solution)
             return Point(here.at, arrays, x, anchors, solution)
     return None
 

@@ -68,7 +68,9 @@ class Swing:
         rates = self.decay_rate(amplitudes, damping)
         if not np.all(rates > 0.0):
             return math.inf
-        return float(_simpson(1.0 / rates, math.log(first / last)))
+        from scipy.integrate import simpson  # scipy takes long to load
+
+        return float(simpson(1.0 / rates, dx=math.log(first / last) / INTERVALS))
 
     def _linear(self, damping: Damping) -> float:
         """Return the rate of decay that does not depend on the amplitude [1/s]."""
@@ -99,10 +101,3 @@ def air_coefficients(
         float(slow * np.sum(lengths * np.cbrt(shape) ** 7)),
         float(fast * np.sum(lengths * shape**3)),
     )
-
-
-def _simpson(values: Array, width: float) -> float:
-    """Return the integral of an odd number of even samples."""
-    step = width / (len(values) - 1)
-    inner = 4.0 * np.sum(values[1:-1:2]) + 2.0 * np.sum(values[2:-2:2])
-    return float(step / 3.0 * (values[0] + values[-1] + inner))

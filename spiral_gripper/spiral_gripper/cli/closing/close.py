@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import click
@@ -94,13 +95,15 @@ def close(
 
     GRIPPER is the name of a shipped gripper or the path of a description file. The tube has mass
     and damping, and turns that touch early stick: a fast closing may hold a fraction of what a slow
-    one holds. Ctrl-C ends the computation and prints what has been computed. Exit code 1: the
-    closing was not computed to its end.
+    one holds. Ctrl-C ends the computation and prints what has been computed. Exit code 1: not all
+    that was asked for was computed.
     """
     if friction is not None and not 0.0 <= friction <= 10.0:
         raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
     if animate is not None and animate.suffix.lower() not in ANIMATION_SUFFIXES:
         raise click.UsageError(f"--animate writes .gif files, got {animate.name}")
+    if animate is not None and not os.access(animate.parent, os.W_OK):
+        raise click.UsageError(f"cannot write {animate}: no folder {animate.parent} to write to")
     from spiral_core.rod.motion.inertia import Damping
     from spiral_gripper.cli.workers import progress_bar
     from spiral_gripper.reports.closing.document import (
@@ -142,6 +145,7 @@ def close(
         from spiral_gripper.cli.output import say_written
         from spiral_gripper.reports.closing.plots import write_animation
 
-        write_animation(solved.closing, animate)
+        with progress_bar("drawing") as drawn:
+            write_animation(solved.closing, animate, drawn)
         say_written(animate)
-    return 0 if solved.closing.is_complete else 1
+    return 0 if solved.closing.is_complete and not solved.interrupted else 1

@@ -11,18 +11,20 @@ from typing import Any
 from spiral_core.closing.close import (
     BEYOND_WRAP,
     FRAMES,
+    LONGEST_COURSE,
     RateAdvice,
     TimedClosing,
-    advise_rate,
     closing_frames,
+    growing_advice,
 )
 from spiral_core.closing.course import PressureCourse
 from spiral_core.closing.settling import settling_after_move, vibrations
-from spiral_core.errors import SolverError
+from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
-from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.grip.setup import lay_into_coil
 from spiral_core.rod.motion.frequencies import Modes
 from spiral_core.rod.motion.inertia import Damping
+from spiral_core.rod.motion.motion import Frame
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import shown
 
@@ -66,18 +68,20 @@ class SolvedClose:
         pressure: closed to [Pa].
         closing: in time, as far as it was computed.
         forces: what holds then, for a complete closing; else empty.
-        hanging: vibrations of the tube as it hangs, without pressure.
-        settling: wait before it rests again after an arm's move [s].
-        advice: on the rate, where it was asked for.
+        hanging: vibrations of the tube as it hangs, without pressure; None if they are not known.
+        settling: wait before it rests again after an arm's move [s]; None likewise.
+        advice: on the rate, where it was asked for; of the slowest rates after an interrupt.
+        interrupted: whether something that was asked for was not computed.
     """
 
     question: CloseQuestion
     pressure: float
     closing: TimedClosing
     forces: tuple[HoldingForce, ...]
-    hanging: Modes
-    settling: float
+    hanging: Modes | None
+    settling: float | None
     advice: RateAdvice | None
+    interrupted: bool
 
 
 def solve_close(
@@ -94,41 +98,55 @@ def solve_close(
     if pressure is None:
         wrapped = setup.tip_pressure or question.gripper.pressure_max
         pressure = min(BEYOND_WRAP * wrapped, question.gripper.pressure_max)
+    slowest = pressure / max(LONGEST_COURSE - question.wait, 1.0)
+    if not question.rate >= slowest:
+        requirement = f"at least {slowest:.3g} Pa/s; the grip of slower closings: grip"
+        raise InvalidInputError("rate", question.rate, requirement)
     course = PressureCourse.ramp(question.rate, pressure, question.wait)
-    closing = _interruptible(setup, course, question.damping, progress)
+    frames: list[Frame] = []
     forces: tuple[HoldingForce, ...] = ()
-    advice = None
-    if closing.is_complete:
-        forces = _forces(closing)
-        if question.advise:
-            rates = [pressure / rise for rise in RISES]
-            advice = advise_rate(
-                setup, pressure, rates, wait=question.wait, damping=question.damping,
-                progress=progress,
-            )  # fmt: skip
-    gripper = question.gripper
-    settling = settling_after_move(gripper, 0.0, MOVE, damping=question.damping)
-    hanging = vibrations(gripper, 0.0, 2)
-    return SolvedClose(question, pressure, closing, forces, hanging, settling, advice)
-
-
-def _interruptible(
-    setup: GripSetup,
-    course: PressureCourse,
-    damping: Damping,
-    progress: Callable[[int, int], None] | None,
-) -> TimedClosing:
-    """Return a closing; Ctrl-C keeps what was computed, once there is anything."""
-    frames = []
+    advice: RateAdvice | None = None
+    interrupted = False
     try:
-        for frame in closing_frames(setup, course, damping=damping):
+        for frame in closing_frames(setup, course, damping=question.damping):
             frames.append(frame)
             if progress is not None:
                 progress(len(frames), FRAMES)
+        closing = TimedClosing(setup, course, tuple(frames))
+        if closing.is_complete:
+            forces = _forces(closing)
+        if closing.is_complete and question.advise:
+            growing = growing_advice(
+                setup, pressure, [pressure / rise for rise in RISES], wait=question.wait,
+                damping=question.damping, progress=progress,
+            )  # fmt: skip
+            for so_far in growing:
+                advice = so_far
     except KeyboardInterrupt:
         if not frames:
             raise
-    return TimedClosing(setup, course, tuple(frames))
+        interrupted = True
+    hanging, settling = _hanging(question)
+    return SolvedClose(
+        question=question,
+        pressure=pressure,
+        closing=TimedClosing(setup, course, tuple(frames)),
+        forces=forces,
+        hanging=hanging,
+        settling=settling,
+        advice=advice,
+        interrupted=interrupted,
+    )
+
+
+def _hanging(question: CloseQuestion) -> tuple[Modes | None, float | None]:
+    """Return the hanging tube's vibrations and settling time; None where no state is found."""
+    gripper, damping = question.gripper, question.damping
+    try:
+        settling = settling_after_move(gripper, 0.0, MOVE, damping=damping)
+        return vibrations(gripper, 0.0, 2), settling
+    except SolverError:
+        return None, None
 
 
 def _forces(closing: TimedClosing) -> tuple[HoldingForce, ...]:
@@ -150,17 +168,20 @@ def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
     if not closing.is_complete:
         ended = closing.frames[-1].time
         rows.append(("NOT COMPLETE", f"computed {ended:.2f} s of {closing.course.duration:.2f} s"))
+    elif solved.interrupted:
+        rows.append(("INTERRUPTED", "what was not computed is missing below"))
+    between = closing.course.duration / (FRAMES - 1)
     rows += [
         ("touches after", _seconds(closing.time_to_touch)),
-        ("wrapped after", _seconds(closing.time_to_wrap)),
-        ("at rest after", _seconds(closing.settling_time)),
+        ("wrapped after", _seconds(closing.time_to_wrap, between, "not wrapped")),
+        ("at rest after", _seconds(closing.settling_time, between)),
         ("in contact", f"{100.0 * closing.contact_fractions[-1]:.0f} % of the tube"),
         ("turns", f"{point.turns:.2f}"),
         ("presses with", f"{shown(point.normal_force, 'N', 3)} in all"),
     ]
     names = {Pull.AWAY: "holds away from the base", Pull.TOWARDS: "holds towards the base"}
     rows += [(names[one.pull], shown(one.force, "N", 3)) for one in solved.forces]
-    if closing.is_complete and not solved.forces:
+    if closing.is_complete and not solved.forces and not solved.interrupted:
         rows.append(("holds", "not known: the closed tube was not seen to rest"))
     if solved.advice is not None:
         rows.append(("closed slowly it holds", shown(solved.advice.slow, "N", 3)))
@@ -170,8 +191,11 @@ def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
         said = "none of these" if fastest is None else shown(fastest, "Pa/s")
         rows.append(("fastest that keeps 90 %", said))
     speed = shown(MOVE, "m/s", 3)
+    swings = "not known"
+    if solved.hanging is not None:
+        swings = f"{solved.hanging.frequencies[0]:.3g} Hz"
     rows += [
-        ("hanging tube swings at", f"{solved.hanging.frequencies[0]:.3g} Hz"),
+        ("hanging tube swings at", swings),
         (f"  rests after a stop from {speed}", _waited(solved.settling)),
     ]
     return rows
@@ -180,14 +204,14 @@ def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
 def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
     """Return a closing as plain data, in SI units."""
     closing, point = solved.closing, solved.closing.point
-    advice = solved.advice
+    advice, settling = solved.advice, solved.settling
     return {
         "gripper": solved.question.gripper.name,
         "object_radius": solved.question.radius,
         "rate": solved.question.rate,
         "pressure": solved.pressure,
         "friction": closing.setup.obstacle.friction,
-        "complete": closing.is_complete,
+        "complete": closing.is_complete and not solved.interrupted,
         "time_to_touch": closing.time_to_touch,
         "time_to_wrap": closing.time_to_wrap,
         "settling_time": closing.settling_time,
@@ -203,8 +227,8 @@ def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
             "holding_forces": advice.forces,
             "fastest_rate": advice.fastest,
         },
-        "hanging_frequency": float(solved.hanging.frequencies[0]),
-        "hanging_settling_time": solved.settling if math.isfinite(solved.settling) else None,
+        "hanging_frequency": solved.hanging and float(solved.hanging.frequencies[0]),
+        "hanging_settling_time": settling if math.isfinite(settling or 0.0) else None,
         "frames": [
             {
                 "time": frame.time,
@@ -217,11 +241,16 @@ def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
     }
 
 
-def _seconds(time: float | None) -> str:
-    """Return a time as text."""
-    return "not within this time" if time is None else f"{time:.2f} s"
+def _seconds(time: float | None, within: float = 0.0, never: str = "not within this time") -> str:
+    """Return a time that is known to ``within`` [s] as text."""
+    if time is None:
+        return never
+    digits = 2 if within < 0.05 else 1 if within < 0.5 else 0
+    return f"{time:.{digits}f} s"
 
 
-def _waited(time: float) -> str:
-    """Return a time that may be endless as text."""
+def _waited(time: float | None) -> str:
+    """Return a time that may be endless, or not known, as text."""
+    if time is None:
+        return "not known"
     return f"{time:.1f} s" if math.isfinite(time) else "never: nothing damps it"

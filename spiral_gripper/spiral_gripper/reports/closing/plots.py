@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeAlias
@@ -46,8 +47,10 @@ def close_figure(closing: TimedClosing) -> Figure:
 
 
 @paper_style()
-def write_animation(closing: TimedClosing, path: Path) -> None:
-    """Write a closing in real time as an animated picture.
+def write_animation(
+    closing: TimedClosing, path: Path, progress: Callable[[int, int], None] | None = None
+) -> None:
+    """Write a closing in real time as an animated picture; ``progress`` counts the pictures.
 
     Raises:
         FileError: it cannot be written.
@@ -62,9 +65,11 @@ def write_animation(closing: TimedClosing, path: Path) -> None:
     with TemporaryDirectory() as folder:
         written = Path(folder) / "closing.gif"
         with writer.saving(figure, str(written), DOTS):
-            for index in chosen:
+            for done, index in enumerate(chosen, start=1):
                 _draw_frame(figure, closing, int(index), limits)
                 writer.grab_frame()
+                if progress is not None:
+                    progress(done, count)
         write_file(path, written.read_bytes())
 
 
