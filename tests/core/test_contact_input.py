@@ -147,7 +147,7 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
     ),
     "stations of another rod": (
         "problems",
-        lambda: follow_contact([PROBLEM, replace(PROBLEM, rod=replace(ROD, length=0.5))]),
+        lambda: follow_contact([PROBLEM, replace(PROBLEM, rod=replace(ROD, radius=0.5))]),
     ),
     "stations of other shapes": (
         "problems",

@@ -70,6 +70,10 @@ def solve_rod(
     way is counted in ``folds``. With ``start`` the nearest minimum is found from there, as in a
     control loop; where the start does not fit (another number of elements) it is resampled.
 
+    There are no obstacles here: :func:`~spiral_core.rod.contact.solve.solve_contact` solves a rod
+    among obstacles, held at both ends or stretched; its
+    :class:`~spiral_core.rod.contact.problem.ContactProblem` holds the obstacles.
+
     Args:
         rod: length, stiffness and rest strain.
         load: distributed load and loads at the tip.

@@ -308,12 +308,11 @@ def require_alike(problems: Sequence[ContactProblem]) -> None:
     first = problems[0]
     for problem in problems[1:]:
         alike = (
-            problem.rod.length == first.rod.length
-            and problem.rod.radius == first.rod.radius
+            problem.rod.radius == first.rod.radius
             and type(problem.base) is type(first.base)
             and type(problem.tip) is type(first.tip)
             and [o.shape for o in problem.obstacles] == [o.shape for o in first.obstacles]
         )
         if not alike:
-            requirement = "stations with one rod length, radius, kinds of ends and obstacle shapes"
+            requirement = "stations with one rod radius, kinds of ends and obstacle shapes"
             raise InvalidInputError("problems", problem, requirement)

@@ -57,6 +57,9 @@ def solve_contact(
     .. math:: \min_{p, R} \int \tfrac12 (u-u^*)^T K (u-u^*) + \tfrac12 \epsilon^T S \epsilon
         - w \cdot p \; ds \quad \text{with} \quad p' = R (e_x + \epsilon), \; d(p) \ge r
 
+    This is :func:`~spiral_core.rod.solve.solve_rod` with obstacles, a function of its own because
+    it takes and returns more: a radius and both ends, contact forces and reactions.
+
     Without a start the rod begins straight, along its base, without rest strain, with the
     obstacles in place; loads come on while its tip is brought to where it is held, and then the
     rest strain. Snaps on the way are followed. With a state as start, one increment is made from
@@ -164,7 +167,7 @@ def follow_contact(
     smallest_increment: float = SMALLEST_INCREMENT,
     stop_at_event: bool = False,
 ) -> ContactPath:
-    """Return the states of a rod whose loads, shape, ends or obstacles change from one to the next.
+    """Return the states of a rod whose length, shape, loads, ends or obstacles change on a path.
 
     Between two problems everything is blended, obstacles and ends move along straight lines and
     turn evenly, and the branch of stable states is followed in increments that adapt to it;
@@ -173,7 +176,8 @@ def follow_contact(
     recorded, and the path goes on from there. If it rests nowhere the path ends.
 
     Args:
-        problems: the stations; the same rod length, kinds of ends and obstacles in all of them.
+        problems: the stations; the same rod radius, kinds of ends and obstacles in all of them.
+            Where the rod's length changes, nodes keep their fractions of it.
         start: the state that the first way begins at; None solves the first station from scratch.
         elements: for all stations; None takes the start's, or enough for all of them.
         largest_increment: of the way between two stations, in (0, 1]. With friction the states
