@@ -2,6 +2,7 @@
 """`spiral-gripper plan | grasp | release | status | watch`, to a node in a process of its own."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -50,6 +51,18 @@ def test_plan_says_whether_and_with_what_and_moves_nothing(active, ask):
     document = json.loads(out)
     assert document["success"]
     assert document["pressure"] == pytest.approx(57.0e3, rel=1e-3)
+    assert active.pressures[-1] == 0.0
+
+
+def test_plan_computes_whether_a_payload_is_held(active, ask):
+    asked = ("plan", "--radius", "20 mm", "--overpressure", "3 kPa", "--friction", "0.4")
+    code, out, _ = ask(*asked, "--payload", "5 g")
+    assert code == 0, out
+    assert "for friction 0.4" in out
+    assert re.search(r"payload +0.005 kg held with 0\.\d+ N to spare", out), out
+    code, out, _ = ask(*asked, "--payload", "2 kg")
+    assert code == 1
+    assert "payload          2 kg NOT held" in out
     assert active.pressures[-1] == 0.0
 
 

@@ -65,15 +65,20 @@ class WrapGoal:
     abort_policy: str | None
 
 
-def plan(namespace: str, radius: float, overpressure: float) -> Answer:
-    """Ask `plan_wrap`.
+def plan(
+    namespace: str, radius: float, overpressure: float, payload: float = 0.0, friction: float = 0.0
+) -> Answer:
+    """Ask `plan_wrap`; with a payload [kg] or a friction for the grip on exactly this object.
+
+    A payload that is not held, or of which that is not known, is no good answer.
 
     Raises:
         NoAnswerError: no node answers.
     """
+    exact = payload > 0.0 or friction > 0.0
     with SpiralGripper(namespace, DISCOVERY_TIMEOUT) as gripper:
-        answer = gripper.plan(radius, overpressure)
-    lines = [str(answer.message)]
+        answer = gripper.plan(radius, overpressure, payload, friction, compute_grip=exact)
+    lines, good = [str(answer.message)], bool(answer.success)
     if answer.success:
         lines += [
             f"pressure         {shown(answer.pressure, 'Pa')}",
@@ -82,8 +87,16 @@ def plan(namespace: str, radius: float, overpressure: float) -> Answer:
             f"line force       {shown(answer.line_force, 'N/m')}",
         ]
         lines += grip_lines(answer.grip)
-    lines.append(f"grips radii      {_range(answer)}")
-    return Answer(bool(answer.success), lines, _document(answer, without=("backbone",)))
+        if payload > 0.0:
+            margin = answer.grip.payload_margin
+            good = bool(answer.grip.known) and margin >= 0.0
+            said = (
+                f"held with {shown(margin, 'N', 3)} to spare" if good else "NOT held, or not known"
+            )
+            lines.append(f"payload          {shown(payload, 'kg', 3)} {said}")
+    if answer.radius_max > 0.0:
+        lines.append(f"grips radii      {_range(answer)}")
+    return Answer(good, lines, _document(answer, without=("backbone",)))
 
 
 def grip_lines(grip: Grip) -> list[str]:

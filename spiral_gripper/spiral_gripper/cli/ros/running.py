@@ -14,6 +14,7 @@ from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import require_namespace
 from spiral_gripper.cli.types import (
     LENGTH,
+    MASS,
     NUMBER,
     PRESSURE,
     Decorated,
@@ -90,14 +91,38 @@ def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
     help="Radius of the object.",
 )
 @overpressure_option
+@click.option(
+    "--payload",
+    type=MASS,
+    metavar="MASS",
+    callback=_positive,
+    help="Mass of the object: is it held? Computed for this object, which takes some seconds.",
+)
+@click.option(
+    "--friction",
+    type=NUMBER,
+    metavar="MU",
+    callback=_positive,
+    help="Friction coefficient of tube and object, computed for. [default: the node's]",
+)
 @namespace_option
 @output_options
-def plan(radius: float, overpressure: float, namespace: str, as_json: bool) -> int:
+def plan(
+    radius: float,
+    overpressure: float,
+    payload: float | None,
+    friction: float | None,
+    namespace: str,
+    as_json: bool,
+) -> int:
     """Ask a running node whether it can wrap an object, and at which pressure; nothing moves.
 
-    The exit code is 0 if the node can wrap the object, 1 if not, 2 if no node answers.
+    The exit code is 0 if the node can wrap the object (and hold the payload), 1 if not, 2 if no
+    node answers.
     """
-    return _show(load_ros_side(SIDE).plan(namespace, radius, overpressure), as_json=as_json)
+    side = load_ros_side(SIDE)
+    answer = side.plan(namespace, radius, overpressure, payload or 0.0, friction or 0.0)
+    return _show(answer, as_json=as_json)
 
 
 @click.command()
