@@ -17,16 +17,18 @@ URDF = Path(__file__).resolve().parent.parent / "urdf"
 def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
-            DeclareLaunchArgument("namespace", default_value="", description="of the publisher"),
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="namespace of the publisher"
+            ),
             DeclareLaunchArgument(
                 "prefix",
                 default_value="",
-                description="of links and joints; left_ belongs to frame_id left_gripper_base",
+                description="prefix of links and joints; use left_ with frame_id left_gripper_base",
             ),
             DeclareLaunchArgument(
                 "model",
                 default_value=str(URDF / "paper_design_70.yaml"),
-                description="file that `spiral-gripper model` has written",
+                description="file written by `spiral-gripper model`",
             ),
             DeclareLaunchArgument(
                 "collision",

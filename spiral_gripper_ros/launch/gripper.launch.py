@@ -32,20 +32,22 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "gripper",
                 default_value="",
-                description="shipped gripper's name, or path of a description file; "
-                "not given: as the parameters file says",
+                description="name of a shipped gripper, or path of a description file; "
+                "default: the value in the parameters file",
             ),
             DeclareLaunchArgument(
                 "frame_id",
                 default_value="",
-                description="the gripper's base frame; not given: as the parameters file says",
+                description="the gripper's base frame; default: the value in the parameters file",
             ),
-            DeclareLaunchArgument("namespace", default_value="", description="of the nodes"),
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="namespace of the nodes"
+            ),
             DeclareLaunchArgument(
                 "use_sim_time",
                 default_value="false",
                 choices=switch,
-                description="whether time is that of /clock",
+                description="whether the nodes use the time of /clock",
             ),
             DeclareLaunchArgument(
                 "autostart",
@@ -57,7 +59,7 @@ def generate_launch_description() -> LaunchDescription:
                 "respawn",
                 default_value="false",
                 choices=switch,
-                description="whether a process that ends is started again; it then vents first",
+                description="whether to restart a process that has ended; it vents first",
             ),
             DeclareLaunchArgument(
                 "required",
@@ -69,13 +71,13 @@ def generate_launch_description() -> LaunchDescription:
                 "log_level",
                 default_value="info",
                 choices=["debug", "info", "warn", "error", "fatal"],
-                description="least level of what is logged",
+                description="lowest level that is logged",
             ),
             DeclareLaunchArgument(
                 "regulator",
                 default_value="",
                 description="YAML file of the regulator adapter's parameters; "
-                "not given: no adapter is started",
+                "default: no adapter is started",
             ),
             OpaqueFunction(function=nodes),
         ]

@@ -23,8 +23,8 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "names",
                 default_value="left,right",
-                description="of the grippers, separated by commas: each is a namespace, and its "
-                "base frame is NAME_gripper_base",
+                description="names of the grippers, separated by commas; each name is a namespace, "
+                "and the base frame is NAME_gripper_base",
             ),
             DeclareLaunchArgument(
                 "simulation",
@@ -44,7 +44,7 @@ def grippers(context: LaunchContext) -> list[object]:
         raise RuntimeError(f"launch argument names must be different names, got {text!r}")
     simulated = LaunchConfiguration("simulation").perform(context) == "true"
     file = Path(__file__).with_name(f"{'simulation' if simulated else 'gripper'}.launch.py")
-    # Each in a scope of its own: what is given to one must not be what the next starts from.
+    # Each in its own scope: arguments of one gripper must not become defaults of the next.
     return [
         GroupAction(
             [

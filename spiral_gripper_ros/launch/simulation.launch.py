@@ -90,14 +90,14 @@ def end_without_simulator(context: LaunchContext) -> list[Shutdown]:
 
 def _arguments() -> list[DeclareLaunchArgument]:
     described = {
-        "namespace": "of all nodes",
-        "frame_id": "the gripper's base frame; not given: gripper_base",
+        "namespace": "namespace of all nodes",
+        "frame_id": "the gripper's base frame; default: gripper_base",
         "profile": "the object's radius over time: constant, step, sine, recording or none",
-        "radius": "the object's radius [m]; not given: the middle of what the gripper grips",
-        "recording": "CSV file of time [s], radius [m], label, played in a loop",
-        "estimate_noise": "deviation of the radius estimates [m]",
-        "fault": "of the regulator: none, leak, stuck_valve or lost_link",
-        "stiffness_factor": "how stiff the gripper really is, as a multiple of what is described",
+        "radius": "the object's radius [m]; default: the middle of the gripper's range",
+        "recording": "CSV file with columns time [s], radius [m], label, replayed in a loop",
+        "estimate_noise": "standard deviation of the radius estimates [m]",
+        "fault": "fault of the regulator: none, leak, stuck_valve or lost_link",
+        "stiffness_factor": "real stiffness of the gripper, as a multiple of the described one",
         "real_time_factor": "speed of the simulation; acts when use_sim_time is true",
     }
     return [
@@ -108,8 +108,8 @@ def _arguments() -> list[DeclareLaunchArgument]:
         DeclareLaunchArgument(
             "gripper",
             default_value="paper_design_70",
-            description="of node and simulator, whatever the parameters file says: shipped "
-            "gripper's name, or path of a description file",
+            description="name of a shipped gripper, or path of a description file, for node and "
+            "simulator; overrides the parameters file",
         ),
         DeclareLaunchArgument(
             "parameters",
@@ -120,18 +120,18 @@ def _arguments() -> list[DeclareLaunchArgument]:
             "use_sim_time",
             default_value="false",
             choices=["true", "false"],
-            description="whether the simulator publishes /clock, and the node lives in its time",
+            description="whether the simulator publishes /clock and the node uses it",
         ),
         DeclareLaunchArgument(
             "log_level",
             default_value="info",
             choices=["debug", "info", "warn", "error", "fatal"],
-            description="least level of what is logged",
+            description="lowest level that is logged",
         ),
         DeclareLaunchArgument(
             "rviz",
             default_value="false",
             choices=["true", "false"],
-            description="whether RViz is started too",
+            description="whether to start RViz",
         ),
     ]
