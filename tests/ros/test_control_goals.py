@@ -224,7 +224,7 @@ def test_the_followed_radius_cannot_be_grasped_if_there_is_none(bench):
     refusal = bench.grasp(None)
     assert (refusal.reason, refusal.text) == (
         Reason.NO_RADIUS,
-        "no object_radius is being followed: name one",
+        "no object_radius is being followed: give a radius",
     )
     bench.control.release()
     assert bench.grasp(None).reason is Reason.RELEASED

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is commanded and why: the control logic, without ROS."""
+"""The control logic: the pressure to command, and the reason. No ROS."""

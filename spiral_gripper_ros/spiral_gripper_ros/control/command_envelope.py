@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The smallest and the largest command of the last while, in little memory at any rate."""
+"""The smallest and the largest command of a time window, in bounded memory at any rate."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A grasp as others see it: what is asked for, and what has become of it."""
+"""The public values of a grasp: its goal and its report."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from spiral_gripper_ros.control.states import NOT_REFUSED, Refusal
 
 
 class AbortPolicy(Enum):
-    """What becomes of the pressure when a grasp is canceled or fails."""
+    """What happens to the pressure when a grasp is canceled or fails."""
 
     VENT = "vent"  # 0 Pa at once, until re-armed or the next goal
     HOLD = "hold"  # the command at that moment stands
 
 
 class GraspOutcome(Enum):
-    """How far a grasp is."""
+    """The state of a grasp."""
 
     RUNNING = "running"
     SUCCEEDED = "succeeded"
@@ -29,7 +29,7 @@ class GraspOutcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class GraspGoal:
-    """What a grasp asks for; any float, judged when the grasp is started.
+    """The goal of a grasp; any float, checked when the grasp is started.
 
     Args:
         radius: of the object [m], or None for the radius that is being followed.
@@ -46,10 +46,10 @@ class GraspGoal:
 
 @dataclass(frozen=True, slots=True)
 class GraspReport(Generic[PlanT]):
-    """What has become of a grasp, or of a release; final once ``outcome`` is not ``RUNNING``.
+    """The report on a grasp or a release; final once ``outcome`` is not ``RUNNING``.
 
     Args:
-        outcome: how far it is.
+        outcome: its state.
         refusal: why it was refused, failed or was canceled; ``Reason.NONE`` otherwise.
         elapsed: time from its start to its end, or until now [s].
         progress: the command's part of the way to its target, 0 to 1.

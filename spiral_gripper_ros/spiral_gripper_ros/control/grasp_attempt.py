@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One accepted grasp, from its goal to its end: is the wrap reached, or is it too late?"""
+"""One accepted grasp, from its goal to its end: whether the wrap is reached in time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from spiral_gripper_ros.control.states import Reason, Refusal
 
 
 class GraspAttempt(Generic[PlanT]):
-    """Watches the command and the measured pressure on their way to the target.
+    """Follows the command and the measured pressure on their way to the target.
 
     The object is the goal's identity: whoever has started it cancels it and reads its report.
 
@@ -98,7 +98,7 @@ class GraspAttempt(Generic[PlanT]):
 
 
 def impossible_goal(goal: GraspGoal) -> Refusal | None:
-    """Return what no gripper could do about a goal's overpressure or time-out, or None.
+    """Return why a goal's overpressure or time-out is refused, or None.
 
     Example:
         >>> impossible_goal(GraspGoal(radius=0.02, overpressure=-1.0)).text

@@ -31,7 +31,7 @@ from spiral_gripper_ros.control.timing import SilenceWatch, TakeOver
 
 
 class GripControl(Generic[PlanT]):
-    """Commands the pressure, watches the measured one, and carries out grasps.
+    """Decides the pressure command, monitors the measured pressure, and executes grasps.
 
     Times are seconds of any clock. Should that clock run backwards, no time passes until it runs
     forward again.
@@ -121,7 +121,7 @@ class GripControl(Generic[PlanT]):
         return not self._take_over.waits and self._machine.offer_radius(now, radius, planner)
 
     def keep_alive(self, now: float) -> None:
-        """Note a sign of life of the client."""
+        """Note a keep-alive of the client."""
         self._time = self._machine.advance(now)
         self._silence.hear_client(self._time)
 
@@ -177,7 +177,7 @@ class GripControl(Generic[PlanT]):
     def start_grasp(
         self, now: float, goal: GraspGoal, planner: Planner[PlanT]
     ) -> GraspAttempt[PlanT] | Refusal:
-        """Aim for the wrap of a goal, from any active state but FAULT, instead of what was done.
+        """Make the wrap of a goal the target, from any active state but FAULT.
 
         Returns:
             The grasp, or why not; then nothing has changed.
@@ -315,7 +315,7 @@ class GripControl(Generic[PlanT]):
             self._attempt = None
 
     def _follow(self) -> None:
-        """Notice what has become of the target: a vent by anything ends a grasp."""
+        """End the grasp if its target is gone: any vent ends a grasp."""
         snapshot = self._machine.snapshot()
         if snapshot.radius is None:
             self._regime = None

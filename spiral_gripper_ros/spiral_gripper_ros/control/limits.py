@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The limits that the control logic keeps, validated together."""
+"""The limits of the control logic, validated together."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HIGHEST_GRIP_RATIO = 1.2
 
 
 class TimeoutPolicy(Enum):
-    """What happens when no usable radius has come for ``radius_timeout``."""
+    """What happens after ``radius_timeout`` without a usable radius."""
 
     HOLD = "hold"  # keep the last safe target: an object that hides the camera stays gripped
     VENT = "vent"  # 0 Pa at once
@@ -23,7 +23,7 @@ class TimeoutPolicy(Enum):
 
 
 class FaultPolicy(Enum):
-    """What happens when the measured pressure does not do what is commanded."""
+    """What happens when the measured pressure does not follow the command."""
 
     REPORT = "report"  # say so; a grasp goal that is running fails
     VENT = "vent"  # 0 Pa at once, until re-armed
@@ -31,7 +31,7 @@ class FaultPolicy(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What no command may exceed and how inputs are judged.
+    """The limits of commands and inputs.
 
     Args:
         pressure_cap: largest gauge pressure ever commanded [Pa], > 0.

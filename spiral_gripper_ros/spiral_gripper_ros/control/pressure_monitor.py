@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Does the measured pressure do what is commanded?"""
+"""Comparison of the measured pressure with the commands: the faults of the regulator."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 # Gauge pressures that exist [Pa]: from a perfect vacuum to ten times what a pneumatic supply has.
 LOWEST_PRESSURE = -101325.0
 HIGHEST_PRESSURE = 1.0e7
-# The air's own pressure, from a high mountain to a deep valley [Pa]: a vented sensor that says this
-# measures absolute pressure.
+# Range of atmospheric pressure [Pa]: a vented sensor that reads this measures absolute pressure.
 ATMOSPHERE = (6.0e4, 1.1e5)
-# A verdict counts once every message of this time has agreed on it [s]: several messages of the
-# slowest usual sensor (20 Hz), and short against what a leak takes to let go of an object.
+# A verdict counts once all messages of this time agree [s]: several messages of the slowest usual
+# sensor (20 Hz), and short compared with the time in which a leak releases an object.
 PERSISTENCE = 0.2
 # A pressure that is off the command is back once it is within this part of pressure_tolerance: at
 # the boundary noise of a fifth of the tolerance does not make the fault come and go.
@@ -32,16 +31,16 @@ LONGEST_STEP = 0.25
 
 
 class PressureMonitor:
-    """Judges measured pressures against the commands: says what is wrong, until it no longer is.
+    """Compares measured pressures with the commands, and reports a fault while it persists.
 
     The mean of the last messages is compared with the commands of the last
     ``pressure_settle_time``, from the smallest to the largest, each widened by
     ``pressure_tolerance``: a ramp and a regulator that lags are no fault. A verdict must have
     persisted for ``PERSISTENCE``, and a pressure that was off the command must come back to within
     ``RETURN_BAND`` of the tolerance, so that neither noise nor a value at the boundary makes the
-    fault chatter. Messages are judged when they arrive, against what was commanded then. Silence is
+    fault chatter. Messages are compared, on arrival, with the commands of that time. Silence is
     counted in steps of at most a quarter of ``measured_pressure_timeout``: a process that was
-    stalled, even several times in a row, hears the messages that wait before it calls them lost.
+    stalled, even several times in a row, reads the waiting messages before it reports their loss.
     """
 
     def __init__(self) -> None:
@@ -49,7 +48,7 @@ class PressureMonitor:
         self.forget()
 
     def forget(self) -> None:
-        """Forget everything: no measured pressure is known, and none is missed."""
+        """Reset: no measured pressure is known, and none is expected."""
         self._envelope.clear()
         self._samples: deque[tuple[float, float]] = deque(maxlen=MOST_SAMPLES)
         self._fault = NOT_REFUSED
@@ -95,7 +94,7 @@ class PressureMonitor:
         return None
 
     def check(self, now: float, limits: Limits) -> None:
-        """Let time pass until ``now`` [s]: are messages missing?"""
+        """Advance to the time ``now`` [s], and report missing messages as a fault."""
         self._pass_time(now, limits)
         if self._expected and self._silence > limits.measured_pressure_timeout:
             if self._fault.reason is not Reason.PRESSURE_LOST:
@@ -162,9 +161,9 @@ def impossible_pressure(pressure: float) -> Refusal | None:
 
 
 def _difference(pressure: float, low: float, high: float, tolerance: float, part: float) -> Refusal:
-    """Return how a pressure lies to the commands from ``low`` to ``high``, all [Pa].
+    """Return the fault of a pressure compared with the commands from ``low`` to ``high``, all [Pa].
 
-    Only ``part`` of the tolerance is granted.
+    ``part`` is the fraction of the tolerance that is allowed.
     """
     allowed = f"(pressure_tolerance {tolerance:.6g} Pa)"
     if pressure < low - part * tolerance:
@@ -184,7 +183,7 @@ def _difference(pressure: float, low: float, high: float, tolerance: float, part
 
 def _cause_of_high(pressure: float, high: float) -> str:
     if high == 0.0 and ATMOSPHERE[0] <= pressure <= ATMOSPHERE[1]:
-        return "it looks like an absolute pressure: measured_pressure_reference says which it is"
+        return "it looks like an absolute pressure: set measured_pressure_reference to absolute"
     return "it does not vent"
 
 

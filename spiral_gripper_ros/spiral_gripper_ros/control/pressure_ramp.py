@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The last two things that happen to a command: the rate limit, then the hard cap."""
+"""The last two steps of a command: the rate limit, then the cap."""
 
 from __future__ import annotations
 

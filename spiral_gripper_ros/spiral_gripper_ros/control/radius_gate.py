@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Is a radius estimate possible, and is it believable?"""
+"""Checks of radius estimates: range and jumps."""
 
 from __future__ import annotations
 

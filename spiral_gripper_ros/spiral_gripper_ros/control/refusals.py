@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The refusals of the control logic that are always the same, and that of a radius gone stale."""
+"""The refusals of the control logic: constant ones, and those about stale inputs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal
 
 NO_RADIUS = Refusal(Reason.NO_RADIUS, "no object_radius has been received yet")
-NOT_FOLLOWING = Refusal(Reason.NO_RADIUS, "no object_radius is being followed: name one")
+NOT_FOLLOWING = Refusal(Reason.NO_RADIUS, "no object_radius is being followed: give a radius")
 NOT_ACTIVE = Refusal(Reason.NOT_ACTIVE, "the node is not active: configure and activate it")
 RELEASED = Refusal(Reason.RELEASED, "released: call rearm, or deactivate and activate, to grip")
 RECONFIGURED = Refusal(
@@ -17,7 +17,7 @@ RECONFIGURED = Refusal(
 )
 GRASP_HOLDS = Refusal(Reason.INVALID_REQUEST, "a grasp is the target: release it first")
 TAKEN_OVER = Refusal(
-    Reason.TAKEN_OVER, "the measured pressure was taken over: it stands until a radius or a goal"
+    Reason.TAKEN_OVER, "the measured pressure was taken over: it is kept until a radius or a goal"
 )
 TAKING_OVER = Refusal(Reason.TAKEN_OVER, "waiting for a measured_pressure to take over")
 GRASP_CANCELED = Refusal(Reason.GRASP_CANCELED, "the grasp was canceled")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is commanded and why, at one moment; and what is needed of plans and planners."""
+"""The state of the control logic at one moment; the interfaces of plans and planners."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PlanT_co = TypeVar("PlanT_co", bound=Plan, covariant=True)
 
 
 class Planner(Protocol[PlanT_co]):
-    """Turns a radius into a plan, for one gripper and one gravity."""
+    """Interface of the plans of one gripper at one gravity."""
 
     @property
     def radius_range(self) -> tuple[float, float]:
@@ -49,7 +49,7 @@ class Planner(Protocol[PlanT_co]):
 
 @dataclass(frozen=True, slots=True)
 class MeasuredPressure:
-    """The measured pressure, as far as it is believed.
+    """The measured pressure, from accepted messages.
 
     Args:
         pressure: gauge pressure [Pa], smoothed.
@@ -62,7 +62,7 @@ class MeasuredPressure:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot(Generic[PlanT]):
-    """What the control logic commands and why, at one moment.
+    """The state of the control logic at one moment: command, target and reasons.
 
     Args:
         state: what it does.

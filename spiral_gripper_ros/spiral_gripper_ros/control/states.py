@@ -18,7 +18,7 @@ from spiral_core.errors import (
 
 
 class State(IntEnum):
-    """What the control logic does; see ``docs/node.md`` for the transitions."""
+    """The states of the control logic; ``docs/node.md`` has the transitions."""
 
     INACTIVE = 0
     WAITING = 1
@@ -82,7 +82,7 @@ class Reason(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why something is not done: a code for programs and one line for people.
+    """The reason of a refusal: a code for programs and one line for people.
 
     Example:
         >>> Refusal(Reason.RADIUS_NOT_FINITE, "object_radius nan is not a finite number").reason
@@ -99,9 +99,9 @@ NOT_REFUSED = Refusal(Reason.NONE, "")
 def refusal_from_error(error: SpiralError) -> Refusal:
     """Return the refusal that stands for an error of the core.
 
-    A radius outside the grippable range is told apart by the side on which the nearest grippable
-    radius lies; what is about neither radius, pressure nor a bad argument means that no certified
-    shape was found.
+    A radius outside the grippable range is too small or too large, depending on the nearest
+    grippable radius. Any error that concerns neither radius, pressure nor an argument means that no
+    certified shape was found.
 
     Example:
         >>> error = NotGrippableError(0.09, "too large for one turn", -0.05, 0.04)

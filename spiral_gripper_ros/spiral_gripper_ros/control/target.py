@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the command is heading: a radius, the wrap that belongs to it, and its pressure."""
+"""The target of the command: a radius, its wrap, and the pressure."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Target(Generic[PlanT]):
 
     @property
     def is_frozen(self) -> bool:
-        """Whether the pressure stands, whatever the plan says."""
+        """Whether the pressure is constant, independent of the plan."""
         return self._frozen is not None
 
     def outdate(self, planner: Planner[PlanT] | None = None) -> None:
@@ -44,7 +44,7 @@ class Target(Generic[PlanT]):
             self._planner = planner
 
     def is_news(self, radius: float, hysteresis: float) -> bool:
-        """Has a radius [m] left the hysteresis band [m] around the one in use?"""
+        """Return whether a radius [m] is outside the hysteresis band [m] around the one in use."""
         if self._outdated or self.radius is None:
             return True
         return not abs(radius - self.radius) <= hysteresis
@@ -74,7 +74,7 @@ class Target(Generic[PlanT]):
         return None
 
     def freeze(self, pressure: float) -> None:
-        """Let a pressure [Pa] stand until the next aim."""
+        """Keep a pressure [Pa] until the next call of :meth:`aim`."""
         self._frozen = pressure
 
     def beyond_cap(self, limits: Limits) -> Refusal | None:

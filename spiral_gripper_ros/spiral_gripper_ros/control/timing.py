@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The time that the control logic lives in, and what has not been heard for too long."""
+"""The clock of the control logic, and the time-outs of client, gravity and take-over."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LONGEST_DISCOVERY = 5.0
 
 
 class InnerClock:
-    """Never runs backwards: while the clock it is read from does, no time passes.
+    """A clock that never runs backwards: while the outer clock does, no time passes.
 
     Example:
         >>> clock = InnerClock()
@@ -44,7 +44,7 @@ class InnerClock:
 
 
 class SilenceWatch:
-    """Remembers when the client and gravity were heard last."""
+    """The times of the last keep-alive and the last gravity message."""
 
     def __init__(self) -> None:
         self._client_at = 0.0
@@ -79,7 +79,7 @@ class SilenceWatch:
 
 
 class TakeOver:
-    """Waits for a measured pressure to take over; meanwhile nothing is to be commanded."""
+    """The wait for a measured pressure to take over; meanwhile nothing is commanded."""
 
     def __init__(self) -> None:
         self.waits = False
