@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from core import reference_contact as exact
+from numpy.typing import NDArray
 
 from spiral_core import (
     ContactProblem,
@@ -24,7 +25,9 @@ from spiral_core import (
     solve_contact,
 )
 
+Array = NDArray[np.float64]
 ROUND = Section((0.7, 1.0, 1.0))
+PULLED = RodLoad(tip_force=(0.0, 0.0, -1.0))
 
 
 def order(errors: list[float]) -> float:
@@ -103,8 +106,10 @@ def test_resultants_of_a_lift_off_are_of_order_one_and_a_half() -> None:
     assert math.log(shrunk, 4.0) > 1.4  # measured: 1.6
 
 
-def dragged(elements: int, lever: float | None, sign: float) -> float:
-    """Return the exponent with which tension grows along a rope over a bar that turns under it.
+def dragged(
+    elements: int, lever: float | None, sign: float, load: RodLoad = PULLED
+) -> tuple[Array, Array]:
+    """Return angles and tensions (n,) of a rope where it lies on a bar that turns under it.
 
     All of the rope slides; no zone sticks. Its bending stiffness counts where it lifts off only.
     """
@@ -116,10 +121,7 @@ def dragged(elements: int, lever: float | None, sign: float) -> float:
     rough = replace(smooth, friction=0.3)
 
     def problem(obstacle: Obstacle) -> ContactProblem:
-        return ContactProblem(
-            rod, RodLoad(tip_force=(0.0, 0.0, -1.0)), Pinned((-around, 0.0, -hanging)),
-            obstacles=(obstacle,),
-        )  # fmt: skip
+        return ContactProblem(rod, load, Pinned((-around, 0.0, -hanging)), obstacles=(obstacle,))
 
     def draped(s: float) -> tuple[float, float, float]:
         angle = min(max((s - hanging) / around, 0.0), math.pi)
@@ -134,15 +136,41 @@ def dragged(elements: int, lever: float | None, sign: float) -> float:
     angles = np.arctan2(state.positions[:, 2], state.positions[:, 0])
     inner = np.flatnonzero(state.touching[0] & (angles > 1.1) & (angles < 2.0))
     assert not state.sticking[0, inner].any()
-    first, last = inner[0], inner[-1]
-    return abs(math.log(tension[last] / tension[first]) / (angles[last] - angles[first]))
+    return angles[inner], tension[inner]
+
+
+def exponent_of(rope: tuple[Array, Array]) -> float:
+    """Return the exponent with which tension grows with the angle."""
+    angles, tension = rope
+    return abs(math.log(tension[-1] / tension[0]) / (angles[-1] - angles[0]))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_tension_of_a_sliding_rope_grows_as_the_capstan_equation_has_it(sign: float) -> None:
-    errors = [abs(dragged(elements, 0.0, sign) - 0.3) for elements in (100, 200, 400)]
+    errors = [abs(exponent_of(dragged(n, 0.0, sign)) - 0.3) for n in (100, 200, 400)]
     assert order(errors) == pytest.approx(4.0, abs=0.3)
     assert errors[0] < 1e-6
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_tension_of_a_heavy_sliding_rope_grows_by_its_weight_too(sign: float) -> None:
+    """dT/dphi = r w cos phi + k (T + r w sin phi), k = +-mu: T = A e^(k phi) + r w (a sin + b cos).
+
+    Its ends hang: with T = w h there, h_2 = h_1 e^(mu pi) + r 2 mu / (1 + mu^2) (e^(mu pi) + 1).
+    """
+    around, weight, mu = 0.07, 3.5, 0.3
+    load = RodLoad((0.0, 0.0, -weight), (0.0, 0.0, -3.0))
+
+    def miss(elements: int) -> float:
+        angles, tension = dragged(elements, 0.0, sign, load)
+        k = mu if tension[0] > tension[-1] else -mu
+        a, b = (1.0 - mu**2) / (1.0 + mu**2), -2.0 * k / (1.0 + mu**2)
+        rest = tension - around * weight * (a * np.sin(angles) + b * np.cos(angles))
+        own = rest * np.exp(-k * angles)
+        return float(np.ptp(own) / own.mean())
+
+    errors = [miss(elements) for elements in (100, 200, 400)]
+    assert order(errors) == pytest.approx(2.0, abs=0.3)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -150,7 +178,7 @@ def test_thick_rope_gains_less_tension_since_friction_turns_its_section(sign: fl
     """Friction at the surface: T ~ exp(lambda phi) inside, between layers where it lifts off."""
     exponent = exact.thick_capstan_exponent(0.3, 0.07, 0.02)
     assert exponent < 0.75 * 0.3
-    errors = [abs(dragged(elements, None, sign) / exponent - 1.0) for elements in (50, 100, 400)]
+    errors = [abs(exponent_of(dragged(n, None, sign)) / exponent - 1.0) for n in (50, 100, 400)]
     assert errors[-1] < 3e-5
     assert errors[0] > 20.0 * errors[-1]
 

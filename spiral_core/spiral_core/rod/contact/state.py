@@ -74,7 +74,8 @@ class ContactState:
         moments: (n, 3) internal moment in the material frame [N m].
         contact_forces: (m, n, 3) of each obstacle on each node [N], base frame.
         normal_forces: (m, n) their normal part [N].
-        gaps: (m, n) distance between the rod's surface and the obstacle's [m].
+        gaps: (m, n) distance between the rod's surface and the obstacle's [m]. Elements between
+            two touching nodes dip into an obstacle of radius R by up to h^2 / 8 (R + r).
         sticking: (m, n) whether a touching node sticks.
         base_reaction: (6,) force [N] and moment [N m] with which the base is held, base frame.
         tip_reaction: (6,) likewise.
