@@ -105,11 +105,13 @@ from spiral_core.errors import NotGrippableError as NotGrippableError
 from spiral_core.errors import SolverError as SolverError
 from spiral_core.errors import SpiralError as SpiralError
 from spiral_core.grip.grip import Grip as Grip
+from spiral_core.grip.grip import RangeEnd as RangeEnd
 from spiral_core.grip.grip import solve_grip as solve_grip
 from spiral_core.grip.holding import HoldingForce as HoldingForce
 from spiral_core.grip.holding import Pull as Pull
 from spiral_core.grip.holding import PullEnd as PullEnd
 from spiral_core.grip.holding import holding_force as holding_force
+from spiral_core.grip.holding import holding_forces as holding_forces
 from spiral_core.grip.mount import Mount as Mount
 from spiral_core.grip.mount import MountAim as MountAim
 from spiral_core.grip.mount import misplacements as misplacements

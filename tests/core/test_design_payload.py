@@ -29,7 +29,8 @@ WANTED = DesignRequirement(
 def test_what_is_carried_grows_with_friction() -> None:
     candidate = Candidate(TUBE, LATEX, math.radians(70.0))
     slippery, rough = (
-        carried_mass(replace(WANTED, friction_coefficient=mu), candidate, 0.33) for mu in (0.1, 0.4)
+        carried_mass(replace(WANTED, friction_coefficient=mu), candidate, 0.33, 80e3)
+        for mu in (0.1, 0.4)
     )
     assert 0.0 < 2.0 * slippery < rough < 1.0
 
@@ -37,7 +38,10 @@ def test_what_is_carried_grows_with_friction() -> None:
 def test_a_payload_is_a_constraint_like_any_other(monkeypatch: pytest.MonkeyPatch) -> None:
     lengths = []
 
-    def carried(requirement: DesignRequirement, candidate: Candidate, length: float) -> float:
+    def carried(
+        requirement: DesignRequirement, candidate: Candidate, length: float, pressure_max: float
+    ) -> float:
+        assert pressure_max > 0.0
         assert requirement.friction_coefficient == 0.3
         assert candidate.tube is TUBE
         lengths.append(length)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -271,3 +272,41 @@ def test_without_gravity_the_tip_criterion_is_exact_and_the_line_force_the_close
     )
     # The free ends disturb the middle of two turns by a few percent.
     assert point.line_force[middle].mean() == pytest.approx(expected, rel=0.04)
+
+
+def test_what_is_said_to_be_carried_at_most_is_carried() -> None:
+    """Also at the pressure recommended for it, where the force is computed, not interpolated."""
+    onset = float(window().onset_wrap or 0.0)
+    looked_at = [0.98 * onset, 1.05 * onset, window().top]
+    grip = solve_grip(setup(), (Pull.DOWN,), pressures=looked_at, window=window())
+    with pytest.raises(NotGrippableError, match="no pressure holds") as refusal:
+        grip.recommended_pressure(1.0)
+    most = float(re.search(r"at most (\S+) kg", str(refusal.value))[1])
+    carrying = grip.recommended_pressure(0.995 * most)
+    assert carrying <= grip.carrying_range[1]
+    for payload in (0.3 * most, 0.6 * most, 0.995 * most):
+        pressure = grip.recommended_pressure(payload)
+        held = holding_force(window().at(pressure), Pull.DOWN).force
+        assert held >= 2.0 * payload * 9.80665
+    light = float(np.interp(1.05 * onset, window().pressures, window().normal_forces))
+    with pytest.raises(NotGrippableError, match="without pressing with more than") as both:
+        grip.recommended_pressure(0.995 * most, force_max=light)
+    assert float(re.search(r"at most (\S+) kg", str(both.value))[1]) < most
+
+
+def test_a_payload_is_judged_within_the_pressures_looked_at() -> None:
+    low, high = (factor * float(window().onset_wrap or 0.0) for factor in (1.02, 1.04))
+    grip = solve_grip(setup(), (Pull.DOWN,), pressures=[low, high], window=window())
+    assert low <= grip.recommended_pressure(1e-4) <= high
+
+
+def test_pressures_looked_at_increase() -> None:
+    with pytest.raises(InvalidInputError, match="increasing"):
+        solve_grip(setup(), (Pull.DOWN,), pressures=[52e3, 50e3], window=window())
+    assert "none looked at" in repr(solve_grip(setup(), pressures=[], window=window()))
+
+
+def test_a_tip_that_touches_too_little_is_refused_in_those_words() -> None:
+    level = replace(gripper(), gravity=(0.0, 0.0, 9.80665))
+    with pytest.raises(NotGrippableError, match="never with more than a tenth of the tube"):
+        solve_grip(lay_into_coil(level, 0.025))

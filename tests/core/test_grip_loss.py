@@ -12,12 +12,15 @@ import pytest
 from spiral_core import (
     Actuator,
     Closing,
+    ContactPath,
+    ContactStatus,
     FiberAngles,
     GripPoint,
     GripWindow,
     NeoHookean,
     Pull,
     PullEnd,
+    RangeEnd,
     Tube,
     WindowEnd,
     WrapRegime,
@@ -28,9 +31,12 @@ from spiral_core import (
     lay_into_coil,
     solve_grip,
 )
+from spiral_core.grip import rise
 from spiral_core.grip.holding import pull_direction
+from spiral_core.rod.contact.state import ContactEvent
 from spiral_gripper import load_description, load_gripper
 
+NOT_HELD = ContactStatus.NOT_HELD
 # Pressures, as fractions of the tip criterion's, up to beyond the loss.
 UP_TO_LOSS = (0.6, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 
@@ -197,3 +203,66 @@ def test_no_pressure_is_recommended_at_which_the_tip_hangs_free() -> None:
     low, high = solve_grip(window.setup, (), pressures=(), window=window).recommended_range
     assert low == window.onset_wrap
     assert high < lifted[0]
+
+
+def test_a_lift_off_is_located_and_bounds_the_recommendation() -> None:
+    window = short_grip()
+    assert window.onset_wrap is not None
+    assert window.lift_off is not None
+    assert window.loss is None
+    assert not window.at(1.004 * window.lift_off).is_wrapped
+    assert window.at(0.996 * window.lift_off).is_wrapped
+    grip = solve_grip(window.setup, (), pressures=(), window=window)
+    assert grip.range_end is RangeEnd.LIFT_OFF
+    assert grip.recommended_range == grip.carrying_range == (window.onset_wrap, window.lift_off)
+    assert "none looked at" in repr(grip)
+
+
+def test_a_limit_that_decides_the_recommendation_is_named() -> None:
+    """Without curling, loss or lift-off the middle of the range hangs on the gripper's limit."""
+    setup = lay_into_coil(load_gripper("paper_design_70"), 0.02)
+    for pressure_max in (60e3, 62e3):
+        limited = replace(setup, gripper=replace(setup.gripper, pressure_max=pressure_max))
+        window = grip_window(limited, [50e3, 56e3, 58e3, pressure_max])
+        grip = solve_grip(limited, (), pressures=(), window=window)
+        assert grip.range_end is RangeEnd.LIMIT
+        assert grip.recommended_range[1] == pressure_max
+    looked_at = grip_window(setup, [50e3, 56e3, 60e3])
+    grip = solve_grip(setup, (), pressures=(), window=looked_at)
+    assert grip.range_end is RangeEnd.LOOKED_AT
+    assert grip.recommended_range[1] == 60e3
+
+
+def test_a_coil_that_curls_from_the_onset_on_keeps_a_margin_to_it() -> None:
+    """On a gripper that points upwards wrap and curling begin together, and the loss far above."""
+    gripper = replace(load_gripper("paper_design_70"), gravity=(-9.80665, 0.0, 0.0))
+    window = grip_window(lay_into_coil(gripper, 0.025))
+    assert window.onset_wrap is not None
+    assert window.loss is not None
+    assert window.onset_curling == pytest.approx(window.onset_wrap, rel=0.01)
+    grip = solve_grip(window.setup, (), pressures=(), window=window)
+    assert grip.range_end is RangeEnd.LOSS
+    assert grip.recommended_range == (window.onset_wrap, 0.9 * window.loss)
+    assert 1.1 * window.onset_wrap < grip.recommended_pressure() < 0.9 * window.loss
+
+
+def test_a_tube_that_neither_moves_nor_rests_is_not_a_loss(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The path ends there, and the recommended pressures a tenth below."""
+    follow = rise.follow_contact
+
+    def given_up(problems, *, start, **options) -> ContactPath:
+        if options.get("stop_at_event"):
+            return ContactPath((), (ContactEvent(0.5, start, replace(start, status=NOT_HELD)),))
+        return follow(problems, start=start, **options)
+
+    monkeypatch.setattr(rise, "follow_contact", given_up)
+    setup = lay_into_coil(load_gripper("paper_design_70"), 0.02)
+    window = grip_window(setup, [50e3, 57e3, 65e3])
+    assert window.end is WindowEnd.NOT_FOLLOWED
+    assert window.loss is None
+    assert window.top == 57e3
+    grip = solve_grip(setup, (), pressures=(), window=window)
+    assert grip.range_end is RangeEnd.NOT_FOLLOWED
+    assert grip.recommended_range[0] == grip.recommended_range[1] == window.onset_wrap

@@ -20,6 +20,7 @@ from spiral_core.design.rod_correction import (
     OutOfReach,
     corrected_figures,
     longest_length,
+    pressure_limit,
 )
 from spiral_core.errors import NotGrippableError
 
@@ -146,7 +147,8 @@ def evaluate_candidate(requirement: DesignRequirement, estimate: Estimate) -> Ev
         # Contact is loaded only when a payload is asked for.
         from spiral_core.design.payload import carried_mass
 
-        carried = carried_mass(requirement, candidate, result.length)
+        limit = pressure_limit(requirement, result)
+        carried = carried_mass(requirement, candidate, result.length, limit)
         margins.append(Margin(Constraint.PAYLOAD, carried, requirement.payload))
     return Evaluation(estimate, result, result.lengths_tried, tuple(margins))
 

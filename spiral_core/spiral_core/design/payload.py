@@ -5,41 +5,51 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from spiral_core.design.requirement import Candidate, DesignRequirement
 from spiral_core.design.rod_correction import gripper_of
 from spiral_core.errors import NotGrippableError, SolverError
-from spiral_core.grip.grip import LOSS_MARGIN, PAYLOAD_SAFETY
-from spiral_core.grip.holding import Pull, holding_force
+from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip, solve_grip
+from spiral_core.grip.holding import Pull
 from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import grip_window
 from spiral_core.wrap.gripper import Gripper
 
+# Pressures at which the payload is judged, from the onset of the wrap to the last that may carry.
+LOOKED_AT = 4
 
-def carried_mass(requirement: DesignRequirement, candidate: Candidate, length: float) -> float:
+
+def carried_mass(
+    requirement: DesignRequirement, candidate: Candidate, length: float, pressure_max: float
+) -> float:
     """Return the mass that a candidate carries twice over, of its extreme objects the lesser [kg].
 
-    Zero where it does not hold an object at all. Each object takes a window and a pull along
-    gravity: about two seconds.
+    It is carried at a pressure that :meth:`Grip.recommended_pressure` allows: with the object
+    wrapped, the tip on it, and a tenth below the loss. Zero where an object is not held at all.
+    Each object takes a window and a few pulls along gravity: about two seconds.
 
     Args:
-        requirement: objects, mount, friction and the pressure limit.
+        requirement: objects, mount and friction.
         candidate: tube, material, angles.
         length: of the gripper [m].
+        pressure_max: largest that is commanded [Pa].
     """
-    gripper = gripper_of(requirement, candidate, length, requirement.pressure_max)
+    gripper = gripper_of(requirement, candidate, length, pressure_max)
     radii = {requirement.radius_min, requirement.radius_max}
     return min(_carried(gripper, radius, requirement.friction_coefficient) for radius in radii)
 
 
 def _carried(gripper: Gripper, radius: float, friction: float) -> float:
-    """Return the mass carried at the highest pressure a tenth below the loss [kg]."""
+    """Return the largest mass that is carried at a recommended pressure [kg]."""
     try:
         window = grip_window(lay_into_coil(gripper, radius, friction=friction))
         if window.onset_wrap is None:
             return 0.0
-        highest = math.inf if window.loss is None else (1.0 - LOSS_MARGIN) * window.loss
-        point = window.at(min(window.top, max(window.onset_wrap, highest)))
+        allowed = Grip(window, (), {}).carrying_range
+        pressures = np.unique(np.linspace(*allowed, LOOKED_AT)).tolist()
+        held = solve_grip(window.setup, (Pull.DOWN,), pressures=pressures, window=window)
     except (NotGrippableError, SolverError):
         return 0.0
-    held = holding_force(point, Pull.DOWN).force
-    return max(0.0, held) / (PAYLOAD_SAFETY * math.hypot(*gripper.gravity))
+    most = float(np.nanmax(held.force(Pull.DOWN), initial=0.0))
+    return most / (PAYLOAD_SAFETY * math.hypot(*gripper.gravity))

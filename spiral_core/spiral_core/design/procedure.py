@@ -24,16 +24,13 @@ from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.relaxations import relaxations_of
 from spiral_core.design.report import Design, DesignReport, Relaxation
 from spiral_core.design.requirement import DesignRequirement, Preference
-from spiral_core.design.rod_correction import ExactFigures, grip_figures, gripper_of
+from spiral_core.design.rod_correction import ExactFigures, grip_figures, gripper_of, pressure_limit
 from spiral_core.design.steps import steps_of
 from spiral_core.errors import NoCoilError
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import place_object
 
-# Where no pressure limit is required, that of the design is this fraction above what the smallest
-# object needs: past 25 % or so a coil unwinds from what it holds.
-PRESSURE_RESERVE = 0.2
 # Points of the answer's pressure-radius curve.
 CURVE_POINTS = 41
 # Candidates that fail as helices and are solved as rods all the same, if none does: gravity
@@ -173,7 +170,7 @@ def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None
     if exact is None:
         return None
     candidate = chosen.candidate
-    limit = _pressure_limit(requirement, exact)
+    limit = pressure_limit(requirement, exact)
     top = max(limit, exact.pressure_max)
     curve = WrapCurve(gripper_of(requirement, candidate, exact.length, top))
     gripper = gripper_of(requirement, candidate, exact.length, limit)
@@ -199,19 +196,6 @@ def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None
         ),
         margins=chosen.margins,
     )
-
-
-def _pressure_limit(requirement: DesignRequirement, exact: ExactFigures) -> float:
-    """Return the largest pressure to command [Pa].
-
-    It is the one required; where none is, what the smallest object needs and
-    :data:`PRESSURE_RESERVE`: the actuator's own limit may be far past what its tube bears.
-    """
-    if requirement.pressure_max is not None:
-        return min(requirement.pressure_max, exact.actuator_limit)
-    if exact.smallest is None:
-        return exact.pressure_max
-    return min((1.0 + PRESSURE_RESERVE) * exact.smallest.pressure, exact.actuator_limit)
 
 
 def _smallest_radius(gripper: Gripper, otherwise: float) -> float:

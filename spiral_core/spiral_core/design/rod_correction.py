@@ -46,6 +46,9 @@ GREATEST_SLOPE = 3.0
 NEAR_MISS = 0.05
 SCAN_GROWTH = 1.03
 SCAN_STEPS = 16
+# Where no pressure limit is required, that of the design is this fraction above what the smallest
+# object needs: past 25 % or so a coil unwinds from what it holds.
+PRESSURE_RESERVE = 0.2
 # A bracket of that width halves down to the tolerance in 13 steps; the secant needs 2 or 3.
 ITERATION_LIMIT = 40
 
@@ -86,6 +89,19 @@ class OutOfReach:
 
     radius_reached: float
     lengths_tried: tuple[float, ...]
+
+
+def pressure_limit(requirement: DesignRequirement, exact: ExactFigures) -> float:
+    """Return the largest pressure to command [Pa].
+
+    It is the one required; where none is, what the smallest object needs and
+    :data:`PRESSURE_RESERVE`: the actuator's own limit may be far past what its tube bears.
+    """
+    if requirement.pressure_max is not None:
+        return min(requirement.pressure_max, exact.actuator_limit)
+    if exact.smallest is None:
+        return exact.pressure_max
+    return min((1.0 + PRESSURE_RESERVE) * exact.smallest.pressure, exact.actuator_limit)
 
 
 def gripper_of(

@@ -3,21 +3,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from itertools import pairwise
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, NotGrippableError
-from spiral_core.grip.holding import HoldingForce, Pull, holding_force
+from spiral_core.grip.holding import HoldingForce, Pull, holding_force, holding_forces
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.refusal import not_held
 from spiral_core.grip.setup import GripSetup
-from spiral_core.grip.window import GripWindow, Progress, grip_window
+from spiral_core.grip.window import GripWindow, Progress, WindowEnd, grip_window
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_positive
-from spiral_core.wrap.wrap import WrapRegime
 
 # Pressures at which forces are looked for, from a little below the wrap to the last that holds.
 FORCE_PRESSURES = 10
@@ -26,6 +27,23 @@ BELOW_WRAP = 0.95
 LOSS_MARGIN = 0.1
 # Payload is carried with this much force to spare, where nothing else is asked for.
 PAYLOAD_SAFETY = 2.0
+# Curling bounds the recommended pressures where they would then reach over this fraction of the
+# wrap's onset: a coil that curls from the onset on would leave no margin to it.
+LEAST_RANGE = 0.04
+# So often the pressure for a payload is corrected by a force computed there.
+CARRY_TRIES = 6
+
+
+class RangeEnd(Enum):
+    """What bounds the recommended pressures from above; the value says it in words."""
+
+    CURLING = "the end curls from there on"
+    LOSS = "a tenth below the loss"
+    LIFT_OFF = "the tip lifts off there"
+    NOT_FOLLOWED = "a tenth below where the tube could not be followed on"
+    SELF_CONTACT = "turns of the tube touch each other above it"
+    LIMIT = "the gripper's pressure limit"
+    LOOKED_AT = "the last pressure looked at"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -43,8 +61,12 @@ class Grip:
     forces: Mapping[Pull, tuple[HoldingForce, ...]]
 
     def __repr__(self) -> str:
-        best = ", ".join(f"{pull.name} {self.force(pull).max():.3g}" for pull in self.forces)
-        return f"Grip({self.window!r}, largest forces [N, N m]: {best})"
+        best = ", ".join(
+            f"{pull.name} {np.nanmax(self.force(pull), initial=-math.inf):.3g}"
+            for pull in self.forces
+            if self.points
+        )
+        return f"Grip({self.window!r}, largest forces [N, N m]: {best or 'none looked at'})"
 
     @property
     def setup(self) -> GripSetup:
@@ -93,20 +115,49 @@ class Grip:
     def recommended_range(self) -> tuple[float, float]:
         """Pressures that hold with the whole length and stay clear of the loss (low, high) [Pa].
 
-        From the onset of the wrap to the onset of curling, or to a tenth below the loss if that is
-        lower, or to where the tip lifts off again.
+        From the onset of the wrap to what :attr:`range_end` says: the onset of curling, unless the
+        end curls all but from the wrap on; a tenth below the loss; where the tip lifts off; or the
+        last pressure that was looked at.
         """
-        window, ends = self.window, [self.window.top]
-        wrapped = [point for point in window.points if point.pressure >= self.onset_wrap]
-        for before, point in pairwise(wrapped):
-            if point.regime is WrapRegime.OVERHANG:
-                ends.append(before.pressure)
-                break
-        if window.onset_curling is not None:
-            ends.append(window.onset_curling)
+        return self.onset_wrap, self._upper_end[0]
+
+    @property
+    def range_end(self) -> RangeEnd:
+        """What bounds :attr:`recommended_range` from above."""
+        return self._upper_end[1]
+
+    @property
+    def carrying_range(self) -> tuple[float, float]:
+        """Pressures at which a payload may be carried (low, high) [Pa], beyond curling too."""
+        return self.onset_wrap, self._safe_end[0]
+
+    @property
+    def _upper_end(self) -> tuple[float, RangeEnd]:
+        """End of the recommended range [Pa], and what it is."""
+        curling, safe = self.window.onset_curling, self._safe_end
+        if curling is not None and (1.0 + LEAST_RANGE) * self.onset_wrap < curling < safe[0]:
+            return curling, RangeEnd.CURLING
+        return safe
+
+    @property
+    def _safe_end(self) -> tuple[float, RangeEnd]:
+        """Last pressure that holds, clear of the loss and with the tip on the object [Pa]."""
+        window = self.window
+        top = window.top
+        ends = {
+            WindowEnd.LIMIT: (top, RangeEnd.LIMIT),
+            WindowEnd.SELF_CONTACT: (top, RangeEnd.SELF_CONTACT),
+            WindowEnd.NOT_FOLLOWED: ((1.0 - LOSS_MARGIN) * top, RangeEnd.NOT_FOLLOWED),
+        }
+        bounds = [ends.get(window.end, (top, RangeEnd.LOOKED_AT))]
+        if window.end is WindowEnd.LIMIT and top < self.setup.gripper.pressure_max:
+            bounds = [(top, RangeEnd.LOOKED_AT)]
         if window.loss is not None:
-            ends.append((1.0 - LOSS_MARGIN) * window.loss)
-        return self.onset_wrap, max(self.onset_wrap, min(ends))
+            bounds.append(((1.0 - LOSS_MARGIN) * window.loss, RangeEnd.LOSS))
+        if window.lift_off is not None:
+            bounds.append((window.lift_off, RangeEnd.LIFT_OFF))
+        end, why = min(bounds, key=lambda bound: bound[0])
+        return max(self.onset_wrap, end), why
 
     def recommended_pressure(
         self,
@@ -117,9 +168,10 @@ class Grip:
     ) -> float:
         """Return the pressure to command [Pa].
 
-        Without conditions the middle of :attr:`recommended_range`. With a payload the lowest
-        pressure that carries it, at or above the middle; with a greatest force the highest at or
-        below the middle that stays under it.
+        Without conditions the middle of :attr:`recommended_range`. With a payload the pressure next
+        to the middle that carries it, with a greatest force the one that stays under it. Both may
+        lie beyond the onset of curling, but not within a tenth of the loss or where the tip hangs
+        free. A payload is judged within the pressures that were looked at.
 
         Args:
             payload: mass of the object [kg]; needs ``Pull.DOWN`` among the forces.
@@ -130,26 +182,52 @@ class Grip:
             InvalidInputError: a value is out of its range.
             NotGrippableError: no pressure of the window meets both.
         """
-        low, high = self.recommended_range
-        best = 0.5 * (low + high)
-        end = high
-        if self.window.loss is not None:
-            end = max(high, (1.0 - LOSS_MARGIN) * self.window.loss)
-        grid = np.linspace(low, end, 401)
-        allowed = np.ones(grid.size, dtype=bool)
+        best = 0.5 * sum(self.recommended_range)
+        low, end = self.carrying_range
+        computed = self.pressures[(low <= self.pressures) & (self.pressures <= end)]
+        grid = np.unique(np.concatenate((np.linspace(low, end, 401), computed, [best])))
         if force_max is not None:
             require_positive("force_max", force_max)
             normal = np.interp(grid, self.window.pressures, self.window.normal_forces)
-            allowed &= normal <= force_max
-        if payload is not None:
-            if not safety >= 1.0:
-                raise InvalidInputError("safety", safety, "at least 1")
-            held = np.interp(grid, self.pressures, self.payload_ratio(payload))
-            allowed &= held >= safety
-        if not allowed.any():
-            raise self._refused(payload, safety, force_max)
-        possible = grid[allowed]
-        return float(possible[np.argmin(np.abs(possible - best))])
+            if not (normal <= force_max).any():
+                raise self._presses_harder(force_max, float(normal.min()))
+            grid = grid[normal <= force_max]
+        if payload is None:
+            return float(grid[np.argmin(np.abs(grid - best))])
+        if not safety >= 1.0:
+            raise InvalidInputError("safety", safety, "at least 1")
+        return self._carrying(payload, safety, grid, best, force_max)
+
+    def _carrying(
+        self, payload: float, safety: float, grid: Array, best: float, force_max: float | None
+    ) -> float:
+        """Return the pressure of a grid next to the best that carries a payload [Pa].
+
+        Between the pressures looked at the force is interpolated, then computed.
+        """
+        at, ratio = self.pressures, self.payload_ratio(payload)
+        tries = 0
+        while True:
+            if tries == CARRY_TRIES:
+                grid = grid[np.isin(grid, at)]
+            held = np.nan_to_num(np.interp(grid, at, ratio, left=0.0, right=0.0))
+            possible = grid[held >= safety]
+            if not possible.size:
+                raise self._carries_less(payload, safety, float(held.max(initial=0.0)), force_max)
+            chosen = float(possible[np.argmin(np.abs(possible - best))])
+            if chosen in at:
+                return chosen
+            exact = holding_force(self.window.at(chosen), Pull.DOWN).force / self._weight(payload)
+            if exact >= safety:
+                return chosen
+            place = int(np.searchsorted(at, chosen))
+            at, ratio = np.insert(at, place, chosen), np.insert(ratio, place, exact)
+            tries += 1
+
+    def _weight(self, payload: float) -> float:
+        """Return the weight of a mass [N]."""
+        gravity = float(np.linalg.norm(self.setup.gripper.gravity))
+        return require_positive("payload", payload) * gravity
 
     def payload_ratio(self, payload: float) -> Array:
         """Return holding force along gravity over the object's weight at each pressure (m,).
@@ -160,33 +238,30 @@ class Grip:
         Raises:
             InvalidInputError: it is not positive, or ``Pull.DOWN`` was not looked at.
         """
-        gravity = float(np.linalg.norm(self.setup.gripper.gravity))
-        ratio: Array = self.force(Pull.DOWN) / (require_positive("payload", payload) * gravity)
+        ratio: Array = self.force(Pull.DOWN) / self._weight(payload)
         return ratio
 
-    def _refused(
-        self, payload: float | None, safety: float, force_max: float | None
+    def _presses_harder(self, force_max: float, least: float) -> NotGrippableError:
+        """Return the refusal of a greatest force that every recommended pressure exceeds."""
+        reason = f"the wrapped coil presses with {least:.3g} N or more, above {force_max:.3g} N"
+        return NotGrippableError(self._radius, reason, force_max - least, None)
+
+    def _carries_less(
+        self, payload: float, safety: float, most: float, force_max: float | None
     ) -> NotGrippableError:
-        """Return why no pressure meets the conditions."""
-        radius = float(self.setup.obstacle.shape.feature_radius)
-        if payload is None:
-            least = float(
-                np.interp(self.onset_wrap, self.window.pressures, self.window.normal_forces)
-            )
-            reason = (
-                f"the perfect wrap presses with {least:.3g} N already, more than {force_max:.3g} N"
-            )
-            return NotGrippableError(radius, reason, float(force_max or 0.0) - least, None)
-        gravity = float(np.linalg.norm(self.setup.gripper.gravity))
-        most = float(self.force(Pull.DOWN).max())
-        needed = safety * payload * gravity
-        also = "" if force_max is None else f", or presses with more than {force_max:.3g} N"
-        carried = most / (safety * gravity)
+        """Return the refusal of a payload; ``most`` is the largest ratio of force to weight."""
+        within = "" if force_max is None else f" without pressing with more than {force_max:.3g} N"
         reason = (
-            f"no pressure holds {payload:.4g} kg {safety:.3g} times over{also}; at most "
-            f"{carried:.3g} kg"
+            f"no pressure holds {payload:.4g} kg {safety:.3g} times over{within}; at "
+            f"most {most / safety * payload:.3g} kg"
         )
-        return NotGrippableError(radius, reason, most - needed, None)
+        missing = (most - safety) * self._weight(payload)
+        return NotGrippableError(self._radius, reason, missing, None)
+
+    @property
+    def _radius(self) -> float:
+        """Of the object [m]."""
+        return float(self.setup.obstacle.shape.feature_radius)
 
 
 def solve_grip(
@@ -208,7 +283,8 @@ def solve_grip(
         progress: called with the number of steps done and the number there are, after each.
 
     Raises:
-        InvalidInputError: a pressure is outside of those that hold, or a pull is no Pull.
+        InvalidInputError: pressures do not increase, or one is outside of those that hold; a pull
+            is no Pull.
         NotGrippableError: no pressure wraps the object; carries why and, for a cylinder laid into
             the coil, the nearest radius that is held.
         SolverError: a state could not be certified.
@@ -220,17 +296,17 @@ def solve_grip(
         window = grip_window(setup, progress=progress)
     if window.onset_wrap is None:
         raise not_held(window)
+    if pressures is not None and not all(b > a for a, b in pairwise(pressures)):
+        raise InvalidInputError("pressures", pressures, "increasing")
     if pressures is None:
         low = BELOW_WRAP * window.onset_wrap
         pressures = np.linspace(low, window.top, FORCE_PRESSURES).tolist()
     points: list[GripPoint] = []
     forces: dict[Pull, list[HoldingForce]] = {pull: [] for pull in pulls}
-    total = len(pressures) * max(1, len(pulls))
     for number, pressure in enumerate(pressures):
         points.append(window.at(pressure))
-        for count, pull in enumerate(pulls, start=1):
-            forces[pull].append(holding_force(points[-1], pull))
-            if progress is not None:
-                progress(number * len(pulls) + count, total)
-    held = {pull: tuple(found) for pull, found in forces.items()}
-    return Grip(window, tuple(points), held)
+        for pull, held in holding_forces(points[-1], pulls).items():
+            forces[pull].append(held)
+        if progress is not None:
+            progress(number + 1, len(pressures))
+    return Grip(window, tuple(points), {pull: tuple(found) for pull, found in forces.items()})

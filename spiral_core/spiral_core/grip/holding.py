@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.point import GripPoint
-from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.solve import follow_contact
-from spiral_core.rod.contact.state import ContactState, ContactStatus
+from spiral_core.rod.contact.state import ContactState
 from spiral_core.rod.types import Array
 
 # The object is moved in steps of this fraction of its own radius, or turned by this angle [rad].
@@ -47,12 +48,14 @@ class PullEnd(Enum):
     """Why a pull ended."""
 
     SLIPPED = "the object slides: the force rises no more"
-    LOST = "the coil gives way at once"
-    SELF_CONTACT = (
-        "turns of the tube touch each other, which the model does not resist; the force is what "
-        "was reached"
-    )
-    STEP_LIMIT = "the peak was not passed within the steps tried; the force is a lower bound"
+    LOST = "the coil snaps and gives way"
+    SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
+    NOT_FOLLOWED = "the tube finds no rest that could be certified"
+    STEP_LIMIT = "the peak was not passed within the steps tried"
+
+
+# Ends that say nothing of what the object would still have taken.
+OPEN_ENDS = (PullEnd.SELF_CONTACT, PullEnd.NOT_FOLLOWED, PullEnd.STEP_LIMIT)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -61,7 +64,8 @@ class HoldingForce:
 
     Args:
         pull: where it was moved to.
-        force: the peak [N]; of a twist the torque [N m].
+        force: the peak [N]; of a twist the torque [N m]; NaN where not even the
+            first step could be followed: ``end`` says why.
         displacement: of the object at the peak [m]; of a twist the angle [rad].
         stiffness: force per displacement at the first step [N/m]; of a twist [N m/rad].
         displacements, forces: (n,) the whole curve, from zero.
@@ -78,15 +82,29 @@ class HoldingForce:
 
     @property
     def is_lower_bound(self) -> bool:
-        """Whether the force was still rising where the pull ended."""
-        return self.end in (PullEnd.STEP_LIMIT, PullEnd.SELF_CONTACT)
+        """Whether the pull ended before the coil had given way or let the object slide."""
+        return self.end in OPEN_ENDS and not math.isnan(self.force)
+
+    def within(self, displacement: float) -> float:
+        """Return the largest force until the object has moved so far [N, m]; torque and angle.
+
+        Towards the base the peak may come after several diameters of the object, when it has all
+        but left the coil: the largest force within one diameter is what keeps it in its place.
+        """
+        if math.isnan(self.force):
+            return math.nan
+        near = self.forces[self.displacements <= displacement * (1.0 + 1e-9)]
+        return _rounded(float(near.max()))
 
     def __repr__(self) -> str:
-        if is_twist(self.pull):
+        least = "at least " if self.is_lower_bound else ""
+        if math.isnan(self.force):
+            value = "unknown"
+        elif is_twist(self.pull):
             value = f"{1e3 * self.force:.3g} N mm at {np.degrees(self.displacement):.3g} deg"
         else:
             value = f"{self.force:.3g} N at {1e3 * self.displacement:.3g} mm"
-        return f"HoldingForce({self.pull.value}: {value}; {self.end.value})"
+        return f"HoldingForce({self.pull.value}: {least}{value}; {self.end.value})"
 
 
 def is_twist(pull: Pull) -> bool:
@@ -111,19 +129,37 @@ def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
     Raises:
         InvalidInputError: ``Pull.DOWN`` without gravity.
     """
-    held = _pulled(point, pull)
-    return held if pull is not Pull.DOWN else _limited_by_sliding(point, held)
+    return holding_forces(point, (pull,))[pull]
 
 
-def _limited_by_sliding(point: GripPoint, held: HoldingForce) -> HoldingForce:
-    """Return what holds along gravity, at most the weight that would slide along the object."""
+def holding_forces(point: GripPoint, pulls: Sequence[Pull]) -> dict[Pull, HoldingForce]:
+    """Return what :func:`holding_force` returns for each of several pulls."""
+    found = {pull: _pulled(point, pull) for pull in pulls}
+    if Pull.DOWN not in found:
+        return found
     along = float(pull_direction(point, Pull.DOWN) @ pull_direction(point, Pull.AWAY))
-    if abs(along) < LEAST_SHARE:
-        return held
-    axial = _pulled(point, Pull.AWAY if along > 0.0 else Pull.TOWARDS)
-    if axial.force >= abs(along) * held.force:
-        return held
-    return replace(axial, pull=Pull.DOWN, force=axial.force / abs(along))
+    if abs(along) >= LEAST_SHARE:
+        way = Pull.AWAY if along > 0.0 else Pull.TOWARDS
+        axial = found[way] if way in found else _pulled(point, way)
+        if not axial.force >= abs(along) * found[Pull.DOWN].force:
+            found[Pull.DOWN] = _as_weight(axial, abs(along))
+    return found
+
+
+def _as_weight(axial: HoldingForce, share: float) -> HoldingForce:
+    """Return the pull along gravity of an object that slides along its axis.
+
+    Of its weight the ``share`` acts along the axis, and of its way as much is along gravity.
+    """
+    return HoldingForce(
+        pull=Pull.DOWN,
+        force=axial.force / share,
+        displacement=axial.displacement * share,
+        stiffness=axial.stiffness / share**2,
+        displacements=axial.displacements * share,
+        forces=axial.forces / share,
+        end=axial.end,
+    )
 
 
 def _pulled(point: GripPoint, pull: Pull) -> HoldingForce:
@@ -132,24 +168,33 @@ def _pulled(point: GripPoint, pull: Pull) -> HoldingForce:
     direction = pull_direction(point, pull)
     turning = is_twist(pull)
     step = TURN_STEP if turning else STEP * float(setup.obstacle.shape.feature_radius)
-    # Friction comes on, if it was not there while closing, before anything moves.
-    state, end = _moved(point, point.state, setup.obstacle)
-    forces = [] if state is None else [_resistance(state, direction, turning)]
-    while state is not None:
-        count = len(forces)
-        if count > (MOST_STEPS_DOWN if pull is Pull.DOWN else MOST_STEPS):
-            end = PullEnd.STEP_LIMIT
-            break
+    most = MOST_STEPS_DOWN if pull is Pull.DOWN else MOST_STEPS
+    curve: list[tuple[float, float]] = []
+    state, end, count = point.state, PullEnd.STEP_LIMIT, 0
+    # Friction comes on, if it was not there while closing, before anything moves: the step 0.
+    for count in range(most + 1):
         way = tuple((count * step * direction).tolist())
         moved = setup.obstacle.moved(**{"rotation" if turning else "translation": way})
-        state, end = _moved(point, state, moved)
-        if state is None:
+        path = follow_contact(
+            [setup.problem(point.pressure, moved)], start=state, stop_at_event=True
+        )
+        if path.self_contact is not None:
+            end = PullEnd.SELF_CONTACT
             break
-        forces.append(_resistance(state, direction, turning))
-        if _slips(forces):
+        if path.events:
+            event = path.events[0]
+            end = PullEnd.LOST if event.after is None else PullEnd.NOT_FOLLOWED
+            if event.position > 0.0:
+                reached = max(0.0, count - 1.0 + event.position) * step
+                curve.append((reached, _resistance(event.before, direction, turning)))
+            break
+        state = path.states[0]
+        curve.append((count * step, _resistance(state, direction, turning)))
+        if _slips([force for _, force in curve]):
             end = PullEnd.SLIPPED
             break
-    return _curve(pull, step, forces or [0.0], end)
+    known = count > 1 or end not in OPEN_ENDS
+    return _result(pull, curve, end, known)
 
 
 def pull_direction(point: GripPoint, pull: Pull) -> Array:
@@ -177,19 +222,6 @@ def pull_direction(point: GripPoint, pull: Pull) -> Array:
     return axis if pull in (Pull.AWAY, Pull.TWIST_RIGHT) else -axis
 
 
-def _moved(
-    point: GripPoint, state: ContactState, obstacle: Obstacle
-) -> tuple[ContactState | None, PullEnd]:
-    """Return the state after the object has moved on, or None and why there is none."""
-    problem = point.setup.problem(point.pressure, obstacle)
-    path = follow_contact([problem], start=state, stop_at_event=True)
-    if not path.states:
-        return None, PullEnd.LOST
-    if path.states[-1].status is ContactStatus.SELF_CONTACT:
-        return None, PullEnd.SELF_CONTACT
-    return path.states[-1], PullEnd.STEP_LIMIT
-
-
 def _slips(forces: list[float]) -> bool:
     """Return whether the force has stopped rising."""
     earlier = forces[:-STEADY_STEPS]
@@ -204,15 +236,22 @@ def _resistance(state: ContactState, direction: Array, turning: bool) -> float:
     return -float((resultant.torque if turning else resultant.force) @ direction)
 
 
-def _curve(pull: Pull, step: float, forces: list[float], end: PullEnd) -> HoldingForce:
-    """Return the result of a pull from its force at each step."""
-    values = np.array(forces)
+def _result(
+    pull: Pull, curve: list[tuple[float, float]], end: PullEnd, known: bool
+) -> HoldingForce:
+    """Return the result of a pull from its displacements and forces."""
+    displacements, values = np.array(curve or [(0.0, 0.0)]).T
+    if not known:
+        return HoldingForce(pull, math.nan, math.nan, math.nan, displacements, values, end)
     peak = int(np.argmax(values))
-    held = float(values[peak])
-    if held < ROUNDING:  # no friction, or a coil that itself pushes this way: it holds nothing
-        held = 0.0
-    displacements: Array = step * np.arange(len(values), dtype=np.float64)
-    stiffness = float(values[1] - values[0]) / step if len(values) > 1 else 0.0
+    held = _rounded(float(values[peak]))
+    rise, way = np.diff(values[:2]), np.diff(displacements[:2])
+    stiffness = float(rise[0] / way[0]) if way.size and way[0] > 0.0 else 0.0
     return HoldingForce(
         pull, held, float(displacements[peak]), stiffness, displacements, values, end
     )
+
+
+def _rounded(force: float) -> float:
+    """Return what holds; nothing without friction, or where the coil itself pushes this way."""
+    return 0.0 if force < ROUNDING else force

@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 
 from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.point import TOUCH_GAP
 from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.grip.window import GripWindow, WindowEnd, grip_window
 from spiral_core.rod.contact.shapes import Cylinder
@@ -34,12 +35,17 @@ def not_held(window: GripWindow) -> NotGrippableError:
             "pressure"
         ),
         WindowEnd.SELF_CONTACT: "turns of the tube touch each other before the tip touches it",
-        WindowEnd.NOT_FOLLOWED: "the closing tube finds no rest",
+        WindowEnd.NOT_FOLLOWED: "the closing tube finds no rest that could be certified",
     }
     reason = (
         f"{ends[window.end]}; it comes nearest at {best.pressure:.6g} Pa, {gap:.4g} m from the "
         "surface"
     )
+    if gap <= TOUCH_GAP * best.outer_radius:
+        reason = (
+            f"the tip touches at {best.pressure:.6g} Pa, but never with more than a tenth of the "
+            f"tube; {window.end.value}"
+        )
     return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup))
 
 

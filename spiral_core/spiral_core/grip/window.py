@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -13,8 +12,9 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.hanging import hanging_tube
-from spiral_core.grip.point import CURL_GAP, TOUCH_GAP, GripPoint, wraps
-from spiral_core.grip.setup import Closing, GripSetup
+from spiral_core.grip.point import GripPoint
+from spiral_core.grip.rise import CURL, LIFT_OFF, WRAP, finest, located, lost_at, raised
+from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.contact.state import ContactPath, ContactStatus
 from spiral_core.rod.types import Array
@@ -28,16 +28,8 @@ STEPS_OF_LIMIT = 32
 # A tip that has not touched up to this many times the tip criterion's pressure never does: the coil
 # is then thinner than the object and lies beside it, or on one side of it.
 GIVE_UP = 1.6
-# Pressures of the window are located to this fraction of themselves.
-PRESSURE_TOLERANCE = 2e-3
-# A loss with friction to this one: which increments fail next to it depends on the way there.
-FRICTION_TOLERANCE = 5e-3
 # Pressures up to which the coil's fall is followed, as fractions of the loss.
 FALL_PRESSURES = (1.004, 1.01, 1.02)
-# So often an onset is looked for by a line between two points, before it is bracketed by halves.
-LINE_TRIES = 4
-# A loss of more than this fraction of what touches is the loss of the grip.
-LOST_FRACTION = 0.5
 
 Progress = Callable[[int, int], None]
 
@@ -47,7 +39,7 @@ class WindowEnd(Enum):
 
     LOST = "the wrapped coil loses stability"
     LIMIT = "the gripper's pressure limit"
-    PASSED_BY = "the tip has not touched far above the tip criterion's pressure"
+    PASSED_BY = "the coil is not wrapped far above the tip criterion's pressure"
     SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
     NOT_FOLLOWED = "the tube finds no rest that could be certified"
 
@@ -67,6 +59,8 @@ class GripWindow:
             and snaps: as a rule its end lets go [Pa]; None if it does not. :func:`follow_loss` has
             what remains.
         end: what ended the path.
+        lift_off: lowest pressure above the wrap's onset at which the tip no longer touches, though
+            nothing has snapped [Pa]; None if it does not. It may touch again further up.
     """
 
     setup: GripSetup
@@ -75,6 +69,7 @@ class GripWindow:
     onset_curling: float | None
     loss: float | None
     end: WindowEnd
+    lift_off: float | None = None
 
     def __repr__(self) -> str:
         wrap, curling, loss, tip = (
@@ -117,7 +112,7 @@ class GripWindow:
         below = [point for point in self.points if point.pressure <= pressure][-1]
         if below.pressure == pressure:
             return below
-        point, path = _raised(below, pressure)
+        point, path = raised(below, pressure)
         if point is None:
             last = path.events[-1].last if path.events else path.states[-1]
             raise SolverError(last.status, last.residual, last.iterations)
@@ -148,7 +143,7 @@ def follow_loss(window: GripWindow) -> GripPoint | None:
         path = follow_contact(
             [window.setup.closing_problem(beyond)],
             start=point.state,
-            smallest_increment=_finest(point, beyond),
+            smallest_increment=finest(point, beyond),
         )
         if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
             return None
@@ -177,27 +172,29 @@ def grip_window(
         SolverError: that tube has no certified shape.
     """
     points = [GripPoint(0.0, setup, hanging_tube(setup))]
-    onset = curling = loss = None
+    onset = curling = loss = lift_off = None
     end = WindowEnd.LIMIT
     stations = _stations(setup, pressures)
     for count, pressure in enumerate(stations, start=1):
         here = points[-1]
-        point, path = _raised(here, pressure, wrapped=onset is not None)
-        loss = _lost_at(here, pressure, path)
+        point, path = raised(here, pressure, wrapped=onset is not None)
+        loss = lost_at(here, pressure, path, wrapped=onset is not None)
         if loss is not None or point is None:
             end = WindowEnd.LOST if loss is not None else _why(path)
             break
         if onset is None and point.is_wrapped:
-            onset = _located(here, point, _is_wrapped, _touch_missing)
+            onset = located(here, point, WRAP)
         if onset is not None and curling is None and point.is_curled:
-            curling = max(onset, _located(here, point, _is_curled, _curl_missing))
+            curling = max(onset, located(here, point, CURL))
+        if onset is not None and lift_off is None and not point.is_wrapped:
+            lift_off = max(onset, located(here, point, LIFT_OFF))
         points.append(point)
         if onset is None and pressures is None and _passed_by(point):
             end = WindowEnd.PASSED_BY
             break
         if progress is not None:
             progress(count, len(stations))
-    return GripWindow(setup, tuple(points), onset, curling, loss, end)
+    return GripWindow(setup, tuple(points), onset, curling, loss, end, lift_off)
 
 
 def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> list[float]:
@@ -217,37 +214,6 @@ def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> li
     return [pressure for pressure in rising if pressure < limit] + [limit]
 
 
-def _raised(
-    point: GripPoint, pressure: float, *, wrapped: bool = False
-) -> tuple[GripPoint | None, ContactPath]:
-    """Raise the pressure from a point; None if the tube finds no rest there.
-
-    Before the wrap the tube may snap onto the object, and is followed. Once wrapped, the end of the
-    branch is the end of the grip.
-    """
-    problem = point.setup.closing_problem(pressure)
-    path = (
-        follow_contact(
-            [problem],
-            start=point.state,
-            smallest_increment=_finest(point, pressure),
-            stop_at_event=True,
-        )
-        if wrapped
-        else follow_contact([problem], start=point.state)
-    )
-    if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
-        return None, path
-    return GripPoint(pressure, point.setup, path.states[-1]), path
-
-
-def _finest(point: GripPoint, pressure: float) -> float:
-    """Return the fraction of the way from a point to a pressure to which a loss is located."""
-    rubs = point.setup.closing is Closing.SLOW and point.setup.obstacle.friction > 0.0
-    tolerance = FRICTION_TOLERANCE if rubs else PRESSURE_TOLERANCE
-    return min(1.0, 0.5 * tolerance * pressure / (pressure - point.pressure))
-
-
 def _why(path: ContactPath) -> WindowEnd:
     """Return why a path could not be followed."""
     last = path.states[-1] if path.states else path.events[-1].last
@@ -255,67 +221,7 @@ def _why(path: ContactPath) -> WindowEnd:
     return WindowEnd.SELF_CONTACT if touches else WindowEnd.NOT_FOLLOWED
 
 
-def _lost_at(before: GripPoint, pressure: float, path: ContactPath) -> float | None:
-    """Return the pressure at which an event on the way to another one lost the grip.
-
-    An event whose motion was not followed counts as a loss.
-    """
-    for event in path.events:
-        held = float(event.before.contact_lengths[0])
-        moves_on = event.last.status is ContactStatus.NOT_HELD
-        if wraps(event.before) and (moves_on or event.contact_lost > LOST_FRACTION * held):
-            return before.pressure + event.position * (pressure - before.pressure)
-    return None
-
-
 def _passed_by(point: GripPoint) -> bool:
     """Return whether the pressure is so far above the tip criterion's that no wrap will follow."""
     tip = point.setup.tip_pressure
     return tip is not None and point.pressure >= GIVE_UP * tip
-
-
-def _is_wrapped(point: GripPoint) -> bool:
-    return point.is_wrapped
-
-
-def _is_curled(point: GripPoint) -> bool:
-    return point.is_wrapped and point.is_curled
-
-
-def _touch_missing(point: GripPoint) -> float:
-    """Return how far the tip is from touching [m]."""
-    return point.tip_gap - TOUCH_GAP * point.outer_radius
-
-
-def _curl_missing(point: GripPoint) -> float:
-    """Return how much less the end bridges than counts as curled [m]."""
-    return CURL_GAP * point.outer_radius - point.largest_gap
-
-
-def _located(
-    low: GripPoint,
-    high: GripPoint,
-    happened: Callable[[GripPoint], bool],
-    missing: Callable[[GripPoint], float],
-) -> float:
-    """Return the pressure between two points from which on something has happened [Pa].
-
-    Looked for where a line through what is missing at both ends says, in the second half of the
-    tries in the middle; what is missing is infinite, or of the wrong sign, where no such line is.
-    """
-    tries = 0
-    while high.pressure - low.pressure > PRESSURE_TOLERANCE * high.pressure:
-        span = high.pressure - low.pressure
-        before, after = missing(low), missing(high)
-        fraction = 0.5
-        if tries < LINE_TRIES and math.isfinite(before) and before > 0.0 >= after > -math.inf:
-            # A little beyond the line, so that both ends close in.
-            margin = 0.4 * PRESSURE_TOLERANCE * high.pressure / span
-            fraction = before / (before - after)
-            fraction = min(max(fraction + (margin if tries % 2 == 0 else -margin), 0.1), 0.9)
-        middle, _ = _raised(low, low.pressure + fraction * span)
-        if middle is None:
-            break
-        low, high = (low, middle) if happened(middle) else (middle, high)
-        tries += 1
-    return high.pressure

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -29,6 +30,9 @@ EASY_PASSES = 14
 ALIKE = 0.05
 # The branch has ended where no increment longer than this succeeds, if nothing else is asked for.
 SMALLEST_INCREMENT = 1.0 / 4096.0
+# A rod that comes to rest after no more than this fraction of what a node may move in an increment
+# rests where it was: an increment failed, with friction as a rule, but nothing has snapped.
+NEXT_TO = 0.1
 # Steps of the motion after a fold, how their drag changes, and after how many lengths of the rod
 # it is lost.
 SLIDE_STEPS = 600
@@ -247,15 +251,19 @@ def release(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
     return slide(here, arrays, solution.passes)
 
 
-def slide(here: Point, arrays: Arrays, spent: int = 0) -> tuple[Point, bool, list[Array]]:
+def slide(
+    here: Point, arrays: Arrays, spent: int = 0, reach: float = math.inf
+) -> tuple[Point, bool, list[Array]]:
     """Let the rod move, overdamped, under ``arrays`` until it rests.
 
     Each step minimizes energy plus drag (a step of the implicit Euler method), short enough that
     no node changes sides of an obstacle. Returns where it is in the end, whether it rests there,
-    and the positions (N + 1, 3) that it passed. ``spent`` are passes to count with its own.
+    and the positions (N + 1, 3) that it passed. ``spent`` are passes to count with its own; the
+    motion is followed no further than ``reach``, a fraction of what a node may move.
     """
     unit = arrays.force_scale / arrays.length
     drag = unit
+    start = here
     trail = [here.x.p]
     rests = 0
     for _ in range(SLIDE_STEPS):
@@ -269,6 +277,8 @@ def slide(here: Point, arrays: Arrays, spent: int = 0) -> tuple[Point, bool, lis
         here = Point(here.at, arrays, x, anchors, solution)
         trail.append(x.p)
         if np.abs(x.p - trail[0]).max() > LOST * arrays.length:
+            break
+        if reach < math.inf and moved_fraction(start, arrays, x.p) > reach:
             break
         if move < 0.3:
             drag *= DRAG_FALLS

@@ -16,12 +16,14 @@ import numpy as np
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._increments import (
+    NEXT_TO,
     SMALLEST_INCREMENT,
     Point,
     advance,
     attempt,
     beyond,
     continued,
+    moved_fraction,
     release,
     slide,
 )
@@ -42,6 +44,8 @@ FRICTION_INCREMENT = 0.1
 FIRST_ORDER = 2.0
 # A path with more events than this is given up.
 MAX_EVENTS = 64
+# On the way between two stations the rod may stay where it was after a failed increment so often.
+MOST_STAYS = 16
 
 
 def solve_contact(
@@ -173,7 +177,8 @@ def follow_contact(
     turn evenly, and the branch of stable states is followed in increments that adapt to it;
     friction remembers. Where no increment is small enough the branch has ended, in a fold or
     because friction no longer holds: the rod moves on, overdamped, to where it rests, the place is
-    recorded, and the path goes on from there. If it rests nowhere the path ends.
+    recorded, and the path goes on from there. If it rests nowhere the path ends. A rod that rests
+    where it was, to a tenth of what a node may move in an increment, has not snapped: no event.
 
     Args:
         problems: the stations; the same rod radius, kinds of ends and obstacles in all of them.
@@ -185,7 +190,7 @@ def follow_contact(
         smallest_increment: of the way between two stations, at most the largest: the end of a
             branch is located so closely.
         stop_at_event: whether to end at the first event, without following the rod's motion after
-            it: the event's ``after`` is None.
+            it: the event's ``after`` is None, or NOT_HELD where the rod neither moved nor rested.
 
     Returns:
         A state for each station that was reached, and the events on the way.
@@ -241,7 +246,7 @@ def _travel(
     the largest increment; ``stop`` ends the way at its first event.
     """
     first = here.arrays
-    spent = 0
+    spent = stays = 0
     here = replace(here, at=0.0)
     before = continued(before, here, end)
     while here.at < 1.0:
@@ -258,16 +263,21 @@ def _travel(
             break
         at, arrays = beyond(here, end, first, sizes[0])
         last = state_from_point(here, spent)
-        if stop:
-            log.events.append(ContactEvent(index + here.at, last, None))
-            return None, None, spent
-        there, rests, trail = slide(here, arrays)
+        position = index + here.at
+        there, rests, trail = slide(here, arrays, reach=NEXT_TO if stop else math.inf)
         used = there.spent
         spent += used
-        position = index + here.at
         for passed, reached in pairwise(trail):
             log.watch(position, passed, reached, arrays)
-        if not rests or len(log.events) >= MAX_EVENTS:
+        gone = moved_fraction(here, arrays, there.x.p) > NEXT_TO
+        if rests and not gone and stays < MOST_STAYS:
+            here, before = replace(there, at=at), None
+            stays += 1
+            continue
+        if stop and gone:
+            log.events.append(ContactEvent(position, last, None))
+            return None, None, spent
+        if stop or not rests or len(log.events) >= MAX_EVENTS:
             after = state_from_point(_tried(there), used, ContactStatus.NOT_HELD)
             after = replace(after, trail=np.array(trail))
             log.events.append(ContactEvent(position, last, after))

@@ -207,8 +207,8 @@ class ContactEvent:
     Args:
         position: where, as a station's index plus the fraction of the way to the next one.
         before: the last state of the branch that ends.
-        after: where the rod comes to rest; not converged if it does not; None if its motion was not
-            followed.
+        after: where the rod comes to rest; not converged if it does not; None if it moves on and
+            its motion was not followed.
     """
 
     __repr__ = brief_repr

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What pulls answer: never a false zero, bounds that say so, and each direction computed once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from spiral_core import (
+    Actuator,
+    ContactPath,
+    FiberAngles,
+    Gripper,
+    GripPoint,
+    GripWindow,
+    HoldingForce,
+    NeoHookean,
+    Pull,
+    PullEnd,
+    Tube,
+    grip_window,
+    gripper_from_actuator,
+    holding_force,
+    holding_forces,
+    lay_into_coil,
+)
+from spiral_core.grip import holding
+from spiral_core.rod.contact.state import ContactEvent
+from spiral_gripper import load_gripper
+
+
+def silicone(length: float, beta: float, pressure_max: float) -> Gripper:
+    """Return a gripper of soft silicone tube, 9.5 mm x 0.8 mm."""
+    tube = Tube(inner_radius=4.75e-3, wall_thickness=0.8e-3, length=length)
+    fibers = FiberAngles(np.radians(88.0), np.radians(beta))
+    actuator = Actuator(tube, fibers, NeoHookean(190e3))
+    return gripper_from_actuator("silicone", actuator, density=1150.0, pressure_max=pressure_max)
+
+
+@cache
+def rough() -> GripWindow:
+    """Return a window with much friction, in which a state is hard to solve again."""
+    return grip_window(lay_into_coil(silicone(0.4, 60.0, 165.5e3), 0.015, friction=0.5))
+
+
+def test_a_window_has_no_false_zero() -> None:
+    """At 111.94 kPa nothing changes from the closed state, and Newton's method finds no end."""
+    pressures = (105.25e3, 111.94e3, 118.63e3, 132e3)
+    points = [rough().at(pressure) for pressure in pressures]
+    for pull, least in ((Pull.AWAY, 0.15), (Pull.TOWARDS, 0.025)):
+        held = [holding_force(point, pull) for point in points]
+        forces = [each.force for each in held]
+        assert all(len(each.forces) > 5 for each in held)
+        assert forces == sorted(forces)
+        assert forces[0] > least
+
+
+def test_a_pull_begins_at_the_onset_too() -> None:
+    """There the coil shifts by a quarter of a millimeter in the step that moves nothing."""
+    window = grip_window(lay_into_coil(load_gripper("paper_design_70"), 0.02, friction=0.6))
+    assert window.onset_wrap is not None
+    held = holding_force(window.at(window.onset_wrap), Pull.AWAY)
+    assert held.end is PullEnd.SLIPPED
+    assert held.force > 0.4
+
+
+@pytest.mark.parametrize("steps", [0, 1, 3])
+def test_a_pull_that_cannot_be_followed_says_so(
+    steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unknown if not even the first step is found; else the force is a lower bound."""
+    follow, calls = holding.follow_contact, []
+
+    def given_up(problems, *, start, stop_at_event) -> ContactPath:
+        calls.append(start)
+        if len(calls) <= steps:
+            return follow(problems, start=start, stop_at_event=stop_at_event)
+        return ContactPath((), (ContactEvent(0.0, start, start),))
+
+    monkeypatch.setattr(holding, "follow_contact", given_up)
+    held = holding_force(rough().points[-1], Pull.AWAY)
+    assert held.end is PullEnd.NOT_FOLLOWED
+    if steps < 2:
+        assert not held.is_lower_bound
+        assert math.isnan(held.force)
+        assert math.isnan(held.within(1.0))
+        assert "unknown" in repr(held)
+    else:
+        assert held.is_lower_bound
+        assert held.force == held.forces.max() > 0.0
+        assert "at least" in repr(held)
+
+
+def test_friction_beyond_what_can_be_followed_gives_a_lower_bound() -> None:
+    """With a coefficient of 1.5 the force doubles at each step, until a step is not found."""
+    setup = lay_into_coil(load_gripper("paper_design_70"), 0.015, friction=1.5)
+    tip = setup.tip_pressure
+    assert tip is not None
+    held = holding_force(grip_window(setup, [0.6 * tip, 0.9 * tip, 1.06 * tip]).points[-1])
+    assert held.end is not PullEnd.LOST
+    assert held.is_lower_bound
+    assert held.force > 0.5
+
+
+@cache
+def sliding() -> tuple[GripPoint, dict[Pull, HoldingForce]]:
+    """Return a point whose object slides along its axis, and its forces in several ways."""
+    window = grip_window(lay_into_coil(silicone(0.300908, 50.0, 85e3), 0.025, friction=0.5))
+    point = window.at(76.12e3)
+    return point, holding_forces(point, (Pull.DOWN, Pull.AWAY, Pull.TOWARDS))
+
+
+def test_a_weight_that_slides_has_a_curve_of_its_own() -> None:
+    """Force, curve, stiffness and way of the pull along gravity belong together."""
+    point, found = sliding()
+    away, down = found[Pull.AWAY], found[Pull.DOWN]
+    share = float(
+        holding.pull_direction(point, Pull.DOWN) @ holding.pull_direction(point, Pull.AWAY)
+    )
+    assert 0.98 < share < 1.0
+    assert down.force == pytest.approx(away.force / share, rel=1e-12)
+    assert down.force == down.forces.max()
+    assert down.displacement == down.displacements[np.argmax(down.forces)]
+    slope = (down.forces[1] - down.forces[0]) / down.displacements[1]
+    assert down.stiffness == pytest.approx(slope, rel=1e-9)
+    # The same work along either way.
+    work = [np.trapezoid(each.forces, each.displacements) for each in (away, down)]
+    assert work[0] == pytest.approx(work[1], rel=1e-12)
+
+
+def test_several_directions_are_computed_once_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    point, found = sliding()
+    pulled, asked = holding._pulled, []
+
+    def counted(at: GripPoint, pull: Pull) -> HoldingForce:
+        asked.append(pull)
+        return pulled(at, pull)
+
+    monkeypatch.setattr(holding, "_pulled", counted)
+    again = holding_forces(point, (Pull.DOWN, Pull.AWAY))
+    assert sorted(pull.name for pull in asked) == ["AWAY", "DOWN"]
+    assert again[Pull.DOWN].force == found[Pull.DOWN].force
+
+
+def test_within_a_diameter_less_is_held_than_at_a_late_peak() -> None:
+    _, found = sliding()
+    held = found[Pull.TOWARDS]
+    assert held.displacement > 0.03
+    assert held.within(held.displacement) == held.force
+    near = held.within(0.5 * held.displacement)
+    assert 0.0 < near < held.force
+    assert near in held.forces
+    none = replace(held, forces=held.forces - 1.0)
+    assert none.within(0.01) == 0.0
