@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -27,6 +27,10 @@ MOST_STEPS = 60
 # Along gravity a straight way off the object's axis pulls the tube taut in the end, with many times
 # the force at which the object slides: only the first diameter of the object counts.
 MOST_STEPS_DOWN = 20
+# From this share of gravity along the object on, 18 degrees, what is asked along gravity is what
+# holds along the object: moved straight, the object could not slide, and the coil of a thin one has
+# not tightened within a diameter.
+MOSTLY_ALONG = 0.95
 # Below this share of gravity along the object nothing slides along it that would not fall across.
 LEAST_SHARE = 1e-3
 # A force or torque below this [N, N m] is rounding error.
@@ -118,9 +122,9 @@ def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
     The object is moved in small steps at fixed pressure without turning, or turned about its own
     axis; the tube follows in frictional equilibrium. The peak of the force is what holds. It is not
     one number for all directions: pulled away from the base a coil tightens like a finger trap,
-    pushed towards it, it opens. Along gravity the object is moved straight, which keeps it from
-    sliding along its own axis: no weight counts whose share along the axis is more than holds it
-    there.
+    pushed towards it, it opens. Along gravity no weight counts whose share along the object's axis
+    is more than holds it there. Within 18 degrees of the axis that alone decides; else the object
+    is also moved straight, by at most a diameter, and the lesser force counts.
 
     Args:
         point: the grip at its pressure.
@@ -134,16 +138,26 @@ def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
 
 def holding_forces(point: GripPoint, pulls: Sequence[Pull]) -> dict[Pull, HoldingForce]:
     """Return what :func:`holding_force` returns for each of several pulls."""
-    found = {pull: _pulled(point, pull) for pull in pulls}
-    if Pull.DOWN not in found:
-        return found
+    found: dict[Pull, HoldingForce] = {}
+    for pull in pulls:
+        if pull is not Pull.DOWN:
+            found[pull] = _pulled(point, pull)
+    if Pull.DOWN in pulls:
+        found[Pull.DOWN] = _down(point, found)
+    return {pull: found[pull] for pull in pulls}
+
+
+def _down(point: GripPoint, found: Mapping[Pull, HoldingForce]) -> HoldingForce:
+    """Return what holds along gravity, at most the weight that would slide along the object."""
     along = float(pull_direction(point, Pull.DOWN) @ pull_direction(point, Pull.AWAY))
-    if abs(along) >= LEAST_SHARE:
-        way = Pull.AWAY if along > 0.0 else Pull.TOWARDS
-        axial = found[way] if way in found else _pulled(point, way)
-        if not axial.force >= abs(along) * found[Pull.DOWN].force:
-            found[Pull.DOWN] = _as_weight(axial, abs(along))
-    return found
+    if abs(along) < LEAST_SHARE:
+        return _pulled(point, Pull.DOWN)
+    way = Pull.AWAY if along > 0.0 else Pull.TOWARDS
+    sliding = _as_weight(found[way] if way in found else _pulled(point, way), abs(along))
+    if abs(along) >= MOSTLY_ALONG:
+        return sliding
+    straight = _pulled(point, Pull.DOWN)
+    return straight if straight.force <= sliding.force else sliding
 
 
 def _as_weight(axial: HoldingForce, share: float) -> HoldingForce:
