@@ -293,6 +293,14 @@ def slide(
     return replace(here, spent=spent), False, trail
 
 
+def tried(here: Point) -> Point:
+    """Return the point with the evidence of one more try, if it has none, for a report."""
+    if math.isfinite(here.solution.residual):
+        return here
+    x, _, solution, _ = attempt(here, here.arrays, here.x.copy())
+    return replace(here, x=x, solution=solution)
+
+
 def beyond(here: Point, end: Arrays, first: Arrays, smallest: float) -> tuple[float, Arrays]:
     """Return the problem just beyond the end of a branch."""
     at = min(1.0, here.at + smallest)

@@ -26,6 +26,7 @@ from spiral_core.rod.contact._increments import (
     moved_fraction,
     release,
     slide,
+    tried,
 )
 from spiral_core.rod.contact._mesh import Arrays, discretize, element_count, on_nodes
 from spiral_core.rod.contact._newton import CONVERGED
@@ -130,7 +131,7 @@ def _solved_on(problem: ContactProblem, arrays: Arrays, start: Array | None) -> 
     here = unsolved(arrays, x)
     there, rests, trail = release(here, arrays)
     status = None if rests else ContactStatus.NOT_HELD
-    state = state_from_point(_tried(there), there.spent, status)
+    state = state_from_point(tried(there), there.spent, status)
     return replace(state, trail=np.array(trail))
 
 
@@ -278,7 +279,7 @@ def _travel(
             log.events.append(ContactEvent(position, last, None))
             return None, None, spent
         if stop or not rests or len(log.events) >= MAX_EVENTS:
-            after = state_from_point(_tried(there), used, ContactStatus.NOT_HELD)
+            after = state_from_point(tried(there), used, ContactStatus.NOT_HELD)
             after = replace(after, trail=np.array(trail))
             log.events.append(ContactEvent(position, last, after))
             return None, None, spent
@@ -297,7 +298,7 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
         gap, _, _ = distances(obstacle, x.p[1:], arrays.radius)
         if not gap.min() > -1e-3 * max(arrays.radius, 1e-3 * arrays.length):
             status = ContactStatus.INSIDE_OBSTACLE
-            return state_from_point(_tried(here), 0, status)
+            return state_from_point(tried(here), 0, status)
     loaded = replace(arrays, own=first.own, rest_energy=first.rest_energy)
     log = PathLog()
     spent = 0
@@ -309,14 +310,6 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
             return replace(log.events[-1].last, iterations=spent)
         here = reached
     return state_from_point(here, spent)
-
-
-def _tried(here: Point) -> Point:
-    """Return the point with the evidence of one more try, if it has none, for a report."""
-    if math.isfinite(here.solution.residual):
-        return here
-    x, _, solution, _ = attempt(here, here.arrays, here.x.copy())
-    return replace(here, x=x, solution=solution)
 
 
 def _point_of(state: ContactState, elements: int | None) -> Point:
