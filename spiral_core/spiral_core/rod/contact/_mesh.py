@@ -229,7 +229,7 @@ def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(count, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
     seen = rest * strain_scales(angles)[:, :, None]
-    moment = np.sum(stiffness * seen[:, :, None, :], axis=3)
+    moment = np.einsum("nkij,nkj->nki", np.broadcast_to(stiffness, (count, 3, 3, 3)), seen)
     mean = _simpson(stiffness)
     own = np.zeros((count, 7, 3, 3))
     own[:, 0] = mean
@@ -239,9 +239,10 @@ def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float
     own[:, 4, 0] = _simpson(moment)
     own[:, 4, 1] = (moment[:, 2] - moment[:, 0]) / steps[:, None]
     own[:, 4, 2, 0] = steps
-    own[:, 5] = _simpson(coupling)
-    own[:, 6, 0] = _simpson(np.sum(coupling * seen[:, :, :, None], axis=2))
-    energy = 0.5 * float(np.sum(steps * _simpson(np.sum(moment * seen, axis=2)[:, :, None])[:, 0]))
+    if coupling.any():
+        own[:, 5] = _simpson(coupling)
+        own[:, 6, 0] = _simpson(np.sum(coupling * seen[:, :, :, None], axis=2))
+    energy = 0.5 * float(steps @ _simpson(np.einsum("nki,nki->nk", moment, seen)))
     bending = float(np.linalg.eigvalsh(mean[:, 1:, 1:]).min())
     return own, energy, bending
 
