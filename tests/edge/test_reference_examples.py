@@ -22,6 +22,14 @@ def sections(path: Path) -> tuple[str, dict[str, str]]:
     return titled.pop("Setup"), titled
 
 
+def run_example(code: str, names: dict[str, object], title: str) -> None:
+    """Run what a file shows; the names that it makes are added."""
+    case = doctest.DocTestParser().get_doctest(code, {}, title, None, 0)
+    case.globs = names
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert runner.run(case, clear_globs=False).failed == 0, title
+
+
 # Contact takes its time.
 SLOW = {"grip", "motion"}
 CASES = [
@@ -33,10 +41,10 @@ CASES = [
 @pytest.mark.parametrize("path", CASES)
 def test_each_example_runs_after_its_setup_alone(path: Path) -> None:
     setup, examples = sections(path)
-    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    names: dict[str, object] = {}
+    run_example(setup, names, f"Setup of {path.name}")
     for title, code in examples.items():
-        case = doctest.DocTestParser().get_doctest(setup + code, {}, title, str(path), 0)
-        assert runner.run(case).failed == 0, title
+        run_example(code, dict(names), title)
 
 
 def names_without_example(package) -> list[str]:
