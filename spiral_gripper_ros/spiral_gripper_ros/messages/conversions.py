@@ -17,6 +17,7 @@ from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement
 from spiral_gripper_ros.planning.planner import GripperPlanner, WrapPlan
@@ -56,7 +57,7 @@ def vector_to_msg(vector: Sequence[float]) -> Vector3:
     return Vector3(x=x, y=y, z=z)
 
 
-def backbone_to_msg(state: RodState, points: int, header: Any) -> PoseArray:  # noqa: ANN401
+def backbone_to_msg(state: RodState | TubeShape, points: int, header: Any) -> PoseArray:  # noqa: ANN401
     """Return a rod's shape as poses from base to tip.
 
     Args:

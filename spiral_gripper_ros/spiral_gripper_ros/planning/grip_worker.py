@@ -14,9 +14,10 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
-from typing import IO, BinaryIO, ClassVar
+from typing import IO, Any, BinaryIO, ClassVar
 
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.planning.design_worker import give_way
@@ -34,21 +35,25 @@ class GripEndedError(SpiralError):
         super().__init__(f"no grip: {why}")
 
 
-class GripProcess:
-    """Computes grips, one after the other, in a process that starts with the first question."""
+class WorkerProcess:
+    """A process that answers one question after the other, started with the first of them.
 
-    def __init__(self) -> None:
+    Args:
+        module: its program, which calls :func:`serve`.
+    """
+
+    def __init__(self, module: str) -> None:
+        self._module = module
         self._asking = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._has_ended = False
         self._lock = threading.Lock()
 
-    def answer(self, question: GripQuestion) -> GripFigures:
-        """Return the grip that a question asks for; blocks until it is computed.
+    def ask(self, question: object) -> Any:  # noqa: ANN401
+        """Return the answer to a question; blocks until it is computed.
 
         Raises:
-            SpiralError: the object cannot be held, a state could not be certified, or the process
-                has ended.
+            SpiralError: there is none, or the process has ended.
         """
         with self._asking:
             process = self._started()
@@ -61,8 +66,7 @@ class GripProcess:
                 raise GripEndedError("its process has ended") from None
         if isinstance(outcome, Exception):
             raise outcome
-        figures: GripFigures = outcome
-        return figures
+        return outcome
 
     def end(self) -> None:
         """End the process at once, from any thread; it is not started again."""
@@ -75,7 +79,7 @@ class GripProcess:
                 raise GripEndedError("the node has ended")
             if self._process is None:
                 self._process = subprocess.Popen(
-                    [sys.executable, "-m", __name__],
+                    [sys.executable, "-m", self._module],
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     start_new_session=True,  # Ctrl-C reaches every process of a terminal
@@ -91,6 +95,23 @@ class GripProcess:
             for pipe in (process.stdin, process.stdout):
                 if pipe is not None:
                     _close(pipe)
+
+
+class GripProcess(WorkerProcess):
+    """Computes grips, one after the other, in a process that starts with the first question."""
+
+    def __init__(self) -> None:
+        super().__init__(__name__)
+
+    def answer(self, question: GripQuestion) -> GripFigures:
+        """Return the grip that a question asks for; blocks until it is computed.
+
+        Raises:
+            SpiralError: the object cannot be held, a state could not be certified, or the process
+                has ended.
+        """
+        figures: GripFigures = self.ask(question)
+        return figures
 
 
 class SharedGripProcess:
@@ -131,19 +152,19 @@ def _close(pipe: IO[bytes]) -> None:
         pipe.close()
 
 
-def main() -> None:
+def serve(answer: Callable[[Any], object]) -> None:
     """Answer the questions on standard input, on standard output, until that is closed."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever else is printed
     give_way()
-    questions: queue.SimpleQueue[GripQuestion] = queue.SimpleQueue()
+    questions: queue.SimpleQueue[object] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, questions), daemon=True).start()
     while True:
-        pickle.dump(_outcome(questions.get()), answers)
+        pickle.dump(_outcome(answer, questions.get()), answers)
         answers.flush()
 
 
-def _read(pipe: BinaryIO, questions: queue.SimpleQueue[GripQuestion]) -> None:
+def _read(pipe: BinaryIO, questions: queue.SimpleQueue[object]) -> None:
     """Take questions until the process that asks has gone; then end."""
     try:
         while True:
@@ -152,11 +173,16 @@ def _read(pipe: BinaryIO, questions: queue.SimpleQueue[GripQuestion]) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def _outcome(question: GripQuestion) -> GripFigures | Exception:
+def _outcome(answer: Callable[[Any], object], question: object) -> object:
     try:
-        return solve_figures(question)
+        return answer(question)
     except Exception as error:
         return error
+
+
+def main() -> None:
+    """Compute grips until standard input is closed."""
+    serve(solve_figures)
 
 
 if __name__ == "__main__":  # by its full name: what it answers is pickled

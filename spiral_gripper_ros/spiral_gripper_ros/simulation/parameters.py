@@ -117,6 +117,13 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
     _number("measured_rate", 50.0, 1.0, 100.0, "Rate of measured_pressure [Hz]."),
     _number("truth_rate", 20.0, 1.0, 50.0, "Rate of the topics below simulated/ [Hz]."),
     ParameterSpec(
+        "shape_in_time",
+        False,
+        "Let simulated/backbone lag behind the pressure and swing, as a free tube with its mass "
+        "does; computed in a process of its own.",
+        read_only=True,
+    ),
+    ParameterSpec(
         "publish_clock",
         False,
         "Publish /clock, for nodes with use_sim_time; the simulation is then as fast as "

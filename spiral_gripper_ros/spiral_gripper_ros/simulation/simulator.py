@@ -16,6 +16,7 @@ from rosgraph_msgs.msg import Clock
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.grip_worker import GripProcess
+from spiral_gripper_ros.planning.moving_tube import MovingTube
 from spiral_gripper_ros.simulation.object_hold import ObjectHold
 from spiral_gripper_ros.simulation.pacing import STEP, Pacing, RateGate
 from spiral_gripper_ros.simulation.radius_node import RadiusNode
@@ -46,7 +47,11 @@ class Simulator:
         process, pool = GripProcess(), ThreadPoolExecutor(1, thread_name_prefix="grips")
         hold = ObjectHold(gripper.gripper, process.answer, pool)
         self._regulator.context.on_shutdown(process.end)
-        self._truth, self._telling = Truth(self._regulator, gripper, hold), RateGate()
+        tube = MovingTube(gripper.gripper) if values["shape_in_time"] else None
+        if tube is not None:
+            self._regulator.context.on_shutdown(tube.end)
+        self._truth = Truth(self._regulator, gripper, hold, tube)
+        self._telling = RateGate()
         publishes_clock = bool(values["publish_clock"])
         self._pacing = Pacing(publishes_clock)
         self._clock = (

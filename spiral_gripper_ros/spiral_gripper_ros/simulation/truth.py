@@ -14,6 +14,7 @@ from std_msgs.msg import Float64, String
 
 from spiral_core.rod.types import RodState
 from spiral_gripper_ros.messages.conversions import backbone_to_msg
+from spiral_gripper_ros.planning.moving_tube import MovingTube
 from spiral_gripper_ros.simulation.object_hold import ObjectHold
 from spiral_gripper_ros.simulation.simulated_gripper import Grip, SimulatedGripper
 
@@ -32,10 +33,17 @@ class Truth:
         node: whose topics these are.
         gripper: the gripper as it really is.
         hold: whether the object stays in it.
+        tube: its shape in time; None: it moves as fast as its pressure.
     """
 
-    def __init__(self, node: Node, gripper: SimulatedGripper, hold: ObjectHold) -> None:
-        self._gripper, self._hold = gripper, hold
+    def __init__(
+        self,
+        node: Node,
+        gripper: SimulatedGripper,
+        hold: ObjectHold,
+        tube: MovingTube | None = None,
+    ) -> None:
+        self._gripper, self._hold, self._tube = gripper, hold, tube
         self._solved_pressure, self._solved_grip = math.nan, Grip.UNKNOWN
         self._solved_radius: float | None = None
         self._solved_shape: RodState | None = None
@@ -69,5 +77,7 @@ class Truth:
             self._solved_grip = self._gripper.grip(pressure, radius, self._solved_shape)
         grip = self._hold.judge(now, self._solved_grip, radius, pressure, load)
         self._grip.publish(String(data=grip.value))
-        if self._solved_shape is not None:
-            self._backbone.publish(backbone_to_msg(self._solved_shape, BACKBONE_POINTS, header))
+        moving = self._tube.follow(now, pressure) if self._tube is not None else None
+        shape = moving or self._solved_shape
+        if shape is not None:
+            self._backbone.publish(backbone_to_msg(shape, BACKBONE_POINTS, header))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spiral_core.rod.contact._algebra import matrices
 from spiral_core.rod.contact._contact import Iterate
+from spiral_core.rod.contact._elimination import newton_pass
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.motion._kernels import add_step_terms, remembered_strains
 from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Damping, Inertia
@@ -127,3 +128,15 @@ def step_terms(
     weight = moved + resisted
     middle = (moved * target + resisted * rest) / weight
     return StepTerms(weight, middle, drag / duration[:, :, None], rest[:, :3])
+
+
+def potential_energy(arrays: Arrays, x: Iterate) -> float:
+    """Return elastic energy and potential of the loads, without inertia and damping [J]."""
+    count = arrays.count
+    bare = np.zeros((count + 1, 6))
+    energy, _ = newton_pass(
+        x.q, x.p, x.n, arrays.half, arrays.own, np.full(count, 1e-9), bare,
+        np.zeros((count + 1, 6, 6)), arrays.end_free, arrays.step, True, bare.copy(),
+        np.zeros((count, 3)), bare.copy(), np.zeros((count, 3)), np.zeros((count + 1, 3)),
+    )  # fmt: skip
+    return energy + arrays.rest_energy - float(np.sum(arrays.nodal[:, 3:] * x.p))

@@ -6,15 +6,13 @@ The method is derived in ``docs/derivations/motion.md``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._contact import Contact, Iterate
-from spiral_core.rod.contact._elimination import newton_pass
 from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays, discretize
 from spiral_core.rod.contact._results import state_from_point
@@ -23,7 +21,7 @@ from spiral_core.rod.contact.problem import ContactProblem
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.contact.state import ContactState, ContactStatus
 from spiral_core.rod.motion._step import Moment, advanced, at_rest
-from spiral_core.rod.motion._terms import masses
+from spiral_core.rod.motion._terms import masses, potential_energy
 from spiral_core.rod.motion.inertia import Damping, Inertia
 from spiral_core.rod.motion.motion import EventKind, Frame, Motion, MotionEvent, MotionStatus
 from spiral_core.rod.types import Array
@@ -113,7 +111,7 @@ def solve_motion(
 def motion_frames(
     problem: Problem,
     inertia: Inertia,
-    times: Sequence[float],
+    times: Iterable[float],
     *,
     damping: Damping | None = None,
     start: ContactState | Array | None = None,
@@ -121,24 +119,39 @@ def motion_frames(
     tolerance: float = DEFAULT_TOLERANCE,
     longest_step: float = DEFAULT_LONGEST_STEP,
 ) -> Iterator[Frame]:
-    """Yield the frames of :func:`solve_motion` as they are computed; fewer if it stalls."""
-    moments = tuple(require_finite("times", time) for time in times)
-    if not moments or any(not b > a for a, b in pairwise(moments)):
-        raise InvalidInputError("times", times, "one or more increasing times")
+    """Yield the frames of :func:`solve_motion` as they are computed; fewer if it stalls.
+
+    Times may come one by one, as from a generator: each is asked for when the frame before it has
+    been taken.
+    """
     require_positive("tolerance", tolerance)
     require_positive("longest_step", longest_step)
-    first = _problem_at(problem, moments[0])
+    moments = _increasing(times)
+    begin = next(moments)
+    first = _problem_at(problem, begin)
     point = _start(first, start, elements)
     _require_uncoupled(point.arrays)
     run = _Run(
         problem, inertia, damping or Damping(), tolerance * point.arrays.length, longest_step,
-        at_rest(moments[0], replace(point, at=moments[0])), first,
+        at_rest(begin, replace(point, at=begin)), first,
     )  # fmt: skip
     yield run.frame()
-    for time in moments[1:]:
+    for time in moments:
         if not run.reach(time):
             return
         yield run.frame()
+
+
+def _increasing(times: Iterable[float]) -> Iterator[float]:
+    """Yield times that increase, at least one; refuse others."""
+    last = -np.inf
+    for time in times:
+        if not require_finite("times", time) > last:
+            raise InvalidInputError("times", time, f"increasing, here above {last:g}")
+        last = time
+        yield time
+    if last == -np.inf:
+        raise InvalidInputError("times", (), "one or more increasing times")
 
 
 def _start(
@@ -279,7 +292,7 @@ class _Run:
         state = state_from_point(here.point, self.passes, ContactStatus.CONVERGED)
         frame = Frame(
             time=here.time,
-            state=replace(state, energy=_energy(here)),
+            state=replace(state, energy=potential_energy(here.point.arrays, here.point.x)),
             velocities=here.rate[:, :3].copy(),
             kinetic_energy=0.5 * float(np.sum(self.inertia * here.rate * here.rate)),
             steps=self.steps,
@@ -312,16 +325,3 @@ def _sticks(moment: Moment, j: int) -> bool:
         return False
     contact = contacts[j]
     return bool(np.all(contact.sticks[contact.active]))
-
-
-def _energy(moment: Moment) -> float:
-    """Return elastic energy and potential of the loads, without inertia and damping [J]."""
-    arrays, x = moment.point.arrays, moment.point.x
-    count = arrays.count
-    bare = np.zeros((count + 1, 6))
-    energy, _ = newton_pass(
-        x.q, x.p, x.n, arrays.half, arrays.own, np.full(count, 1e-9), bare,
-        np.zeros((count + 1, 6, 6)), arrays.end_free, arrays.step, True, bare.copy(),
-        np.zeros((count, 3)), bare.copy(), np.zeros((count, 3)), np.zeros((count + 1, 3)),
-    )  # fmt: skip
-    return energy + arrays.rest_energy - float(np.sum(arrays.nodal[:, 3:] * x.p))

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulator's shape in time: the rod's motion from question to question, and as published."""
+
+import numpy as np
+import pytest
+from ros.simulation_harness import QUIET, RADIUS, Observer, RunningSimulator
+
+from spiral_core import SpiralError, inertia_of, solve_motion
+from spiral_core.grip.setup import LEAST_ELEMENTS, free_problem
+from spiral_gripper import load_gripper
+from spiral_gripper_ros.planning.moving_tube import (
+    LONGEST_GAP,
+    MovingTube,
+    SteppedTube,
+    TubeQuestion,
+)
+from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
+
+PRESSURE, RISE = 4.0e4, 0.2
+
+
+def test_answers_are_the_motion_of_the_free_tube(gripper):
+    times = [0.0, 0.05, 0.2, 0.3, 0.5]
+    tube = SteppedTube()
+    shapes = [
+        tube.answer(TubeQuestion(gripper, t, PRESSURE * min(t / RISE, 1.0))).positions
+        for t in times
+    ]
+    motion = solve_motion(
+        lambda t: free_problem(gripper, PRESSURE * min(t / RISE, 1.0)),
+        inertia_of(gripper),
+        times,
+        elements=LEAST_ELEMENTS,
+    )
+    np.testing.assert_allclose(shapes, motion.positions, atol=1e-9)
+
+
+def test_a_tube_that_was_not_asked_for_rests(gripper):
+    tube = SteppedTube()
+    for time, pressure in ((0.0, 0.0), (0.1, PRESSURE)):
+        moving = tube.answer(TubeQuestion(gripper, time, pressure))
+    rests = tube.answer(TubeQuestion(gripper, 0.2 + LONGEST_GAP, PRESSURE))
+    fresh = SteppedTube().answer(TubeQuestion(gripper, 0.0, PRESSURE))
+    np.testing.assert_allclose(rests.positions, fresh.positions, atol=1e-9)
+    assert np.abs(rests.positions - moving.positions).max() > 0.01
+
+
+def test_a_pressure_that_cannot_be_is_no_shape_and_the_next_one_is(gripper):
+    tube = SteppedTube()
+    tube.answer(TubeQuestion(gripper, 0.0, 0.0))
+    with pytest.raises(SpiralError):
+        tube.answer(TubeQuestion(gripper, 0.1, 1e7))
+    tube.answer(TubeQuestion(gripper, 0.2, 0.0))
+
+
+def test_a_process_that_has_ended_is_no_shape(gripper):
+    tube = MovingTube(gripper)
+    tube.end()
+    tube._pool.shutdown(wait=True)
+    with pytest.raises(RuntimeError):
+        tube.follow(0.0, 0.0)
+
+
+def test_the_published_shape_lags_behind_and_swings():
+    namespace = "/moving_tube"
+    observer = Observer(namespace)
+    parameters = {
+        **QUIET, "radius": RADIUS, "shape_in_time": "true", "time_constant": 0.01,
+        "publish_clock": "true", "watchdog_timeout": 60.0,
+    }  # fmt: skip
+    still = SimulatedGripper(load_gripper("paper_design_70"))
+    first, last = (still.shape(p).tip_position for p in (0.0, PRESSURE))
+    way = np.subtract(last, first)
+
+    def along(tip):
+        """Return how far along its way at rest the tip is."""
+        return np.subtract(tip, first) @ way / (way @ way)
+
+    def tips():
+        found = [shape.poses[-1].position for shape in observer.shapes[-40:]]
+        return [(p.x, p.y, p.z) for p in found]
+
+    def squeeze():
+        """Command a pressure that jumps up and down every three seconds."""
+        observer.command(PRESSURE if len(observer.shapes) // 60 % 2 else 0.0)
+        return True
+
+    assert max(along(still.shape(p).tip_position) for p in np.linspace(0.0, PRESSURE, 21)) < 1.01
+    with RunningSimulator(namespace, parameters) as simulator:
+        observer.wait_for_simulator()
+        observer.wait_until(
+            lambda: squeeze() and any(along(tip) > 1.2 for tip in tips()),
+            "the tube to swing beyond where it rests",
+        )
+        assert simulator.stop() == 0, simulator.log()
+        assert "Traceback" not in simulator.log()
+    observer.close()
