@@ -106,7 +106,9 @@ def test_the_design_page_prints_what_it_says(capsys: pytest.CaptureFixture[str])
     code, printed = re.search(r"```python\n(.*?)```\n\n```text\n(.*?)```", page, re.DOTALL).groups()
     exec(compile(code, "docs/design.md", "exec"), {})
     assert capsys.readouterr().out == printed
-    names = re.findall(r"^\| ([a-z ]+) \|", page.split("## When nothing fits")[1], re.MULTILINE)
+    names = re.findall(
+        r"^\| ([a-z ]+) \|", page.split("## When no design is feasible")[1], re.MULTILINE
+    )
     assert set(names) - {"constraint"} == {constraint.value for constraint in Constraint}
 
 

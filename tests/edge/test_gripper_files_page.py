@@ -176,7 +176,7 @@ def test_allowed_pressures_of_the_sections_stiffness():
 
 
 def single_fiber_rows():
-    return {row[0]: codes(row[1]) for row in table_after("Fibers that make it bend")}
+    return {row[0]: codes(row[1]) for row in table_after("Single fibers, which make the tube bend")}
 
 
 @pytest.mark.parametrize("fields", single_fiber_rows().values(), ids=single_fiber_rows())
