@@ -18,7 +18,7 @@ from spiral_gripper import available_grippers, convert_from_si, load_description
 from spiral_gripper.cli import main as main_module
 from spiral_gripper.cli import types
 from spiral_gripper.cli.main import COMMANDS, run
-from spiral_gripper.cli.sentences import Given, sentence
+from spiral_gripper.cli.sentences import TypedValue, sentence
 from spiral_gripper.files.units import Dimension
 
 EXAMPLE = [
@@ -406,10 +406,10 @@ def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_messages_are_in_the_units_that_were_typed(error: SpiralError, expected: str) -> None:
     givens = {
-        "radius_max": [Given(0.06, "6 cm", "LENGTH")],
-        "radius_min": [Given(0.001, "1 mm", "LENGTH")],
-        "pressure_max": [Given(89631.0, "13 psi", "PRESSURE")],
-        "turns": [Given(0.5, "0.5", "")],
+        "radius_max": [TypedValue(0.06, "6 cm", "LENGTH")],
+        "radius_min": [TypedValue(0.001, "1 mm", "LENGTH")],
+        "pressure_max": [TypedValue(89631.0, "13 psi", "PRESSURE")],
+        "turns": [TypedValue(0.5, "0.5", "")],
     }
     assert sentence(error, givens) == expected
 

@@ -119,13 +119,22 @@ class Supply:
         Returns:
             Infinite where the supply's pressure, or the atmosphere's, is not beyond ``end``.
         """
-        times = self._times(volume, start, end)[1]
-        return float(times[-1])
-
-    def pressure_course(self, volume: Volume, start: float, end: float) -> tuple[Array, Array]:
-        """Return times [s] and gauge pressures [Pa] while the fully open valve fills or vents."""
-        pressures, times = self._times(volume, start, end)
-        return times, pressures
+        first = require_non_negative("start", start)
+        last = require_non_negative("end", end)
+        # Denser towards the end, where the flow may die.
+        share = 1.0 - (1.0 - np.linspace(0.0, 1.0, SAMPLES)) ** 2
+        pressures: Array = first + (last - first) * share
+        inverse = np.empty(SAMPLES)
+        for i, pressure in enumerate(pressures):
+            rate = self.rates(volume, float(pressure))[0 if last >= first else 1]
+            inverse[i] = 1.0 / rate if rate > 0.0 else math.inf
+        if not np.all(np.isfinite(inverse[:-1])):
+            return math.inf
+        # At an end where the flow dies as a root, the mean of the inverse is twice the last known.
+        if not math.isfinite(inverse[-1]):
+            inverse[-1] = 3.0 * inverse[-2]
+        steps = 0.5 * (inverse[1:] + inverse[:-1]) * np.abs(np.diff(pressures))
+        return float(np.sum(steps))
 
     def rates(self, volume: Volume, pressure: float) -> tuple[float, float]:
         """Return how fast a gauge pressure rises and falls with the valve fully open [Pa/s]."""
@@ -134,25 +143,6 @@ class Supply:
         fill = self.orifice.mass_flow(self.pressure + ATMOSPHERE, inside)
         vent = self.orifice.mass_flow(inside, ATMOSPHERE)
         return fill / slope, vent / slope
-
-    def _times(self, volume: Volume, start: float, end: float) -> tuple[Array, Array]:
-        first = require_non_negative("start", start)
-        last = require_non_negative("end", end)
-        rising = last >= first
-        # Denser towards the end, where the flow may die.
-        share = 1.0 - (1.0 - np.linspace(0.0, 1.0, SAMPLES)) ** 2
-        pressures: Array = first + (last - first) * share
-        inverse = np.empty(SAMPLES)
-        for i, pressure in enumerate(pressures):
-            rate = self.rates(volume, float(pressure))[0 if rising else 1]
-            inverse[i] = 1.0 / rate if rate > 0.0 else math.inf
-        if not np.all(np.isfinite(inverse[:-1])):
-            return pressures, np.append(0.0, np.full(SAMPLES - 1, math.inf))
-        # At an end where the flow dies as a root, the mean of the inverse is twice the last known.
-        if not math.isfinite(inverse[-1]):
-            inverse[-1] = 3.0 * inverse[-2]
-        steps = 0.5 * (inverse[1:] + inverse[:-1]) * np.abs(np.diff(pressures))
-        return pressures, np.append(0.0, np.cumsum(steps))
 
     def _stored_slope(self, volume: Volume, pressure: float) -> float:
         """Return d(mass)/d(pressure) [kg/Pa] of the air in actuator and line."""
