@@ -208,7 +208,7 @@ def test_each_set_of_fibers_moves_as_the_table_says(motion, fields):
     found = {(True, False): "bends", (True, True): "coils", (False, True): "twists"}
     axial = "extends" if shape.stretch > 1.0 else "shortens"
     assert motion.split(",")[0] == found.get((bends, turns), axial)
-    assert ("wound at rest" in motion) == (rest.torsion != 0.0)
+    assert ("coiled at rest" in motion) == (rest.torsion != 0.0)
 
 
 @pytest.mark.parametrize(("fields", "reason"), table_after("Fibers that contradict each other"))
