@@ -24,8 +24,8 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ParameterSpec(
         "gripper",
         "paper_design_70",
-        "Gripper description: the name of a shipped one, or the path of a file; another one vents "
-        "first and is followed after rearm.",
+        "Gripper description: the name of a shipped one, or the path of a file; a change "
+        "vents, and the new gripper is used after rearm.",
     ),
     ParameterSpec(
         "frame_id",
@@ -50,7 +50,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         0.1,
         0.0,
         GRAVITY_LIMIT,
-        "The shapes are solved anew when gravity has changed by more than this [m/s^2].",
+        "Plans and shapes are solved again when gravity has changed by more than this [m/s^2].",
     ),
     number_spec(
         "pressure_cap",
@@ -98,7 +98,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     choice_spec(
         "radius_timeout_policy",
         _LIMITS.timeout_policy,
-        "What happens then: hold the pressure, vent at once, or ramp_down.",
+        "Action after radius_timeout: hold the pressure, vent at once, or ramp_down.",
     ),
     number_spec(
         "radius_rate_limit",
@@ -126,12 +126,12 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         _LIMITS.grasp_timeout,
         0.1,
         600.0,
-        "Longest time until the wrap of a grasp goal is reached [s], unless the goal says.",
+        "Longest time until a grasp reaches its wrap [s], unless the goal has a timeout.",
     ),
     choice_spec(
         "grasp_abort_policy",
         _LIMITS.grasp_abort_policy,
-        "What a grasp goal that fails or is canceled does: vent, or hold the pressure of then.",
+        "Action when a grasp goal fails or is canceled: vent, or hold the pressure.",
     ),
     number_spec(
         "measured_pressure_timeout",
@@ -150,7 +150,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         101325.0,
         5.0e4,
         1.2e5,
-        "Absolute pressure of the air around [Pa]; for a measured_pressure that is absolute.",
+        "Ambient absolute pressure [Pa], for an absolute measured_pressure.",
     ),
     number_spec(
         "pressure_settle_time",
@@ -169,15 +169,15 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     choice_spec(
         "pressure_fault_policy",
         _LIMITS.pressure_fault_policy,
-        "What such a fault does: report it, or vent until rearm; a running grasp fails either way.",
+        "Action at a pressure fault: report it, or vent until rearm; a running grasp fails.",
     ),
     number_spec(
         "grip_ratio",
         1.1,
         1.0,
         HIGHEST_GRIP_RATIO,
-        "Pressure of a grip, as a multiple of the pressure of the bare wrap, which presses on the "
-        "object with next to nothing; pressure_cap bounds it.",
+        "Pressure of a grip, as a multiple of the pressure of the perfect wrap, "
+        "whose contact force is almost zero; limited by pressure_cap.",
     ),
     number_spec(
         "keep_alive_timeout",
@@ -191,18 +191,18 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         0.0,
         0.0,
         3600.0,
-        "Age of a heard gravity at which it is stale [s]; 0: it never is.",
+        "Age at which a received gravity is stale [s]; 0: never.",
     ),
     choice_spec(
         "gravity_timeout_policy",
         _LIMITS.gravity_timeout_policy,
-        "What happens then: report it, or vent until rearm.",
+        "Action at stale gravity: report it, or vent until rearm.",
     ),
     ParameterSpec(
         "activation",
         "vent",
-        "Start from 0 Pa (vent), or let the first measured_pressure stand until a radius or a goal "
-        "comes (take_over).",
+        "Start from 0 Pa (vent), or keep the first measured_pressure until "
+        "a radius or a goal comes (take_over).",
         choices=("vent", "take_over"),
     ),
     ParameterSpec(
@@ -216,7 +216,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         0.1,
         0.001,
         10.0,
-        "A gripper action's position [m] at or above which it means: open (release).",
+        "Position of a gripper action [m] at or above which it means release.",
     ),
     ParameterSpec(
         "gripper_cmd_type",
