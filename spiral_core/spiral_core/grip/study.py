@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
@@ -48,7 +49,7 @@ class GripOutcome:
         pressure: recommended [Pa], at which the other figures are.
         contact_length: [m].
         normal_force: sum [N].
-        away, towards: holding forces [N].
+        away, towards: holding forces [N]; None where not even the first step could be followed.
         away_is_lower_bound, towards_is_lower_bound: whether the force was still rising where the
             pull ended.
     """
@@ -120,11 +121,15 @@ def solve_case(case: GripCase) -> GripOutcome:
         pressure=middle,
         contact_length=point.contact_length,
         normal_force=point.normal_force,
-        away=away.force,
-        towards=towards.force,
+        away=_known(away.force),
+        towards=_known(towards.force),
         away_is_lower_bound=away.is_lower_bound,
         towards_is_lower_bound=towards.is_lower_bound,
     )
+
+
+def _known(force: float) -> float | None:
+    return None if math.isnan(force) else force
 
 
 def solve_cases(

@@ -11,7 +11,7 @@ import numpy as np
 
 from spiral_core.closing.settling import settling_after_ramp
 from spiral_core.errors import NotGrippableError, SpiralError
-from spiral_core.grip.holding import Pull, holding_force
+from spiral_core.grip.holding import Pull, holding_forces
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.grip.window import grip_window
@@ -139,7 +139,7 @@ def solve_figures(question: GripQuestion) -> GripFigures:
         raise NotGrippableError(question.radius, reason, 0.0, None)
     pressures = force_pressures(window.onset_wrap, window.top)
     points = [window.at(float(pressure)) for pressure in pressures]
-    has_gravity = any(question.gripper.gravity)
+    away, towards, down = _forces(points)
     setup = window.setup
     return GripFigures(
         tip_pressure=setup.tip_pressure or 0.0,
@@ -152,9 +152,9 @@ def solve_figures(question: GripQuestion) -> GripFigures:
         contact_lengths=window.contact_lengths,
         normal_forces=window.normal_forces,
         force_pressures=pressures,
-        away=_forces(points, Pull.AWAY),
-        towards=_forces(points, Pull.TOWARDS),
-        down=_forces(points, Pull.DOWN) if has_gravity else np.zeros(len(pressures)),
+        away=away,
+        towards=towards,
+        down=down,
         settling=_settling(question, points),
         positions=np.array([point.state.positions for point in window.points]),
         orientations=_aligned([point.state.orientations for point in window.points]),
@@ -189,8 +189,16 @@ def _setup(question: GripQuestion) -> GripSetup:
     return GripSetup(gripper, obstacle, laid.closing, tip_pressure=tip_pressure)
 
 
-def _forces(points: list[GripPoint], pull: Pull) -> Array:
-    return np.array([holding_force(point, pull).force for point in points])
+def _forces(points: list[GripPoint]) -> Array:
+    """Return what holds away from the base, towards it and along gravity (3, m) [N], or zero."""
+    pulls = [Pull.AWAY, Pull.TOWARDS]
+    if any(points[0].setup.gripper.gravity):
+        pulls.append(Pull.DOWN)
+    forces = np.zeros((3, len(points)))
+    for place, point in enumerate(points):
+        held = holding_forces(point, pulls)
+        forces[: len(pulls), place] = [held[pull].force for pull in pulls]
+    return np.nan_to_num(forces)
 
 
 def _settling(question: GripQuestion, points: list[GripPoint]) -> Array:
