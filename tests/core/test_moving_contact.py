@@ -122,3 +122,27 @@ def test_a_rod_is_let_go_beside_an_obstacle() -> None:
     np.testing.assert_allclose(first.gaps[0], 0.025)
     assert not first.contact_forces.any()
     assert last.touching.any()
+
+
+def test_a_floor_that_falls_away_is_lost_at_once() -> None:
+    starts, fall = 0.0503, 5.0 * 9.81
+
+    def dropped(time: float) -> ContactProblem:
+        depth = 0.5 * fall * max(0.0, time - starts) ** 2
+        floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3 - depth), friction=0.3)
+        rod = ElasticRod(LENGTH, SECTION, radius=5e-3, friction_radius=0.0)
+        return ContactProblem(rod, WEIGHT, base=Free(), obstacles=(floor,))
+
+    points = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
+    lying = solve_contact(dropped(0.0), start=points, elements=12)
+    motion = solve_motion(dropped, TUBE, np.linspace(0.0, 0.15, 16), start=lying, damping=UNDAMPED)
+    (loss,) = motion.events
+    assert loss.kind is EventKind.LOSS
+    assert loss.obstacle == 0
+    assert loss.within <= 0.03 * solve.DEFAULT_LONGEST_STEP * (1.0 + 1e-9)
+    assert 0.0 <= loss.time - starts < 1e-3  # of first order in steps of 5 ms while it touches
+    assert motion.contact_fractions[5] == 1.0
+    assert motion.contact_fractions[6] == 0.0
+    # From then on it falls by itself.
+    speeds = motion.frames[-1].velocities[:, 2]
+    np.testing.assert_allclose(speeds, -9.81 * (0.15 - starts), rtol=2e-2)

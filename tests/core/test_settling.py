@@ -134,13 +134,13 @@ def test_few_and_many_modes_are_the_same_ones() -> None:
 
 
 def test_settling_after_a_ramp_is_that_of_the_closing() -> None:
-    setup = lay_into_coil(gripper(), 0.015)
-    pressure, rate = 1.15 * setup.tip_pressure, 6e4
+    setup = lay_into_coil(gripper(), 0.012)
+    pressure, rate = 1.15 * setup.tip_pressure, 9e4
     closing = close_on(setup, PressureCourse.ramp(rate, pressure, 2.5))
     measured = closing.settling_time - closing.course.times[1]
-    assert 1.0 < measured < 2.4  # neither at once nor for as long as it is watched
-    # too fast to keep the grip: the coil lags behind, slides and touches while it settles
+    # 10 % off; the rest is for a coil that slides and touches while it settles: it came too fast
     found = settling_after_ramp(gripper(), pressure, rate, grip=closing.settled())
+    assert found == pytest.approx(1.8, rel=0.15)
     assert found == pytest.approx(measured, rel=0.25)
     assert settling_after_ramp(gripper(), pressure, rate) > measured
 

@@ -8,7 +8,17 @@ import json
 import numpy as np
 import pytest
 
-from spiral_core import ContactStatus, Damping, GripPoint, SolverError, lay_into_coil
+from spiral_core import (
+    ContactStatus,
+    Damping,
+    GripPoint,
+    PressureCourse,
+    SolverError,
+    close_on,
+    holding_force,
+    lay_into_coil,
+    slow_closing,
+)
 from spiral_core.grip.hanging import hanging_tube
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import load_description
@@ -113,3 +123,28 @@ def test_the_object_of_an_animation_has_one_length() -> None:
         lengths.append(np.ptp(heights))
     assert lengths[1] == pytest.approx(0.4 + 8.0 * hanging.outer_radius, rel=1e-6)
     assert lengths[0] != pytest.approx(lengths[1], rel=0.01)
+
+
+@pytest.mark.slow
+def test_pulses_keep_the_grip_that_one_fast_rise_loses() -> None:
+    """The table of courses in docs/closing.md: a valve that always rises at 60 kPa/s."""
+    setup = lay_into_coil(load_description("paper_design_70").gripper, 0.02)
+    pressure, rate, wait = 1.15 * setup.tip_pressure, 6e4, 3.0
+    pulse, pause = pressure / 8.0 / rate, 0.25
+    times, pressures = [0.0], [0.0]
+    for level in np.arange(1, 9) * pressure / 8.0:
+        times += [times[-1] + pulse, times[-1] + pulse + pause]
+        pressures += [level, level]
+    times[-1] += wait
+    courses = {
+        "straight": PressureCourse.ramp(rate, pressure, wait),
+        "overshoot": PressureCourse.overshoot(rate, pressure, wait, 1.1),
+        "squeezed twice": PressureCourse.squeezed_twice(rate, pressure, wait),
+        "pulses": PressureCourse(tuple(times), tuple(pressures)),
+    }
+    slow = holding_force(slow_closing(setup, pressure)).force
+    kept = {name: close_on(setup, c).holding_force().force / slow for name, c in courses.items()}
+    assert slow == pytest.approx(0.465, rel=0.01)
+    assert kept["pulses"] == pytest.approx(1.03, abs=0.05)
+    for name in ("straight", "overshoot", "squeezed twice"):
+        assert kept[name] < 0.25
