@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""From a bench test to a gripper that hits its pressures: CSV in, gripper file and plot out.
+r"""From a bench test to a calibrated gripper: CSV in, gripper file and plot out.
 
 Run as ``python examples/calibrate_from_csv.py FOLDER``; FOLDER gets the files. The bench test is
 synthetic (examples/synthetic_bench_tests.py), so the true constants are known: C1 = 152 kPa,
@@ -49,7 +49,7 @@ for fit, weight in zip(choice.calibrations, choice.weights, strict=True):
 best = choice.best
 print(f"leave-one-out error {leave_one_out(best).relative_error:.1%}")
 
-# What the fit does to the pressures that the gripper is asked for.
+# How the fit changes the pressures for some objects.
 before = WrapCurve(description.gripper)
 results = pressure_uncertainty(best, (0.012, 0.020, 0.030))
 for result in results:
@@ -58,7 +58,7 @@ for result in results:
     new = 1e-3 * result.pressure
     print(f"{1e3 * result.radius:.0f} mm: {old:.1f} kPa before, {new:.1f} ± {half:.1f} kPa now")
 
-# The calibrated file stands beside the original, whose comments it keeps.
+# The calibrated file is written beside the original and keeps its comments.
 written = write_calibrated_description(description, best, [data])
 save_figure(residual_figure(best, description.gripper.name), folder / "residuals.png")
 calibrated = load_gripper(written)

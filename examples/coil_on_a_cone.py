@@ -12,7 +12,7 @@ import numpy as np
 
 from spiral_core import Cone, ContactProblem, ElasticRod, Obstacle, Section, follow_contact
 
-# A tube of 11 mm that wants to be a coil tighter than the cone.
+# A tube of 11 mm whose unloaded coil is tighter than the cone.
 RADIUS, LENGTH, BENDING = 5.5e-3, 0.3, 8e-4
 CURVATURE, TORSION = 45.0, 15.0
 TUBE = Section((0.67 * BENDING, BENDING, BENDING))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wrap an object from Python, hold it, and let go.
+"""Wrap an object from Python, hold it, and release it.
 
 Start a gripper's node first (``spiral_gripper_node``), then run
 ``python examples/grasp_with_python.py [NAMESPACE]``.
@@ -14,7 +14,7 @@ from spiral_gripper_ros.client import SpiralGripper, WrapOutcome
 with SpiralGripper(namespace=sys.argv[1] if len(sys.argv) > 1 else "") as gripper:
     gripper.wait_until_active(timeout=60.0)
 
-    # Before the arm approaches: will it wrap, and with what?
+    # Before the arm approaches: can the gripper wrap it, and at which pressure?
     print(gripper.plan(radius=0.02).message)
 
     try:
@@ -29,6 +29,6 @@ with SpiralGripper(namespace=sys.argv[1] if len(sys.argv) > 1 else "") as grippe
             raise SystemExit(result.message)
         print(f"{result.message}; {result.turns:.2f} turns, {result.line_force:.1f} N/m")
 
-        # Here the arm would move. The gripper holds, whatever `object_radius` says, until told:
-    finally:  # after an error or Ctrl-C too; without this it would go on holding
+        # Here the arm would move. The gripper holds, whatever `object_radius` says, until release:
+    finally:  # after an error or Ctrl-C too; otherwise the gripper would keep holding
         gripper.release()

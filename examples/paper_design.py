@@ -2,8 +2,8 @@
 """The paper's design example: a gripper for a tube light (11 mm) and a PVC pipe (30 mm).
 
 The paper goes from these two radii to fiber angles of 88 and 70 degrees and a helix length of
-361 mm. It uses 3/8 in x 1/32 in latex tubing (our reading of its part number). Neither its limits
-nor its number of turns reached us; those below are ours:
+361 mm. It uses 3/8 in x 1/32 in latex tubing (our reading of its part number). Its limits and
+its number of turns are not known to us; those below are ours:
 
 * 1.5 turns about the pipe: with them the helix length comes within 1 % of the paper's;
 * 250 mm of object to hold: between 201 and 262 mm the procedure chooses 70 degrees, as the paper

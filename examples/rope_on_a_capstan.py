@@ -31,7 +31,7 @@ ROPE = ElasticRod(
     LENGTH,
     Section.round(RADIUS, young=3e6, shear_modulus=1e6),
     RADIUS,
-    friction_radius=0.0,  # as the capstan equation has it: at the centerline
+    friction_radius=0.0,  # at the centerline, as in the capstan equation
 )
 COUNTERWEIGHT = 0.5  # [N]
 
@@ -61,7 +61,7 @@ places = np.array([draped(s) for s in np.linspace(0.0, LENGTH, ELEMENTS + 1)])
 even = solve_contact(loaded(1.0), start=places, elements=ELEMENTS)
 print(f"{even.contact_lengths[0] / AROUND:.2f} rad of the bar are touched; stable: {even.stable}")
 
-# More and more on one side: the rope stretches, and slips from that side on.
+# With increasing load on one side the rope stretches, and slip starts on that side.
 ratios = (1.5, 2.0, 2.5)
 path = follow_contact([loaded(ratio) for ratio in ratios], start=even)
 for ratio, state in zip(ratios, path.states, strict=True):

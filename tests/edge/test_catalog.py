@@ -68,7 +68,7 @@ def test_shipped_files_say_which_law_their_constants_belong_to(name):
     assert description.actuator.pressure_law is PressureLaw.UNIFORM
     comments = (CONFIG / f"{name}.yaml").read_text(encoding="utf-8").split("model:")[1]
     said = " ".join(line.strip().removeprefix("#").strip() for line in comments.splitlines())
-    assert "chosen with the paper's law, the wall stretched evenly: they belong to it" in said
+    assert "which assumes an evenly stretched wall; they are valid only with it" in said
 
 
 def test_a_name_is_a_shipped_gripper_whatever_the_folder_holds(tmp_path, monkeypatch):
