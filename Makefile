@@ -36,7 +36,7 @@ TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 .DELETE_ON_ERROR:
 
 help:
-	@echo 'make demo          start the node, feed it a recorded stream of radii, show what it answers'
+	@echo 'make demo          start the node, send it a recorded stream of radii, show its answers'
 	@echo 'make test          format check, lint, types, tests, doctests'
 	@echo 'make test-fast     the same without ROS processes'
 	@echo 'make test-slow     the tests that compute for long'
@@ -45,7 +45,7 @@ help:
 	@echo 'make colcon        colcon build (isolated, merged, symlinked) and a smoke check of each'
 	@echo 'make kilted        build against the wheels of ROS 2 Kilted, and test the node with them'
 	@echo 'make lower-bounds  tests with the oldest dependencies that pyproject.toml allows'
-	@echo 'make format        put the sources into the form that make test checks'
+	@echo 'make format        format the sources as make test requires'
 	@echo 'make docs          the documentation as a site, in docs/_site'
 	@echo 'make figures       draw the pictures of the documentation'
 	@echo 'make validation    compute docs/validation.md and validation_grip.md: what the paper states, what we compute'
@@ -103,7 +103,7 @@ test-slow: $(INSTALLED_DEV) $(COMPILED)
 	$(PYTEST) -m slow $(TESTS)
 
 lint: $(INSTALLED_DEV)
-	$(BIN)/ruff format --check . || { echo 'make format mends this.'; exit 1; }
+	$(BIN)/ruff format --check . || { echo 'make format fixes this.'; exit 1; }
 	$(BIN)/ruff check .
 	$(if $(filter 3.10,$(VERSION)),@echo 'types: checked with Python 3.11 and newer only; numpy and scipy for 3.10 come with older ones',$(BIN)/mypy $(TYPED))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gripper that closes on an object at a rate: what happens on the way, and what holds then."""
+"""Closing on an object at a pressure rate: contact over time, and the holding force at the end."""
 
 from __future__ import annotations
 
@@ -238,7 +238,7 @@ def slow_closing(setup: GripSetup, pressure: float) -> GripPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RateAdvice:
-    """What closing at several rates leaves of the slowly closed grip.
+    """The holding force after closing at several rates, compared with slow closing.
 
     Args:
         slow: holding force after closing slowly [N].

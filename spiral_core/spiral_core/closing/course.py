@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the pressure goes in time: straight pieces between points."""
+"""The pressure over time, linear between points."""
 
 from __future__ import annotations
 

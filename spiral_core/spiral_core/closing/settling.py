@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""How long a gripper swings on after a ramp of its pressure, or after its base has stopped.
+r"""Settling time of a gripper after a ramp of its pressure, or after a stop of its base.
 
 A tube that moves along with a ramp or an arm has velocities v when that stops. Mode i then begins
 with the amplitude

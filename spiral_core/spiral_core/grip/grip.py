@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Will it hold? The whole answer for one object: window, forces, and what to recommend."""
+"""The grip on one object: window of pressures, holding forces, recommended pressure."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far an object can be pulled, pushed or turned before it slips out of the coil."""
+"""Holding forces: an object is pulled, pushed or turned until it slips out of the coil."""
 
 from __future__ import annotations
 

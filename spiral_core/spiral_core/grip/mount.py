@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the arm should hold the gripper: placing and misplacing an object relative to the base."""
+"""The place of the object relative to the base: search for the best, effect of misplacements."""
 
 from __future__ import annotations
 

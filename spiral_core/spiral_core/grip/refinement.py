@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far a grip is from its limit of many elements: the same grip on twice as many."""
+"""Convergence of a grip in the number of elements: the same grip on twice as many."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is gripped, where it lies, and how the gripper closes on it."""
+"""The setup of a grip: the object, its place, and how the gripper closes on it."""
 
 from __future__ import annotations
 

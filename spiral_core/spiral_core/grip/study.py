@@ -40,7 +40,7 @@ class GripCase:
 
 @dataclass(frozen=True, slots=True)
 class GripOutcome:
-    """What a study keeps of a grip: plain numbers.
+    """The result of one grip of a study, as plain numbers.
 
     Args:
         refusal: why it is not held; empty if it is.

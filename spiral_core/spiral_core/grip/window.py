@@ -46,7 +46,7 @@ class WindowEnd(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class GripWindow:
-    """What a rising pressure does to a gripper with an object in its way.
+    """The result of closing a gripper on an object with rising pressure.
 
     Args:
         setup: the gripper and its object.

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The state machine of the control logic: the state, its reason, the target and the command.
 
-It knows radii, plans and limits, and nothing of what is measured, of who has fallen silent and of
-how a grasp ends: :class:`~spiral_gripper_ros.control.grip_control.GripControl` judges those, and it
-alone calls this. ``docs/node.md`` draws the transitions.
+Its inputs are radii, plans and limits. Its only caller,
+:class:`~spiral_gripper_ros.control.grip_control.GripControl`, handles measured pressures, missing
+messages and the end of grasps. ``docs/node.md`` draws the transitions.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class StateMachine(Generic[PlanT]):
         self._vent(State.WAITING, NO_RADIUS)
 
     def take_over(self, pressure: float) -> None:
-        """Let a pressure [Pa] stand that was there before, until a radius or a goal."""
+        """Keep the pressure [Pa] found at activation, until a radius or a goal."""
         self._vent(State.TAKEN_OVER, TAKEN_OVER)
         self._pressure = capped_pressure(pressure, self._limits.pressure_cap)
         self._target.freeze(self._pressure)
@@ -174,7 +174,7 @@ class StateMachine(Generic[PlanT]):
         return refusal
 
     def hold(self, refusal: Refusal) -> None:
-        """Let the present command of a grasp stand, for a reason, until something else is asked."""
+        """Keep the present command of a grasp, for a reason, until the next input."""
         if self._state is State.GRASPING:
             self._target.freeze(self._pressure)
             self._refusal = refusal
@@ -271,7 +271,7 @@ class StateMachine(Generic[PlanT]):
         if self._state.is_latched:
             return
         self._last_refused = refusal
-        # A stream of bad radii is as good as none: the reason must not change with each of them.
+        # A stream of bad radii counts as no stream: the reason must not change with each of them.
         if self._refusal.reason is not Reason.RADIUS_STALE and self._state is not State.TAKEN_OVER:
             self._refusal = refusal
         if self._state is State.TRACKING:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is asked: a rod, how its ends are held, its loads and the obstacles around it."""
+"""The contact problem: a rod, its ends, its loads and the obstacles around it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a rod vibrates about a static state: its slowest modes, and how they decay."""
+"""Vibrations of a rod about a static state: its slowest modes, and their decay."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What makes a rod slow: its mass, the damping of its material and of the air around it."""
+"""Inertia and damping of a rod: its mass, the damping of its material, the drag of the air."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Inertia:
 
 @dataclass(frozen=True, slots=True)
 class Damping:
-    r"""What takes energy out of a moving rod.
+    r"""The damping of a moving rod.
 
     - The material (Kelvin-Voigt): the moment :math:`K (u - u^* + T \dot u)`, with one retardation
       time T for bending and twist; a vibration of frequency f decays with the damping ratio

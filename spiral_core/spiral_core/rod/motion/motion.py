@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A rod in time: what a user asks for and gets."""
+"""The result of a motion: frames, events and status."""
 
 from __future__ import annotations
 
