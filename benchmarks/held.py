@@ -2,7 +2,7 @@
 """Random grips: window found or refused with a true reason.
 
 The shipped grippers in random lengths and mounts, random cylinders, friction and closing. Each
-window is checked for balance and order. A tenth of them is computed again on half as many elements
+window is checked for balance and order, and for what a pull at the wrap's onset finds. A tenth of them is computed again on half as many elements
 again, and its loss is followed to where the coil rests: a loss without a snap is *wrong*. A
 refusal's reason is checked by another way than the one that found it: the free tube's distance, or
 the same grip on more elements. Verdicts are kept in ``benchmarks/results/held.jsonl`` as they come,
@@ -45,6 +45,7 @@ from spiral_core import (
     follow_loss,
     grip_window,
     gripper_from_actuator,
+    holding_force,
     lay_into_coil,
     solve_rod,
 )
@@ -57,6 +58,8 @@ SAMPLED = 10
 FINER = 1.5
 # An end that lets go takes most of the coil along where less than this of its contact stays.
 MOST = 0.5
+# Of the way beyond a loss, to see the snap.
+SMALL = 0.1
 KEPT = RESULTS / "held.jsonl"
 
 
@@ -126,7 +129,21 @@ def judge(seed: int) -> Verdict:
         confirmed = ", the same on finer elements" if sampled else ""
         return verdict._replace(kind=f"refused: no touch, {window.end.value}{confirmed}")
     verdict = verdict._replace(off=window.onset_wrap / float(setup.tip_pressure or math.nan))
+    unheld = _unheld(window.at(window.onset_wrap))
+    if unheld:
+        return verdict._replace(kind=unheld)
     return _sampled(verdict, window) if sampled else verdict
+
+
+def _unheld(point: GripPoint) -> str:
+    """Return what is wrong with the pull away from the base at the onset of the wrap, or nothing.
+
+    With friction a wrapped coil holds something: its ends press on the object.
+    """
+    held = holding_force(point)
+    if math.isnan(held.force):
+        return f"no answer: a pull, {held.end.value}"
+    return "" if held.force > 0.0 else "WRONG: nothing is held at the onset"
 
 
 def _refused(seed: int, error: SpiralError) -> str:
@@ -165,9 +182,13 @@ def _sampled(verdict: Verdict, window: GripWindow) -> Verdict:
 
 
 def _snaps(window: GripWindow, rest: GripPoint) -> bool:
-    """Return whether a branch of stable states ends between the window's last one and a rest."""
+    """Return whether a branch of stable states ends between the window's last one and a rest.
+
+    In small increments: a snap of a part of the coil may be stepped over.
+    """
     problem = window.setup.closing_problem(rest.pressure)
-    return bool(follow_contact([problem], start=window.points[-1].state).events)
+    start = window.points[-1].state
+    return bool(follow_contact([problem], start=start, largest_increment=SMALL).events)
 
 
 def _finer(setup: GripSetup) -> GripWindow:
