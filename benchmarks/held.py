@@ -2,11 +2,12 @@
 """Random grips: window found or refused with a true reason.
 
 The shipped grippers in random lengths and mounts, random cylinders, friction and closing. Each
-window is checked for balance and order, and for what a pull at the wrap's onset finds. A tenth of them is computed again on half as many elements
-again, and its loss is followed to where the coil rests: a loss without a snap is *wrong*. A
-refusal's reason is checked by another way than the one that found it: the free tube's distance, or
-the same grip on more elements. Verdicts are kept in ``benchmarks/results/held.jsonl`` as they come,
-so that a run that was interrupted goes on; ``python -m benchmarks.held`` names another file.
+window is checked for balance and order, and for what a pull at the wrap's onset finds. A tenth of
+them is computed again on half as many elements again, and its loss is followed to where the coil
+rests: a loss without a snap is *wrong*. A refusal's reason is checked by another way than the one
+that found it: the free tube's distance, or the same grip on more elements. Verdicts are kept in
+``benchmarks/results/held.jsonl`` as they come, so that a run that was interrupted goes on;
+``python -m benchmarks.held`` names another file.
 """
 
 from __future__ import annotations

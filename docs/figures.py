@@ -23,7 +23,7 @@ from spiral_core import (
     solve_grip,
 )
 from spiral_gripper import load_description
-from spiral_gripper.reports.grip_plots import grip_figure, object_surface
+from spiral_gripper.reports.grip.plots import grip_figure, object_surface
 from spiral_gripper.reports.shaded import Surface, draw_surfaces, tube_surface
 from spiral_gripper.reports.style import DPI, paper_style
 from spiral_gripper.reports.winding_sheet import winding_figures

@@ -32,7 +32,7 @@ from spiral_core import (
 )
 from spiral_core.grip.refinement import refine
 from spiral_gripper import load_description
-from spiral_gripper.reports.grip_plots import draw_forces
+from spiral_gripper.reports.grip.plots import draw_forces
 from spiral_gripper.reports.style import COLORS, DPI, paper_style, style_axes
 
 DOCS = Path(__file__).parent

@@ -25,7 +25,7 @@ from spiral_core.errors import InvalidInputError
 from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.closing.plots import close_figure
-from spiral_gripper.reports.grip_plots import grip_figure
+from spiral_gripper.reports.grip.plots import grip_figure
 from spiral_gripper.reports.plots import design_figure, feasibility_figure, regime_figure
 from spiral_gripper.reports.shape_plots import shape_figure
 

@@ -21,7 +21,7 @@ from spiral_core.grip.study import GripCase, GripOutcome
 from spiral_gripper import display_units, load_description, plot
 from spiral_gripper.bench.residual_plot import pressure_figure
 from spiral_gripper.cli.main import run
-from spiral_gripper.reports.grip_plots import MOST_PANELS, window_figure
+from spiral_gripper.reports.grip.plots import MOST_PANELS, window_figure
 from spiral_gripper.reports.plots import section_figure
 
 HELD = GripOutcome("", 5.7e4, 5.5e4, 6.2e4, 8.7e4, 5.9e4, 0.15, 0.3, 0.22, 0.1)

@@ -29,7 +29,7 @@ from spiral_gripper.reports.closing.document import (
     close_rows,
     solve_close,
 )
-from spiral_gripper.reports.grip_plots import object_surface
+from spiral_gripper.reports.grip.plots import object_surface
 
 ASKED = ["close", "paper_design_70", "--radius", "20 mm", "--rate", "500 kPa/s", "--wait", "0.2 s"]
 

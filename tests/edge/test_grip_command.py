@@ -89,3 +89,54 @@ def test_people_get_rows_and_a_table(capsys: pytest.CaptureFixture[str]) -> None
     assert "friction coefficient │ 0.2" in said
     assert "after that │" in said
     assert "the end has let go;" in said
+
+
+def test_one_pressure_is_looked_at_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    """With all directions the tables fit 80 columns, and no figure is cut."""
+    asked = ["grip", "paper_design_70", "--radius", "20 mm", "--pressure", "60 kPa"]
+    assert run([*asked, "--every-direction"]) == 0
+    said = capsys.readouterr().out
+    assert "…" not in said
+    assert max(len(line) for line in said.splitlines()) <= 80
+    rows = " ".join(said.split())
+    assert "at 60 kPa │ perfect wrap" in rows
+    assert "holds away from the base │ 0.25 N, peak at 18 mm;" in rows
+    assert "0.047 N within one" in rows
+    assert "recommended range │ 55.47 kPa to 62.77 kPa: the end curls from" in rows
+    assert run([*asked, "--pressure", "56 kPa", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["pressures"] == [56e3, 60e3]
+    assert answer["at_pressure"]["pressure"] == 60e3
+    held = answer["holding_force_towards"]
+    assert answer["at_pressure"]["holding_force_towards"] == pytest.approx(held[1])
+    assert answer["holding_force_towards_within_diameter"][1] < held[1]
+    assert answer["range_end"] == "curling"
+    assert answer["lift_off"] is None
+
+
+def test_a_pressure_above_those_that_hold_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["grip", "paper_design_70", "--radius", "20 mm", "--pressure"]
+    assert run([*asked, "95 kPa"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "95 kPa is too much: at 86.9" in said
+    assert "the wrapped coil loses stability" in said
+    assert run([*asked, "20 MPa"]) == 2
+    assert "above limits.pressure_max" in capsys.readouterr().err
+
+
+def test_a_profile_says_which_part_of_it_is_held(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "cone.csv"
+    file.write_text("position [mm],radius [mm]\n0,18\n300,22\n", encoding="utf-8")
+    asked = ["grip", "paper_design_70", "--profile", str(file), "--pressure", "56 kPa"]
+    assert run(asked) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "object radius │ 18 mm to 22 mm along its length" in said
+    assert run([*asked, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    place = 1e3 * answer["profile_position"]
+    assert 0.0 < place < 300.0
+    assert f"object's {place:.4g} mm mark at (x, y, z)" in said
+    # The profile is thinnest at 0: its middle of the coil has this radius.
+    assert answer["object_radius"] == pytest.approx(0.018)

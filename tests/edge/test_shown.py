@@ -24,8 +24,8 @@ from spiral_gripper.files.shown import (
     shown_range,
 )
 from spiral_gripper.files.units import Dimension
-from spiral_gripper.reports.grip_document import print_forces
-from spiral_gripper.reports.grip_study import print_outcomes
+from spiral_gripper.reports.grip.rows import print_forces
+from spiral_gripper.reports.grip.study import print_outcomes
 
 WRAP = ["wrap", "paper_design_70", "--radius", "20 mm"]
 

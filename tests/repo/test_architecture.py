@@ -40,15 +40,16 @@ CORE_FOLDERS = {
 }
 # The same for spiral_gripper; "" holds its public names.
 EDGE_FOLDERS = {
-    "": {"files", "reports", "reports.closing", "bench"},
+    "": {"files", "reports", "reports.grip", "reports.closing", "bench"},
     "files": set(),
     "reports": {"files"},
     "bench": {"files", "reports"},
     "interop": set(),
     "doctor": {"files", "reports"},
     "studio": {"files", "reports"},
-    "cli": {"files", "reports", "bench", "doctor"},
-    "reports.closing": {"files", "reports"},
+    "cli": {"files", "reports", "reports.grip", "bench", "doctor"},
+    "reports.grip": {"files", "reports"},
+    "reports.closing": {"files", "reports", "reports.grip"},
     "cli.closing": {"files", "reports", "reports.closing", "cli"},
     "cli.ros": {"files", "doctor", "studio", "cli"},
 }

@@ -23,6 +23,7 @@ from spiral_gripper.cli.types import (
     output_options,
     plot_option,
     typed,
+    typed_all,
     unit_vector,
 )
 
@@ -51,7 +52,7 @@ def shape(
 
     description = described(gripper)
     mount = mounted(description.gripper, options)
-    require_pressure(description, pressure)
+    require_pressure(description, pressure, typed("pressure"))
     title = f"{mount.name} at {typed('pressure')}"
     solved = solve_shape(mount, pressure)
     if as_json:
@@ -105,7 +106,7 @@ def wrap(
     mount = mounted(description.gripper, options)
     if radius is not None:
         if pressure is not None:
-            require_pressure(description, pressure)
+            require_pressure(description, pressure, typed("pressure"))
         wrapped = solve_wrap(mount, radius, pressure)
         document, rows = wrap_as_dict(wrapped), wrap_rows(wrapped)
         state, placement = wrapped.wrap.state, wrapped.placement
@@ -149,6 +150,14 @@ def wrap(
     is_flag=True,
     help="Also pull sideways and along gravity, and twist.",
 )
+@click.option(
+    "--pressure",
+    "pressures",
+    type=PRESSURE,
+    multiple=True,
+    metavar="PRESSURE",
+    help="Look at this pressure in place of ten. May be repeated.",
+)
 @click.option("--payload", type=MASS, metavar="MASS", help="Mass of the object to carry.")
 @click.option(
     "--force-max", type=FORCE, metavar="FORCE", help="Greatest sum of normal forces on the object."
@@ -163,6 +172,7 @@ def grip(
     friction: float | None,
     frictionless_closing: bool,
     every_direction: bool,
+    pressures: tuple[float, ...],
     payload: float | None,
     force_max: float | None,
     as_json: bool,
@@ -173,26 +183,30 @@ def grip(
 
     GRIPPER is the name of a shipped gripper or the path of a description file. The object lies in
     the coil, along --object-axis or along the coil's own direction, and the pressure rises slowly.
-    Forces are computed by moving the object until it slips, with contact and friction. Exit code 1:
-    no pressure carries the payload within the greatest force.
+    Forces are computed by moving the object until it slips, with contact and friction. With
+    --pressure the figures are those at the first one given, else at the recommended pressure. Exit
+    code 1: no pressure looked at carries the payload within the greatest force.
     """
     if (radius is None) == (profile is None):
         raise click.UsageError("give either --radius or --profile")
     if friction is not None and not 0.0 <= friction <= 10.0:
         raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
-    from spiral_gripper.reports.grip_document import (
+    from spiral_gripper.reports.grip.document import (
         GripQuestion,
         grip_as_dict,
-        grip_rows,
         solve_question,
     )
 
-    mount = mounted(described(gripper).gripper, options)
+    description = described(gripper)
+    for pressure, text in zip(pressures, typed_all("pressures") if pressures else (), strict=True):
+        require_pressure(description, pressure, text)
+    mount = mounted(description.gripper, options)
     if payload is not None and not any(mount.gravity):
         raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
     question = GripQuestion(
-        mount, radius, profile, friction, frictionless_closing, every_direction, payload, force_max
-    )
+        mount, radius, profile, friction, frictionless_closing, every_direction, payload,
+        force_max, pressures,
+    )  # fmt: skip
     with _progress(as_json) as progress:
         solved = solve_question(question, progress)
     if as_json:
@@ -202,7 +216,7 @@ def grip(
     else:
         from rich.console import Console
 
-        from spiral_gripper.reports.grip_document import print_forces
+        from spiral_gripper.reports.grip.rows import grip_rows, print_forces
         from spiral_gripper.reports.tables import print_rows
 
         console = Console()
@@ -210,7 +224,7 @@ def grip(
         print_forces(solved, console)
     if plot is not None:
         from spiral_gripper.cli.output import write_picture
-        from spiral_gripper.reports.grip_plots import grip_figure
+        from spiral_gripper.reports.grip.plots import grip_figure
 
         what = f"radius {typed('radius')}" if radius is not None else str(profile)
         write_picture(grip_figure(solved.grip, f"{mount.name} on {what}"), plot)
@@ -239,21 +253,18 @@ def described(name_or_path: str) -> GripperDescription:
     return description
 
 
-def require_pressure(description: GripperDescription, pressure: float) -> None:
-    """Refuse a pressure [Pa] outside the gripper's limits.
+def require_pressure(description: GripperDescription, pressure: float, text: str) -> None:
+    """Refuse a pressure [Pa], typed as ``text``, outside the gripper's limits.
 
     Raises:
         click.UsageError: it is negative, or above the file's limit.
     """
     if pressure < 0.0:
-        raise click.UsageError(
-            f"--pressure {typed('pressure')} is below 0: pressures are gauge pressures"
-        )
+        raise click.UsageError(f"--pressure {text} is below 0: pressures are gauge pressures")
     if pressure > description.gripper.pressure_max:
         limit = description.written["limits.pressure_max"]
         raise click.UsageError(
-            f"--pressure {typed('pressure')} is above limits.pressure_max, {limit}, of "
-            f"{description.source.name}"
+            f"--pressure {text} is above limits.pressure_max, {limit}, of {description.source.name}"
         )
 
 

@@ -200,7 +200,7 @@ def grips(
     from spiral_core.grip.study import grip_cases, solve_cases
     from spiral_core.wrap.gripper import DEFAULT_FRICTION, STANDARD_GRAVITY
     from spiral_gripper.cli.gripper import described
-    from spiral_gripper.reports.grip_study import StudyFile, case_as_dict, print_outcomes
+    from spiral_gripper.reports.grip.study import StudyFile, case_as_dict, print_outcomes
 
     mounts = [unit_vector("--gravity-direction", direction) for direction in directions]
     gravities = [
@@ -221,7 +221,7 @@ def grips(
         print_outcomes(cases, outcomes, Console())
     if plot is not None:
         from spiral_gripper.cli.output import write_picture
-        from spiral_gripper.reports.grip_plots import window_figure
+        from spiral_gripper.reports.grip.plots import window_figure
 
         write_picture(window_figure(cases, outcomes), plot)
 

@@ -136,8 +136,13 @@ def _note(
 
 
 def typed(name: str) -> str:
-    """Return how the value of an option of this command was typed."""
-    return str(click.get_current_context().obj[name][-1].text)
+    """Return how the value of an option of this command was typed, the last one of several."""
+    return typed_all(name)[-1]
+
+
+def typed_all(name: str) -> list[str]:
+    """Return how the values of an option of this command that may be repeated were typed."""
+    return [str(value.text) for value in click.get_current_context().obj[name]]
 
 
 LENGTH: Final = Quantity("LENGTH")

@@ -116,7 +116,7 @@ def close(
     description = described(gripper)
     mount = mounted(description.gripper, options)
     if pressure is not None:
-        require_pressure(description, pressure)
+        require_pressure(description, pressure, typed("pressure"))
     question = CloseQuestion(
         mount, radius, rate, pressure, wait, friction, Damping(retardation_time), advise
     )

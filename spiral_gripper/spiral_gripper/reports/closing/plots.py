@@ -17,7 +17,7 @@ from spiral_core.closing.close import TimedClosing
 from spiral_core.grip.point import GripPoint
 from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.files.storage import write_file
-from spiral_gripper.reports.grip_plots import draw_coil
+from spiral_gripper.reports.grip.plots import draw_coil
 from spiral_gripper.reports.shape_plots import VIEWS
 from spiral_gripper.reports.style import COLORS, panels, paper_style
 

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A question to a gripper, its answer, and that as plain data for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spiral_core.errors import NotGrippableError
+from spiral_core.grip.grip import Grip, solve_grip
+from spiral_core.grip.holding import HoldingForce, Pull, holding_forces, is_twist
+from spiral_core.grip.point import GripPoint
+from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
+from spiral_core.grip.window import GripWindow, follow_loss, grip_window
+from spiral_core.rod.contact.shapes import Profile
+from spiral_core.wrap.gripper import Gripper
+from spiral_gripper.reports.design_document import plain
+from spiral_gripper.reports.wrap_document import read_profile
+
+
+@dataclass(frozen=True, slots=True)
+class GripQuestion:
+    """The inputs of a grip computation.
+
+    Args:
+        gripper: as it is mounted.
+        radius: of a cylinder [m], or None.
+        profile: of an object, a CSV file, or None.
+        friction: coefficient; None takes the gripper's or the default.
+        frictionless: whether friction acts only once it is closed.
+        every_direction: whether the object is moved in all directions.
+        payload: mass to carry [kg], or None.
+        force_max: greatest sum of normal forces [N], or None.
+        pressures: to look at [Pa]; none takes ten from a little below the wrap on.
+    """
+
+    gripper: Gripper
+    radius: float | None
+    profile: Path | None
+    friction: float | None
+    frictionless: bool
+    every_direction: bool
+    payload: float | None
+    force_max: float | None
+    pressures: tuple[float, ...] = ()
+
+    @property
+    def pulls(self) -> tuple[Pull, ...]:
+        """Ways of moving the object that are looked at."""
+        if self.every_direction:
+            weightless = not any(self.gripper.gravity)
+            return tuple(pull for pull in Pull if not (weightless and pull is Pull.DOWN))
+        loaded = (Pull.DOWN,) if self.payload is not None else ()
+        return (Pull.AWAY, Pull.TOWARDS, *loaded)
+
+
+@dataclass(frozen=True, slots=True)
+class SolvedGrip:
+    """A grip computation and its results.
+
+    Args:
+        question: the inputs.
+        grip: the answer.
+        recommended: pressure to command [Pa]; None if none meets the conditions.
+        point: the grip at the first pressure that was asked for, or there, or at the middle of the
+            recommended range.
+        held: what the point holds, computed there.
+        refusal: why no pressure meets the conditions, or None.
+        rest: what remains of the grip after its loss; None if nothing was lost, or nothing rests.
+        rest_held: what the rest still holds, by the question's ways of moving the object.
+        mark: place on the profile's own axis that is in the coil's middle [m], or None.
+    """
+
+    question: GripQuestion
+    grip: Grip
+    recommended: float | None
+    point: GripPoint
+    held: Mapping[Pull, HoldingForce]
+    refusal: str | None
+    rest: GripPoint | None
+    rest_held: Mapping[Pull, HoldingForce]
+    mark: float | None
+
+
+def solve_question(
+    question: GripQuestion, progress: Callable[[int, int], None] | None = None
+) -> SolvedGrip:
+    """Return how a gripper holds an object.
+
+    Raises:
+        InvalidInputError: a value is out of its range, or the profile's file cannot be used.
+        NotGrippableError: the object is not held at any pressure.
+    """
+    setup, mark = _setup(question)
+    window = grip_window(setup, progress=progress)
+    _require_held(window, question.pressures)
+    asked = sorted(set(question.pressures)) or None
+    grip = solve_grip(setup, question.pulls, pressures=asked, window=window, progress=progress)
+    refusal = recommended = None
+    try:
+        recommended = grip.recommended_pressure(question.payload, force_max=question.force_max)
+    except NotGrippableError as error:
+        refusal = error.constraint
+    at = grip.recommended_pressure() if recommended is None else recommended
+    point = window.at(question.pressures[0] if question.pressures else at)
+    rest = follow_loss(window)
+    return SolvedGrip(
+        question=question,
+        grip=grip,
+        recommended=recommended,
+        point=point,
+        held=holding_forces(point, question.pulls),
+        refusal=refusal,
+        rest=rest,
+        rest_held={} if rest is None else holding_forces(rest, question.pulls),
+        mark=mark,
+    )
+
+
+def _require_held(window: GripWindow, pressures: Sequence[float]) -> None:
+    """Refuse a pressure above those that hold, with the reason.
+
+    Raises:
+        NotGrippableError: nothing is held at one of the pressures.
+    """
+    for pressure in pressures:
+        if window.onset_wrap is not None and pressure > window.top:
+            at = window.top if window.loss is None else window.loss
+            reason = f"{pressure:.6g} Pa is too much: at {at:.6g} Pa {window.end.value}"
+            radius = float(window.setup.obstacle.shape.feature_radius)
+            raise NotGrippableError(radius, reason, window.top - pressure, None)
+
+
+def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
+    """Return a grip for programs, in SI."""
+    question, grip, point = solved.question, solved.grip, solved.point
+    window, setup = grip.window, grip.setup
+    names = {pull: _name(pull) for pull in grip.forces}
+    document: dict[str, Any] = {
+        "gripper": setup.gripper.name,
+        "object_radius": setup.obstacle.shape.feature_radius,
+        "object_center": list(setup.obstacle.position),
+        "object_axis": setup.axis.tolist(),
+        "friction": setup.obstacle.friction,
+        "closing": setup.closing.name.lower(),
+        "elements": setup.element_count,
+        "tip_criterion": setup.tip_pressure,
+        "onset_wrap": window.onset_wrap,
+        "onset_curling": window.onset_curling,
+        "loss": window.loss,
+        "end": window.end.name.lower(),
+        "after_loss": _after_loss(solved),
+        "lift_off": window.lift_off,
+        "recommended_range": list(grip.recommended_range),
+        "range_end": grip.range_end.name.lower(),
+        "recommended_pressure": solved.recommended,
+        "refusal": solved.refusal,
+        "pressures": grip.pressures.tolist(),
+        "contact_length": grip.contact_length.tolist(),
+        "turns": [each.turns for each in grip.points],
+        "normal_force": grip.normal_force.tolist(),
+        "contact_pressure": grip.contact_pressure.tolist(),
+        "base_reaction": [each.base_reaction.tolist() for each in grip.points],
+        "at_pressure": {
+            "pressure": point.pressure,
+            "arc_length": point.state.arc_lengths.tolist(),
+            "line_force": point.line_force.tolist(),
+            "positions": point.state.positions.tolist(),
+            **{name: solved.held[pull].force for pull, name in names.items()},
+        },
+    }
+    if solved.mark is not None:
+        document["profile_position"] = solved.mark
+    for pull, name in names.items():
+        document[name] = grip.force(pull).tolist()
+        document[f"{name}_displacement"] = [each.displacement for each in grip.forces[pull]]
+        document[f"{name}_stiffness"] = [each.stiffness for each in grip.forces[pull]]
+        document[f"{name}_end"] = [each.end.name.lower() for each in grip.forces[pull]]
+        document[f"{name}_is_lower_bound"] = [each.is_lower_bound for each in grip.forces[pull]]
+        if not is_twist(pull):
+            diameter = 2.0 * float(setup.obstacle.shape.feature_radius)
+            near = [each.within(diameter) for each in grip.forces[pull]]
+            document[f"{name}_within_diameter"] = near
+    if question.payload is not None:
+        document["payload"] = question.payload
+        document["payload_ratio"] = grip.payload_ratio(question.payload).tolist()
+    checked: dict[str, Any] = plain(document)
+    return checked
+
+
+def _after_loss(solved: SolvedGrip) -> dict[str, float | bool] | None:
+    """Return what is left of a grip after its loss, as plain data."""
+    rest = solved.rest
+    if rest is None:
+        return None
+    forces = {_name(pull): held.force for pull, held in solved.rest_held.items()}
+    return {
+        "pressure": rest.pressure,
+        "wrapped": rest.is_wrapped,
+        "contact_length": rest.contact_length,
+        "turns": rest.turns,
+        "normal_force": rest.normal_force,
+        **forces,
+    }
+
+
+def _setup(question: GripQuestion) -> tuple[GripSetup, float | None]:
+    """Return the setup, and the place on the profile's axis in the coil's middle [m]."""
+    closing = Closing.FRICTIONLESS if question.frictionless else Closing.SLOW
+    if question.profile is not None:
+        profile = read_profile(question.profile)
+        setup = lay_profile_into_coil(
+            question.gripper, profile, friction=question.friction, closing=closing
+        )
+        shape = setup.obstacle.shape
+        first = shape.heights[0] if isinstance(shape, Profile) else 0.0
+        return setup, profile.start - first
+    radius = float(question.radius or 0.0)
+    setup = lay_into_coil(question.gripper, radius, friction=question.friction, closing=closing)
+    return setup, None
+
+
+def _name(pull: Pull) -> str:
+    """Return the key of what is held against a pull."""
+    return f"holding_{'torque' if is_twist(pull) else 'force'}_{pull.name.lower()}"
+
+
+def unit_of(pull: Pull) -> str:
+    """Return the SI unit of what is held against a pull."""
+    return "N m" if is_twist(pull) else "N"
