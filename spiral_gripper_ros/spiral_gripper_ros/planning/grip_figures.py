@@ -80,7 +80,7 @@ class GripFigures:
             from the base and towards it (m,) [N].
         down: the same along gravity (m,) [N]; zeros without gravity.
         settling: how long the tube swings on after a ramp that ends there (m,) [s]; zeros where its
-            weight is not known.
+            weight, or a shape, is not known.
         positions, orientations: the tube's nodes at the pressures of the path (n, nodes, 3) [m],
             (n, nodes, 4), scalar last.
         center, axis: of the object [m], in the base frame.
