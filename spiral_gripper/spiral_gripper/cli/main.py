@@ -47,9 +47,7 @@ COMMANDS: Final = MappingProxyType(
         "shape": _Entry("gripper", "Compute the shape of a gripper at a pressure."),
         "wrap": _Entry("gripper", "Find the pressure that wraps an object."),
         "grip": _Entry("gripper", "Find the pressures that hold an object, and the forces."),
-        "close": _Entry(
-            "closing.close", "Simulate closing in real time; find the fastest safe rate."
-        ),
+        "close": _Entry("closing.close", "Simulate closing in real time; find the fastest rate."),
         "calibrate": _Entry("calibrate", "Fit a gripper's constants to bench measurements."),
         "grippers": _Entry("grippers", "List, show and check gripper files."),
         "winding-sheet": _Entry("model", "Print how to cut and wind a tube; write a template."),

@@ -96,14 +96,14 @@ def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
     type=MASS,
     metavar="MASS",
     callback=_positive,
-    help="Mass of the object: is it held? Computed for this object, which takes some seconds.",
+    help="Mass of the object; whether it is held is computed, which takes some seconds.",
 )
 @click.option(
     "--friction",
     type=NUMBER,
     metavar="MU",
     callback=_positive,
-    help="Friction coefficient of tube and object, computed for. [default: the node's]",
+    help="Friction coefficient of tube and object. [default: the node's]",
 )
 @namespace_option
 @output_options
