@@ -7,8 +7,9 @@ All checks refuse NaN, infinities, booleans and strings.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from numbers import Real
+from typing import Any
 
 from spiral_core.errors import InvalidInputError
 
@@ -125,6 +126,19 @@ def require_unit_vector(field: str, value: object, size: int = 3) -> tuple[float
     if not abs(norm - 1.0) <= UNIT_NORM_TOLERANCE:
         raise InvalidInputError(field, value, f"{size} numbers whose norm is 1")
     return tuple(component / norm for component in components)
+
+
+def require_all(
+    field: str, values: Sequence[Any], kinds: tuple[type, ...], what: str
+) -> Sequence[Any]:
+    """Return a tuple or list whose values are all of one of the kinds.
+
+    Raises:
+        InvalidInputError: it is not.
+    """
+    if not isinstance(values, (tuple, list)) or not all(isinstance(v, kinds) for v in values):
+        raise InvalidInputError(field, values, f"a tuple of {what}")
+    return values
 
 
 def _all_finite_floats(values: tuple[object, ...]) -> bool:

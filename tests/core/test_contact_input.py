@@ -26,6 +26,7 @@ from spiral_core import (
     Plane,
     PointLoad,
     Profile,
+    Rod,
     RodLoad,
     Section,
     SignedDistance,
@@ -92,6 +93,17 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
     "base no end": ("base", lambda: ContactProblem(ROD, base="clamped")),
     "tip no end": ("tip", lambda: ContactProblem(ROD, tip=None)),
     "obstacle a shape": ("obstacles", lambda: ContactProblem(ROD, obstacles=(Plane(),))),
+    "obstacle without a shape": ("shape", lambda: Obstacle(3)),
+    "one obstacle": ("obstacles", lambda: ContactProblem(ROD, obstacles=CLEAR)),
+    "one point load": ("point_loads", lambda: ContactProblem(ROD, point_loads=PointLoad(0.1))),
+    "point load a number": ("point_loads", lambda: ContactProblem(ROD, point_loads=(0.1,))),
+    "one break": ("breaks", lambda: ElasticRod(0.4, PLAIN, breaks=0.1)),
+    "rod of solve_rod": ("rod", lambda: ContactProblem(Rod(0.4, 3e-4, 2e-4))),
+    "load a vector": ("load", lambda: ContactProblem(ROD, load=(0.0, 0.0, -1.0))),
+    "profile through its axis": (
+        "radii",
+        lambda: Profile((0.0, 0.01, 0.02, 0.03), (0.1, 0.001, 0.001, 0.1)),
+    ),
     "radius of a sphere": ("radius", lambda: Sphere(0.0)),
     "slope nan": ("slope", lambda: Cone(0.1, NAN)),
     "capsule without length": ("length", lambda: Capsule(0.1, 0.0)),
@@ -168,6 +180,17 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
             replace(PROBLEM, obstacles=(Obstacle(SignedDistance(lambda p: (p, p), 0.03)),))
         ),
     ),
+    "user's gradients of norm three": (
+        "function",
+        lambda: solve_contact(
+            replace(
+                PROBLEM,
+                obstacles=(
+                    Obstacle(SignedDistance(lambda p: (p[:, 2] + 1.0, 0 * p + (0, 0, 3)), 0.03)),
+                ),
+            )
+        ),
+    ),
     "user's distances nan": (
         "function",
         lambda: solve_contact(
@@ -178,6 +201,11 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
         ),
     ),
 }
+
+
+def test_sections_given_as_arrays_are_equal() -> None:
+    assert Section(np.eye(6)) == Section(tuple(map(tuple, np.eye(6).tolist())))
+    assert Section(np.array([1.0, 2.0, 3.0])) == Section((1.0, 2.0, 3.0))
 
 
 @pytest.mark.parametrize("name", BAD)

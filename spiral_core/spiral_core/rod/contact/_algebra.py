@@ -117,18 +117,18 @@ def in_space(turn: Array, normal: Array, bend: Array) -> tuple[Array, Array]:
 
 
 @compiled
-def around_axis(points: Array, rho: Array, radial: Array, around: Array) -> None:
-    """Write the distance (n,) from the z axis, e_rho (n, 3) and e_phi e_phi^T (n, 3, 3)."""
-    for e in range(len(points)):
+def around_axis(points: Array) -> tuple[Array, Array, Array]:
+    """Return the distance (n,) from the z axis, e_rho (n, 3) and e_phi e_phi^T (n, 3, 3)."""
+    count = len(points)
+    rho, radial, around = np.empty(count), np.empty((count, 3)), np.zeros((count, 3, 3))
+    for e in range(count):
         rho[e] = math.hypot(points[e, 0], points[e, 1])
         x = points[e, 0] / rho[e] if rho[e] > 0.0 else 1.0
         y = points[e, 1] / rho[e] if rho[e] > 0.0 else 0.0
         radial[e, 0], radial[e, 1], radial[e, 2] = x, y, 0.0
-        for i in range(3):
-            for k in range(3):
-                around[e, i, k] = 0.0
         around[e, 0, 0], around[e, 1, 1] = y * y, x * x
         around[e, 0, 1] = around[e, 1, 0] = -x * y
+    return rho, radial, around
 
 
 @compiled

@@ -35,6 +35,8 @@ class Obstacle:
     friction: float = 0.0
 
     def __post_init__(self) -> None:
+        if not hasattr(self.shape, "distance"):
+            raise InvalidInputError("shape", self.shape, "a shape, such as Cylinder(radius)")
         require_vector("position", self.position, 3)
         require_unit_vector("orientation", self.orientation, 4)
         if not require_finite("friction", self.friction) >= 0.0:

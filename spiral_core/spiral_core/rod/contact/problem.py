@@ -16,6 +16,7 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact.obstacles import Obstacle, Quaternion
 from spiral_core.rod.types import ZERO, Array, RodLoad, Vector, VectorProfile
 from spiral_core.validation import (
+    require_all,
     require_finite,
     require_positive,
     require_unit_vector,
@@ -71,6 +72,9 @@ class Section:
                 require_positive(name, value)
                 if len(matrix) == 6:
                     raise InvalidInputError(name, value, "left out: a 6x6 stiffness holds it")
+        values = np.asarray(self.stiffness, dtype=np.float64).tolist()
+        rows = tuple(tuple(row) if isinstance(row, list) else row for row in values)
+        object.__setattr__(self, "stiffness", rows)  # arrays could not be compared
 
     @classmethod
     def round(cls, radius: float, young: float, shear_modulus: float, bore: float = 0.0) -> Section:
@@ -179,7 +183,8 @@ class ElasticRod:
             raise InvalidInputError("friction_radius", self.friction_radius, "from 0 to the radius")
         if not callable(self.rest_strain):
             require_vector("rest_strain", self.rest_strain, 3)
-        sites = (0.0, *(require_finite("breaks", site) for site in self.breaks), self.length)
+        breaks = require_all("breaks", self.breaks, (int, float), "arc lengths")
+        sites = (0.0, *(require_finite("breaks", site) for site in breaks), self.length)
         if any(not b > a for a, b in pairwise(sites)):
             raise InvalidInputError("breaks", self.breaks, "increasing, inside the rod's length")
 
@@ -290,15 +295,17 @@ class ContactProblem:
     point_loads: tuple[PointLoad, ...] = ()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.rod, ElasticRod):
+            raise InvalidInputError("rod", self.rod, "an ElasticRod")
+        if not isinstance(self.load, RodLoad):
+            raise InvalidInputError("load", self.load, "a RodLoad")
         for name in ("base", "tip"):
             if not isinstance(getattr(self, name), (Free, Pinned, Clamped, Guided)):
                 raise InvalidInputError(
                     name, getattr(self, name), "Free(), Pinned(), Clamped() or Guided()"
                 )
-        for obstacle in self.obstacles:
-            if not isinstance(obstacle, Obstacle):
-                raise InvalidInputError("obstacles", obstacle, "a tuple of Obstacle values")
-        for load in self.point_loads:
+        require_all("obstacles", self.obstacles, (Obstacle,), "Obstacle values")
+        for load in require_all("point_loads", self.point_loads, (PointLoad,), "PointLoad values"):
             if not 0.0 <= load.at <= self.rod.length:
                 raise InvalidInputError("at", load.at, "an arc length inside the rod")
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod.contact._algebra import around_axis
 from spiral_core.validation import require_finite, require_positive
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ Range: TypeAlias = tuple[float, float]
 DIFFERENCE = 1e-5
 # Newton steps to the nearest point of a profile, and how near its center of curvature counts.
 NEAREST_STEPS = 12
+# By how much the norm of a user's gradient may be off one: forces are off by as much.
+NOT_UNIT = 1e-3
 NOT_A_CENTER = 1e-3
 
 
@@ -42,16 +45,6 @@ class Shape(Protocol):
     @property
     def feature_radius(self) -> float:
         """Smallest radius of curvature of the surface where a rod bends around it [m]."""
-
-
-def _radial(points: Array) -> tuple[Array, Array, Array]:
-    """Return distance from the z axis (n,), e_rho (n, 3) and e_phi e_phi^T (n, 3, 3)."""
-    from spiral_core.rod.contact._algebra import around_axis
-
-    rho, radial = np.empty(len(points)), np.empty((len(points), 3))
-    around = np.empty((len(points), 3, 3))
-    around_axis(points, rho, radial, around)
-    return rho, radial, around
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +64,7 @@ class Cylinder:
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface."""
-        rho, radial, around = _radial(points)
+        rho, radial, around = around_axis(points)
         sign = -1.0 if self.inside else 1.0
         around *= (sign / np.maximum(rho, 1e-9 * self.radius))[:, None, None]
         return sign * (rho - self.radius), sign * radial, around
@@ -105,7 +98,7 @@ class Cone:
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface."""
-        rho, radial, around = _radial(points)
+        rho, radial, around = around_axis(points)
         c = 1.0 / math.hypot(1.0, self.slope)
         normal = c * radial
         normal[:, 2] = -c * self.slope
@@ -161,10 +154,14 @@ class Profile:
             raise InvalidInputError("heights", self.heights, "two or more increasing numbers")
         if len(radii) != len(heights):
             raise InvalidInputError("radii", self.radii, f"one for each of {len(heights)} heights")
+        turning = _spline(tuple(heights), tuple(radii)).derivative().roots(extrapolate=False)
+        if not np.all(_spline(tuple(heights), tuple(radii))(turning[turning == turning]) > 0.0):
+            requirement = "closer together where they change: their spline crosses zero"
+            raise InvalidInputError("radii", self.radii, requirement)
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface, from the nearest point of the profile."""
-        rho, radial, around = _radial(points)
+        rho, radial, around = around_axis(points)
         foot = points[:, 2].copy()
         for _ in range(NEAREST_STEPS):
             r, slope, bend = self._curve(foot)
@@ -325,6 +322,8 @@ class SignedDistance:
             raise InvalidInputError(
                 "function", (gap.shape, normal.shape), "distances (n,) and gradients (n, 3)"
             )
-        if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(normal))):
-            raise InvalidInputError("function", gap, "finite distances and gradients")
+        sizes = np.linalg.norm(normal, axis=1)
+        if not (np.all(np.isfinite(gap)) and np.all(np.abs(sizes - 1.0) <= NOT_UNIT)):
+            requirement = "finite distances, and gradients of norm one"
+            raise InvalidInputError("function", (gap, normal), requirement)
         return gap, normal
