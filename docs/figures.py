@@ -77,8 +77,8 @@ def main() -> None:
     (sheet,) = winding_figures(described.actuator, described.gripper.name, 0.02)
     sheet.savefig(FIGURES / "winding_sheet.png", dpi=DPI // 3)
     gripper = described.gripper
-    grip = solve_grip(lay_into_coil(gripper, 0.015), (Pull.AWAY, Pull.TOWARDS, Pull.SIDEWAYS))
-    picture = grip_figure(grip, f"{gripper.name} on a cylinder of 15 mm radius")
+    grip = solve_grip(lay_into_coil(gripper, 0.015), (Pull.AWAY, Pull.TOWARDS, Pull.DOWN))
+    picture = grip_figure(grip, f"{gripper.name} on radius 15 mm")
     picture.savefig(FIGURES / "grip.png", dpi=DPI // 2)
 
     setup = lay_into_coil(described.gripper, OBJECT_RADIUS)

@@ -221,9 +221,10 @@ def grips(
         print_outcomes(cases, outcomes, Console())
     if plot is not None:
         from spiral_gripper.cli.output import write_picture
-        from spiral_gripper.reports.grip.plots import window_figure
+        from spiral_gripper.reports.grip.plots import study_accuracy, window_figure
 
-        write_picture(window_figure(cases, outcomes), plot)
+        caption = study_accuracy(cases, outcomes)
+        write_picture(window_figure(cases, outcomes, caption), plot)
 
 
 def _workers(jobs: int | None, scheduler: str | None) -> AbstractContextManager[Executor | None]:

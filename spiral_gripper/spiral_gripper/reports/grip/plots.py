@@ -10,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spiral_core.errors import InvalidInputError, SpiralError
-from spiral_core.grip.grip import Grip
+from spiral_core.grip.grip import Grip, solve_grip
 from spiral_core.grip.holding import Pull, is_twist
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.refinement import refine
+from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.study import GripCase, GripOutcome
 from spiral_core.rod.types import Vector
 from spiral_gripper.files.shown import axis_label, in_units, shown
@@ -89,6 +90,11 @@ def draw_forces(axes: Axes, grip: Grip) -> None:
             color=COLORS[number],
             label=_LABELS[pull],
         )
+    for number, pull in enumerate(straight):
+        least = [held.force if held.is_lower_bound else np.nan for held in grip.forces[pull]]
+        axes.plot(pressures, in_units(least, "N"), "o", ms=2, mfc="white", mec=COLORS[number])
+    if any(held.is_lower_bound for pull in straight for held in grip.forces[pull]):
+        axes.plot([], [], "o", ms=3, mfc="white", mec="black", label="open: at least")
     window = grip.window
     axes.plot(
         in_units(window.pressures, "Pa"),
@@ -120,14 +126,29 @@ def shade_window(axes: Axes, grip: Grip) -> None:
             float(in_units(tip, "Pa")), color=COLORS[0], ls="--", lw=0.8, label="tip criterion"
         )
     if window.loss is not None:
-        axes.axvline(float(in_units(window.loss, "Pa")), color=COLORS[2], lw=1.2, label="lost")
+        axes.axvline(float(in_units(window.loss, "Pa")), color="black", lw=1.2, label="lost")
+
+
+def study_accuracy(cases: Sequence[GripCase], outcomes: Sequence[GripOutcome]) -> str:
+    """Return what twice the elements change of a study's middle grip, in words; takes seconds."""
+    held = [case for case, outcome in zip(cases, outcomes, strict=True) if not outcome.refusal]
+    if not held:
+        return ""
+    case = held[len(held) // 2]
+    setup = lay_into_coil(case.gripper, case.radius, friction=case.friction, closing=case.closing)
+    accuracy = _accuracy(solve_grip(setup, (), pressures=()))
+    what = f"{case.gripper.name} on {shown(case.radius, 'm')}, friction {case.friction:.3g}"
+    return f"{what}: {accuracy}"
 
 
 @paper_style()
-def window_figure(cases: Sequence[GripCase], outcomes: Sequence[GripOutcome]) -> Figure:
+def window_figure(
+    cases: Sequence[GripCase], outcomes: Sequence[GripOutcome], caption: str = ""
+) -> Figure:
     """Return the window of pressures against the object's radius, a panel for each gripper.
 
-    Panels are told apart by gripper, friction and mount; grips that are refused leave a gap.
+    Panels are told apart by gripper, friction and mount; grips that are refused leave a gap. The
+    caption is :func:`study_accuracy`'s.
 
     Raises:
         InvalidInputError: more than :data:`MOST_PANELS` panels would be needed.
@@ -140,6 +161,7 @@ def window_figure(cases: Sequence[GripCase], outcomes: Sequence[GripOutcome]) ->
     if len(groups) > MOST_PANELS:
         raise InvalidInputError("plot", f"{len(groups)} panels", f"at most {MOST_PANELS} panels")
     figure, axes_list = panels(len(groups))
+    figure.supxlabel(caption, fontsize=6.5)
     for axes, (title, found) in zip(axes_list, groups.items(), strict=True):
         _draw_windows(axes, sorted(found, key=lambda pair: pair[0]))
         axes.set_title(title)
@@ -162,7 +184,7 @@ def _draw_windows(axes: Axes, found: Sequence[tuple[float, GripOutcome]]) -> Non
         (curling, top, CURLING_COLOR, "end curls"),
     ):
         axes.fill_between(radii, low, high, color=color, alpha=0.35, lw=0.0, label=label)
-    axes.plot(radii, edges["loss"], "_", color=COLORS[2], ms=9, mew=1.5, label="lost")
+    axes.plot(radii, edges["loss"], "_", color="black", ms=9, mew=1.5, label="lost")
     axes.plot(radii, edges["pressure"], "o-", color=COLORS[0], ms=3, label="recommended")
     axes.plot(radii, edges["tip_criterion"], "--", color=COLORS[4], lw=0.9, label="tip criterion")
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
