@@ -38,7 +38,7 @@ TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 help:
 	@echo 'make demo          start the node, send it a recorded stream of radii, show its answers'
 	@echo 'make test          format check, lint, types, tests, doctests'
-	@echo 'make test-fast     the same without ROS processes'
+	@echo 'make test-fast     the same without ROS processes and without the files of tests that compute for long'
 	@echo 'make test-slow     the tests that compute for long'
 	@echo 'make check         what CI runs: test, test-slow, pure and colcon'
 	@echo 'make pure          build and test the mechanics alone, where there is no ROS'
@@ -97,7 +97,7 @@ test: lint $(COMPILED)
 	$(PYTEST) -m 'not slow' $(TESTS)
 
 test-fast: lint $(COMPILED)
-	$(PYTEST) -m 'not slow' $(WITHOUT_ROS)
+	$(PYTEST) -m 'not slow and not long' $(WITHOUT_ROS)
 
 test-slow: $(INSTALLED_DEV) $(COMPILED)
 	$(PYTEST) -m slow $(TESTS)

@@ -6,3 +6,8 @@ import signal
 # A shell's background jobs ignore Ctrl-C, and so would every process that is started here.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure(config):
+    """Name the mark of files that make test runs and make test-fast leaves out."""
+    config.addinivalue_line("markers", "long: a file that computes for many seconds")

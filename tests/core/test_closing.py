@@ -34,6 +34,8 @@ from spiral_core import (
 from spiral_core.closing.pneumatics import ATMOSPHERE, REFERENCE_DENSITY, REFERENCE_PRESSURE
 from spiral_core.grip.hanging import hanging_tube
 
+pytestmark = pytest.mark.long
+
 VOLUME = 2.6e-5
 SUPPLY = Supply(Orifice(1e-9, 0.5), 5e5)
 

@@ -32,6 +32,8 @@ from spiral_core import (
 from spiral_core.design.evaluation import estimate_candidate, evaluate_candidate
 from spiral_core.design.helix_estimate import helix_radius, helix_stretch, widest_helix
 
+pytestmark = pytest.mark.long
+
 G = 9.80665
 
 

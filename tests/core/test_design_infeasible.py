@@ -26,6 +26,8 @@ from spiral_core import (
 from spiral_core.design import relaxations, rod_correction
 from spiral_core.design.margin import tightest
 
+pytestmark = pytest.mark.long
+
 FREE = replace(
     PAPER_EXAMPLE, object_length=None, pressure_max=None, strain_max=None, length_max=None
 )

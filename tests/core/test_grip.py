@@ -35,6 +35,8 @@ from spiral_core import (
 from spiral_core.grip.refusal import not_held
 from spiral_gripper import load_gripper
 
+pytestmark = pytest.mark.long
+
 RADIUS = 0.025
 # Pressures, as fractions of the tip criterion's, that pass the onset of the wrap and of curling.
 UP_TO_CURLING = (0.5, 0.8, 0.9, 0.94, 0.98, 1.02, 1.06, 1.1, 1.14)

@@ -36,6 +36,8 @@ from spiral_core.grip.holding import pull_direction
 from spiral_core.rod.contact.state import ContactEvent
 from spiral_gripper import load_description, load_gripper
 
+pytestmark = pytest.mark.long
+
 NOT_HELD = ContactStatus.NOT_HELD
 # Pressures, as fractions of the tip criterion's, up to beyond the loss.
 UP_TO_LOSS = (0.6, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)

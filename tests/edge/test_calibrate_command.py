@@ -19,6 +19,8 @@ from spiral_gripper import load_description, load_gripper
 from spiral_gripper.cli import calibrate as cli_calibrate
 from spiral_gripper.files.fields import LAWS
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def folder(tmp_path):

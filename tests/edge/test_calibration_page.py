@@ -16,6 +16,8 @@ from spiral_gripper import load_description
 from spiral_gripper.bench.measurements import parse_measurements
 from spiral_gripper.bench.table import COLUMNS
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")
 

@@ -31,6 +31,8 @@ from spiral_gripper.reports.closing.document import (
 )
 from spiral_gripper.reports.grip.plots import object_surface
 
+pytestmark = pytest.mark.long
+
 ASKED = ["close", "paper_design_70", "--radius", "20 mm", "--rate", "500 kPa/s", "--wait", "0.2 s"]
 
 

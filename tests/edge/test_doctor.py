@@ -44,6 +44,8 @@ from spiral_gripper.doctor.report import as_document, has_problem, print_answer,
 from spiral_gripper.doctor.run import TABLES, examine
 from spiral_gripper.doctor.worker import finding_as_dict, finding_from_dict
 
+pytestmark = pytest.mark.long
+
 LIBRARIES = {
     "numpy": "2.1.0", "scipy": "1.14.1", "numba": "0.61.0", "pint": "0.24", "ruamel-yaml": "0.18.6",
 }  # fmt: skip

@@ -11,6 +11,8 @@ import pytest
 
 from spiral_gripper.cli.main import run
 
+pytestmark = pytest.mark.long
+
 ASKED = ["grip", "paper_design_70", "--radius", "25 mm", "--frictionless-closing"]
 SECTION_LAW = """name: mine
 tube: {inner_radius: 4.7625 mm, wall_thickness: 1/32 in, length: 400 mm}

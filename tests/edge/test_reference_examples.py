@@ -10,6 +10,8 @@ import pytest
 import spiral_core
 import spiral_gripper
 
+pytestmark = pytest.mark.long
+
 FOLDER = Path(__file__).parents[2] / "docs" / "reference_examples"
 FILES = sorted(FOLDER.glob("*.txt"))
 SETUP = "Setup\n-----\n"

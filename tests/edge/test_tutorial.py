@@ -15,6 +15,8 @@ import pytest
 
 from spiral_gripper.cli.main import run
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # Commands of a running gripper: tests/ros/test_tutorial.py.
