@@ -29,6 +29,8 @@ from spiral_core import (
 from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.contact.shapes import Shape
 
+pytestmark = pytest.mark.long
+
 LENGTH, RADIUS = 0.4, 3e-3
 ROD = ElasticRod(LENGTH, Section((1.7e-4, 2.7e-4, 2.7e-4)), RADIUS)
 

@@ -32,6 +32,8 @@ from spiral_core.grip import holding
 from spiral_core.rod.contact.state import ContactEvent
 from spiral_gripper import load_gripper
 
+pytestmark = pytest.mark.long
+
 
 def silicone(length: float, beta: float, pressure_max: float) -> Gripper:
     """Return a gripper of soft silicone tube, 9.5 mm x 0.8 mm."""

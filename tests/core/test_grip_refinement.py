@@ -12,6 +12,8 @@ from spiral_core import Closing, Pull, grip_window, holding_force, lay_into_coil
 from spiral_core.grip.refinement import refine
 from spiral_gripper import load_gripper
 
+pytestmark = pytest.mark.long
+
 
 def test_twice_the_elements_change_a_grip_by_what_is_stated() -> None:
     setup = lay_into_coil(load_gripper("paper_design_70"), 0.025, closing=Closing.FRICTIONLESS)

@@ -31,6 +31,8 @@ from spiral_core.grip import mount as mounts
 from spiral_core.grip import study
 from spiral_gripper import load_gripper
 
+pytestmark = pytest.mark.long
+
 
 @cache
 def setup() -> GripSetup:

@@ -26,6 +26,8 @@ from spiral_core import (
     vibration_modes,
 )
 
+pytestmark = pytest.mark.long
+
 LENGTH, BENDING = 0.36, 2.7e-4
 SECTION = Section((2.0 / 3.0 * BENDING, BENDING, BENDING))
 SLENDER = Inertia(mass=0.0283, rotary=0.0283 * 1e-8)

@@ -12,6 +12,8 @@ from core.rod_cases import Case, gripper_rod, random_direction
 
 from spiral_core import Rod, RodLoad, RodState, solve_rod
 
+pytestmark = pytest.mark.long
+
 SITES = np.array([0.0, 0.5, 1.0])
 
 

@@ -30,6 +30,8 @@ from spiral_core.rod._system import Ending, System
 from spiral_core.rod._turns import turn_nodes
 from spiral_core.rod.solve import STATUSES
 
+pytestmark = pytest.mark.long
+
 COUNT = 6
 # A rod of order one (L = EI = 1), everything varying along it.
 VARIED = Rod(

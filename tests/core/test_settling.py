@@ -36,6 +36,8 @@ from spiral_core import (
 )
 from spiral_core.grip.setup import free_problem
 
+pytestmark = pytest.mark.long
+
 MATERIAL, AIR = Damping(0.016, 0.0), Damping(0.004, 1.0)
 
 

@@ -28,6 +28,8 @@ from benchmarks.hanging_cable import hanging_cable
 from spiral_core import solve_contact
 from spiral_gripper.interop.cosseratbench import SpiralSolver, problem_of
 
+pytestmark = pytest.mark.long
+
 SOFT = Material(youngs_modulus=1e6, shear_modulus=3e5, density=1000.0)
 BEAM = Rod(((0.0, 0.0, 0.0), (0.4, 0.0, 0.0)), radius=0.01, material=SOFT)
 CATENARIES = [
