@@ -66,6 +66,30 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
     "6x6 not positive": ("stiffness", lambda: Section(six(1.1, 1.1))),
     "6x6 and extension": ("extension", lambda: Section(six(0.5, 0.5), extension=1.0)),
     "6x6 and shear": ("shear", lambda: Section(six(0.5, 0.5), shear=1.0)),
+    "no rod": ("rod", lambda: ContactProblem(3)),
+    "rod of the other solver": ("rod", lambda: ContactProblem(Rod(0.4, 1e-4, 1e-4))),
+    "one station": ("problems", lambda: follow_contact(PROBLEM)),
+    "start a word": ("start", lambda: solve_contact(PROBLEM, start="x")),
+    "no shape": ("shape", lambda: Obstacle(3)),
+    "gradient of norm three": (
+        "function",
+        lambda: SignedDistance(
+            lambda p: (p[:, 2], np.tile((0.0, 0.0, 3.0), (len(p), 1))), 0.1
+        ).distance(np.zeros((2, 3))),
+    ),
+    "spline below zero": (
+        "radii",
+        lambda: Profile((0, 0.01, 0.02, 0.03), (0.1, 1e-3, 1e-3, 0.1)).distance(np.ones((1, 3))),
+    ),
+    "orientation held by and by": (
+        "problems",
+        lambda: follow_contact(
+            [
+                replace(PROBLEM, tip=Guided((0.4, 0, 0), orientation=held))
+                for held in (None, (0.0, 0.0, 0.0, 1.0))
+            ]
+        ),
+    ),
     "extension nan": ("extension", lambda: Section((1.0, 1.0, 1.0), NAN)),
     "shear negative": ("shear", lambda: Section((1.0, 1.0, 1.0), shear=-1.0)),
     "bore too wide": ("bore", lambda: Section.round(1e-3, 1e6, 4e5, bore=1e-3)),

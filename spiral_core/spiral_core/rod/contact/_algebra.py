@@ -198,3 +198,21 @@ def skews(v: Array) -> Array:
     out[:, 2, 0] = -v[:, 1]
     out[:, 2, 1] = v[:, 0]
     return out
+
+
+def free_between(first: Array, last: Array, at: float) -> Array:
+    """Return the free motions of an end of one kind; the line of a guided one turns."""
+    if np.array_equal(first, last) or round(np.trace(first)) != round(np.trace(last)):
+        return last
+    lines = [free[3:, np.argmax(np.diag(free)[3:]) + 3] for free in (first, last)]
+    lines = [line / np.sqrt(line @ line) for line in lines]
+    line = (1.0 - at) * lines[0] + at * (lines[1] if lines[0] @ lines[1] >= 0.0 else -lines[1])
+    free = last.copy()
+    free[3:, 3:] = np.outer(line, line) / (line @ line)
+    return free
+
+
+def total_force(half: Array, nodal: Array) -> float:
+    """Return the sum of the sizes of all loads on elements and nodes [N]."""
+    parts = (np.sqrt(np.sum(force * force, axis=1)) for force in (2.0 * half, nodal[:, 3:]))
+    return float(sum(np.sum(part) for part in parts))

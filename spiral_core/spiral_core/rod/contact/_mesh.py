@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any
 
@@ -14,8 +14,8 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._profiles import vector_samples
 from spiral_core.rod._system import discrete_strain_scale
-from spiral_core.rod.contact._algebra import blended
-from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact._algebra import blended, free_between, total_force
+from spiral_core.rod.contact.obstacles import Obstacle, obstacle_between
 from spiral_core.rod.contact.problem import (
     UPRIGHT,
     Clamped,
@@ -39,6 +39,8 @@ LONGEST_ARC = 1.0
 TENSION = 0.3
 # Elastic slip of friction, as a fraction of the rod's radius, or of a thousandth of its length.
 LAST_SLIP = 1e-6
+# Places are one if they are this near, as a fraction of the rod's length.
+ON_A_NODE = 1e-9
 # Properties are looked at this fraction of an element inside of its ends, since they may jump.
 INSIDE = 1e-9
 
@@ -61,6 +63,7 @@ class Arrays:
         radius: the rod's outer radius [m].
         lever: distance from the axis at which friction acts [m].
         obstacles: what stands in the way.
+        pieces: elements between one place where something jumps and the next.
     """
 
     own: Array
@@ -75,6 +78,7 @@ class Arrays:
     radius: float
     lever: float
     obstacles: tuple[Obstacle, ...]
+    pieces: tuple[int, ...]
 
     @property
     def count(self) -> int:
@@ -94,8 +98,7 @@ class Arrays:
     @property
     def force_scale(self) -> float:
         """What a small force is small to: EI/L^2 or the sum of the loads [N]."""
-        loads = 2.0 * np.sum(np.abs(self.half)) + np.sum(np.abs(self.nodal[:, 3:]))
-        return max(self.bending / self.length**2, float(loads))
+        return max(self.bending / self.length**2, total_force(self.half, self.nodal))
 
 
 def last_slip(arrays: Arrays) -> float:
@@ -132,15 +135,34 @@ def discretize(problem: ContactProblem, count: int) -> Arrays:
         InvalidInputError: a profile's values are not valid, or the elements are too long to see an
             obstacle.
     """
-    nodes = _nodes(problem.rod, sorted({load.at for load in problem.point_loads}), count)
-    steps = np.diff(nodes)
-    if not steps.max() <= LONGEST_ARC * smallest_arc(problem):
+    pieces = shared(problem, count)
+    nodes = _nodes(problem, pieces)
+    if not np.diff(nodes).max() <= LONGEST_ARC * smallest_arc(problem):
         fewest = math.ceil(problem.rod.length / (LONGEST_ARC * smallest_arc(problem)))
         raise InvalidInputError("elements", count, f"at least {fewest} to see the obstacles")
-    return on_nodes(problem, nodes)
+    return on_nodes(problem, nodes, pieces)
 
 
-def on_nodes(problem: ContactProblem, nodes: Array) -> Arrays:
+def discretize_like(problem: ContactProblem, before: Arrays) -> Arrays:
+    """Return the arrays of a problem on the elements of another one.
+
+    Nodes keep their fractions of the rod or, where it would have none at a break or point load, of
+    their piece between those.
+
+    Raises:
+        InvalidInputError: a profile's values are not valid, or there are more or fewer pieces.
+    """
+    nodes = before.arc_lengths * (problem.rod.length / before.length)
+    apart = np.abs(nodes - np.array(_sites(problem))[:, None]).min(axis=1)
+    if not apart.max() <= ON_A_NODE * problem.rod.length:
+        if len(_sites(problem)) != len(before.pieces) + 1:
+            requirement = "as many breaks and point loads in all of them, or loads at nodes"
+            raise InvalidInputError("problems", problem, requirement)
+        nodes = _nodes(problem, before.pieces)
+    return on_nodes(problem, nodes, before.pieces)
+
+
+def on_nodes(problem: ContactProblem, nodes: Array, pieces: tuple[int, ...]) -> Arrays:
     """Return the arrays of a problem whose elements end at the arc lengths ``nodes`` [m]."""
     rod = problem.rod
     steps = np.diff(nodes)
@@ -150,8 +172,7 @@ def on_nodes(problem: ContactProblem, nodes: Array) -> Arrays:
     mean = _simpson(weight.reshape(-1, 3, 3))
     ends = [_end(problem.base), _end(problem.tip)]
     half, nodal = 0.5 * steps[:, None] * mean, _nodal(problem, nodes)
-    tension = 2.0 * np.sum(np.abs(half)) + np.sum(np.abs(nodal[:, 3:]))
-    _stiffen(own, TENSION * tension * steps**2 - 0.1 * bending)
+    _stiffen(own, TENSION * total_force(half, nodal) * steps**2 - 0.1 * bending)
     return Arrays(
         own=own,
         half=half,
@@ -165,6 +186,7 @@ def on_nodes(problem: ContactProblem, nodes: Array) -> Arrays:
         radius=float(rod.radius),
         lever=float(rod.radius if rod.friction_radius is None else rod.friction_radius),
         obstacles=problem.obstacles,
+        pieces=pieces,
     )
 
 
@@ -176,11 +198,15 @@ def between(first: Arrays, last: Arrays, at: float) -> Arrays:
     for item in fields(Arrays):
         a, b = getattr(first, item.name), getattr(last, item.name)
         if item.name == "obstacles":
-            values[item.name] = tuple(
-                _obstacle_between(x, y, at) for x, y in zip(a, b, strict=True)
-            )
+            values[item.name] = tuple(obstacle_between(x, y, at) for x, y in zip(a, b, strict=True))
         elif item.name == "end_orientations":
             values[item.name] = blended(a, b, at)
+        elif item.name == "end_free":
+            values[item.name] = np.array(
+                [free_between(x, y, at) for x, y in zip(a, b, strict=True)]
+            )
+        elif item.name == "pieces":
+            values[item.name] = b
         else:
             values[item.name] = (1.0 - at) * a + at * b
     if not np.array_equal(first.own[:, 2], last.own[:, 2]):
@@ -189,26 +215,28 @@ def between(first: Arrays, last: Arrays, at: float) -> Arrays:
     return Arrays(**values)
 
 
-def _obstacle_between(first: Obstacle, last: Obstacle, at: float) -> Obstacle:
-    """Return an obstacle between two poses."""
-    if first == last:
-        return last
-    x, y, z = (1.0 - at) * np.array(first.position) + at * np.array(last.position)
-    turn = blended(np.array([first.orientation]), np.array([last.orientation]), at)[0]
-    orientation = (float(turn[0]), float(turn[1]), float(turn[2]), float(turn[3]))
-    friction = (1.0 - at) * first.friction + at * last.friction
-    return replace(last, position=(x, y, z), orientation=orientation, friction=friction)
+def _sites(problem: ContactProblem) -> list[float]:
+    """Return where something jumps, and the rod's ends [m]."""
+    rod = problem.rod
+    inner = sorted({*rod.breaks, *(load.at for load in problem.point_loads)})
+    sites = [0.0]
+    for site in inner:  # those that differ by rounding are one
+        if min(site - sites[-1], rod.length - site) > ON_A_NODE * rod.length:
+            sites.append(site)
+    return [*sites, rod.length]
 
 
-def _nodes(rod: ElasticRod, loaded: list[float], count: int) -> Array:
-    """Return the nodes' arc lengths: even between the places where something jumps."""
-    sites = sorted({0.0, rod.length, *rod.breaks, *loaded})
-    step = rod.length / count
-    parts = [
-        np.linspace(a, b, max(1, math.ceil((b - a) / step - 1e-9)), endpoint=False)
-        for a, b in pairwise(sites)
-    ]
-    return np.append(np.concatenate(parts), rod.length)
+def shared(problem: ContactProblem, count: int) -> tuple[int, ...]:
+    """Return how many of about ``count`` elements lie in each piece between those places."""
+    step = problem.rod.length / count
+    return tuple(max(1, math.ceil((b - a) / step - 1e-9)) for a, b in pairwise(_sites(problem)))
+
+
+def _nodes(problem: ContactProblem, pieces: tuple[int, ...]) -> Array:
+    """Return the nodes' arc lengths, even in each piece [m]."""
+    ends = zip(pairwise(_sites(problem)), pieces, strict=True)
+    parts = [np.linspace(a, b, count, endpoint=False) for (a, b), count in ends]
+    return np.append(np.concatenate(parts), problem.rod.length)
 
 
 def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float, float]:

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._algebra import matrices
-from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact._increments import Point, gaps_at
 from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
@@ -19,6 +20,9 @@ from spiral_core.rod.types import Array
 
 # Two places closer than this along the rod, in its radii, are one place, not two that touch.
 NEIGHBORS = math.pi
+# Largest force on an element, times h^2 over its stiffness against bending inside: at ten that is
+# lost, and on the way there an element bends by too much.
+MOST_TENSION = 7.0
 # Elements are parallel below this squared sine of the angle between them.
 PARALLEL = 1e-14
 
@@ -35,6 +39,10 @@ def state_from_point(
         if status is ContactStatus.CONVERGED and not clearance > 0.0:
             status = ContactStatus.SELF_CONTACT
     normal_forces, gaps, contact_forces, sticking = _contacts(point)
+    if status is ContactStatus.CONVERGED and _held_inside(arrays, gaps):
+        status = ContactStatus.INSIDE_OBSTACLE
+    if status is ContactStatus.CONVERGED and _pulled_too_hard(arrays, x.n):
+        status = ContactStatus.NOT_HELD
     moments = solution.moments
     potential = float(np.sum(arrays.nodal[:, 3:] * x.p))
     return ContactState(
@@ -59,6 +67,15 @@ def state_from_point(
     )
 
 
+def point_of_state(state: ContactState) -> Point:
+    """Return the point that a state stands for."""
+    if not isinstance(state, ContactState):
+        raise InvalidInputError("start", state, "a state of this module")
+    if state._point is None or state.status is not ContactStatus.CONVERGED:
+        raise InvalidInputError("start", state.status, "a converged state of this module")
+    return replace(state._point, at=0.0, x=state._point.x.copy())
+
+
 def _status(outcome: int) -> ContactStatus:
     """Return the status of an outcome."""
     return {
@@ -74,8 +91,9 @@ def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
     shape = (len(arrays.obstacles), arrays.count + 1)
     normal_forces, gaps = np.zeros(shape), np.zeros(shape)
     forces, sticking = np.zeros((*shape, 3)), np.zeros(shape, dtype=bool)
-    for j in range(len(arrays.obstacles)):
-        contact = point.solution.contacts[j]
+    if not point.solution.contacts:  # nothing was solved
+        return normal_forces, np.array(gaps_at(point)).reshape(shape), forces, sticking
+    for j, contact in enumerate(point.solution.contacts):
         gaps[j], normal = contact.gap, contact.normal
         normal_forces[j] = x.normal[j] * contact.touchable
         forces[j] = normal_forces[j][:, None] * normal
@@ -83,6 +101,21 @@ def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
             forces[j] -= x.friction[j] * contact.touchable[:, None]
             sticking[j] = contact.sticks
     return normal_forces, gaps, forces, sticking
+
+
+def _held_inside(arrays: Arrays, gaps: Array) -> bool:
+    """Return whether an end is held where its axis is inside of an obstacle: nothing pushes it."""
+    least = -arrays.radius - 1e-3 * max(arrays.radius, 1e-3 * arrays.length)
+    ends = ((0, 0), (1, -1))
+    held = [node for side, node in ends if not arrays.end_free[side, 3:, 3:].any()]
+    return bool((gaps[:, held] < least).any())
+
+
+def _pulled_too_hard(arrays: Arrays, n: Array) -> bool:
+    """Return whether an element bends inside as its force does not let it: take more elements."""
+    square = np.sum(n * n, axis=1) * np.diff(arrays.arc_lengths) ** 4
+    soft = np.maximum(arrays.own[:, 2, 1, 1], arrays.own[:, 2, 2, 2])
+    return bool((square * soft**2 > MOST_TENSION**2).any())
 
 
 def _nodal_forces(n: Array, half: Array) -> Array:
@@ -162,6 +195,15 @@ def nodes_apart(positions: Array, i: int, k: int) -> float:
 
 
 @compiled
+def lengths_along(positions: Array) -> Array:
+    """Return the lengths along the rod as it is, stretched or compressed, up to its nodes (n,)."""
+    along = np.zeros(len(positions))
+    for i in range(1, len(positions)):
+        along[i] = along[i - 1] + nodes_apart(positions, i - 1, i)
+    return along
+
+
+@compiled
 def longest_element(positions: Array) -> float:
     """Return the length of the longest element [m]."""
     longest = 0.0
@@ -176,22 +218,22 @@ def nearest_places(
 ) -> tuple[float, float, float]:
     """Return the least distance of two places of the axis, and their arc lengths [m].
 
-    Between elements that lie farther apart along the rod than neighbors; of nearer ones, between
-    nodes that do. Distances from 4 radii on count as 4. So many elements on as another one is too
-    far away, none can be near.
+    Between elements that lie farther apart along the rod, as it is stretched or compressed, than
+    neighbors; of nearer ones, between nodes that do. Distances from 4 radii on count as 4. So many
+    elements on as another one is too far away, none can be near.
     """
-    count, apart = len(positions) - 1, NEIGHBORS * radius
+    count, apart, along = len(positions) - 1, NEIGHBORS * radius, lengths_along(positions)
     longest = longest_element(positions)
     least, place, other = 4.0 * radius, np.nan, np.nan
     first = 0
     for i in range(count):
-        while first < count and not arc_lengths[first + 1] - arc_lengths[i] > apart:
+        while first < count and not along[first + 1] - along[i] > apart:
             first += 1
         k = first
         while k < count:
             middles = middles_apart(positions, i, k)
             if middles - longest < least:
-                if arc_lengths[k] - arc_lengths[i + 1] > apart:
+                if along[k] - along[i + 1] > apart:
                     distance, x, y = nearest_on(positions, positions, 0.0, i, k)
                 else:
                     distance, x, y = nodes_apart(positions, i, k + 1), 0.0, 1.0
@@ -226,13 +268,13 @@ def crossing_places(
     nearer to itself by that, though not by half. A pair advances by as much of the move as it
     cannot meet in, but by a tenth of a radius at least.
     """
-    count, apart = len(first) - 1, NEIGHBORS * radius
+    count, apart, along = len(first) - 1, NEIGHBORS * radius, lengths_along(last)
     longest = max(longest_element(first), longest_element(last))
     # The next element is nearer to another one by at most its length, and moves by so much more.
     further = longest + longest_element(last - first)
     start = 0
     for i in range(count):
-        while start < count and not arc_lengths[start] - arc_lengths[i + 1] > apart:
+        while start < count and not along[start] - along[i + 1] > apart:
             start += 1
         k = start
         while k < count:
@@ -255,6 +297,11 @@ class PathLog:
 
     events: list[ContactEvent] = field(default_factory=list)
     self_contact: SelfContact | None = None
+
+    @property
+    def status(self) -> ContactStatus | None:
+        """What states from here on are: no answers, once the rod has touched itself."""
+        return ContactStatus.SELF_CONTACT if self.self_contact else None
 
     def watch(self, position: float, before: Array, positions: Array, arrays: Arrays) -> None:
         """Note whether the rod touches itself at a place of the path, or passed itself before."""

@@ -310,14 +310,19 @@ class ContactProblem:
                 raise InvalidInputError("at", load.at, "an arc length inside the rod")
 
 
+def _kind(end: End) -> tuple[type[End], bool]:
+    """Return what may not change on a path: an end's type, and whether its orientation is held."""
+    return type(end), getattr(end, "orientation", None) is None
+
+
 def require_alike(problems: Sequence[ContactProblem]) -> None:
     """Refuse stations between which no path leads."""
     first = problems[0]
     for problem in problems[1:]:
         alike = (
             problem.rod.radius == first.rod.radius
-            and type(problem.base) is type(first.base)
-            and type(problem.tip) is type(first.tip)
+            and _kind(problem.base) == _kind(first.base)
+            and _kind(problem.tip) == _kind(first.tip)
             and [o.shape for o in problem.obstacles] == [o.shape for o in first.obstacles]
         )
         if not alike:

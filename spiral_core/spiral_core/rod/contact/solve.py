@@ -28,14 +28,22 @@ from spiral_core.rod.contact._increments import (
     slide,
     tried,
 )
-from spiral_core.rod.contact._mesh import Arrays, discretize, element_count, on_nodes
+from spiral_core.rod.contact._mesh import (
+    Arrays,
+    discretize,
+    discretize_like,
+    element_count,
+    on_nodes,
+    shared,
+)
 from spiral_core.rod.contact._newton import CONVERGED
-from spiral_core.rod.contact._results import PathLog, state_from_point
+from spiral_core.rod.contact._results import PathLog, point_of_state, state_from_point
 from spiral_core.rod.contact._start import from_centerline, halved, straight, unsolved
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import ContactProblem, require_alike
 from spiral_core.rod.contact.state import ContactEvent, ContactPath, ContactState, ContactStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array
+from spiral_core.validation import require_all
 
 # With friction the state that a rod reaches depends on its way there: from the straight rod the
 # loads, and then the rest strain, come on in increments of at most this fraction.
@@ -120,6 +128,8 @@ def _solved(
     if isinstance(start, ContactState):
         path = follow_contact([problem], start=start, elements=elements)
         return path.states[-1] if path.states else path.events[-1].last
+    if isinstance(start, str):
+        raise InvalidInputError("start", start, "a state or a centerline (n, 3)")
     return _solved_on(problem, discretize(problem, _count([problem], elements)), start)
 
 
@@ -142,10 +152,11 @@ def _halving_changes(
 
     That follows from the state or, since friction remembers its way, from the same start.
     """
-    coarse = _point_of(state, None)
+    coarse = point_of_state(state)
     nodes = coarse.arrays.arc_lengths
     between = 0.5 * (nodes[:-1] + nodes[1:])
-    arrays = on_nodes(problem, np.insert(nodes, np.arange(1, len(nodes)), between))
+    nodes = np.insert(nodes, np.arange(1, len(nodes)), between)
+    arrays = on_nodes(problem, nodes, tuple(2 * count for count in coarse.arrays.pieces))
     if _rubs(problem.obstacles):
         finer = _solved_on(problem, arrays, None if start is None else np.asarray(start))
         positions, found = finer.positions, finer.status is ContactStatus.CONVERGED
@@ -200,6 +211,7 @@ def follow_contact(
         InvalidInputError: no stations, or stations that differ in more than their values.
         SolverError: the first station has no stable state.
     """
+    require_all("problems", problems, (ContactProblem,), "ContactProblem values")
     if not problems:
         raise InvalidInputError("problems", problems, "at least one station")
     if not 0.0 < largest_increment <= 1.0:
@@ -214,20 +226,18 @@ def follow_contact(
     if start is None:
         start = solve_contact(stations.pop(0), elements=_count(problems, elements))
         states.append(start)
-    here = _point_of(start, elements)
+    here = point_of_state(start)
+    count, pieces = here.arrays.count, here.arrays.pieces
+    if elements not in (None, count) and shared(problems[0], _count(problems, elements)) != pieces:
+        raise InvalidInputError("elements", elements, f"the start's number, {count}")
     before = start._before
     for index, problem in enumerate(stations):
-        end = discretize(problem, here.arrays.count)
-        if len(end.arc_lengths) != len(here.arrays.arc_lengths):
-            raise InvalidInputError(
-                "problems", problem, "the same breaks and point loads throughout"
-            )
+        end = discretize_like(problem, here.arrays)
         sizes = (smallest_increment, largest_increment)
         reached, before, spent = _travel(here, before, end, sizes, stop_at_event, index, log)
         if reached is None:
             break
-        status = ContactStatus.SELF_CONTACT if log.self_contact else None
-        states.append(replace(state_from_point(reached, spent, status), _before=before))
+        states.append(replace(state_from_point(reached, spent, log.status), _before=before))
         here = replace(reached, at=0.0)
     return ContactPath(tuple(states), tuple(log.events), log.self_contact)
 
@@ -263,7 +273,7 @@ def _travel(
         if not ended:
             break
         at, arrays = beyond(here, end, first, sizes[0])
-        last = state_from_point(here, spent)
+        last = state_from_point(here, spent, log.status)
         position = index + here.at
         there, rests, trail = slide(here, arrays, reach=NEXT_TO if stop else math.inf)
         used = there.spent
@@ -284,7 +294,7 @@ def _travel(
             log.events.append(ContactEvent(position, last, after))
             return None, None, spent
         here = replace(there, at=at)
-        after = replace(state_from_point(here, used), trail=np.array(trail))
+        after = replace(state_from_point(here, used, log.status), trail=np.array(trail))
         log.events.append(ContactEvent(position, last, after))
         before = None
     return here, before, spent
@@ -310,16 +320,6 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
             return replace(log.events[-1].last, iterations=spent)
         here = reached
     return state_from_point(here, spent)
-
-
-def _point_of(state: ContactState, elements: int | None) -> Point:
-    """Return the point that a state stands for."""
-    if state._point is None or state.status is not ContactStatus.CONVERGED:
-        raise InvalidInputError("start", state.status, "a converged state of this module")
-    point = state._point
-    if elements is not None and elements != point.arrays.count:
-        raise InvalidInputError("elements", elements, f"the start's number, {point.arrays.count}")
-    return replace(point, at=0.0, x=point.x.copy())
 
 
 def _count(problems: Sequence[ContactProblem], elements: int | None) -> int:

@@ -41,7 +41,8 @@ class ContactStatus(Enum):
         "pitch or a thinner rod"
     )
     INSIDE_OBSTACLE = (
-        "the start lies inside of an obstacle; begin where the rod is clear of it, or give a start"
+        "the start, or an end as it is held, lies inside of an obstacle; begin where the rod is "
+        "clear of it, give a start, or hold the end outside"
     )
 
 
@@ -90,7 +91,7 @@ class ContactState:
             failed and of snaps.
         self_clearance: least distance between two turns of the rod's surface [m], up to two radii:
             of elements farther apart along the rod than pi radii. Infinite where the rod is too
-            short to touch itself.
+            short to touch itself. Ends held at one place touch.
         trail: (k, n, 3) positions that the rod passed, overdamped, where it snapped or slid to this
             state [m]; empty if it did not.
         discretization_error: estimated largest error of a node's position [m]: twice the distance

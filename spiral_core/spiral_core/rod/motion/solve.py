@@ -14,7 +14,7 @@ import numpy as np
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._contact import Contact, Iterate
 from spiral_core.rod.contact._increments import Point
-from spiral_core.rod.contact._mesh import Arrays, discretize
+from spiral_core.rod.contact._mesh import Arrays, discretize, discretize_like
 from spiral_core.rod.contact._results import state_from_point
 from spiral_core.rod.contact._start import from_centerline, unsolved
 from spiral_core.rod.contact.problem import ContactProblem
@@ -169,7 +169,7 @@ def _start(
     count = start._point.arrays.count
     if elements not in (None, count):
         raise InvalidInputError("elements", elements, f"those of the start, {count}")
-    return replace(start._point, arrays=discretize(first, count))
+    return replace(start._point, arrays=discretize_like(first, start._point.arrays))
 
 
 def _let_go(arrays: Arrays, x: Iterate) -> Point:
@@ -275,7 +275,7 @@ class _Run:
         found = _problem_at(self.problem, time)
         if found is self.posed:
             return before
-        arrays = discretize(found, before.count)
+        arrays = discretize_like(found, before)
         _require_uncoupled(arrays)
         same = len(arrays.arc_lengths) == len(before.arc_lengths)
         shapes = [one.shape for one in arrays.obstacles] == [o.shape for o in before.obstacles]
