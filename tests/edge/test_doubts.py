@@ -59,6 +59,13 @@ def test_a_value_that_is_hardly_meant_is_named(old, new, expected):
     assert any(expected in doubt for doubt in found), found
 
 
+def test_a_pressure_limit_far_beyond_the_tube_is_named():
+    text = TEXT.replace("beta: 50 deg", "beta: 86 deg").replace("16 psi", "1.2 MPa")
+    (doubt,) = parse_description(text, Path("mine.yaml")).doubts
+    assert doubt.startswith("mine.yaml:")
+    assert "limits.pressure_max 1.2 MPa stresses the wall alone with 8.3 times" in doubt
+
+
 def test_a_pressure_that_a_doubtful_value_rules_out_is_refused_with_the_doubt():
     text = TEXT.replace("inner_radius: 4.7625 mm", "inner_radius: 4.75 m")
     with pytest.raises(DescriptionError, match=r"limits\.pressure_max must be at most") as caught:

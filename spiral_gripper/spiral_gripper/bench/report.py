@@ -159,8 +159,10 @@ def _stability_line(calibration: Calibration) -> str:
     actuation = calibration.actuation
     limit = actuation.pressure_limit
     beyond = limit > _BEYOND_READINGS * max(reading.pressure for reading in calibration.readings)
-    end = "any pressure near those of the readings" if beyond else shown(limit, "Pa")
-    return f"stable up to: {end}, stretch {actuation.stretch_limit:.4f}: {actuation.limit.value}"
+    reason = f"stretch {actuation.stretch_limit:.4f}: {actuation.limit.value}"
+    if beyond:
+        return f"stable at all pressures near the readings; far above them it ends at {reason}"
+    return f"stable up to: {shown(limit, 'Pa')}, {reason}"
 
 
 def _correlation_lines(calibration: Calibration) -> list[str]:

@@ -63,7 +63,7 @@ def check(gripper: str, as_json: bool) -> None:
     """
     from spiral_core.wrap.curve import WrapCurve
     from spiral_gripper.cli.output import print_json
-    from spiral_gripper.files.shown import shown
+    from spiral_gripper.files.shown import shown_range
 
     description = described(gripper)
     curve = WrapCurve(description.gripper)
@@ -71,11 +71,9 @@ def check(gripper: str, as_json: bool) -> None:
         radii = [curve.radius_min, curve.radius_max]
         print_json({"source": str(description.source), "radius_range": radii})
         return
-    low, high = shown(curve.radius_min, "m"), shown(curve.radius_max, "m")
+    reach = shown_range(curve.radius_min, curve.radius_max)
     limit = description.written["limits.pressure_max"]
-    click.echo(
-        f"{description.gripper.name}: valid; grips radii from {low} to {high}, up to {limit}"
-    )
+    click.echo(f"{description.gripper.name}: valid; grips radii from {reach}, up to {limit}")
 
 
 def _document(name_or_path: str) -> dict[str, Any]:

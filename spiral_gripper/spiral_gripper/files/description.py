@@ -29,7 +29,7 @@ from spiral_core.validation import require_non_negative, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_gripper.files.catalog import find_description, read_description_text
 from spiral_gripper.files.document import Document, read_document
-from spiral_gripper.files.doubts import doubts_of
+from spiral_gripper.files.doubts import doubts_of, doubts_of_pressure
 from spiral_gripper.files.errors import DescriptionError, ProblemKind
 from spiral_gripper.files.fields import FIELDS, LAWS, Vector, constants_of
 from spiral_gripper.files.stiffness import rod_stiffness
@@ -184,6 +184,7 @@ def _description(values: Values, document: Document, source: Path) -> GripperDes
     pressure_max = _pressure_max(values)
     doubts = doubts_of(document, actuator, density)
     _check_pressure(pressure_max, actuation, document, doubts)
+    doubts += doubts_of_pressure(document, actuator, pressure_max)
     return GripperDescription(
         source=source,
         description=str(values.get("description", "")),

@@ -19,6 +19,8 @@ DENSITIES = (100.0, 4000.0)
 # Ratio of wall to bore radius up to which one strain for the whole wall is accurate enough.
 THIN_WALL = 0.25
 THICK_WALL = 2.0
+# Hoop stress of the wall without fibers, in Young's moduli: the shipped grippers stay below 1.
+HOOP_STRAIN = 5.0
 
 
 def doubts_of(document: Document, actuator: Actuator, density: float) -> tuple[str, ...]:
@@ -32,6 +34,19 @@ def doubts_of(document: Document, actuator: Actuator, density: float) -> tuple[s
     tube = actuator.tube
     named = [(f"tube.{k}", v) for k, v in _of_size(tube.inner_radius, tube.wall_thickness)]
     return _placed(document, [*named, *_of_material(actuator.material, density)])
+
+
+def doubts_of_pressure(
+    document: Document, actuator: Actuator, pressure_max: float
+) -> tuple[str, ...]:
+    """Return a line for a pressure limit [Pa] far beyond what such a tube is used with."""
+    tube = actuator.tube
+    stress = pressure_max * tube.inner_radius / tube.wall_thickness
+    times = stress / actuator.material.small_strain_modulus
+    if times <= HOOP_STRAIN:
+        return ()
+    doubt = f"stresses the wall alone with {times:.2g} times its Young's modulus; check its unit"
+    return _placed(document, [("limits.pressure_max", doubt)])
 
 
 def doubts_of_tubing(
