@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.grip.point import TOUCH_GAP
-from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil
 from spiral_core.grip.window import GripWindow, WindowEnd, grip_window
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.wrap.curve import WrapCurve
@@ -46,7 +46,20 @@ def not_held(window: GripWindow) -> NotGrippableError:
             f"the tip touches at {best.pressure:.6g} Pa, but never with more than a tenth of the "
             f"tube; {window.end.value}"
         )
+    if _held_back(setup):
+        reason += "; closed without friction it would be wrapped: friction holds the tube back"
     return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup))
+
+
+def _held_back(setup: GripSetup) -> bool:
+    """Return whether only friction keeps a closing tube from the wrap."""
+    rubs = setup.closing is Closing.SLOW and setup.obstacle.friction > 0.0
+    if not rubs or setup.tip_pressure is None:
+        return False
+    try:
+        return _is_wrapped(replace(setup, closing=Closing.FRICTIONLESS))
+    except SpiralError:
+        return False
 
 
 def nearest_held_radius(setup: GripSetup) -> float | None:

@@ -227,7 +227,8 @@ def grip(
         from spiral_gripper.reports.grip.plots import grip_figure
 
         what = f"radius {typed('radius')}" if radius is not None else str(profile)
-        write_picture(grip_figure(solved.grip, f"{mount.name} on {what}"), plot)
+        title = f"{mount.name} on {what}"
+        write_picture(grip_figure(solved.grip, title, solved.point.pressure), plot)
     return 0 if solved.refusal is None else 1
 
 

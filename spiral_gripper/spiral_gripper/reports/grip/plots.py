@@ -46,10 +46,11 @@ _LABELS = {
 
 
 @paper_style()
-def grip_figure(grip: Grip, title: str) -> Figure:
+def grip_figure(grip: Grip, title: str, pressure: float | None = None) -> Figure:
     """Return force against pressure with the window shaded, and the coil on the object.
 
-    The caption states what twice the elements change.
+    The coil is drawn at a pressure [Pa], by default the recommended one. The caption states what
+    twice the elements change.
     """
     figure = Figure(figsize=(7.6, 3.6), layout="constrained")
     figure.supxlabel(_accuracy(grip), fontsize=6.5)
@@ -61,7 +62,7 @@ def grip_figure(grip: Grip, title: str) -> Figure:
     axes = left.add_subplot()
     draw_forces(axes, grip)
     axes.legend(loc="upper left", fontsize=6.5)
-    point = grip.window.at(grip.recommended_pressure())
+    point = grip.window.at(grip.recommended_pressure() if pressure is None else pressure)
     for number, view in enumerate(VIEWS, start=1):
         draw_coil(right.add_subplot(1, 2, number), point, view)
     right.suptitle(f"{shown(point.pressure, 'Pa')}: {point.regime.value}")

@@ -95,6 +95,10 @@ def print_forces(solved: SolvedGrip, console: Console) -> None:
     if any(each.is_lower_bound for each in found):
         ends = sorted({each.end.value for each in found if each.is_lower_bound})
         console.print(f">: at least; {'; or '.join(ends)}")
+    if any(each.force == 0.0 and each.forces.min() < 0.0 for each in found):
+        console.print(
+            "0: the coil itself drives the object this way, and gives way before it holds"
+        )
     if any(math.isnan(each.force) for each in found):
         console.print("?: not known, the first step of the pull could not be followed")
 
