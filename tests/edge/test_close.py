@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -125,6 +126,17 @@ def test_the_object_of_an_animation_has_one_length() -> None:
         lengths.append(np.ptp(heights))
     assert lengths[1] == pytest.approx(0.4 + 8.0 * hanging.outer_radius, rel=1e-6)
     assert lengths[0] != pytest.approx(lengths[1], rel=0.01)
+
+
+def test_a_whip_that_no_step_resolves_is_damped_and_does_not_grow() -> None:
+    """Closed within 0.06 s, of the random closings; the tip's speed used to grow without end."""
+    gripper = load_description("paper_design_70").gripper
+    mounted = replace(gripper, gravity=(-3.6647440504628714, 9.08108194442507, 0.5234367065213805))
+    setup = lay_into_coil(mounted, 0.01064857027254252, friction=0.327075422011259)
+    pressure = 103495.56108724188
+    closing = close_on(setup, PressureCourse.ramp(pressure / 0.057511869201622226, pressure, 0.5))
+    assert closing.is_complete
+    assert max(np.abs(frame.velocities).max() for frame in closing.frames) < 10.0
 
 
 @pytest.mark.slow
