@@ -60,8 +60,8 @@ def sentence(error: SpiralError, givens: Mapping[str, list[TypedValue]]) -> str:
     Example:
         >>> error = NotGrippableError(0.06, "too thick for 1.05 turns", -0.02218, 0.0378211)
         >>> print(sentence(error, {"radius": [TypedValue(0.06, "6 cm", "LENGTH")]}))
-        an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; the nearest radius \
-that can is 3.782 cm
+        an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; the nearest \
+grippable radius is 3.782 cm
     """
     units = _units(givens)
     if isinstance(error, NotGrippableError):
