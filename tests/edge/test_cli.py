@@ -156,6 +156,15 @@ def test_saved_description_is_the_design(
     )
 
 
+def test_a_saved_description_has_the_friction_that_its_payload_was_judged_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("spiral_core.design.payload.carried_mass", lambda *_: 0.02)
+    path = tmp_path / "mine.yaml"
+    assert run([*EXAMPLE, "--payload", "10 g", "--friction", "0.5", "--save", str(path)]) == 0
+    assert load_description(path).gripper.friction_coefficient == 0.5
+
+
 @pytest.mark.parametrize("name", ["70", "2026-01-01", "null", 'a: "b"'])
 def test_a_saved_description_may_have_any_name(name: str, tmp_path: Path) -> None:
     path = tmp_path / f"{name}.yaml"

@@ -127,6 +127,7 @@ def gripper_of(
         gravity=requirement.gravity,
         object_axis=requirement.object_axis,
         turns_required=requirement.turns_required,
+        friction_coefficient=requirement.friction_coefficient if requirement.payload else None,
     )
 
 

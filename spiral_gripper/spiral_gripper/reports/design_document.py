@@ -14,6 +14,7 @@ from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.margin import Margin
 from spiral_core.design.report import Design, DesignReport
 from spiral_core.design.sweep import SweepPoint
+from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.fields import LAWS
 from spiral_gripper.files.units import Dimension, convert_from_si
 
@@ -157,9 +158,15 @@ def description_text(design: Design, name: str) -> str:
         f"  gravity_magnitude: {_in('m/s^2', magnitude, Dimension.ACCELERATION)}\n"
         f"  object_axis: {axis}\n"
         f"limits:\n  pressure_max: {_in('kPa', gripper.pressure_max, Dimension.PRESSURE)}\n"
-        f"grip:\n  turns_required: {gripper.turns_required!r}\n"
+        f"grip:\n  turns_required: {gripper.turns_required!r}\n{_friction(gripper)}"
         + (f"extra_mass_per_length: {extra!r} kg/m\n" if extra > 1e-12 else "")
     )
+
+
+def _friction(gripper: Gripper) -> str:
+    """Return the line of the friction that a payload was judged with."""
+    friction = gripper.friction_coefficient
+    return "" if friction is None else f"  friction_coefficient: {friction!r}\n"
 
 
 def _single_fiber(design: Design) -> str:

@@ -203,7 +203,8 @@ def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners
     response.success = True
     response.nearest_radius = radius
     response.message = (
-        f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa; "
+        f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa, "
+        f"{response.pressure - wrap.pressure:.4g} Pa above the bare wrap; "
         f"the free coil is up to {response.largest_gap:.3g} m off the object"
     )
 

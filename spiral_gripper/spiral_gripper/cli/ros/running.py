@@ -121,6 +121,8 @@ def plan(
     node answers.
     """
     side = load_ros_side(SIDE)
+    if payload or friction:
+        click.echo("the node computes the grip on this object; some seconds ...", err=True)
     answer = side.plan(namespace, radius, overpressure, payload or 0.0, friction or 0.0)
     return _show(answer, as_json=as_json)
 
