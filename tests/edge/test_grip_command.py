@@ -142,3 +142,12 @@ def test_a_profile_says_which_part_of_it_is_held(
     assert f"object's {place:.4g} mm mark at (x, y, z)" in said
     # The profile is thinnest at 0: its middle of the coil has this radius.
     assert answer["object_radius"] == pytest.approx(0.018)
+
+
+def test_a_true_zero_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
+    """Close below its loss this coil drives the object towards the base, and snaps."""
+    asked = ["grip", "paper_design_70", "--radius", "20 mm", "--pressure", "85 kPa"]
+    assert run(asked) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "holds towards the base │ 0 N: the coil itself drives it this way" in said
+    assert "0: the coil itself drives the object this way, and gives way before it holds" in said

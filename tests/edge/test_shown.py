@@ -149,6 +149,6 @@ def test_the_columns_of_a_study_name_their_units():
     console = Console(file=io.StringIO(), width=200)
     grip = SimpleNamespace(forces={Pull.AWAY: [], Pull.TWIST_LEFT: []}, points=[])
     with display_units("psi"):
-        print_forces(SimpleNamespace(grip=grip), console)
+        print_forces(SimpleNamespace(grip=grip, held={}, rest_held={}), console)
     for column in ("pressure [psi]", "in contact [mm]", "away from the base [N]", "[N mm]"):
         assert column in console.file.getvalue()

@@ -18,7 +18,6 @@ from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.contact.state import ContactPath, ContactStatus
 from spiral_core.rod.types import Array
-from spiral_core.validation import require_in_range
 
 # Where the pressure stops on its way, as fractions of the tip criterion's; without one, and above
 # the last of them, even steps.
@@ -108,7 +107,10 @@ class GripWindow:
             InvalidInputError: the pressure lies outside of the path that was followed.
             SolverError: no certified state was found.
         """
-        require_in_range("pressure", pressure, self.points[0].pressure, self.top)
+        if not self.points[0].pressure <= pressure <= self.top:
+            end = self.end.value if self.loss is None else f"lost at {self.loss:.9g} Pa"
+            reach = f"from 0 to {self.top:.9g} Pa, the last that was computed to hold ({end})"
+            raise InvalidInputError("pressure", pressure, reach)
         below = [point for point in self.points if point.pressure <= pressure][-1]
         if below.pressure == pressure:
             return below

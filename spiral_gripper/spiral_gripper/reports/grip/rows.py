@@ -95,7 +95,9 @@ def print_forces(solved: SolvedGrip, console: Console) -> None:
     if any(each.is_lower_bound for each in found):
         ends = sorted({each.end.value for each in found if each.is_lower_bound})
         console.print(f">: at least; {'; or '.join(ends)}")
-    if any(each.force == 0.0 and each.forces.min() < 0.0 for each in found):
+    if any(
+        _is_driven(each) for each in [*found, *solved.held.values(), *solved.rest_held.values()]
+    ):
         console.print(
             "0: the coil itself drives the object this way, and gives way before it holds"
         )
@@ -203,6 +205,8 @@ def _held(held: HoldingForce, diameter: float) -> str:
     if math.isnan(held.force):
         return f"not known: {held.end.value}"
     text = f"{_mark(held)}{_value(held.force, held.pull)}"
+    if _is_driven(held):
+        return f"{text}: the coil itself drives it this way"
     if is_twist(held.pull):
         return f"{text}, peak at {shown(held.displacement, 'rad')}"
     text = f"{text}, peak at {shown(held.displacement, 'm')}"
@@ -210,6 +214,11 @@ def _held(held: HoldingForce, diameter: float) -> str:
         near = _value(held.within(diameter), held.pull)
         text = f"{text}; {near} within one diameter, {shown(diameter, 'm')}"
     return f"{text}; {shown(held.stiffness, 'N/m', 2)} at first"
+
+
+def _is_driven(held: HoldingForce) -> bool:
+    """Return whether the coil itself drives the object this way, and nothing holds it."""
+    return held.force == 0.0 and float(held.forces.min()) < 0.0
 
 
 def _figure(held: HoldingForce) -> str:
