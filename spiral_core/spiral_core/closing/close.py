@@ -22,6 +22,7 @@ from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.problem import ContactProblem
 from spiral_core.rod.contact.solve import follow_contact
+from spiral_core.rod.contact.state import ContactStatus
 from spiral_core.rod.motion.inertia import Damping, Inertia
 from spiral_core.rod.motion.motion import EventKind, Frame, contact_fraction
 from spiral_core.rod.motion.solve import motion_frames
@@ -143,10 +144,10 @@ class TimedClosing:
         """
         point = self.point
         path = follow_contact([self.setup.closing_problem(point.pressure)], start=point.state)
-        if not path.states:
-            last = path.events[-1].last
+        last = path.states[-1] if path.states else path.events[-1].last
+        if last.status is not ContactStatus.CONVERGED:
             raise SolverError(last.status, last.residual, last.iterations)
-        return GripPoint(point.pressure, self.setup, path.states[-1])
+        return GripPoint(point.pressure, self.setup, last)
 
     def holding_force(self, pull: Pull = Pull.AWAY) -> HoldingForce:
         """Return what then holds the object against being moved, slowly.

@@ -13,7 +13,7 @@ import numpy as np
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.point import GripPoint
 from spiral_core.rod.contact.solve import follow_contact
-from spiral_core.rod.contact.state import ContactState
+from spiral_core.rod.contact.state import ContactState, ContactStatus
 from spiral_core.rod.types import Array
 
 # The object is moved in steps of this fraction of its own radius, or turned by this angle [rad].
@@ -201,6 +201,9 @@ def _pulled(point: GripPoint, pull: Pull) -> HoldingForce:
             if event.position > 0.0:
                 reached = max(0.0, count - 1.0 + event.position) * step
                 curve.append((reached, _resistance(event.before, direction, turning)))
+            break
+        if path.states[0].status is not ContactStatus.CONVERGED:
+            end = PullEnd.NOT_FOLLOWED
             break
         state = path.states[0]
         curve.append((count * step, _resistance(state, direction, turning)))

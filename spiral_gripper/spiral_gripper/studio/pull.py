@@ -9,6 +9,7 @@ import numpy as np
 
 from spiral_core import ContactState, Grip, Pull, follow_contact
 from spiral_core.grip.holding import pull_direction
+from spiral_core.rod.contact.state import ContactStatus
 from spiral_core.rod.types import Array
 
 # Frames of the pull, up to the displacement of the largest force and this much farther.
@@ -42,11 +43,14 @@ def pull_frames(grip: Grip, pressure: float, pull: Pull = Pull.AWAY) -> list[Pul
     setup, state = point.setup, point.state
     frames = [PullFrame(np.zeros(3), state, -float(state.on_obstacle().force @ direction))]
     start = np.asarray(setup.obstacle.position)
-    for distance in np.linspace(0.0, BEYOND * held.displacement, FRAMES)[1:]:
+    # Of a force that is not known the pull has no displacement either.
+    reach = np.nan_to_num(BEYOND * held.displacement)
+    for distance in np.linspace(0.0, reach, FRAMES)[1:] if reach > 0.0 else ():
         x, y, z = (start + distance * direction).tolist()
         moved = replace(setup.obstacle, position=(x, y, z))
         path = follow_contact([setup.problem(point.pressure, moved)], start=state)
-        if not path.states or path.events:
+        followed = path.states and path.states[-1].status is ContactStatus.CONVERGED
+        if path.events or not followed:
             break
         state = path.states[-1]
         force = -float(state.on_obstacle().force @ direction)

@@ -54,7 +54,7 @@ FIRST_ORDER = 2.0
 # A path with more events than this is given up.
 MAX_EVENTS = 64
 # On the way between two stations the rod may stay where it was after a failed increment so often.
-MOST_STAYS = 16
+MOST_STAYS = 3
 
 
 def solve_contact(
