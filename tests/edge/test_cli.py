@@ -449,7 +449,7 @@ def test_grippers_are_listed_shown_and_checked(
     assert shown["pressure_max"] == pytest.approx(110316.117)
     assert run(["grippers", "check", str(path)]) == 0
     checked = capsys.readouterr().out
-    assert checked == "prototype_p1: valid; grips radii from 2.591 mm to 35.6 mm, up to 16 psi\n"
+    assert checked == "prototype_p1: valid; grips radii from 2.591 mm to 35.59 mm, up to 16 psi\n"
     low, high = answer(capsys, "grippers", "check", str(path))["radius_range"]
     assert low < 0.01 < high
 

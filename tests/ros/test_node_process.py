@@ -98,7 +98,7 @@ def test_a_second_commander_is_noticed_whenever_it_comes(node, namespace, capfd)
     for _ in range(3):
         node._diagnosis.tell()
     other.destroy_node()
-    assert capfd.readouterr().err.count("2 nodes publish pressure_command here") == 1
+    assert capfd.readouterr().err.count("2 nodes publish pressure_command") == 1
     assert "2 nodes publish pressure_command" in sent[-1].status[0].message
     assert sent[-1].status[0].level == b"\x01"
 

@@ -125,7 +125,7 @@ def test_before_the_clock_runs_nothing_is_commanded():
             "a warning",
         )
         assert client.diagnostics[-1].level == b"\x01"
-        assert "/clock stands still" in process.log()
+        assert "/clock has stopped" in process.log()
         assert not any(client.pressures)
         assert process.stop() == 0, process.log()
     client.close()

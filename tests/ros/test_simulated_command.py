@@ -195,7 +195,7 @@ def test_without_ros_it_says_so_in_one_line(missing, monkeypatch, capsys):
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
-    assert f"{missing} is not installed here" in captured.err
+    assert f"{missing} is not installed" in captured.err
 
 
 def test_the_faults_of_the_command_are_those_of_the_regulator():
