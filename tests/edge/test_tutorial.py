@@ -89,12 +89,3 @@ def test_the_tutorials_files_are_the_examples() -> None:
 def test_the_table_of_scatter_is_computed() -> None:
     table = runpy.run_path(str(ROOT / "docs" / "scatter.py"))["table"]()
     assert table in (ROOT / "docs" / "building.md").read_text(encoding="utf-8")
-
-
-@pytest.mark.slow
-def test_the_readmes_first_result_is_what_its_command_prints() -> None:
-    page = (ROOT / "README.md").read_text(encoding="utf-8")
-    (_, commands), (_, shown) = [(match[1], match[2]) for match in BLOCK.finditer(page)][:2]
-    line = commands.splitlines()[1].partition("#")[0].replace(".venv/bin/", "").strip()
-    printed = printed_by(line)
-    assert not [row for row in shown.splitlines() if row not in printed], printed
