@@ -24,6 +24,8 @@ ifneq ($(ROS_DISTRO)$(_ROS_WHEELS_BOOTSTRAP_COMPLETE),)
 unexport LD_LIBRARY_PATH
 endif
 unexport ROS_DISTRO _ROS_WHEELS_BOOTSTRAP_COMPLETE
+# Else every worker and every process that a test starts would compile all Python sources anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 # yes where the node can run: Linux x86-64, and not SPIRAL_WITHOUT_ROS=1
 WITH_ROS = $(shell $(BIN)/python packaging/ros_metadata.py)

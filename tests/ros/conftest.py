@@ -85,14 +85,19 @@ def client(namespace):
 
 
 @pytest.fixture(scope="module")
-def shared():
-    """A node process and a client that the tests of one module share."""
-    namespace = f"/shared_{next(_numbers)}"
-    client = Client(namespace)
-    with RunningNode(namespace) as node:
-        client.wait_until_active()
-        yield client
+def shared_node():
+    """A node process that the tests of one module share."""
+    with RunningNode(f"/shared_{next(_numbers)}") as node:
+        yield node
         assert node.stop() == 0, node.log()
+
+
+@pytest.fixture(scope="module")
+def shared(shared_node):
+    """A client of the shared node, for one module as well."""
+    client = Client(shared_node.namespace)
+    client.wait_until_active()
+    yield client
     client.close()
 
 

@@ -53,6 +53,7 @@ class RunningNode(NodeProcess):
     """A process of ours whose log can be read while it is written: each line goes to its end."""
 
     def __init__(self, namespace, parameters=None, **options):
+        self.namespace = namespace
         self._output = tempfile.TemporaryFile("a+")  # noqa: SIM115
         if options.get("module", NODE_MODULE) == NODE_MODULE:
             parameters = BARE | dict(parameters or {})
@@ -269,15 +270,22 @@ class Client(Node):
 
     def set_parameter(self, name, value):
         """Set one parameter; return the result with its reason."""
-        message = PythonParameter(name, value=value).to_parameter_msg()
-        request = SetParameters.Request(parameters=[message])
-        return self.call(SetParameters, f"{NODE}/set_parameters", request).results[0]
+        return self.set_parameters({name: value})[0]
+
+    def set_parameters(self, values):
+        """Set parameters one after the other, in one call; return the results."""
+        messages = [PythonParameter(n, value=v).to_parameter_msg() for n, v in values.items()]
+        request = SetParameters.Request(parameters=messages)
+        return self.call(SetParameters, f"{NODE}/set_parameters", request).results
 
     def get_parameter_of_node(self, name):
-        request = GetParameters.Request(names=[name])
-        return parameter_value_to_python(
-            self.call(GetParameters, f"{NODE}/get_parameters", request).values[0]
+        return self.get_parameters_of_node([name])[0]
+
+    def get_parameters_of_node(self, names):
+        answer = self.call(
+            GetParameters, f"{NODE}/get_parameters", GetParameters.Request(names=names)
         )
+        return [parameter_value_to_python(value) for value in answer.values]
 
     def describe_parameters(self):
         listed = self.call(ListParameters, f"{NODE}/list_parameters").result.names
@@ -296,8 +304,10 @@ class Client(Node):
         values = {spec.name: spec.default for spec in PARAMETERS if not spec.read_only}
         values.update(FAST_RAMP, **PATIENT, **BARE)
         values["gravity"] = [9.80665, 0.0, 0.0]
-        for name, value in values.items():
-            assert self.set_parameter(name, value).successful, name
+        present = dict(zip(values, self.get_parameters_of_node(list(values)), strict=True))
+        changed = {name: value for name, value in values.items() if value != present[name]}
+        for name, result in zip(changed, self.set_parameters(changed), strict=True):
+            assert result.successful, (name, result.reason)
         assert self.transition("configure")
         assert self.transition("activate")
         self.wait_until_active()

@@ -4,6 +4,7 @@
 import contextlib
 import math
 import os
+import re
 import signal
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from spiral_core import (
     InvalidInputError,
     MooneyRivlin,
     Preference,
+    SpiralError,
     TubeSize,
     WrapCurve,
     design_gripper,
@@ -29,6 +31,7 @@ from spiral_gripper.files.description import parse_description
 from spiral_gripper_msgs.srv import DesignGripper
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.node.design_service import fill_response, question_from_msg
+from spiral_gripper_ros.planning.design_question import requirement_from_question
 
 LIMITS = {
     "object_length": 0.25,
@@ -122,10 +125,16 @@ def assert_same(answer, report):
     ]
 
 
-def test_the_papers_example_is_the_python_call_to_the_last_digit(active):
-    answer = asked(active, **LIMITS)
-    report = design_gripper(own_requirement(**LIMITS))
-    assert_same(answer, report)
+@pytest.fixture(scope="module")
+def papers_example(shared):
+    """What the node answers to the paper's example."""
+    shared.restore()
+    return asked(shared, **LIMITS)
+
+
+def test_the_papers_example_is_the_python_call_to_the_last_digit(papers_example):
+    answer = papers_example
+    assert_same(answer, design_gripper(own_requirement(**LIMITS)))
     assert answer.success
     assert math.degrees(answer.fiber_angle_beta) == pytest.approx(70.0)
     assert answer.length_helix == pytest.approx(0.361, rel=0.01)
@@ -133,12 +142,13 @@ def test_the_papers_example_is_the_python_call_to_the_last_digit(active):
 
 
 def test_a_whole_request_reaches_the_procedure(active):
-    axis, gravity = (0.6, 0.0, 0.8), (9.0, 0.0, -3.0)
+    """Each of these fields changes the report of this feasible design."""
+    axis, gravity = (0.8, 0.0, -0.6), (9.0, 0.0, -3.0)
     answer = asked(
         active,
         0.012,
         0.025,
-        object_length=0.3,
+        object_length=0.2,
         length_max=0.5,
         pressure_max=1.2e5,
         strain_max=0.4,
@@ -149,13 +159,13 @@ def test_a_whole_request_reaches_the_procedure(active):
         fiber_angle_alpha=1.5,
         end_allowance=0.03,
         gravity=[Vector3(x=gravity[0], y=gravity[1], z=gravity[2])],
-        object_axis=[Vector3(x=3.0 * axis[0], y=3.0 * axis[1], z=3.0 * axis[2])],
+        object_axis=[Vector3(x=2.0 * axis[0], y=2.0 * axis[1], z=2.0 * axis[2])],
         preference="least_pressure",
     )
     requirement = own_requirement(
         radius_min=0.012,
         radius_max=0.025,
-        object_length=0.3,
+        object_length=0.2,
         length_max=0.5,
         pressure_max=1.2e5,
         strain_max=0.4,
@@ -168,6 +178,7 @@ def test_a_whole_request_reaches_the_procedure(active):
         object_axis=tuple(component / math.hypot(*axis) for component in axis),
         preference=Preference.LEAST_PRESSURE,
     )
+    assert answer.success
     assert_same(answer, design_gripper(requirement))
 
 
@@ -215,8 +226,8 @@ def test_an_infeasible_request_names_what_binds_and_what_would_do(active):
     assert all_finite(answer)
 
 
-def test_the_description_loads_as_the_design(active):
-    answer = asked(active, **LIMITS)
+def test_the_description_loads_as_the_design(papers_example):
+    answer = papers_example
     gripper = parse_description(answer.description, Path("designed.yaml")).gripper
     # Twelve digits are written.
     assert gripper.tube.length == pytest.approx(answer.length, rel=1e-11)
@@ -240,7 +251,6 @@ def test_the_description_loads_as_the_design(active):
         (0.011, 0.03, {"fiber_angles_beta": [-0.5], "fiber_angle_alpha": 0.5}, "extend"),
         (0.011, 0.03, {"fiber_angles_gamma": [math.nan]}, "gamma"),
         (0.011, 0.03, {"fiber_angles_gamma": [0.03]}, "constants of the section law"),
-        (0.011, 0.03, {"gravity": [Vector3(x=math.inf)]}, "gravity"),
         (0.011, 0.03, {"object_axis": [Vector3()]}, "object_axis"),
         (0.011, 0.03, {"tubing": "silicone"}, "natural_latex"),
         (0.011, 0.03, {"tube_inner_radii": [0.004]}, "tube_wall_thicknesses"),
@@ -258,10 +268,22 @@ def test_the_description_loads_as_the_design(active):
         (0.011, 1e200, {}, "radius_max must be at most 1e+06 m"),
     ],
 )
-def test_a_request_that_cannot_be_is_answered_with_the_reason(
-    active, smallest, largest, fields, reason
-):
-    answer = asked(active, smallest, largest, **fields)
+def test_a_request_that_cannot_be_is_refused_with_the_reason(smallest, largest, fields, reason):
+    request = DesignGripper.Request(object_radius_min=smallest, object_radius_max=largest, **fields)
+    question = question_from_msg(request, (9.81, 0.0, 0.0))
+    with pytest.raises(SpiralError, match=re.escape(reason)):
+        design_gripper(requirement_from_question(question, load_description("paper_design_70")))
+
+
+@pytest.mark.parametrize(
+    ("fields", "reason"),
+    [
+        ({"gravity": [Vector3(x=math.inf)]}, "gravity"),  # by the node
+        ({"preference": "cheapest"}, "preference"),  # by the process that designs
+    ],
+)
+def test_a_refusal_is_the_answer(active, fields, reason):
+    answer = asked(active, **fields)
     assert not answer.success
     assert reason in answer.message
     assert "internal error" not in answer.message
@@ -286,16 +308,8 @@ def design_processes(process_id):
     ]
 
 
-@pytest.fixture
-def own_node(namespace, client):
-    with RunningNode(namespace, PATIENT) as node:
-        client.wait_until_active()
-        yield node
-
-
-@pytest.fixture
-def long_design(client, own_node):
-    """A design of minutes that has been asked for, and the process that computes it."""
+def begin_long_design(client, node):
+    """Ask for a design of minutes; return its answer to come, and the process that computes it."""
     request = DesignGripper.Request(
         object_radius_min=0.011,
         object_radius_max=0.030,
@@ -307,8 +321,8 @@ def long_design(client, own_node):
     service = client.create_client(DesignGripper, "design_gripper")
     assert service.wait_for_service(DEADLINE)
     answer = service.call_async(request)
-    client.wait_until(lambda: design_processes(own_node.process_id), "its process")
-    (worker,) = design_processes(own_node.process_id)
+    client.wait_until(lambda: design_processes(node.process_id), "its process")
+    (worker,) = design_processes(node.process_id)
     return answer, worker
 
 
@@ -316,48 +330,56 @@ def wait_for_the_end(client, process_id):
     client.wait_until(lambda: not Path(f"/proc/{process_id}").exists(), "its process's end")
 
 
-def test_a_killed_design_is_answered_and_the_next_is_computed(client, own_node, long_design):
+@pytest.fixture
+def long_design(active, shared_node):
+    answer, worker = begin_long_design(active, shared_node)
+    yield answer, worker
+    active.call(Trigger, "cancel_design")
+    wait_for_the_end(active, worker)
+
+
+def test_a_killed_design_is_answered_and_the_next_is_computed(active, long_design):
     answer, worker = long_design
     os.kill(worker, signal.SIGKILL)
-    client.wait_until(answer.done, "an answer")
+    active.wait_until(answer.done, "an answer")
     assert not answer.result().success
     assert "its process was killed" in answer.result().message
-    assert asked(client).success
-    assert own_node.stop() == 0, own_node.log()
+    assert asked(active).success
 
 
-def test_a_design_can_be_canceled(client, long_design):
+def test_a_design_can_be_canceled(active, long_design):
     answer, worker = long_design
-    assert client.call(Trigger, "cancel_design").success
-    client.wait_until(answer.done, "an answer")
+    assert active.call(Trigger, "cancel_design").success
+    active.wait_until(answer.done, "an answer")
     assert answer.result().message == "no design: canceled"
-    wait_for_the_end(client, worker)
-    assert not client.call(Trigger, "cancel_design").success
+    wait_for_the_end(active, worker)
+    assert not active.call(Trigger, "cancel_design").success
 
 
-def test_the_node_goes_on_commanding_during_a_design(client, long_design):
+def test_the_node_goes_on_commanding_and_planning_during_a_design(active, long_design):
     answer, _ = long_design
-    client.wrap(0.02)
-    client.hear_more(100)
+    active.wrap(0.02)
+    active.hear_more(100)
+    assert active.plan_wrap(0.02).success
+    assert active.status.state == State.TRACKING
     assert not answer.done()
-    assert client.status.state == State.TRACKING
 
 
-def test_a_plan_does_not_wait_for_a_design(client, long_design):
-    answer, _ = long_design
-    assert client.plan_wrap(0.02).success
-    assert not answer.done()
-    assert client.call(Trigger, "cancel_design").success
+@pytest.fixture
+def own_node(namespace, client):
+    with RunningNode(namespace, PATIENT) as node:
+        client.wait_until_active()
+        yield node
 
 
-def test_a_design_ends_with_a_node_that_is_killed(client, own_node, long_design):
-    _, worker = long_design
+def test_a_design_ends_with_a_node_that_is_killed(client, own_node):
+    _, worker = begin_long_design(client, own_node)
     os.kill(own_node.process_id, signal.SIGKILL)
     wait_for_the_end(client, worker)
 
 
-def test_the_node_stops_in_the_middle_of_a_design(client, own_node, long_design):
-    answer, worker = long_design
+def test_the_node_stops_in_the_middle_of_a_design(client, own_node):
+    answer, worker = begin_long_design(client, own_node)
     assert not answer.done()
     assert own_node.stop() == 0, own_node.log()
     assert "Traceback" not in own_node.log()
