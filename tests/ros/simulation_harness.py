@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulator as a process, and a client that hears what it and the node publish."""
 
+import time
+
 from geometry_msgs.msg import PoseArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -19,6 +21,7 @@ REGULATOR = "simulated_regulator"
 # No noise, so that figures can be compared; fast estimates, so that the tests are.
 QUIET = {"pressure_noise": 0.0, "pressure_resolution": 0.0, "estimate_noise": 0.0}
 RADIUS = 0.02
+COMMAND_PERIOD = 0.02
 # Of a sensor's topic every message: a listener that is held up for a while hears all of it later.
 ALL = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -65,8 +68,17 @@ class Observer(Client):
         self._commands.publish(Float64(data=pressure))
 
     def command_until(self, pressure, condition, what):
-        """Keep commanding a pressure until a condition holds."""
-        self.wait_until(lambda: (self.command(pressure), condition())[1], what)
+        """Keep commanding a pressure, as often as a node does, until a condition holds."""
+        due = time.monotonic()
+
+        def commanded():
+            nonlocal due
+            if time.monotonic() >= due:
+                due = time.monotonic() + COMMAND_PERIOD
+                self.command(pressure)
+            return condition()
+
+        self.wait_until(commanded, what)
 
     def wait_for_simulator(self):
         """Wait until the simulator is heard on each topic that never falls silent, and hears us."""
