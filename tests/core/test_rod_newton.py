@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -74,10 +75,17 @@ def energy_of_steps(system: System, q: np.ndarray):
 
     def energy(eta: np.ndarray) -> complex:
         nodes = [q[0].astype(eta.dtype)]
-        nodes += [documented.turned(q[i + 1], eta[3 * i : 3 * i + 3]) for i in range(COUNT)]
+        nodes += [documented.turned(q[i + 1], eta[3 * i : 3 * i + 3]) for i in range(len(q) - 1)]
         return documented.rod(nodes, system)
 
     return energy
+
+
+@cache
+def documented_hessian() -> np.ndarray:
+    """Return the documented energy's second derivative at a disturbed state of the varied rod."""
+    energy = energy_of_steps(discretize(VARIED, LOAD, (COUNT,)), disturbed(COUNT, 0.1))
+    return documented.hessian(energy, np.zeros(3 * COUNT))
 
 
 def test_a_pass_is_newtons_step_on_the_documented_energy() -> None:
@@ -94,7 +102,7 @@ def test_a_pass_is_newtons_step_on_the_documented_energy() -> None:
     function = energy_of_steps(system, q)
     at = np.zeros(3 * COUNT)
     gradient = documented.gradient(function, at)
-    hessian = documented.hessian(function, at) + shift * np.eye(3 * COUNT)
+    hessian = documented_hessian() + shift * np.eye(3 * COUNT)
     newton = -np.linalg.solve(hessian, gradient)
     assert energy == pytest.approx(function(at), rel=1e-12)
     assert residual == pytest.approx(np.abs(gradient).max(), rel=1e-11)
@@ -107,11 +115,7 @@ def test_a_pass_is_newtons_step_on_the_documented_energy() -> None:
 
 def test_the_hessian_couples_only_neighbors() -> None:
     """What the elimination leaves out is zero."""
-    system = discretize(VARIED, LOAD, (COUNT,))
-    hessian = documented.hessian(
-        energy_of_steps(system, disturbed(COUNT, 0.1)), np.zeros(3 * COUNT)
-    )
-    blocks = np.abs(hessian).reshape(COUNT, 3, COUNT, 3).max(axis=(1, 3))
+    blocks = np.abs(documented_hessian()).reshape(COUNT, 3, COUNT, 3).max(axis=(1, 3))
     far = np.abs(np.subtract.outer(np.arange(COUNT), np.arange(COUNT))) > 1
     assert blocks[far].max() < 1e-9 < blocks[~far].min()
 
@@ -193,11 +197,12 @@ def test_the_certificate_refuses_the_straight_state_past_buckling(
 def test_the_smallest_eigenvalue_changes_sign_with_the_pivot() -> None:
     """The certificate says what a dense eigenvalue solver says."""
     seen = set()
+    count = 4
     for critical in (0.97, 1.03):
-        system = upright(COUNT, critical)
-        hessian = documented.hessian(energy_of_steps(system, straight(COUNT)), np.zeros(3 * COUNT))
-        gains, offsets = np.empty((COUNT - 1, 9)), np.empty((COUNT, 3))
-        pivot = newton_pass(straight(COUNT), system, 0.0, scales_of(system), gains, offsets)[3]
+        system = upright(count, critical)
+        hessian = documented.hessian(energy_of_steps(system, straight(count)), np.zeros(3 * count))
+        gains, offsets = np.empty((count - 1, 9)), np.empty((count, 3))
+        pivot = newton_pass(straight(count), system, 0.0, scales_of(system), gains, offsets)[3]
         definite = bool(np.linalg.eigvalsh(hessian)[0] > 0.0)
         assert (pivot > 0.0) is definite
         seen.add(definite)

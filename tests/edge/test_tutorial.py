@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from spiral_core.grip import grip
 from spiral_gripper.cli.main import run
 
 pytestmark = pytest.mark.long
@@ -55,6 +56,7 @@ def test_a_pages_commands_run_and_print_what_it_says(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(grip, "FORCE_PRESSURES", 3)  # no page states forces at all ten
     printed = ""
     for language, text in blocks(page):
         if language == "yaml":

@@ -177,6 +177,7 @@ def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None
     actuator = candidate.actuator(requirement, exact.length)
     points = _curve(requirement, curve, exact)
     smallest = points[-1] if exact.smallest is None else exact.smallest
+    largest_radius = min(exact.largest.radius, curve.radius_max)
     return Design(
         tube=candidate.tube,
         elastomer=candidate.elastomer,
@@ -191,7 +192,7 @@ def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None
         radius_max=curve.radius_max,
         curve=points,
         placements=(
-            place_object(curve.wrap_for_radius(exact.largest.radius)),
+            place_object(curve.wrap_for_radius(largest_radius)),
             place_object(curve.wrap_for_radius(smallest.radius)),
         ),
         margins=chosen.margins,
@@ -209,8 +210,13 @@ def _smallest_radius(gripper: Gripper, otherwise: float) -> float:
 def _curve(
     requirement: DesignRequirement, curve: WrapCurve, exact: ExactFigures
 ) -> tuple[GripFigures, ...]:
-    """Return the pressure-radius curve over the objects, as far as the gripper reaches."""
+    """Return the pressure-radius curve over the objects, as far as the gripper reaches.
+
+    The length was corrected on another range of pressures, where the largest radius may be larger
+    by 3e-9 of itself.
+    """
+    first = min(requirement.radius_max, curve.radius_max)
     last = max(requirement.radius_min, exact.radius_min)
-    radii = np.linspace(requirement.radius_max, last, CURVE_POINTS)
+    radii = np.linspace(first, last, CURVE_POINTS)
     turns = requirement.turns_required
     return tuple(grip_figures(curve.wrap_for_radius(float(r)), turns) for r in radii)

@@ -103,15 +103,20 @@ def solve_question(
         recommended = grip.recommended_pressure(question.payload, force_max=question.force_max)
     except NotGrippableError as error:
         refusal = error.constraint
-    at = grip.recommended_pressure() if recommended is None else recommended
-    point = window.at(question.pressures[0] if question.pressures else at)
+    if question.pressures:  # computed already
+        looked_at = sorted(set(question.pressures)).index(question.pressures[0])
+        point = grip.points[looked_at]
+        held = {pull: found[looked_at] for pull, found in grip.forces.items()}
+    else:
+        point = window.at(grip.recommended_pressure() if recommended is None else recommended)
+        held = holding_forces(point, question.pulls)
     rest = follow_loss(window)
     return SolvedGrip(
         question=question,
         grip=grip,
         recommended=recommended,
         point=point,
-        held=holding_forces(point, question.pulls),
+        held=held,
         refusal=refusal,
         rest=rest,
         rest_held={} if rest is None else holding_forces(rest, question.pulls),
