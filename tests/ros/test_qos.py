@@ -37,31 +37,53 @@ class Watchful:
         )
 
 
-ENDS = {
-    "deactivated": lambda client, node: client.transition("deactivate"),
-    "hanging": lambda client, node: os.kill(node.process_id, signal.SIGSTOP),
-    "killed": lambda client, node: node.stop(signal.SIGKILL),
-}
+class WatchfulPair:
+    """A regulator of each kind of liveliness."""
 
+    def __init__(self, client):
+        kinds = (LivelinessPolicy.AUTOMATIC, LivelinessPolicy.MANUAL_BY_TOPIC)
+        self._client = client
+        self._regulators = [Watchful(client, kind) for kind in kinds]
 
-@pytest.mark.parametrize("end", ENDS)
-def test_a_regulator_is_told_when_commands_stop(client, namespace, end):
-    kinds = (LivelinessPolicy.AUTOMATIC, LivelinessPolicy.MANUAL_BY_TOPIC)
-    regulators = [Watchful(client, kind) for kind in kinds]
-
-    def wait_for(alive):
-        client.wait_until(
-            lambda: all(r.alive and r.alive[-1] == alive for r in regulators), f"{alive} alive"
+    def wait_for(self, alive):
+        self._client.wait_until(
+            lambda: all(r.alive and r.alive[-1] == alive for r in self._regulators),
+            f"{alive} alive",
         )
 
+    def end(self):
+        for regulator in self._regulators:
+            self._client.destroy_subscription(regulator.subscription)
+
+
+@pytest.fixture
+def watchful(active):
+    """Regulators that hear the shared node."""
+    regulators = WatchfulPair(active)
+    regulators.wait_for(1)
+    yield regulators
+    regulators.end()
+
+
+def test_a_regulator_is_told_when_a_node_is_deactivated(active, watchful):
+    assert active.transition("deactivate")
+    watchful.wait_for(0)
+
+
+def test_a_regulator_is_told_when_a_node_hangs_and_goes_on(shared_node, watchful):
+    os.kill(shared_node.process_id, signal.SIGSTOP)
+    watchful.wait_for(0)
+    os.kill(shared_node.process_id, signal.SIGCONT)
+    watchful.wait_for(1)
+
+
+def test_a_regulator_is_told_when_a_node_is_killed(client, namespace):
+    regulators = WatchfulPair(client)
     with RunningNode(namespace, FAST_RAMP) as node:
         client.wait_until_active()
-        wait_for(1)
-        ENDS[end](client, node)
-        wait_for(0)
-        if end == "hanging":
-            os.kill(node.process_id, signal.SIGCONT)
-            wait_for(1)
+        regulators.wait_for(1)
+        node.stop(signal.SIGKILL)
+        regulators.wait_for(0)
 
 
 def test_slow_commands_are_signs_of_life(client, namespace):
