@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -28,7 +29,8 @@ def modules(package: str) -> dict[str, Path]:
     }
 
 
-def imports(path: Path, *, deferred: bool = True) -> set[str]:
+@cache
+def imports(path: Path, *, deferred: bool = True) -> frozenset[str]:
     """Return the dotted names a file imports; ``from a import b`` gives ``a.b``.
 
     Imports for type checkers alone count: they are dependencies too.
@@ -48,7 +50,7 @@ def imports(path: Path, *, deferred: bool = True) -> set[str]:
             names.update(f"{node.module}.{alias.name}" for alias in node.names)
         elif deferred or not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             pending.extend(ast.iter_child_nodes(node))
-    return names
+    return frozenset(names)
 
 
 def internal_imports(package: str, path: Path, *, deferred: bool = True) -> set[str]:
