@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line: one clear line for whatever is wrong."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from edge.cli_cases import EXAMPLE, WRAP, error_of
+
+from spiral_core import (
+    InvalidInputError,
+    NoCoilError,
+    NotGrippableError,
+    SpiralError,
+)
+from spiral_gripper.cli.main import run
+from spiral_gripper.cli.sentences import TypedValue, sentence
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["shape", "prototype_p1", "--pressure", "55"], 'write "55 kPa" or "55 psi"'),
+        (["shape", "prototype_p1", "--pressure", "5 mm"], "is a length"),
+        (["shape", "prototype_p1", "--pressure", "-5 kPa"], "--pressure -5 kPa is below 0"),
+        (["shape", "prototype_p1", "--pressure", "900 kPa"], "above limits.pressure_max, 16 psi"),
+        (["shape", "prototype_p3", "--pressure", "5 kPa"], "did you mean prototype_p"),
+        (["shape", "nowhere/mine.yaml", "--pressure", "5 kPa"], "there is no such file"),
+        (["shape", "prototype_p1"], "--pressure"),
+        (["wrap", "prototype_p1"], "either --radius or --profile"),
+        (["wrap", "prototype_p1", "--radius", "90 mm"], "too thick"),
+        (["wrap", "prototype_p1", "--radius", "nan mm"], "must be a length"),
+        ([*WRAP, "--object-axis", "0", "0", "0"], "all be zero"),
+        ([*WRAP, "--object-axis", "0", "0", "inf"], "finite"),
+        (["wrap", "prototype_p1", "--profile", "no.csv"], "no.csv"),
+        ([*WRAP, "--gravity-magnitude", "-9.81 m/s^2"], "from 0 to 10000 m/s^2"),
+        ([*WRAP, "--gravity-magnitude", "1e300 m/s^2"], "from 0 to 10000 m/s^2"),
+        (["simulate", "--noise", "-1 mm"], "from 0 to 0.1 m"),
+        (["simulate", "--noise", "1e300 m"], "from 0 to 0.1 m"),
+        (["simulate", "--radius", "2 m"], "at most 1 m"),
+        (["chart", "gravity", "prototype_p1"], "--plot FILE"),
+        (["chart", "gravity", "prototype_p1", "--plot", "x.bmp"], ".png, .svg, .pdf"),
+        (["chart", "gravity", "prototype_p1", "--plot", "no/where/x.png"], "there is no folder"),
+        (["wrp"], "did you mean spiral-gripper wrap?"),
+        (["map", "--tube", "a b"], 'did you mean spiral-gripper sweep map --tube "a b"?'),
+        (["prototype_p1", "--radius", "9 mm"], "spiral-gripper wrap prototype_p1 --radius"),
+        (["chart", "mine.yaml"], "as in spiral-gripper chart pressure mine.yaml; the commands"),
+        (["--radius", "9 mm"], "--radius is an option of a command"),
+        (["wrap", "prototype_p1", "--radius", "6 cm"], "an object of radius 6 cm cannot be"),
+        (["shape", "prototype_p1", "--pressure", "8 psia"], "subtract 14.7 psi"),
+        ([*EXAMPLE, "--beta", "165 deg"], "is -15 deg here"),
+        (["shape", "/dev/zero", "--pressure", "8 psi"], "a device or a pipe"),
+        (["wrap", "prototype_p1", "--profile", "/dev/zero"], "a device or a pipe"),
+        (["frobnicate"], "there is no command 'frobnicate'; the commands of"),
+        (["design", "--radius-min", "1 mm"], "--radius-max"),
+        ([*EXAMPLE, "--radius-max", "5 mm"], "--radius-max must be at least radius_min = 11 mm"),
+        ([*EXAMPLE, "--strain-max", "30 %"], "plain finite number"),
+        ([*EXAMPLE, "--turns", "nan"], "plain finite number"),
+        ([*EXAMPLE, "--tube", "3/8 x 1/32"], "bore and wall"),
+        ([*EXAMPLE, "--tubing", "latex"], "natural_latex"),
+        ([*EXAMPLE, "--beta", "88 deg"], "cross"),
+        ([*EXAMPLE, "--report", "x.doc"], ".md, .html"),
+        ([*EXAMPLE[:5], "--tube", "1e300 m x 1 mm"], "at most 1e+09 m"),
+        (["sweep", "pareto", *EXAMPLE[1:], "--jobs", "99999999999"], "1<=x<=1024"),
+        (["sweep", "map", *EXAMPLE[1:], "--angles", "1"], "2<=x<=181"),
+        (["sweep", "map", *EXAMPLE[1:]], "--tube does not go with map"),
+        (["sweep", "map", *EXAMPLE[1:5], "--beta", "70 deg"], "give --beta twice"),
+        (
+            ["sweep", "map", *EXAMPLE[1:5], "--tube-radius-min", "9 mm"],
+            "--tube-radius-min must be below --tube-radius-max",
+        ),
+    ],
+)  # fmt: skip
+def test_one_line_says_what_is_wrong(
+    arguments: list[str], expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert expected in error_of(capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("position, radius\n0, 1\n", "columns with units"),
+        ("position [mm], radius [kPa]\n0, 1\n", "not a length"),
+        ("position [mm], radius [mm]\n0, a\n", "number"),
+        ("position [mm], radius [mm]\n0\n", "two numbers"),
+        (f"position [mm], radius [mm]\n0, {'9' * 200_000}\n", "a CSV file"),
+        ("", "columns with units"),
+    ],
+)
+def test_a_bad_profile_is_named(
+    text: str, expected: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "profile.csv"
+    path.write_text(text, encoding="utf-8")
+    assert expected in error_of(capsys, "wrap", "prototype_p1", "--profile", str(path))
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (
+            NotGrippableError(0.06, "too thick for 1.05 turns", -0.0222, 0.0378211),
+            (
+                "an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; "
+                "the nearest grippable radius is 3.782 cm"
+            ),
+        ),
+        (
+            NotGrippableError(0.001, "too thin for the limit of 162000 Pa", -1.0, 0.00378219),
+            (
+                "an object of radius 1 mm cannot be gripped: too thin for the limit of 23.5 psi; "
+                "the nearest grippable radius is 0.3783 cm"
+            ),
+        ),
+        (
+            NotGrippableError(0.5, "no", -1.0, None),
+            "an object of radius 50 cm cannot be gripped: no",
+        ),
+        (
+            InvalidInputError("radius_max", 0.06, "at least radius_min = 0.1 m"),
+            "--radius-max must be at least radius_min = 10 cm, got 6 cm",
+        ),
+        (
+            InvalidInputError("gravity", 3.0, "at most 1e+06 m, 9.8 m/s^2 or 2 N m^2 or 0.5 rad"),
+            "gravity must be at most 1e+06 m, 9.8 m/s^2 or 2 N m^2 or 28.65 deg, got 3.0",
+        ),
+        (
+            NoCoilError(0.5, 1.05, 82737.0),
+            (
+                "the gripper makes 0.5 turns at most (at 12 psi) but 1.05 are required; "
+                "lengthen it, raise the pressure limit or ask for fewer turns"
+            ),
+        ),
+    ],
+)
+def test_messages_are_in_the_units_that_were_typed(error: SpiralError, expected: str) -> None:
+    givens = {
+        "radius_max": [TypedValue(0.06, "6 cm", "LENGTH")],
+        "radius_min": [TypedValue(0.001, "1 mm", "LENGTH")],
+        "pressure_max": [TypedValue(89631.0, "13 psi", "PRESSURE")],
+        "turns": [TypedValue(0.5, "0.5", "")],
+    }
+    assert sentence(error, givens) == expected
+
+
+def test_a_full_disk_is_said_in_one_line() -> None:
+    for command in (["--help"], WRAP, ["doctor", "nowhere"]):
+        with Path("/dev/full").open("w", encoding="utf-8") as full:
+            done = subprocess.run(
+                [sys.executable, "-m", "spiral_gripper.cli.main", *command],
+                stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+            )  # fmt: skip
+        assert done.returncode == 2
+        assert done.stderr == "spiral-gripper: the answer cannot be printed: the disk is full\n"
+
+
+def test_a_diameter_is_told_to_be_halved(capsys):
+    said = error_of(capsys, "wrap", "prototype_p1", "--diameter", "32 mm")
+    assert said.endswith("No such option '--diameter'. Give --radius, half the diameter.\n")
+
+
+def test_without_viser_one_line_says_what_to_install(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    assert "the studio needs viser: pip install 'spiral-gripper[studio]'" in error_of(
+        capsys, "studio", "prototype_p1", "--no-browser"
+    )
+
+
+def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("a defect")
+
+    monkeypatch.setattr("spiral_gripper.reports.shape_document.solve_shape", broken)
+    with pytest.raises(ZeroDivisionError, match="a defect"):
+        run(["shape", "prototype_p1", "--pressure", "5 kPa"])

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The commands ``shape``, ``wrap``, ``chart`` and ``grippers``: answers, profiles, pictures."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from edge.cli_cases import answer
+
+from spiral_core import (
+    WrapCurve,
+)
+from spiral_gripper import (
+    available_grippers,
+    load_description,
+    load_gripper,
+)
+from spiral_gripper.cli.main import run
+
+
+def test_shape_and_wrap_agree_with_python(capsys: pytest.CaptureFixture[str]) -> None:
+    curve = WrapCurve(load_gripper("prototype_p1"))
+    wrapped = answer(capsys, "wrap", "prototype_p1", "--radius", "20 mm", "--pressure", "60 kPa")
+    assert wrapped["pressure"] == curve.pressure_from_radius(0.02)
+    assert wrapped["regime"] == "curling"
+    assert wrapped["line_force"] > 0.0
+    shape = answer(capsys, "shape", "prototype_p1", "--pressure", "8 psi")
+    assert shape["stable"] is True
+    assert shape["positions"][0] == [0.0, 0.0, 0.0]
+    assert len(shape["positions"]) == len(shape["orientations"]) == len(shape["arc_lengths"])
+    assert shape["pressure"] == pytest.approx(55158.058, rel=1e-7)  # eight digits as written
+
+
+def test_mount_options_turn_gravity(capsys: pytest.CaptureFixture[str]) -> None:
+    hanging = answer(capsys, "shape", "prototype_p1", "--pressure", "0 kPa")
+    assert hanging["positions"][-1] == pytest.approx([0.5, 0.0, 0.0], abs=1e-9)
+    sideways = answer(
+        capsys,
+        "shape",
+        "prototype_p1",
+        "--pressure",
+        "0 kPa",
+        "--gravity-direction",
+        "0",
+        "0",
+        "-2",
+    )
+    assert sideways["gravity"] == [0.0, 0.0, -9.80665]
+    assert sideways["positions"][-1][2] < -0.4
+    free = answer(
+        capsys, "shape", "prototype_p1", "--pressure", "0 kPa",
+        "--gravity-direction", "0", "0", "-1", "--gravity-magnitude", "0 m/s^2",
+    )  # fmt: skip
+    assert free["positions"][-1] == pytest.approx([0.5, 0.0, 0.0], abs=1e-9)
+
+
+def test_profile_from_csv(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "cone.csv"
+    path.write_text("position [cm], radius [mm]\n0, 30\n30, 11\n", encoding="utf-8")
+    wrapped = answer(capsys, "wrap", "paper_design_70", "--profile", str(path))
+    assert 0.011 <= wrapped["radius_min"] < wrapped["radius_max"] <= 0.030
+    assert wrapped["stations"][-1]["regime"] == "perfect_wrap"
+    assert run(["wrap", "paper_design_70", "--profile", str(path)]) == 0
+    assert "perfect wrap" in capsys.readouterr().out
+
+
+def test_charts_as_data(capsys: pytest.CaptureFixture[str]) -> None:
+    curves = answer(capsys, "chart", "design-space", "prototype_p1", "--beta", "50 deg")
+    assert len(curves) == 1
+    assert len(curves[0]["stretch"]) == len(curves[0]["length_ratio"])
+    gravity = answer(capsys, "chart", "gravity", "prototype_p1")
+    assert gravity["with_gravity"]["radius"][0] > gravity["without_gravity"]["radius"][0]
+    regimes = answer(capsys, "chart", "pressure", "prototype_p1", "--radius-max", "30 mm")
+    assert regimes["radius"][0] == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
+)
+def test_plots_in_every_format(suffix: str, start: bytes, tmp_path: Path) -> None:
+    path = tmp_path / f"plot{suffix}"
+    assert run(["chart", "design-space", "paper_design_70", "--plot", str(path)]) == 0
+    assert path.read_bytes().startswith(start)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "title"),
+    [
+        (["shape", "prototype_p1", "--pressure", "8 psi"], "prototype_p1 at 8 psi"),
+        (
+            ["wrap", "prototype_p1", "--radius", "9 mm"],
+            r"prototype_p1 around 9 mm, at \d\d\.\d+ kPa",
+        ),
+        (["chart", "pressure", "prototype_p1"], "prototype_p1"),
+        (["chart", "gravity", "prototype_p1"], "prototype_p1"),
+        (["chart", "design-space", "prototype_p1"], "tube of prototype_p1, helix model"),
+    ],
+)
+def test_pictures_have_a_title_and_letters(
+    arguments: list[str], title: str, tmp_path: Path
+) -> None:
+    drawn = tmp_path / "plot.svg"
+    assert run([*arguments, "--plot", str(drawn)]) == 0
+    assert re.search(rf"<text[^>]*>{title}</text>", drawn.read_text(encoding="utf-8"))
+    printed = tmp_path / "plot.pdf"
+    assert run([*arguments, "--plot", str(printed)]) == 0
+    assert b"/Type3" not in printed.read_bytes()
+    assert b"/TrueType" in printed.read_bytes() or b"/CIDFontType2" in printed.read_bytes()
+
+
+def test_grippers_are_listed_shown_and_checked(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert run(["grippers", "list"]) == 0
+    assert capsys.readouterr().out.splitlines()[1].startswith("prototype_p1  Prototype P1 of")
+    assert [one["name"] for one in answer(capsys, "grippers", "list")] == [*available_grippers()]
+    assert run(["grippers", "show", "prototype_p1"]) == 0
+    path = tmp_path / "mine.yaml"
+    path.write_text(capsys.readouterr().out, encoding="utf-8")
+    assert load_description(path).gripper == load_description("prototype_p1").gripper
+    shown = answer(capsys, "grippers", "show", str(path))
+    assert shown["tube"]["length"] == 0.5
+    assert shown["pressure_max"] == pytest.approx(110316.117)
+    assert run(["grippers", "check", str(path)]) == 0
+    checked = capsys.readouterr().out
+    assert checked == "prototype_p1: valid; grips radii from 2.591 mm to 35.59 mm, up to 16 psi\n"
+    low, high = answer(capsys, "grippers", "check", str(path))["radius_range"]
+    assert low < 0.01 < high
