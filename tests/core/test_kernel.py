@@ -62,7 +62,7 @@ def test_the_stamp_of_a_kernel_covers_what_it_calls_and_reads(
     stamp = content_stamp.__wrapped__
     before = stamp(kernel)
     assert stamp(kernel) == before == content_stamp(kernel)
-    monkeypatch.setattr(rod_newton, "ARMIJO", 2e-4)
+    monkeypatch.setattr(rod_newton, "STEP_LOOSENING", 20.0)
     assert stamp(kernel) != before
     monkeypatch.undo()
     monkeypatch.setattr(rod_newton, "newton_pass", rod_system.discrete_strain_scale)

@@ -202,7 +202,7 @@ def test_the_smallest_eigenvalue_changes_sign_with_the_pivot() -> None:
         system = upright(count, critical)
         hessian = documented.hessian(energy_of_steps(system, straight(count)), np.zeros(3 * count))
         gains, offsets = np.empty((count - 1, 9)), np.empty((count, 3))
-        pivot = newton_pass(straight(count), system, 0.0, scales_of(system), gains, offsets)[3]
+        pivot = newton_pass(straight(count), system, 0.0, scales_of(system), gains, offsets).pivot
         definite = bool(np.linalg.eigvalsh(hessian)[0] > 0.0)
         assert (pivot > 0.0) is definite
         seen.add(definite)

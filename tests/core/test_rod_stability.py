@@ -28,7 +28,7 @@ def test_the_critical_length_of_an_upright_rod_is_greenhills(elements: int) -> N
         q = np.zeros((elements + 1, 4))
         q[:, 3] = 1.0
         gains, offsets = np.empty((elements - 1, 9)), np.empty((elements, 3))
-        return float(newton_pass(q, system, 0.0, scales_of(system), gains, offsets)[3])
+        return float(newton_pass(q, system, 0.0, scales_of(system), gains, offsets).pivot)
 
     low, high = 1.5, 2.5
     assert pivot(low) > 0.0 > pivot(high)

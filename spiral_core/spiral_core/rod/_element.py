@@ -241,13 +241,8 @@ def load_pair(y: float, z: float, a: Vec, b: Vec) -> Mat:
 
 
 @inlined
-def element_derivatives(
-    x: Vec, w: float, u: Vec, a0: Vec, a1: Vec, section: Section, h: float
-) -> tuple[Vec, Vec, Mat, Mat, Mat]:
-    """Return gradient and Hessian of W for rotations eta of both nodes: g0, g1, H00, H01, H11."""
-    w_u, w_uu, jc, y = strain_derivatives(u, a0, a1, section, h)
-    square = h * h / 12.0
-    # Chain through u(x) = c f x: F = du/dx = c f I + s x x^T.
+def frame_derivatives(x: Vec, w_u: Vec, w_uu: Mat, h: float) -> tuple[Vec, Mat, float, float]:
+    """Return dW/dx, d2W/dx2, and c f and s of du/dx = c f I + s x x^T, with u(x) = c f x."""
     f, f1, f2 = strain_factor(dot(x, x))
     c = 2.0 / h
     cf = c * f
@@ -263,19 +258,36 @@ def element_derivatives(
         matadd(matscale(cf * cf, w_uu), diagonal(s * along, s * along, s * along)),
         matadd(xz, transpose(xz)),
     )
+    return g_x, h_x, cf, s
+
+
+@inlined
+def load_derivatives(
+    u: Vec, y: Vec, jc: Mat, a0: Vec, a1: Vec, h: float
+) -> tuple[Vec, Vec, Mat, Mat]:
+    """Return dW/da0, dW/da1, and d2W/du da = N (a t^T - (t.a) I) of each node's load."""
+    square = h * h / 12.0
+    mean = (0.0, -0.5 * y[2], 0.5 * y[1])
+    lean = (0.0, square * u[2], -square * u[1])
+    half = matscale(-0.5, jc)
+    load0 = turned_load(matadd(half, diagonal(-square, -square, -square)), a0)
+    load1 = turned_load(matadd(half, diagonal(square, square, square)), a1)
+    return add(mean, scale(-1.0, lean)), add(mean, lean), load0, load1
+
+
+@inlined
+def element_derivatives(
+    x: Vec, w: float, u: Vec, a0: Vec, a1: Vec, section: Section, h: float
+) -> tuple[Vec, Vec, Mat, Mat, Mat]:
+    """Return gradient and Hessian of W for rotations eta of both nodes: g0, g1, H00, H01, H11."""
+    w_u, w_uu, jc, y = strain_derivatives(u, a0, a1, section, h)
+    g_x, h_x, cf, s = frame_derivatives(x, w_u, w_uu, h)
+    q0, q1, load0, load1 = load_derivatives(u, y, jc, a0, a1, h)
     # Chain through x(eta0, eta1): A1 = (w + [x]) / 2, A0 = -A1^T.
     h_skew = matmul_skew(h_x, x)
     p1 = matscale(0.5, matadd(matscale(w, h_x), h_skew))
     p0 = matscale(0.5, matadd(matscale(w, h_x), matscale(-1.0, h_skew)))
     skew_p1 = skew_matmul(x, p1)
-    # Loads: dW/da0, dW/da1, and d2W/du da = N (a t^T - (t.a) I) for each node.
-    mean = (0.0, -0.5 * y[2], 0.5 * y[1])
-    lean = (0.0, square * u[2], -square * u[1])
-    q0 = add(mean, scale(-1.0, lean))
-    q1 = add(mean, lean)
-    half = matscale(-0.5, jc)
-    load0 = turned_load(matadd(half, diagonal(-square, -square, -square)), a0)
-    load1 = turned_load(matadd(half, diagonal(square, square, square)), a1)
     soft, quarter = compliance_of(section.stiffness), 0.25 * h * h * h / 12.0
     ky, kz = quarter * soft.y, quarter * soft.z
     bend = 0.5 * s * w

@@ -74,6 +74,24 @@ class Scales(NamedTuple):
     across: float
 
 
+class Pass(NamedTuple):
+    """What one pass finds at a state of the rod.
+
+    Attributes:
+        energy: [J].
+        residual: largest moment imbalance at a node [N m].
+        decrement: Newton's, g.H^-1.g [J].
+        pivot: the smallest [N m], or the first that is not positive.
+        neutral: number of neutral modes.
+    """
+
+    energy: float
+    residual: float
+    decrement: float
+    pivot: float
+    neutral: int
+
+
 @inlined
 def scales_of(system: System) -> Scales:
     """Return the scales of a rod, with its smallest bending stiffness where it may twist."""
@@ -122,15 +140,42 @@ def held_about_axis(block: Mat, q: Quat) -> tuple[Mat, float, float]:
     return held, per * dot(mode, matvec(block, mode)), lean
 
 
+@inlined
+def last_pivot(
+    block: Mat, q: Quat, scales: Scales, softest: float, shift: float, smallest: float
+) -> tuple[Mat, float, int]:
+    """Return the last block, its pivot [N m], and how many neutral modes were held in it.
+
+    Args:
+        block: what is left for the tip.
+        q: the tip's orientation.
+        scales: of the rod.
+        softest: curvature [N m] that an imbalance off equilibrium adds along a circle.
+        shift: what was added to the Hessian's diagonal [N m].
+        smallest: pivot of the nodes before [N m].
+    """
+    pivot, _ = smallest_pivot_and_inverse(block)
+    if scales.across <= AXIAL_TOLERANCE and shift == 0.0 and smallest > scales.pivot:
+        held, curvature, lean = held_about_axis(block, q)
+        held_pivot, _ = smallest_pivot_and_inverse(held)
+        softest += max(scales.pivot * lean, SOFTEST * scales.moment)
+        if (
+            not pivot * lean > softest
+            and abs(curvature) * lean <= softest
+            and held_pivot > scales.pivot
+            and lean > SMALLEST_LEAN**2
+        ):
+            return held, held_pivot, 1
+    return block, pivot, 0
+
+
 @compiled
 def newton_pass(
     q: Array, system: System, shift: float, scales: Scales, gains: Array, offsets: Array
-) -> tuple[float, float, float, float, int]:
+) -> Pass:
     """Assemble energy, gradient and Hessian at q and eliminate from base to tip.
 
-    ``gains`` (N - 1, 9) and ``offsets`` (N, 3) receive what :func:`back_substitute` needs. Returns
-    the energy [J], the largest moment imbalance at a node [N m], the Newton decrement g.H^-1.g [J],
-    the smallest pivot [N m], or the first that is not positive, and the number of neutral modes.
+    ``gains`` (N - 1, 9) and ``offsets`` (N, 3) receive what :func:`back_substitute` needs.
     ``shift`` [N m] is added to the diagonal.
     """
     n = system.elements.shape[0]
@@ -179,21 +224,8 @@ def newton_pass(
     gradient = add(gradient, scale(-1.0, moment))
     residual = max(residual, largest_component(gradient))
     if not smallest > 0.0:
-        return energy, residual, 0.0, smallest, 0
-    pivot, _ = smallest_pivot_and_inverse(block)
-    neutral = 0
-    if scales.across <= AXIAL_TOLERANCE and shift == 0.0 and smallest > scales.pivot:
-        held, curvature, lean = held_about_axis(block, q1)
-        held_pivot, _ = smallest_pivot_and_inverse(held)
-        # Off equilibrium the imbalance, too, has a say in the energy's curvature along a circle.
-        softest = max(scales.pivot * lean, SOFTEST * scales.moment) + n * residual
-        if (
-            not pivot * lean > softest
-            and abs(curvature) * lean <= softest
-            and held_pivot > scales.pivot
-            and lean > SMALLEST_LEAN**2
-        ):
-            block, pivot, neutral = held, held_pivot, 1
+        return Pass(energy, residual, 0.0, smallest, 0)
+    block, pivot, neutral = last_pivot(block, q1, scales, n * residual, shift, smallest)
     smallest = pivot if not pivot > smallest else smallest
     # A moment fixed in the base frame does circulatory work: its tangent is skew and enters only
     # the last block.
@@ -201,7 +233,7 @@ def newton_pass(
     last = matvec(inverse(matadd(block, matscale(-0.5, skew(moment)))), reduced)
     for k in range(3):
         offsets[n - 1, k] = last[k]
-    return energy, residual, decrement + dot(last, reduced), smallest, neutral
+    return Pass(energy, residual, decrement + dot(last, reduced), smallest, neutral)
 
 
 @inlined

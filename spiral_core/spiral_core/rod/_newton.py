@@ -2,12 +2,13 @@
 """Newton's method on the rod's energy: the globalized iteration, and how it can end."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled
+from spiral_core.numerics.kernel import compiled, merged
 from spiral_core.rod._algebra import Array, dot, quaternion_at, to_material, vector_at
-from spiral_core.rod._elimination import back_substitute, newton_pass, scales_of
+from spiral_core.rod._elimination import Pass, Scales, back_substitute, newton_pass, scales_of
 from spiral_core.rod._system import Ending, Solution, System
 from spiral_core.rod._turns import copy_nodes, turn_nodes
 
@@ -41,6 +42,51 @@ ENERGY_NOISE = 1e-11
 RELATIVE_ENERGY_NOISE = 1e-12
 
 
+class Workspace(NamedTuple):
+    """Arrays of a minimization.
+
+    Attributes:
+        gains, offsets: (N - 1, 9) and (N, 3), what a pass leaves for the substitution.
+        step: (N, 3) Newton step [rad].
+        trial: (N + 1, 4) orientations after a fraction of it.
+    """
+
+    gains: Array
+    offsets: Array
+    step: Array
+    trial: Array
+
+
+@merged
+def line_search(
+    q: Array,
+    system: System,
+    scales: Scales,
+    here: Pass,
+    space: Workspace,
+    fraction: float,
+    shortest: float,
+) -> tuple[bool, Pass]:
+    """Halve a fraction of Newton's step until it lowers the energy, or is below ``shortest``.
+
+    Returns whether the energy is lower at ``space.trial``, and the pass there.
+    """
+    n = system.elements.shape[0]
+    moment = (system.tip_moment[0], system.tip_moment[1], system.tip_moment[2])
+    work = dot(to_material(quaternion_at(q, n), moment), vector_at(space.step, n - 1))
+    noise = ENERGY_NOISE * scales.moment + RELATIVE_ENERGY_NOISE * abs(here.energy)
+    while True:
+        turn_nodes(q, space.step, fraction, space.trial)
+        there = newton_pass(space.trial, system, 0.0, scales, space.gains, space.offsets)
+        change = there.energy - here.energy - fraction * work
+        is_lower = change <= -ARMIJO * fraction * here.decrement or (
+            change <= noise and there.residual < here.residual
+        )
+        fraction *= 0.5
+        if is_lower or fraction < shortest:
+            return is_lower, there
+
+
 @compiled
 def minimize(q: Array, system: System, ending: Ending) -> Solution:
     """Minimize the rod's energy from q, in place.
@@ -50,73 +96,50 @@ def minimize(q: Array, system: System, ending: Ending) -> Solution:
     """
     tolerance, max_iterations, strict = ending
     n = system.elements.shape[0]
-    gains = np.empty((n - 1, 9))
-    offsets = np.empty((n, 3))
-    step = np.empty((n, 3))
-    trial = np.empty((n + 1, 4))
+    gains, offsets = np.empty((n - 1, 9)), np.empty((n, 3))
+    space = Workspace(gains, offsets, np.empty((n, 3)), np.empty((n + 1, 4)))
     scales = scales_of(system)
     unit, threshold = scales.moment, scales.pivot
-    moment = (system.tip_moment[0], system.tip_moment[1], system.tip_moment[2])
-    energy, residual, decrement, pivot, neutral = newton_pass(
-        q, system, 0.0, scales, gains, offsets
-    )
-    unshifted, modes = pivot, neutral
+    here = newton_pass(q, system, 0.0, scales, gains, offsets)
+    unshifted, modes = here.pivot, here.neutral
     shift, size = 0.0, np.inf
     iteration, outcome = 0, ITERATION_LIMIT
     for iteration in range(max_iterations + 1):
-        unshifted, modes = pivot, neutral
-        definite = pivot > threshold
-        balanced = residual <= tolerance * unit
-        if not math.isfinite(pivot):
+        unshifted, modes = here.pivot, here.neutral
+        definite = here.pivot > threshold
+        balanced = here.residual <= tolerance * unit
+        if not math.isfinite(here.pivot):
             outcome = NOT_FINITE
         elif strict and not definite:
             outcome = LEFT_BRANCH
-        elif not definite and residual <= SADDLE_LOOSENING * tolerance * unit:
+        elif not definite and here.residual <= SADDLE_LOOSENING * tolerance * unit:
             outcome = UNSTABLE
         if outcome != ITERATION_LIMIT:
             break
         shift = shift / 16.0
-        while not pivot > threshold and iteration < max_iterations:
+        while not here.pivot > threshold and iteration < max_iterations:
             shift = max(4.0 * shift, 1e-3 * unit)
-            energy, residual, decrement, pivot, _ = newton_pass(
-                q, system, shift, scales, gains, offsets
-            )
-            if not math.isfinite(pivot):
-                return Solution(
-                    NOT_FINITE, iteration, energy, residual / unit, pivot / unit, size, 0
-                )
-        if pivot > threshold:
-            size = back_substitute(gains, offsets, step)
-        if (
-            definite
-            and balanced
-            and (size <= STEP_LOOSENING * tolerance or iteration == max_iterations)
-        ):
+            here = newton_pass(q, system, shift, scales, gains, offsets)
+            if not math.isfinite(here.pivot):
+                outcome, unshifted, modes = NOT_FINITE, here.pivot, 0
+                break
+        if outcome != ITERATION_LIMIT:
+            break
+        if here.pivot > threshold:
+            size = back_substitute(gains, offsets, space.step)
+        at_rest = definite and balanced
+        if at_rest and (size <= STEP_LOOSENING * tolerance or iteration == max_iterations):
             outcome = CONVERGED
         if outcome != ITERATION_LIMIT or iteration == max_iterations:
             break
         fraction = min(1.0, MAX_NODE_ROTATION / size)
-        tip = to_material(quaternion_at(q, n), moment)
-        work = dot(tip, vector_at(step, n - 1))
-        slope = decrement
-        while True:
-            turn_nodes(q, step, fraction, trial)
-            trial_energy, trial_residual, decrement, pivot, neutral = newton_pass(
-                trial, system, 0.0, scales, gains, offsets
-            )
-            change = trial_energy - energy - fraction * work
-            if change <= -ARMIJO * fraction * slope:
-                break
-            noise = ENERGY_NOISE * unit + RELATIVE_ENERGY_NOISE * abs(energy)
-            if change <= noise and trial_residual < residual:
-                break
-            fraction *= 0.5
-            if fraction < (SHORTEST_LAST_STEP if definite and balanced else SHORTEST_STEP):
-                outcome = CONVERGED if definite and balanced else LINE_SEARCH_FAILED
-            if outcome != ITERATION_LIMIT:
-                return Solution(
-                    outcome, iteration, energy, residual / unit, unshifted / unit, size, modes
-                )
-        copy_nodes(trial, q)
-        energy, residual = trial_energy, trial_residual
-    return Solution(outcome, iteration, energy, residual / unit, unshifted / unit, size, modes)
+        shortest = SHORTEST_LAST_STEP if at_rest else SHORTEST_STEP
+        is_lower, there = line_search(q, system, scales, here, space, fraction, shortest)
+        if not is_lower:
+            outcome = CONVERGED if at_rest else LINE_SEARCH_FAILED
+            break
+        copy_nodes(space.trial, q)
+        here = there
+    return Solution(
+        outcome, iteration, here.energy, here.residual / unit, unshifted / unit, size, modes
+    )
