@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 from benchmarks.grips import faults, grip_one, random_grip
-from spiral_core import follow_contact
+from benchmarks.held import random_setup
+from spiral_core import (
+    Pull,
+    WindowEnd,
+    follow_contact,
+    grip_window,
+    holding_force,
+    solve_contact,
+)
 
 
 @pytest.mark.slow
@@ -27,3 +35,20 @@ def test_judge_sees_forces_that_do_not_balance() -> None:
     sunk = state.positions + np.array([0.0, 1e-3, 0.0])
     assert "penetration" in faults(stations[-1], replace(state, positions=sunk))
     assert "not stable" in faults(stations[-1], replace(state, smallest_pivot=-1.0))
+
+
+def test_grip_with_friction_solved_again_stays_where_it_is() -> None:
+    """Where the interior point left forces at nodes that do not touch, sliding began anew."""
+    window = grip_window(random_setup(546))
+    for point in window.points:
+        problem = window.setup.closing_problem(point.pressure)
+        again = solve_contact(problem, start=point.state)
+        np.testing.assert_allclose(again.positions, point.state.positions, rtol=0.0, atol=1e-9)
+    assert window.onset_wrap is not None
+    assert holding_force(window.at(window.onset_wrap), Pull.AWAY).force > 0.1
+
+
+@pytest.mark.parametrize("seed", [62, 741])
+def test_tube_balanced_on_a_point_that_slides_falls_off_it(seed: int) -> None:
+    """It rests on a saddle, or creeps: with friction both were once the end of the answer."""
+    assert grip_window(random_setup(seed)).end is WindowEnd.PASSED_BY

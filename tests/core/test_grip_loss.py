@@ -177,7 +177,7 @@ def short_grip() -> GripWindow:
     gripper = gripper_from_actuator(
         "short", Actuator(tube, fibers, NeoHookean(190e3)), density=1150.0
     )
-    stations = [46e3, 58e3, 66e3, 70e3, 73e3, 76e3, 79e3, 82e3, 85e3]
+    stations = [46e3, 58e3, 66e3, 70e3, 71e3, 72e3, 76e3, 79e3, 82e3, 85e3]
     return grip_window(lay_into_coil(gripper, 0.025, friction=0.5), stations)
 
 

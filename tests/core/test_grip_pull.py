@@ -18,6 +18,7 @@ from spiral_core import (
     GripPoint,
     GripWindow,
     HoldingForce,
+    InvalidInputError,
     NeoHookean,
     Pull,
     PullEnd,
@@ -168,3 +169,11 @@ def test_within_a_diameter_less_is_held_than_at_a_late_peak() -> None:
     assert near in held.forces
     none = replace(held, forces=held.forces - 1.0)
     assert none.within(0.01) == 0.0
+
+
+def test_a_displacement_that_is_no_number_is_refused() -> None:
+    held = HoldingForce(Pull.AWAY, 1.0, 0.1, 1.0, np.array([0.1]), np.array([1.0]), PullEnd.SLIPPED)
+    assert held.within(0.1) == 1.0
+    for displacement in (math.nan, -0.1):
+        with pytest.raises(InvalidInputError, match="displacement"):
+            held.within(displacement)

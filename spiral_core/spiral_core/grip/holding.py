@@ -15,6 +15,7 @@ from spiral_core.grip.point import GripPoint
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.contact.state import ContactState, ContactStatus
 from spiral_core.rod.types import Array
+from spiral_core.validation import require_non_negative
 
 # The object is moved in steps of this fraction of its own radius, or turned by this angle [rad].
 STEP = 0.1
@@ -94,7 +95,11 @@ class HoldingForce:
 
         Towards the base the peak may come after several diameters of the object, when it has all
         but left the coil: the largest force within one diameter is what keeps it in its place.
+
+        Raises:
+            InvalidInputError: a displacement that is no number, or below 0.
         """
+        require_non_negative("displacement", displacement)
         if math.isnan(self.force):
             return math.nan
         near = self.forces[self.displacements <= displacement * (1.0 + 1e-9)]

@@ -59,6 +59,18 @@ class Iterate:
         )
 
 
+def empty(count: int, obstacles: int, q: Array, p: Array) -> Iterate:
+    """Return an iterate without forces."""
+    return Iterate(
+        q=q,
+        p=p,
+        n=np.zeros((count, 3)),
+        normal=np.zeros((obstacles, count + 1)),
+        slack=np.ones((obstacles, count + 1)),
+        friction=np.zeros((obstacles, count + 1, 3)),
+    )
+
+
 class NodalTerms(Protocol):
     """What a step in time adds to the energy, a sum over the nodes."""
 

@@ -43,8 +43,9 @@ CONTACT_COMPLIANCE = 1e-4
 # pulls, not for a gap that the next step closes.
 CONTACT_STIFFNESS = 1e-3
 QUICK_STIFFNESS = 1e-6
-# Slack times normal force at the end, per element, as a fraction of force scale times length.
-LAST_BARRIER = 1e-10
+# Slack times normal force at the end, per element, as a fraction of force scale times length: what
+# this leaves at nodes that do not touch is below the tolerance.
+LAST_BARRIER = 1e-14
 # A soft rod that touches nothing may move on where forces hardly balance: if by more than this
 # fraction of the length, one more step is taken.
 LAST_MOVE = 1e-9
@@ -91,7 +92,8 @@ class Newton:
         self, arrays: Arrays, x: Iterate, anchors: Anchors, added: NodalTerms | None = None
     ) -> None:
         self.arrays, self.x, self.anchors, self.added = arrays, x, anchors, added
-        self.tolerance = DEFAULT_TOLERANCE
+        # A rod that leaves a state takes a step, however little its forces are out of balance.
+        self.tolerance, self.leaves = DEFAULT_TOLERANCE, False
         count, h = arrays.count, arrays.step
         self.force = arrays.force_scale
         self.moment = max(arrays.bending / arrays.length, self.force * h)
@@ -146,12 +148,11 @@ class Newton:
                     return replace(solution, outcome=CONVERGED, passes=passes)
             patience = QUICK_PASSES if solution.residual < 0.5 * best else patience - 1
             best = min(best, solution.residual)
-            left = reach is not None and reach.left(self.x.p)
-            failing = left or patience == 0 or not solution.pivot > 0.0
-            if quick and failing and self.arrays.obstacles:
+            lost = not solution.pivot > 0.0 or (reach is not None and reach.left(self.x.p))
+            if quick and (lost or patience == 0) and self.arrays.obstacles:
                 quick = False
                 self._restart(start, *first)
-            elif solution.pivot > 0.0 and not left:
+            elif not lost:
                 primal, dual = self._advance(solution, max_move)
                 if self.law.sharp:
                     self.law = replace(self.law, stiffness=QUICK_STIFFNESS * self.first.stiffness)
@@ -172,7 +173,8 @@ class Newton:
             return False
         again, self.polished = self.polished, True
         still = float(np.abs(self.step[:, 3:]).max()) < LAST_MOVE * self.arrays.length
-        return again or still or any(contact.active.any() for contact in solution.contacts)
+        touches = any(contact.active.any() for contact in solution.contacts)
+        return again or still or (touches and not self.leaves)
 
     def _couple(self, solution: Solution) -> None:
         """Let friction follow the normal force in the next pass, near the end."""
@@ -205,8 +207,7 @@ class Newton:
         slip = max(0.1 * min(move, 0.01 * length), 10.0 * self.last_slip)
         for contact in solution.contacts:
             if contact.rubs:
-                pressed = contact.touchable * self.x.normal[contact.j] > 0.0
-                square = np.sum(contact.slip[pressed] ** 2, axis=1)
+                square = np.sum(contact.slip[contact.active] ** 2, axis=1)
                 slip = max(slip, 0.1 * float(np.sqrt(square.max(initial=0.0))))
         return width, barrier, slip
 
@@ -251,9 +252,8 @@ class Newton:
             x.q, x.p, x.n, arrays.half, arrays.own, self.hessians, self.gradients, self.chord,
             self.moments,
         )  # fmt: skip
-        unit = self.force / arrays.length / arrays.count
+        unit, diagonal = self.force / arrays.length / arrays.count, np.arange(6)
         self.shift = 0.1 * self.shift if self.shift > 1e-2 * unit else 0.0
-        diagonal = np.arange(6)
         while True:
             shifted = tangent
             if self.shift:

@@ -11,8 +11,8 @@ import numpy as np
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._algebra import blended, matrices, rotation
-from spiral_core.rod.contact._contact import Iterate, carried
-from spiral_core.rod.contact._increments import Point, empty
+from spiral_core.rod.contact._contact import Iterate, carried, empty
+from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import UNSTABLE, Solution
 from spiral_core.rod.contact.problem import Clamped, ContactProblem, Free, Guided

@@ -53,7 +53,8 @@ FRICTION_INCREMENT = 0.1
 FIRST_ORDER = 2.0
 # A path with more events than this is given up.
 MAX_EVENTS = 64
-# On the way between two stations the rod may stay where it was after a failed increment so often.
+# On the way between two stations the rod may stay where it was after a failed increment so often,
+# each time on twice as much of the way.
 MOST_STAYS = 3
 
 
@@ -272,7 +273,7 @@ def _travel(
                 log.watch(index + here.at, before.x.p, here.x.p, here.arrays)
         if not ended:
             break
-        at, arrays = beyond(here, end, first, sizes[0])
+        at, arrays = beyond(here, end, first, sizes[0] * 2.0**stays)
         last = state_from_point(here, spent, log.status)
         position = index + here.at
         there, rests, trail = slide(here, arrays, reach=NEXT_TO if stop else math.inf)
