@@ -177,9 +177,8 @@ def advance(
             growth = GROWTH if solution.passes <= EASY_PASSES else 1.0
             step = min(largest, step * min(growth, 0.7 / max(move, 1e-9)))
             step = max(step, smallest)
-        elif before is not None and solution.outcome != CONVERGED:  # without extrapolation
-            before = None
-        elif step > smallest:
+        elif step > smallest or before is not None:
+            before = None  # the next attempt goes without extrapolation
             step = max(smallest, step * min(0.5, 0.6 / max(move, 1e-9)))
         else:
             yield spent
