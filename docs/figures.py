@@ -53,7 +53,7 @@ def draw_moment(figure: FigureBase, point: GripPoint, pole: Surface, said: str) 
 def draw_rates(setup: GripSetup, pressure: float, path: Path) -> None:
     """Write a slow and a fast closing side by side, in real time."""
     closings = [close_on(setup, PressureCourse.ramp(rate, pressure, 1.0)) for rate in RATES]
-    pole = object_surface(closings[0].settled())
+    pole = object_surface(closings[0].grip_at_rest())
     figure = Figure(figsize=(4.8, 5.2))
     parts = figure.subfigures(1, len(RATES))
     count = round(FRAMES_PER_SECOND * max(closing.course.duration for closing in closings))

@@ -59,7 +59,7 @@ _NAMES = {
         "slow_closing",
     ),
     "closing.course": ("PressureCourse",),
-    "closing.pneumatics": ("Orifice", "Supply", "in_series"),
+    "closing.pneumatics": ("Orifice", "Supply", "orifices_in_series"),
     "closing.settling": ("settling_after_move", "settling_after_ramp", "vibrations"),
     "design.charts": (
         "DesignSpace",

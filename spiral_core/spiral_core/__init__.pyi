@@ -66,7 +66,7 @@ from spiral_core.closing.close import slow_closing as slow_closing
 from spiral_core.closing.course import PressureCourse as PressureCourse
 from spiral_core.closing.pneumatics import Orifice as Orifice
 from spiral_core.closing.pneumatics import Supply as Supply
-from spiral_core.closing.pneumatics import in_series as in_series
+from spiral_core.closing.pneumatics import orifices_in_series as orifices_in_series
 from spiral_core.closing.settling import settling_after_move as settling_after_move
 from spiral_core.closing.settling import settling_after_ramp as settling_after_ramp
 from spiral_core.closing.settling import vibrations as vibrations

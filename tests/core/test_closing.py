@@ -26,8 +26,8 @@ from spiral_core import (
     enclosed_volume,
     grip_window,
     holding_force,
-    in_series,
     lay_into_coil,
+    orifices_in_series,
     slow_closing,
     solve_contact,
 )
@@ -81,7 +81,7 @@ def test_a_dead_volume_and_a_growing_one_take_longer() -> None:
     # d(pV)/dp = V + p V': V = V0 (1 + p / p0) doubles at p0
     grown = SUPPLY.time_to_fill(lambda p: VOLUME * (1.0 + p / 1e5), 0.0, 1e5)
     assert grown == pytest.approx(alone * (2.0 * (1e5 + ATMOSPHERE) - ATMOSPHERE) / 1e5)
-    line = in_series(Orifice(1e-9, 0.2), Orifice(1.0, 0.4))
+    line = orifices_in_series(Orifice(1e-9, 0.2), Orifice(1.0, 0.4))
     assert line.conductance == pytest.approx(1e-9)
     assert line.critical_ratio == pytest.approx(0.2)
 
@@ -182,7 +182,7 @@ def test_a_grip_is_judged_where_the_tube_rests() -> None:
     assert moving.time_to_touch < moving.time_to_wrap < moving.course.duration
     cut = replace(moving, frames=moving.frames[:-1])  # as after an interrupt
     assert cut.time_to_wrap is None
-    rest = moving.settled()
+    rest = moving.grip_at_rest()
     assert rest.state.stable
     assert rest.pressure == pressure
     assert 1e-6 < np.abs(rest.state.positions - last.state.positions).max() < 0.02

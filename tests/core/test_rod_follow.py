@@ -15,8 +15,8 @@ from spiral_core.rod._continuation import (
     MAX_FOLDS,
     SMALLEST_STEP,
     follow_branch,
+    follow_loading,
     follow_over_folds,
-    load_slowly,
     loaded_state,
     minimize_to_stable,
     solve_from,
@@ -68,7 +68,7 @@ def test_an_unstable_state_is_left_for_a_lower_one() -> None:
 def test_a_stable_state_is_not_kicked() -> None:
     case = gripper_rod()
     system = discretize(case.rod, case.load, (40,))
-    q, folds, found = load_slowly(system, 1e-12)
+    q, folds, found = follow_loading(system, 1e-12)
     before = q.copy()
     assert (folds, found.outcome) == (0, CONVERGED)
     assert minimize_to_stable(q, system, 1e-10).iterations == 0
@@ -134,7 +134,7 @@ def test_a_snap_is_counted_and_releases_energy() -> None:
 
 
 def test_the_count_of_folds_reaches_the_state() -> None:
-    _, folds, found = load_slowly(snapping(), 1e-8)
+    _, folds, found = follow_loading(snapping(), 1e-8)
     assert found.outcome == CONVERGED
     assert folds == 1
     state = solve_rod(SNAPPING.rod, SNAPPING.load)
@@ -149,7 +149,7 @@ def test_following_there_and_back_ends_where_it_began() -> None:
     here = discretize(case.rod, case.load, (40,))
     other = gripper_rod(curvature=30.0, gravity=(0.8, 0.6, 0.0))
     away = discretize(other.rod, other.load, (40,))
-    q, _, _ = load_slowly(here, 1e-10)
+    q, _, _ = follow_loading(here, 1e-10)
     start = q.copy()
     folds, found = follow_over_folds(q, here, away, 0.0, 1e-10)
     assert (folds, found.outcome) == (0, CONVERGED)
@@ -172,7 +172,7 @@ def test_refining_finds_what_the_fine_walk_finds() -> None:
     case = gripper_rod(length=0.5, curvature=31.0, torsion=-21.0)
     coarse, fine = (discretize(case.rod, case.load, (n,)) for n in (24, 72))
     q, refined = loaded_state(coarse, fine)
-    slow, slow_folds, _ = load_slowly(fine, 1e-9)
+    slow, slow_folds, _ = follow_loading(fine, 1e-9)
     assert (refined.solution.outcome, refined.folds) == (CONVERGED, slow_folds)
     np.testing.assert_allclose(q, slow, atol=1e-7)  # the residual's tolerance
 

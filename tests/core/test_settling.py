@@ -142,7 +142,7 @@ def test_settling_after_a_ramp_is_that_of_the_closing() -> None:
     measured = closing.settling_time - closing.course.times[1]
     assert measured == pytest.approx(1.2, rel=0.25)
     # 7 % off; the rest is for a coil that slides and touches while it settles: it came too fast
-    found = settling_after_ramp(gripper(), pressure, rate, grip=closing.settled())
+    found = settling_after_ramp(gripper(), pressure, rate, grip=closing.grip_at_rest())
     assert found == pytest.approx(measured, rel=0.25)
     assert settling_after_ramp(gripper(), pressure, rate) > measured
 

@@ -83,9 +83,9 @@ def test_an_overpressure_that_loses_the_grip_is_refused_and_changes_nothing(know
     plan = known.runtime.loaded.planner.plan(0.02)
     assert plan.loss == pytest.approx(1.3 * plan.pressure)
     target, planner, limits = Target(), known.runtime.loaded.planner, known.runtime.limits
-    assert target.aim(0.02, planner, limits, 0.299 * plan.pressure) is None
+    assert target.set_radius(0.02, planner, limits, 0.299 * plan.pressure) is None
     aimed = target.pressure(limits.pressure_cap)
-    refused = target.aim(0.021, planner, limits, 0.31 * plan.pressure)
+    refused = target.set_radius(0.021, planner, limits, 0.31 * plan.pressure)
     assert refused.reason is Reason.INVALID_REQUEST
     assert "grip is lost at" in refused.text
     assert target.pressure(limits.pressure_cap) == aimed == pytest.approx(1.299 * plan.pressure)

@@ -15,7 +15,7 @@ from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.refusals import RELEASED
 from spiral_gripper_ros.control.state_machine import StateMachine
 from spiral_gripper_ros.control.states import Reason, Refusal, State
-from spiral_gripper_ros.control.timing import LONGEST_LEAP, InnerClock
+from spiral_gripper_ros.control.timing import LONGEST_LEAP, MonotonicClock
 
 LIMITS = Limits(
     pressure_cap=9.0e4,
@@ -225,7 +225,7 @@ def test_a_plan_without_a_finite_pressure_is_no_plan(bench):
 
 
 def test_release_vents_at_once_and_stays_vented_until_rearmed(gripping):
-    gripping.machine.let_go(RELEASED)
+    gripping.machine.release(RELEASED)
     assert set(gripping.run(1.0, radius=0.02)) == {0.0}
     assert (gripping.state, gripping.reason) == (State.RELEASED, Reason.RELEASED)
     assert gripping.machine.rearm() is None
@@ -237,7 +237,7 @@ def test_a_fault_vents_and_stays_until_rearmed(gripping):
     gripping.machine.fault(BOOM)
     assert set(gripping.run(1.0, radius=0.02)) == {0.0}
     assert (gripping.state, gripping.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
-    gripping.machine.let_go(RELEASED)
+    gripping.machine.release(RELEASED)
     assert gripping.reason is Reason.INTERNAL_ERROR
     assert gripping.machine.rearm() is None
     assert gripping.run(1.0, radius=0.02)[-1] == 5.0e4
@@ -253,7 +253,7 @@ def test_rearm_changes_nothing_while_it_follows_and_is_refused_while_inactive(gr
 @pytest.mark.parametrize("event", ["release", "fail"])
 def test_nothing_leaves_the_inactive_state_but_activation(event):
     machine = StateMachine(LIMITS)
-    machine.fault(BOOM) if event == "fail" else machine.let_go(RELEASED)
+    machine.fault(BOOM) if event == "fail" else machine.release(RELEASED)
     assert machine.snapshot().state is State.INACTIVE
     machine.activate()
     assert machine.snapshot().state is State.WAITING
@@ -317,7 +317,7 @@ def test_a_time_that_is_none_is_an_error(bench, now):
 
 @given(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))
 def test_inner_time_never_runs_backwards_and_never_ends(readings):
-    clock = InnerClock()
+    clock = MonotonicClock()
     times = [clock.advance(reading) for reading in readings]
     for before, after in itertools.pairwise(times):
         assert 0.0 <= after - before <= LONGEST_LEAP * (1.0 + 1e-9)
@@ -354,7 +354,7 @@ def test_whatever_happens_cap_and_rate_hold_and_it_can_grip_again(events, policy
         elif name == "fail":
             machine.fault(BOOM)
         elif name == "release":
-            machine.let_go(RELEASED)
+            machine.release(RELEASED)
         elif name != "wait":
             getattr(machine, name)()
         bench.now += value if name == "wait" else TICK

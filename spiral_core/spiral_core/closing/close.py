@@ -136,7 +136,7 @@ class TimedClosing:
         last = self.frames[-1]
         return GripPoint(self.course.at(last.time), self.setup, last.state)
 
-    def settled(self) -> GripPoint:
+    def grip_at_rest(self) -> GripPoint:
         """Return the grip once the tube rests, with the friction that the closing left.
 
         Raises:
@@ -155,7 +155,7 @@ class TimedClosing:
         Raises:
             SolverError: the closed tube rests nowhere.
         """
-        return holding_force(self.settled(), pull)
+        return holding_force(self.grip_at_rest(), pull)
 
     def _since(self, good: list[bool]) -> float | None:
         """Return the time from which on every frame is good; None if the last one is not."""

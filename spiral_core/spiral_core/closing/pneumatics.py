@@ -72,14 +72,14 @@ class Orifice:
         return sign * self.conductance * REFERENCE_DENSITY * high * share
 
 
-def in_series(first: Orifice, second: Orifice) -> Orifice:
+def orifices_in_series(first: Orifice, second: Orifice) -> Orifice:
     r"""Return one orifice for two after each other, :math:`C^{-3} = C_1^{-3} + C_2^{-3}`.
 
     The approximation of ISO 6358-3's users for lines of components; b is the mean of both, weighted
     with the third powers of their resistance.
 
     Example:
-        >>> round(in_series(Orifice(1e-9), Orifice(1e-9)).conductance * 1e9, 3)
+        >>> round(orifices_in_series(Orifice(1e-9), Orifice(1e-9)).conductance * 1e9, 3)
         0.794
     """
     a, b = first.conductance**-3, second.conductance**-3

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Follow a branch of stable rod states while the rod's data change (compiled).
 
-The states of a rod under load are many; the one seen on the bench is the one reached along the
-loading path. So that path is followed: data are blended from a start to an end, each step a Newton
-solve from the last state that must stay on stable ground. Where no step is small enough the branch
-has ended in a fold: the rod snaps to another state, by descent of its energy, and the fold's place
-is recorded.
+A rod under load has many equilibria. The one observed on the bench is reached along the loading
+path, so that path is followed: data are blended from a start to an end. Each step is a Newton solve
+from the last state, and its result must be stable. Where no step is small enough, the branch has
+ended in a fold: the rod snaps to another state, which is found by descent of its energy, and the
+fold's place is recorded.
 """
 
 from typing import NamedTuple
@@ -213,7 +213,7 @@ def first_state(q: Array, start: System, end: System, tolerance: float) -> tuple
 
 
 @compiled
-def load_slowly(system: System, tolerance: float) -> tuple[Array, int, Solution]:
+def follow_loading(system: System, tolerance: float) -> tuple[Array, int, Solution]:
     """Follow the loading path of a rod, from the one without rest strain that hangs in its loads.
 
     A dead tip moment may be more than the straight rod bears: should the path fail with it, it is
@@ -261,7 +261,7 @@ def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRo
 
 
 @merged
-def settled(q: Array, system: System) -> SolvedRod:
+def equilibrium_from(q: Array, system: System) -> SolvedRod:
     """Return the state that q comes to rest in, in place."""
     folds, found = solve_from(q, system, DEFAULT_TOLERANCE)
     return evaluated(q, system, folds, found)
@@ -270,7 +270,7 @@ def settled(q: Array, system: System) -> SolvedRod:
 @merged
 def loaded(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
     """Follow the loading path on few elements and refine at its end; on all if that fails."""
-    q, folds, found = load_slowly(coarse, DEFAULT_TOLERANCE)
+    q, folds, found = follow_loading(coarse, DEFAULT_TOLERANCE)
     spent = found.iterations
     refined = coarse.steps.shape[0] == fine.steps.shape[0]
     if found.outcome == CONVERGED and not refined:
@@ -279,7 +279,7 @@ def loaded(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
         spent += found.iterations
         refined = snaps == 0
     if found.outcome != CONVERGED or not refined:
-        q, folds, found = load_slowly(fine, DEFAULT_TOLERANCE)
+        q, folds, found = follow_loading(fine, DEFAULT_TOLERANCE)
         spent += found.iterations
     return q, evaluated(q, fine, folds, with_outcome(found, found.outcome, spent))
 
@@ -287,7 +287,7 @@ def loaded(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
 @compiled
 def solved_from(q: Array, system: System) -> SolvedRod:
     """Return the state that q comes to rest in, in place."""
-    return settled(q, system)
+    return equilibrium_from(q, system)
 
 
 @compiled
@@ -299,7 +299,7 @@ def loaded_state(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
 @compiled
 def solve_uniform_from(q: Array, rod: UniformRod) -> SolvedRod:
     """Return the state of a uniform rod that q (N + 1, 4) comes to rest in, in place."""
-    return settled(q, uniform_system(q.shape[0] - 1, rod))
+    return equilibrium_from(q, uniform_system(q.shape[0] - 1, rod))
 
 
 @compiled

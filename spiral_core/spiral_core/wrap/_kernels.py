@@ -18,7 +18,7 @@ from spiral_core.rod._algebra import (
     to_base,
     vector_at,
 )
-from spiral_core.rod._continuation import SolvedRod, settled
+from spiral_core.rod._continuation import SolvedRod, equilibrium_from
 from spiral_core.rod._profiles import UniformRod
 from spiral_core.rod._system import uniform_system
 from spiral_core.rod.types import Vector
@@ -249,8 +249,8 @@ def fitted_radius(
 def solve_on_object(
     q: Array, rod: UniformRod, axis: Vector, outer_radius: float
 ) -> tuple[SolvedRod, float, Vector]:
-    """Settle a gripper's orientations q, in place; return the state, r_w [m] and the axis."""
-    solved = settled(q, uniform_system(q.shape[0] - 1, rod))
+    """Solve a gripper from orientations q, in place; return the state, r_w [m] and the axis."""
+    solved = equilibrium_from(q, uniform_system(q.shape[0] - 1, rod))
     tip = solved.positions[-1]
     radius, found = fitted_radius(
         q, solved.strains, tip, rod.length, rod.rest_strain, axis, outer_radius

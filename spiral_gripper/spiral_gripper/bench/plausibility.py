@@ -25,7 +25,7 @@ from spiral_core import (
 )
 from spiral_core.calibration.model import Trial
 from spiral_core.calibration.predict import predict
-from spiral_gripper.files.doubts import MODULI
+from spiral_gripper.files.plausibility import MODULI
 
 PSI_IN_KPA = 6.894757293168361
 BAR_IN_KPA = 100.0

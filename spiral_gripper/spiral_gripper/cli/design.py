@@ -61,10 +61,10 @@ def design(
 
         print_report(result, Console())
     if result.design is not None:
-        from spiral_gripper.files.doubts import THIN_WALL, doubts_of_size
+        from spiral_gripper.files.plausibility import THIN_WALL, warnings_of_size
 
-        for doubt in doubts_of_size(result.design.tube, THIN_WALL):
-            click.echo(f"warning: {doubt}", err=True)
+        for warning in warnings_of_size(result.design.tube, THIN_WALL):
+            click.echo(f"warning: {warning}", err=True)
     if save is not None:
         _save(result, save)
     if plot is not None:

@@ -245,12 +245,12 @@ def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:
 
 
 def described(name_or_path: str) -> GripperDescription:
-    """Return a description file's content; print its doubtful values on standard error."""
+    """Return a description file's content; print its warnings on standard error."""
     from spiral_gripper.files.description import load_description
 
     description = load_description(name_or_path)
-    for doubt in description.doubts:
-        click.echo(f"warning: {doubt}", err=True)
+    for warning in description.warnings:
+        click.echo(f"warning: {warning}", err=True)
     return description
 
 

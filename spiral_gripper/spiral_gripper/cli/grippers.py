@@ -96,5 +96,5 @@ def _document(name_or_path: str) -> dict[str, Any]:
         "actuation_limit": gripper.actuation.pressure_limit,
         "turns_required": gripper.turns_required,
         "friction_coefficient": gripper.friction_coefficient,
-        "doubts": description.doubts,
+        "warnings": description.warnings,
     }

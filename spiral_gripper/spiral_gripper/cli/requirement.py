@@ -138,7 +138,7 @@ def requirement_from(options: dict[str, Any]) -> DesignRequirement:
         InvalidInputError: a value is out of its range.
     """
     from spiral_core.design.requirement import DesignRequirement, Preference
-    from spiral_gripper.files.doubts import doubts_of_size
+    from spiral_gripper.files.plausibility import warnings_of_size
     from spiral_gripper.files.tubing import load_tubing, parse_tube_size
 
     tubing = load_tubing(options.pop("tubing"))
@@ -164,9 +164,9 @@ def requirement_from(options: dict[str, Any]) -> DesignRequirement:
         preference=Preference[preference],
         **given,
     )
-    typed_doubts = [doubt for size in sizes for doubt in doubts_of_size(size)]
-    for doubt in (*tubing.doubts, *typed_doubts):
-        click.echo(f"warning: {doubt}", err=True)
+    typed_warnings = [warning for size in sizes for warning in warnings_of_size(size)]
+    for warning in (*tubing.warnings, *typed_warnings):
+        click.echo(f"warning: {warning}", err=True)
     return requirement
 
 

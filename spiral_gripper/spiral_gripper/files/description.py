@@ -29,9 +29,9 @@ from spiral_core.validation import require_non_negative, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_gripper.files.catalog import find_description, read_description_text
 from spiral_gripper.files.document import Document, read_document
-from spiral_gripper.files.doubts import doubts_of, doubts_of_pressure
 from spiral_gripper.files.errors import DescriptionError, ProblemKind
 from spiral_gripper.files.fields import FIELDS, LAWS, Vector, constants_of
+from spiral_gripper.files.plausibility import warnings_of_description, warnings_of_pressure
 from spiral_gripper.files.stiffness import rod_stiffness
 from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
 from spiral_gripper.files.values import Values, note_argument, read_values
@@ -68,7 +68,7 @@ class GripperDescription:
         extra_mass_per_length: mass beside the tube's, such as fibers and glue [kg/m].
         gripper: the gripper that the file describes, ready for the core.
         written: text of the file's fields, by dotted name.
-        doubts: values that are most likely mistakes; a line each, with its place in the file.
+        warnings: values that are most likely mistakes; a line each, with its place in the file.
     """
 
     __repr__ = brief_repr
@@ -80,7 +80,7 @@ class GripperDescription:
     extra_mass_per_length: float
     gripper: Gripper
     written: Mapping[str, str]
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def load_gripper(name_or_path: str | os.PathLike[str]) -> Gripper:
@@ -182,9 +182,9 @@ def _description(values: Values, document: Document, source: Path) -> GripperDes
     )
     actuation = _measured_actuation(values) or unlimited.actuation
     pressure_max = _pressure_max(values)
-    doubts = doubts_of(document, actuator, density)
-    _check_pressure(pressure_max, actuation, document, doubts)
-    doubts += doubts_of_pressure(document, actuator, pressure_max)
+    warnings = warnings_of_description(document, actuator, density)
+    _check_pressure(pressure_max, actuation, document, warnings)
+    warnings += warnings_of_pressure(document, actuator, pressure_max)
     return GripperDescription(
         source=source,
         description=str(values.get("description", "")),
@@ -193,14 +193,14 @@ def _description(values: Values, document: Document, source: Path) -> GripperDes
         extra_mass_per_length=extra_mass_per_length,
         gripper=replace(unlimited, actuation=actuation, pressure_max=pressure_max),
         written={name: entry.raw for name, entry in document.entries.items()},
-        doubts=doubts,
+        warnings=warnings,
     )
 
 
 def _check_pressure(
-    pressure_max: float, actuation: ActuationModel, document: Document, doubts: tuple[str, ...]
+    pressure_max: float, actuation: ActuationModel, document: Document, warnings: tuple[str, ...]
 ) -> None:
-    """Refuse a pressure past the actuator's own limit, in the unit of the file, with doubts."""
+    """Refuse a pressure past the actuator's own limit, in the unit of the file, with warnings."""
     if pressure_max <= actuation.pressure_limit:
         return
     entry = document.entries["limits.pressure_max"]
@@ -208,7 +208,7 @@ def _check_pressure(
     limit = convert_from_si(actuation.pressure_limit, unit, Dimension.PRESSURE)
     requirement = (
         f"at most {_rounded_down(limit)} {unit}, the actuator's own limit"
-        f"{''.join(f' ({doubt})' for doubt in doubts)}: {actuation.limit.value}"
+        f"{''.join(f' ({warning})' for warning in warnings)}: {actuation.limit.value}"
     )
     document.note(ProblemKind.WRONG, "limits.pressure_max", entry, requirement, entry.raw)
     document.raise_problems()

@@ -14,9 +14,9 @@ from spiral_core.design.requirement import Elastomer, TubeSize
 from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.catalog import TUBING, find_description, read_description_text
 from spiral_gripper.files.document import Document, Entry, read_document
-from spiral_gripper.files.doubts import doubts_of_tubing
 from spiral_gripper.files.errors import ProblemKind
 from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS, constants_of
+from spiral_gripper.files.plausibility import warnings_of_tubing
 from spiral_gripper.files.units import Dimension, parse_quantity
 from spiral_gripper.files.values import (
     Values,
@@ -42,7 +42,7 @@ class Tubing:
         name: of the material, as reports call it.
         sizes: available tubes.
         elastomer: material of the tubes.
-        doubts: values that are most likely mistakes; a line each, with its place in the file.
+        warnings: values that are most likely mistakes; a line each, with its place in the file.
     """
 
     __repr__ = brief_repr
@@ -51,7 +51,7 @@ class Tubing:
     name: str
     sizes: tuple[TubeSize, ...]
     elastomer: Elastomer
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def available_tubing() -> tuple[str, ...]:
@@ -107,8 +107,8 @@ def parse_tubing(text: str, source: Path) -> Tubing:
         document.raise_problems()
         raise
     offered = tuple(size for _, size in sizes)
-    doubts = doubts_of_tubing(document, sizes, elastomer.law, elastomer.density)
-    return Tubing(source, elastomer.name, offered, elastomer, doubts)
+    warnings = warnings_of_tubing(document, sizes, elastomer.law, elastomer.density)
+    return Tubing(source, elastomer.name, offered, elastomer, warnings)
 
 
 def parse_tube_size(text: str) -> TubeSize:

@@ -54,7 +54,7 @@ class GraspReport(Generic[PlanT]):
         elapsed: time from its start to its end, or until now [s].
         progress: the command's part of the way to its target, 0 to 1.
         radius: of the object [m]; 0: none.
-        plan: the wrap that it aims for, or None.
+        plan: the planned wrap, or None.
         overpressure: that it asks for above the wrap's pressure [Pa].
     """
 

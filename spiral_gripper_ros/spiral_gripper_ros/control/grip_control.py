@@ -87,13 +87,13 @@ class GripControl(Generic[PlanT]):
     def release(self) -> None:
         """Vent, and stay vented until re-armed, a grasp or the next activation."""
         self._take_over.end()
-        self._machine.let_go(RELEASED)
+        self._machine.release(RELEASED)
         self._follow()
 
     def reload(self) -> None:
         """Vent because another gripper is being loaded, and stay vented as after a release."""
         self._take_over.end()
-        self._machine.let_go(RECONFIGURED)
+        self._machine.release(RECONFIGURED)
         self._follow()
 
     def rearm(self) -> Refusal | None:
@@ -112,7 +112,7 @@ class GripControl(Generic[PlanT]):
     # --- inputs ------------------------------------------------------------------------------
 
     def offer_radius(self, now: float, radius: float, planner: Planner[PlanT]) -> bool:
-        """Judge a radius estimate [m], any float, and aim for its wrap if it is good.
+        """Judge a radius estimate [m], any float, and follow it if it is accepted.
 
         Returns:
             Whether that changed the state, the reason or the target.
@@ -278,7 +278,7 @@ class GripControl(Generic[PlanT]):
         gravity = self._silence.gravity_fault(self._time, limits)
         vents = limits.gravity_timeout_policy is FaultPolicy.VENT
         if lost.reason is not Reason.NONE:
-            self._machine.let_go(lost)
+            self._machine.release(lost)
             self._follow()
         elif gravity.reason is not Reason.NONE and vents:
             self._machine.fault(gravity)
@@ -305,7 +305,7 @@ class GripControl(Generic[PlanT]):
         if attempt.abort_policy is AbortPolicy.HOLD:
             self._machine.hold(refusal)
         else:
-            self._machine.let_go(refusal)
+            self._machine.release(refusal)
             self._follow()
 
     def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:

@@ -25,7 +25,7 @@ from spiral_gripper_ros.control.refusals import (
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.control.target import Target
-from spiral_gripper_ros.control.timing import InnerClock
+from spiral_gripper_ros.control.timing import MonotonicClock
 
 
 class StateMachine(Generic[PlanT]):
@@ -45,7 +45,7 @@ class StateMachine(Generic[PlanT]):
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._clock = InnerClock()
+        self._clock = MonotonicClock()
         self._gate = RadiusGate()
         self._target: Target[PlanT] = Target()
         self._ramped_until = 0.0
@@ -90,7 +90,7 @@ class StateMachine(Generic[PlanT]):
         """Vent, and stay vented until activated."""
         self._vent(State.INACTIVE, NOT_ACTIVE)
 
-    def let_go(self, refusal: Refusal) -> None:
+    def release(self, refusal: Refusal) -> None:
         """Vent for a reason, and stay vented until re-armed, a grasp or the next activation."""
         if self._state in (State.INACTIVE, State.FAULT):
             self._pressure = 0.0
@@ -115,7 +115,7 @@ class StateMachine(Generic[PlanT]):
     # --- inputs ------------------------------------------------------------------------------
 
     def offer_radius(self, now: float, radius: float, planner: Planner[PlanT]) -> bool:
-        """Judge a radius estimate [m], any float, and aim for its wrap if it is good.
+        """Judge a radius estimate [m], any float, and follow it if it is accepted.
 
         Returns:
             Whether that changed the state, the reason or the target.
@@ -128,8 +128,8 @@ class StateMachine(Generic[PlanT]):
             self._refused[self._refusal.reason] += 1
             return False
         refusal = self._gate.refusal(self._clock.now, radius, planner.radius_range, self._limits)
-        if refusal is None and self._target.is_news(radius, self._limits.radius_hysteresis):
-            refusal = self._target.aim(radius, planner, self._limits)
+        if refusal is None and self._target.needs_plan(radius, self._limits.radius_hysteresis):
+            refusal = self._target.set_radius(radius, planner, self._limits)
         if refusal is not None:
             self._refuse(refusal)
         else:
@@ -142,7 +142,7 @@ class StateMachine(Generic[PlanT]):
     def grasp(
         self, now: float, radius: float | None, overpressure: float, planner: Planner[PlanT]
     ) -> Refusal | None:
-        """Aim for the wrap of one radius and stay with it, whatever radii are offered.
+        """Wrap one radius and ignore the radii that are offered meanwhile.
 
         Args:
             now: time [s].
@@ -163,7 +163,7 @@ class StateMachine(Generic[PlanT]):
             if radius is None or self._state is not State.TRACKING:
                 goes_on = self._refusal.reason is Reason.NONE
                 return NOT_FOLLOWING if goes_on else self._refusal
-        refusal = impossible_radius(radius, planner.radius_range) or self._target.aim(
+        refusal = impossible_radius(radius, planner.radius_range) or self._target.set_radius(
             radius, planner, self._limits, overpressure
         )
         if refusal is None:
@@ -180,16 +180,16 @@ class StateMachine(Generic[PlanT]):
             self._refusal = refusal
 
     def replan(self, planner: Planner[PlanT]) -> None:
-        """Aim anew for the radius in use, because gravity has changed.
+        """Plan again for the radius in use, because gravity has changed.
 
-        If it can no longer be gripped the present target stands and the reason is kept until a
-        radius is accepted, or until a plan for the radius of a grasp is.
+        If it can no longer be gripped, the present target stays. The reason is kept until a radius
+        is accepted, or a plan for the radius of a grasp.
         """
         self._target.outdate(planner)
         if self._state is State.GRASPING:
             self._replan_grasp()
         else:
-            refusal = self._target.aim_anew(self._limits)
+            refusal = self._target.replan(self._limits)
             if refusal is not None:
                 self._refuse(refusal)
 
@@ -221,7 +221,7 @@ class StateMachine(Generic[PlanT]):
     # --- output ------------------------------------------------------------------------------
 
     def advance(self, now: float) -> float:
-        """Let time pass until ``now`` [s] and return the inner time [s], which never decreases."""
+        """Let time pass until ``now`` [s] and return the monotonic time [s]."""
         return self._clock.advance(now)
 
     def command(self, now: float) -> float:
@@ -278,10 +278,10 @@ class StateMachine(Generic[PlanT]):
             self._state = State.HOLDING
 
     def _replan_grasp(self) -> None:
-        """Aim anew for the radius of a grasp; a pressure that an aborted one left stands."""
+        """Plan again for the radius of a grasp; the pressure kept by an aborted one stays."""
         if self._target.is_frozen:
             return
-        refusal = self._target.aim_anew(self._limits)
+        refusal = self._target.replan(self._limits)
         if refusal is not None:
             self._refuse(refusal)
         else:

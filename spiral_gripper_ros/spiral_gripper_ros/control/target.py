@@ -43,13 +43,13 @@ class Target(Generic[PlanT]):
         if planner is not None:
             self._planner = planner
 
-    def is_news(self, radius: float, hysteresis: float) -> bool:
-        """Return whether a radius [m] is outside the hysteresis band [m] around the one in use."""
+    def needs_plan(self, radius: float, hysteresis: float) -> bool:
+        """Return whether a radius [m] needs a plan: outside the hysteresis [m], or outdated."""
         if self._outdated or self.radius is None:
             return True
         return not abs(radius - self.radius) <= hysteresis
 
-    def aim(
+    def set_radius(
         self, radius: float, planner: Planner[PlanT], limits: Limits, overpressure: float = 0.0
     ) -> Refusal | None:
         """Plan for ``radius`` [m] and make it the target, or return why not and change nothing.
@@ -74,7 +74,7 @@ class Target(Generic[PlanT]):
         return None
 
     def freeze(self, pressure: float) -> None:
-        """Keep a pressure [Pa] until the next call of :meth:`aim`."""
+        """Keep a pressure [Pa] until the next call of :meth:`set_radius`."""
         self._frozen = pressure
 
     def beyond_cap(self, limits: Limits) -> Refusal | None:
@@ -83,11 +83,11 @@ class Target(Generic[PlanT]):
             return None
         return _above_cap(self.plan.pressure, self._demanded, limits)
 
-    def aim_anew(self, limits: Limits) -> Refusal | None:
-        """Aim for the radius in use again, with other limits or another planner."""
+    def replan(self, limits: Limits) -> Refusal | None:
+        """Plan again for the radius in use, with other limits or another planner."""
         if self.radius is None or self._planner is None:
             return None
-        return self.aim(self.radius, self._planner, limits, self._demanded)
+        return self.set_radius(self.radius, self._planner, limits, self._demanded)
 
     def pressure(self, cap: float) -> float:
         """Return the target's pressure, not above the cap; 0 without a plan [Pa]."""

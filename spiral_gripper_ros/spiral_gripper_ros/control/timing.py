@@ -17,11 +17,11 @@ LONGEST_LEAP = 1.0e5
 LONGEST_DISCOVERY = 5.0
 
 
-class InnerClock:
-    """A clock that never runs backwards: while the outer clock does, no time passes.
+class MonotonicClock:
+    """A clock that never runs backwards: while the clock that it reads does, no time passes.
 
     Example:
-        >>> clock = InnerClock()
+        >>> clock = MonotonicClock()
         >>> [clock.advance(reading) for reading in (100.0, 100.5, 20.0, 21.0)]
         [0.0, 0.5, 0.5, 1.5]
     """
@@ -31,7 +31,7 @@ class InnerClock:
         self._reading: float | None = None
 
     def advance(self, reading: float) -> float:
-        """Move on to what the outer clock reads [s] and return the inner time [s].
+        """Take a reading of the other clock [s] and return the time of this one [s].
 
         Raises:
             InvalidInputError: the reading is not a finite number.

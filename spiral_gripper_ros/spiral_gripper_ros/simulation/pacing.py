@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from spiral_gripper_ros.control.timing import InnerClock
+from spiral_gripper_ros.control.timing import MonotonicClock
 
 # Of the simulation [s]: short against every time constant that is usual.
 STEP: Final = 0.01
@@ -33,7 +33,7 @@ class Pacing:
 
     def __init__(self, publishes_clock: bool) -> None:
         self._publishes_clock = publishes_clock
-        self._clock = InnerClock()
+        self._clock = MonotonicClock()
         self._steps = 0
         self._now = 0.0
 

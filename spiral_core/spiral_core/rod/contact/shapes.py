@@ -37,7 +37,11 @@ NOT_A_CENTER = 1e-3
 
 
 class Shape(Protocol):
-    """A shape's signed distance in its own frame: positive outside, its gradient of norm one."""
+    """A shape's signed distance in its own frame: positive outside, its gradient of norm one.
+
+    A shape around its z axis may also have the property ``axis_range`` of :class:`Cylinder`. Without
+    it, turns are not counted, and a rod that jumps across the axis in a step is not detected.
+    """
 
     def distance(self, points: Array) -> Distance:
         """Return distance [m], gradient and Hessian [1/m] at points (n, 3) [m]."""

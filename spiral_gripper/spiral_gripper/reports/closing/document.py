@@ -152,7 +152,7 @@ def _hanging(question: CloseQuestion) -> tuple[Modes | None, float | None]:
 def _forces(closing: TimedClosing) -> tuple[HoldingForce, ...]:
     """Return what holds after a closing, both ways; nothing if the tube was not seen to rest."""
     try:
-        settled = closing.settled()
+        settled = closing.grip_at_rest()
     except SolverError:
         return ()
     return tuple(holding_force(settled, pull) for pull in (Pull.AWAY, Pull.TOWARDS))

@@ -23,7 +23,9 @@ THICK_WALL = 2.0
 HOOP_STRAIN = 5.0
 
 
-def doubts_of(document: Document, actuator: Actuator, density: float) -> tuple[str, ...]:
+def warnings_of_description(
+    document: Document, actuator: Actuator, density: float
+) -> tuple[str, ...]:
     """Return a line for each value that is most likely a mistake, with its place in the file.
 
     Args:
@@ -36,7 +38,7 @@ def doubts_of(document: Document, actuator: Actuator, density: float) -> tuple[s
     return _placed(document, [*named, *_of_material(actuator.material, density)])
 
 
-def doubts_of_pressure(
+def warnings_of_pressure(
     document: Document, actuator: Actuator, pressure_max: float
 ) -> tuple[str, ...]:
     """Return a line for a pressure limit [Pa] far beyond what such a tube is used with."""
@@ -45,11 +47,11 @@ def doubts_of_pressure(
     times = stress / actuator.material.small_strain_modulus
     if times <= HOOP_STRAIN:
         return ()
-    doubt = f"stresses the wall alone with {times:.2g} times its Young's modulus; check its unit"
-    return _placed(document, [("limits.pressure_max", doubt)])
+    warning = f"stresses the wall alone with {times:.2g} times its Young's modulus; check its unit"
+    return _placed(document, [("limits.pressure_max", warning)])
 
 
-def doubts_of_tubing(
+def warnings_of_tubing(
     document: Document,
     sizes: Sequence[tuple[Entry, TubeSize]],
     law: HyperelasticLaw,
@@ -64,40 +66,40 @@ def doubts_of_tubing(
         density: of the elastomer [kg/m^3].
     """
     found = [
-        f"{document.file}:{item.line}:{item.column}: {doubt}"
+        f"{document.file}:{item.line}:{item.column}: {warning}"
         for item, size in sizes
-        for doubt in doubts_of_size(size)
+        for warning in warnings_of_size(size)
     ]
     return (*_placed(document, list(_of_material(law, density))), *found)
 
 
-def doubts_of_size(size: TubeSize, thin_wall: float = math.inf) -> tuple[str, ...]:
+def warnings_of_size(size: TubeSize, thin_wall: float = math.inf) -> tuple[str, ...]:
     """Return a sentence for each of a tube's dimensions that is most likely a mistake.
 
     Args:
         size: of the tube.
         thin_wall: ratio of wall to bore radius above which a wall counts as thick; a list may well
-            offer such tubes, but the one that is taken is in doubt above :data:`THIN_WALL`.
+            offer such tubes, but a warning about the chosen one begins at :data:`THIN_WALL`.
     """
-    doubts = _of_size(size.inner_radius, size.wall_thickness, thin_wall)
-    return tuple(f"{name} of {size.name} {doubt}" for name, doubt in doubts)
+    found = _of_size(size.inner_radius, size.wall_thickness, thin_wall)
+    return tuple(f"{name} of {size.name} {warning}" for name, warning in found)
 
 
-def _placed(document: Document, doubts: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """Return doubts about fields as lines with their place and what is written there."""
+def _placed(document: Document, warnings: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Return warnings about fields as lines with their place and what is written there."""
     found = []
-    for name, doubt in doubts:
+    for name, warning in warnings:
         entry = document.entries.get(name)
         place = entry or document.sections[name]
         value = "" if entry is None else f" {entry.raw}"
-        found.append(f"{document.file}:{place.line}:{place.column}: {name}{value} {doubt}")
+        found.append(f"{document.file}:{place.line}:{place.column}: {name}{value} {warning}")
     return tuple(found)
 
 
 def _of_size(
     inner_radius: float, wall_thickness: float, thin_wall: float = THIN_WALL
 ) -> Iterator[tuple[str, str]]:
-    """Yield which of a tube's dimensions [m] are in doubt, and why."""
+    """Yield the implausible ones of a tube's dimensions [m], and why."""
     if not BORES[0] <= inner_radius <= BORES[1]:
         yield "inner_radius", "is not between 0.1 mm and 100 mm; check its unit"
     ratio = wall_thickness / inner_radius
@@ -110,7 +112,7 @@ def _of_size(
 
 
 def _of_material(law: HyperelasticLaw, density: float) -> Iterator[tuple[str, str]]:
-    """Yield what of a material is in doubt, and why."""
+    """Yield the implausible properties of a material, and why."""
     modulus = law.small_strain_modulus
     if not MODULI[0] <= modulus <= MODULI[1]:
         found = f"has a Young's modulus of {modulus * 1e-6:.3g} MPa; elastomers have 0.01 to 20 MPa"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values that are possible but most likely not meant are named, with their place."""
+"""Values that are possible but most likely mistakes cause warnings, with their place."""
 
 from pathlib import Path
 
@@ -14,16 +14,16 @@ from spiral_gripper.files.tubing import parse_tubing
 TEXT = (GRIPPERS.path / "prototype_p1.yaml").read_text(encoding="utf-8")
 
 
-def doubts(old, new):
-    """Return the doubts about the shipped file with one text replaced, its limit out of reach."""
+def warnings(old, new):
+    """Return the warnings about the shipped file with one text replaced, its limit out of reach."""
     assert old in TEXT
     text = TEXT.replace(old, new).replace("pressure_max: 16 psi", "pressure_max: 1 Pa")
-    return parse_description(text, Path("mine.yaml")).doubts
+    return parse_description(text, Path("mine.yaml")).warnings
 
 
 @pytest.mark.parametrize("name", available_grippers())
-def test_the_shipped_grippers_are_beyond_doubt(name):
-    assert load_description(name).doubts == ()
+def test_the_shipped_grippers_have_no_warnings(name):
+    assert load_description(name).warnings == ()
 
 
 @pytest.mark.parametrize(
@@ -52,18 +52,18 @@ def test_the_shipped_grippers_are_beyond_doubt(name):
     ],
 )
 def test_a_value_that_is_hardly_meant_is_named(old, new, expected):
-    found = doubts(old, new)
+    found = warnings(old, new)
     if expected is None:
         assert found == ()
         return
-    assert any(expected in doubt for doubt in found), found
+    assert any(expected in warning for warning in found), found
 
 
 def test_a_pressure_limit_far_beyond_the_tube_is_named():
     text = TEXT.replace("beta: 50 deg", "beta: 86 deg").replace("16 psi", "1.2 MPa")
-    (doubt,) = parse_description(text, Path("mine.yaml")).doubts
-    assert doubt.startswith("mine.yaml:")
-    assert "limits.pressure_max 1.2 MPa stresses the wall alone with 8.3 times" in doubt
+    (warning,) = parse_description(text, Path("mine.yaml")).warnings
+    assert warning.startswith("mine.yaml:")
+    assert "limits.pressure_max 1.2 MPa stresses the wall alone with 8.3 times" in warning
 
 
 def test_a_pressure_that_a_doubtful_value_rules_out_is_refused_with_the_doubt():
@@ -101,7 +101,7 @@ sizes: [8 mm x 1 mm, 6 mm x 3 mm]
     ],
 )
 def test_tubing_that_is_hardly_meant_is_named(old, new, expected):
-    found = parse_tubing(TUBING_TEXT.replace(old, new), Path("mine.yaml")).doubts
+    found = parse_tubing(TUBING_TEXT.replace(old, new), Path("mine.yaml")).warnings
     if expected is None:
         assert found == ()
     else:
