@@ -39,7 +39,7 @@ NOT_A_CENTER = 1e-3
 class Shape(Protocol):
     """A shape's signed distance in its own frame: positive outside, its gradient of norm one.
 
-    A shape around its z axis may also have the property ``axis_range`` of :class:`Cylinder`. Without
+    A shape around its z axis may also have the property ``axis_range``, as a cylinder has. Without
     it, turns are not counted, and a rod that jumps across the axis in a step is not detected.
     """
 
