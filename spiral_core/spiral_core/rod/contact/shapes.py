@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 # Distance (n,), its gradient (n, 3) and Hessian (n, 3, 3), in the shape's frame.
 Distance: TypeAlias = tuple[Array, Array, Array]
-# From and to which height of a shape's z axis.
+# Heights between which the z axis lies in the solid, a shape's optional ``axis_range``: without it
+# turns are not counted, and a rod that jumps across the axis in a step is not detected.
 Range: TypeAlias = tuple[float, float]
 
 # Step of the central differences that give a user's distance its Hessian, in radii of curvature.
@@ -37,11 +38,7 @@ NOT_A_CENTER = 1e-3
 
 
 class Shape(Protocol):
-    """A shape's signed distance in its own frame: positive outside, its gradient of norm one.
-
-    A shape around its z axis may also have the property ``axis_range``, as a cylinder has. Without
-    it, turns are not counted, and a rod that jumps across the axis in a step is not detected.
-    """
+    """A shape's signed distance in its own frame: positive outside, its gradient of norm one."""
 
     def distance(self, points: Array) -> Distance:
         """Return distance [m], gradient and Hessian [1/m] at points (n, 3) [m]."""
