@@ -18,6 +18,8 @@ from spiral_core import (
     profile_interval,
 )
 
+pytestmark = pytest.mark.long
+
 TESTS = 500
 
 

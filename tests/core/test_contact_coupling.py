@@ -23,6 +23,8 @@ from spiral_core import (
     solve_motion,
 )
 
+pytestmark = pytest.mark.long
+
 Array = NDArray[np.float64]
 LENGTH = 0.5
 REST = (2.0, 1.0, -4.0)

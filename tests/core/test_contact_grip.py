@@ -9,6 +9,8 @@ from core.contact_cases import LENGTH, OUTER, grip
 
 from spiral_core import ContactStatus, follow_contact, solve_contact
 
+pytestmark = pytest.mark.long
+
 RADIUS = 0.015
 
 

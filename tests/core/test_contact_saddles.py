@@ -19,6 +19,8 @@ from spiral_core import (
     solve_contact,
 )
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize("load", [1.001, 1.1, 1.5])
 def test_straight_column_above_its_load_is_eulers_elastica(load: float) -> None:

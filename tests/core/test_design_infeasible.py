@@ -159,7 +159,7 @@ def test_margins_know_both_directions() -> None:
 def test_absurdly_many_turns_are_refused_without_solving_every_tube(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Counted, not timed: 392 grippers were solved for this once."""
+    """Counted, not timed: 392 grippers of the whole catalog were solved for this once."""
     solved = []
 
     def counted(gripper: Gripper) -> WrapCurve:
@@ -167,13 +167,14 @@ def test_absurdly_many_turns_are_refused_without_solving_every_tube(
         return WrapCurve(gripper)
 
     monkeypatch.setattr(rod_correction, "WrapCurve", counted)
-    report = design_gripper(replace(FREE, tubes=CATALOG, turns_required=100.0))
+    wanted = replace(FREE, tubes=CATALOG[::3], turns_required=100.0)
+    report = design_gripper(wanted)
     assert not report.feasible
     assert report.binding.constraint is Constraint.TURNS
-    assert len(solved) <= 60
+    assert len(solved) <= 45
     (first, *_) = report.relaxations
     assert first.field == "turns_required"
-    fewer = replace(FREE, tubes=CATALOG, turns_required=first.sufficient)
+    fewer = replace(wanted, turns_required=first.sufficient)
     named = next(c for c in fewer.candidates() if c.label == first.design)
     only = replace(fewer, tubes=(named.tube,), fiber_angles_beta=(named.fiber_angle_beta,))
     assert design_gripper(only).feasible
@@ -190,7 +191,7 @@ def test_what_cannot_be_certified_ends_no_design(monkeypatch: pytest.MonkeyPatch
     assert {r.field for r in report.relaxations} == {"pressure_max"}
 
 
-ONE_ANGLE = replace(FREE, pressure_max=None, fiber_angles_beta=FREE.fiber_angles_beta[:1])
+ONE_ANGLE = replace(FREE, fiber_angles_beta=FREE.fiber_angles_beta[:1])
 ON_THE_MOON = {"gravity": (0.0, 0.0, -1.62), "object_axis": (1.0, 0.0, 0.0), "radius_max": 0.2}
 
 
@@ -199,7 +200,7 @@ ON_THE_MOON = {"gravity": (0.0, 0.0, -1.62), "object_axis": (1.0, 0.0, 0.0), "ra
     [
         replace(FREE, radius_min=11.0e3, radius_max=30.0e3),
         replace(FREE, radius_min=11.0e-9, radius_max=30.0e-9),
-        replace(ONE_ANGLE, turns_required=1.0e6),
+        replace(ONE_ANGLE, turns_required=1.0e6, pressure_max=None),
         replace(ONE_ANGLE, **ON_THE_MOON),
         pytest.param(replace(FREE, **ON_THE_MOON), marks=pytest.mark.slow),
     ],

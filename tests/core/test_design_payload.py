@@ -14,6 +14,8 @@ from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.payload import carried_mass
 from spiral_core.design.requirement import Candidate, Elastomer
 
+pytestmark = pytest.mark.long
+
 LATEX = Elastomer("latex", MooneyRivlin(c1=130.0e3, c2=15.0e3), 930.0)
 TUBE = TubeSize("3/8 in x 1/32 in", 4.7625e-3, 0.79375e-3)
 WANTED = DesignRequirement(

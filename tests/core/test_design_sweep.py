@@ -24,6 +24,8 @@ from spiral_core import (
     solve_points,
 )
 
+pytestmark = pytest.mark.long
+
 WANTED = replace(PAPER_EXAMPLE, tubes=CATALOG[6:10])
 
 

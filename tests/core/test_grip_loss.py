@@ -95,6 +95,7 @@ def test_without_friction_the_same_coil_loses_most_of_its_contact() -> None:
     assert fallen.contact_length < 0.5 * window.points[-1].contact_length
 
 
+@pytest.mark.slow
 def test_a_fall_is_followed_until_the_end_has_let_go() -> None:
     """With friction the end of the branch is found up to a percent early: the coil still clings."""
     window = lost("prototype_p1", 0.40407, 12.4294e-3, 0.63968)
@@ -132,14 +133,20 @@ def test_a_tube_that_is_pulled_taut_is_not_what_holds_a_payload() -> None:
     assert down.displacement <= 2.0 * 0.01615
 
 
-def test_a_loss_is_the_same_by_other_stations() -> None:
+@pytest.mark.parametrize(
+    ("closing", "tolerance"),
+    [
+        pytest.param(Closing.SLOW, 0.015, marks=pytest.mark.slow),
+        (Closing.FRICTIONLESS, 4e-3),
+    ],
+)
+def test_a_loss_is_the_same_by_other_stations(closing: Closing, tolerance: float) -> None:
     """Located to 0.5 % with friction, along another way to 1 %; to 0.2 % without."""
-    for closing, tolerance in ((Closing.SLOW, 0.015), (Closing.FRICTIONLESS, 4e-3)):
-        window = lost(closing=closing)
-        tip = window.setup.tip_pressure
-        assert tip is not None
-        other = grip_window(window.setup, [f * tip for f in (0.5, 0.8, 1.05, 1.15, 1.45, 1.75)])
-        assert other.loss == pytest.approx(window.loss, rel=tolerance)
+    window = lost(closing=closing)
+    tip = window.setup.tip_pressure
+    assert tip is not None
+    other = grip_window(window.setup, [f * tip for f in (0.5, 0.8, 1.05, 1.15, 1.45, 1.75)])
+    assert other.loss == pytest.approx(window.loss, rel=tolerance)
 
 
 def test_the_recommended_pressure_stays_below_the_loss() -> None:

@@ -21,6 +21,8 @@ from spiral_core import (
     solve_grip,
 )
 
+pytestmark = pytest.mark.long
+
 
 def rough(closing: Closing) -> GripSetup:
     """Return a thick-walled gripper whose tube friction stops before it is wrapped."""

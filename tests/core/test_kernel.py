@@ -18,6 +18,8 @@ from spiral_core.rod import _newton as rod_newton
 from spiral_core.rod import _shape as rod_shape
 from spiral_core.rod import _system as rod_system
 
+pytestmark = pytest.mark.long
+
 # The folder comes before any editable install of the package.
 CALL = """
 import sys

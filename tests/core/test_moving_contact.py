@@ -29,6 +29,8 @@ from spiral_core import (
 from spiral_core.rod.motion import solve
 from spiral_core.rod.motion._step import advanced
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize(("ratio", "expected"), [(0.5, 0.5), (2.0, 1.0)])
 def test_a_rod_on_a_plane_that_accelerates_sticks_or_slides(ratio: float, expected: float) -> None:

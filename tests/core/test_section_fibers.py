@@ -30,6 +30,8 @@ from spiral_core.section.closure import closures
 from spiral_core.section.fiber_set import Array, FiberSet
 from spiral_core.section.path import section_path
 
+pytestmark = pytest.mark.long
+
 
 def test_small_strain_of_a_hoop_family_is_three_halves_too() -> None:
     bent = section(90.0, 89.9)  # as good as no twist

@@ -25,6 +25,8 @@ from spiral_core import (
 )
 from spiral_core.grip.setup import free_problem
 
+pytestmark = pytest.mark.long
+
 TRUE = Damping(0.022, 1.2)
 ERROR = 5e-4
 TIMES = np.arange(0.8, 8.0, 0.04)

@@ -22,6 +22,8 @@ from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.bench.run import CalibrationRequest, run_calibration
 from spiral_gripper.reports.style import save_figure
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def folder(tmp_path):

@@ -22,6 +22,8 @@ from spiral_gripper import (
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.units import Dimension
 
+pytestmark = pytest.mark.long
+
 
 def test_design_prints_the_steps_and_the_answer(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(EXAMPLE) == 0

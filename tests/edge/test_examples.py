@@ -15,6 +15,8 @@ from benchmarks.hanging_cable import hanging_cable
 from spiral_core import Constraint
 from spiral_gripper.cli.main import run
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 
 

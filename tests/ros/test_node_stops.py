@@ -43,7 +43,6 @@ def test_without_autostart_it_waits_for_its_manager(client, namespace):
     ("parameters", "message"),
     [
         ({"radius_timeout": "-1.0"}, "radius_timeout"),
-        ({"radius_timeout_policy": "panic"}, "one of hold, vent, ramp_down"),
         ({"gravity": "[1.0, 2.0]"}, "3 finite numbers"),
         ({"gripper": "no_such_gripper"}, "no gripper has this name"),
         ({"griper": "prototype_p1"}, "did you mean gripper?"),

@@ -221,9 +221,7 @@ def test_a_stop_signal_ends_it_in_order(namespace, number):
     [
         ({"falt": "leak"}, "did you mean fault?"),
         ({"fault": "typhoon"}, "one of none, leak"),
-        ({"radius": 7.0}, "radius out of range"),
         ({"gripper": "no_such_gripper"}, "no gripper has this name"),
-        ({"recording": "/no/such/file.csv"}, "recording must be"),
         ({"recording": __file__}, "rows of time"),
     ],
 )

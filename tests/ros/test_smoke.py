@@ -137,6 +137,7 @@ def test_a_leak_is_noticed_and_said():
     assert any("leak" in line for line in document["log"])
 
 
+@pytest.mark.slow
 def test_a_lost_link_is_noticed_though_the_node_cannot_know():
     done = run("--fault", "lost_link", "--json")
     assert done.returncode == 1, done.stdout + done.stderr
