@@ -145,6 +145,26 @@ def test_a_weight_that_slides_has_a_curve_of_its_own() -> None:
     assert work[0] == pytest.approx(work[1], rel=1e-12)
 
 
+@pytest.mark.parametrize("unknown", [Pull.DOWN, Pull.AWAY])
+def test_along_gravity_nothing_is_known_where_one_of_both_ways_is_not(
+    unknown: Pull, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sliding along its axis or moved straight down: the force not known may be the smaller one."""
+    point, found = sliding()
+    axis = holding.pull_direction(point, Pull.AWAY)
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    gravity = 9.81 * (axis + across / np.linalg.norm(across)) / math.sqrt(2.0)
+    gripper = replace(point.setup.gripper, gravity=tuple(gravity.tolist()))
+    tilted = replace(point, setup=replace(point.setup, gripper=gripper))
+
+    def pulled(_: GripPoint, pull: Pull) -> HoldingForce:
+        force = math.nan if pull is unknown else found[Pull.AWAY].force
+        return replace(found[Pull.AWAY], pull=pull, force=force)
+
+    monkeypatch.setattr(holding, "_pulled", pulled)
+    assert math.isnan(holding_force(tilted, Pull.DOWN).force)
+
+
 def test_several_directions_are_computed_once_each(monkeypatch: pytest.MonkeyPatch) -> None:
     point, found = sliding()
     pulled, asked = holding._pulled, []

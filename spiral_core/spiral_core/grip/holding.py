@@ -25,12 +25,11 @@ TURN_STEP = 0.1
 RISE = 0.01
 STEADY_STEPS = 6
 MOST_STEPS = 60
-# Along gravity a straight way off the object's axis pulls the tube taut in the end, with many times
-# the force at which the object slides: only the first diameter of the object counts.
+# Moved straight along gravity, not along its axis, the object pulls the tube taut in the end, with
+# many times the force at which it slides: only the first diameter of the object counts.
 MOST_STEPS_DOWN = 20
-# From this share of gravity along the object on, 18 degrees, what is asked along gravity is what
-# holds along the object: moved straight, the object could not slide, and the coil of a thin one has
-# not tightened within a diameter.
+# Above this component of gravity along the object, 18 degrees, only sliding along its axis counts:
+# moved straight it could not slide, and the coil of a thin object has not tightened in a diameter.
 MOSTLY_ALONG = 0.95
 # Below this share of gravity along the object nothing slides along it that would not fall across.
 LEAST_SHARE = 1e-3
@@ -127,9 +126,10 @@ def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
     The object is moved in small steps at fixed pressure without turning, or turned about its own
     axis; the tube follows in frictional equilibrium. The peak of the force is what holds. It is not
     one number for all directions: pulled away from the base a coil tightens like a finger trap,
-    pushed towards it, it opens. Along gravity no weight counts whose share along the object's axis
-    is more than holds it there. Within 18 degrees of the axis that alone decides; else the object
-    is also moved straight, by at most a diameter, and the lesser force counts.
+    pushed towards it, it opens. Along gravity the object may slide along its own axis: then the
+    weight counts whose component along the axis equals the force that holds there. If gravity is
+    within 18 degrees of the axis, that is the result. Otherwise the object is also moved straight
+    along gravity, by at most a diameter, and the smaller force counts.
 
     Args:
         point: the grip at its pressure.
@@ -162,7 +162,8 @@ def _down(point: GripPoint, found: Mapping[Pull, HoldingForce]) -> HoldingForce:
     if abs(along) >= MOSTLY_ALONG:
         return sliding
     straight = _pulled(point, Pull.DOWN)
-    return straight if straight.force <= sliding.force else sliding
+    # A force that is not known may be the smaller one.
+    return min(sliding, straight, key=lambda held: np.nan_to_num(held.force, nan=-math.inf))
 
 
 def _as_weight(axial: HoldingForce, share: float) -> HoldingForce:
