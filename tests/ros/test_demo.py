@@ -7,10 +7,10 @@ import re
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 from ros.harness import DEADLINE
+from ros.programs import start, wait_for_the_end_of
 
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.states import Reason
@@ -110,14 +110,7 @@ def test_two_demos_at_once_play_to_their_ends_without_hearing_each_other():
 
 
 def test_control_c_stops_demo_and_node_without_a_traceback():
-    with subprocess.Popen(
-        COMMAND,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    ) as process:
+    with start(COMMAND) as process:
         lines = []
         for line in process.stdout:
             lines.append(line)
@@ -129,15 +122,4 @@ def test_control_c_stops_demo_and_node_without_a_traceback():
     output = "".join(lines)
     assert "interrupted" in output
     assert "Traceback" not in output
-    deadline = time.monotonic() + DEADLINE
-    while _group_exists(process.pid):
-        assert time.monotonic() < deadline, "the node still runs"
-        time.sleep(0.05)
-
-
-def _group_exists(group):
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
+    wait_for_the_end_of(process.pid)

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 from ros.harness import DEADLINE
+from ros.programs import group_exists, start, wait_for_the_end_of
 
 from spiral_gripper.cli.main import run
 from spiral_gripper.cli.ros import side as ros_side
@@ -47,14 +48,7 @@ VIEW = View(
 @pytest.fixture
 def simulation(namespace):
     """The command in a process group of its own, as a shell starts it; ended in any case."""
-    with subprocess.Popen(
-        [*COMMAND, "--radius", "20 mm", "--namespace", namespace],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    ) as process:
+    with start([*COMMAND, "--radius", "20 mm", "--namespace", namespace]) as process:
         yield process
         if group_exists(process.pid):
             os.killpg(process.pid, signal.SIGKILL)
@@ -68,14 +62,6 @@ def read_until(process, pattern):
         if re.search(pattern, line):
             return lines
     raise AssertionError(f"no {pattern!r} in {''.join(lines)}")
-
-
-def group_exists(group):
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
 
 
 def child_running(process, module):
@@ -117,10 +103,7 @@ def test_a_fault_is_injected_from_another_terminal_and_control_c_ends_it_vented(
     assert simulation.wait(DEADLINE) == 0, output
     assert output.rstrip().endswith("vented; node and simulator have ended")
     assert "Traceback" not in output
-    deadline = time.monotonic() + DEADLINE
-    while group_exists(simulation.pid):
-        assert time.monotonic() < deadline, "a process is left"
-        time.sleep(0.05)
+    wait_for_the_end_of(simulation.pid)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.02])

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from browser import PATIENCE, appears, opened, studio, wait_until
-from ros.test_simulated_command import COMMAND, group_exists
+from ros.programs import group_exists
+from ros.test_simulated_command import COMMAND
 
 from spiral_gripper.studio.live import SILENCE, HoldingFigures, NodeState, live_text
 

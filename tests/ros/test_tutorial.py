@@ -5,7 +5,6 @@ import os
 import re
 import shlex
 import signal
-import subprocess
 import sys
 import time
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from ros.harness import DEADLINE
+from ros.programs import start
 from ros.regulator_devices import LineDevice
 
 from spiral_gripper.cli.main import run
@@ -39,14 +39,7 @@ def designed(tmp_path, monkeypatch):
 def running(line):
     """A program of the page while the block runs; Ctrl-C ends it, with exit code 0."""
     program, *arguments = shlex.split(line)
-    with subprocess.Popen(
-        [str(BIN / program), *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    ) as process:
+    with start([str(BIN / program), *arguments]) as process:
         try:
             yield process
         finally:
@@ -73,9 +66,9 @@ def wait_for(device, pressure):
 
 @pytest.mark.usefixtures("designed")
 def test_the_simulated_gripper_plans_grasps_and_releases():
-    start, *questions = commands_of("7. Command it without hardware")
+    simulate, *questions = commands_of("7. Command it without hardware")
     assert len(questions) == 4
-    with running(start) as process:
+    with running(simulate) as process:
         for line in process.stdout:
             if "perfect wrap" in line:
                 break
