@@ -104,8 +104,8 @@ class RegulatorNode(Node):  # type: ignore[misc]
     def _tell(self) -> None:
         """Log what has changed."""
         level, text = self._state()
-        now, is_news = time.monotonic(), level != self._told[0]
-        if (level, text) == self._told or not (is_news or now - self._told_at > LOG_PERIOD):
+        now, has_changed = time.monotonic(), level != self._told[0]
+        if (level, text) == self._told or not (has_changed or now - self._told_at > LOG_PERIOD):
             return
         self._told, self._told_at = (level, text), now
         logger = self.get_logger()
