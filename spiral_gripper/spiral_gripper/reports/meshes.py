@@ -42,15 +42,15 @@ class Solved(Protocol):
         ...
 
 
-def tube_mesh(state: Solved, radius: float, sides: int = SIDES) -> Mesh:
+def tube_mesh(state: Solved, radius: float) -> Mesh:
     """Return the closed surface of a tube of this outer radius [m] around a rod's centerline."""
     x, y, z, w = state.orientations.T
     first = np.column_stack((1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)))
     second = np.column_stack((2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)))
-    return _swept(state.positions, second, np.cross(first, second), radius, sides)
+    return _swept(state.positions, second, np.cross(first, second), radius, SIDES)
 
 
-def line_mesh(points: Array, radius: float, sides: int = SIDES) -> Mesh:
+def line_mesh(points: Array, radius: float) -> Mesh:
     """Return the closed surface of a tube of this outer radius [m] around points (n, 3), n > 1.
 
     Its sections turn as little as they can from one to the next.
@@ -63,7 +63,7 @@ def line_mesh(points: Array, radius: float, sides: int = SIDES) -> Mesh:
         side = side - (side @ tangent) * tangent
         side /= max(float(np.linalg.norm(side)), 1e-12)
         across[number] = side
-    return _swept(points, across, np.cross(along, across), radius, sides)
+    return _swept(points, across, np.cross(along, across), radius, SIDES)
 
 
 def turned_mesh(ends: Array, radii: Array, sides: int = 2 * SIDES) -> Mesh:

@@ -33,24 +33,19 @@ class Surface(NamedTuple):
     colors: Array
 
 
-def tube_surface(state: Solved, radius: float, color: str = TUBE_COLOR) -> Surface:
+def tube_surface(state: Solved, radius: float) -> Surface:
     """Return a tube of this outer radius [m], its straight fiber dark."""
     mesh = tube_mesh(state, radius)
-    surface = _surface(mesh, color)
+    surface = _surface(mesh, TUBE_COLOR)
     on_side = mesh.faces.max(axis=1) < len(state.positions) * SIDES
     fiber = on_side & np.isin(mesh.faces % SIDES, (0, 1, SIDES - 1)).all(axis=1)
     surface.colors[fiber] = to_rgb(FIBER_COLOR)
     return surface
 
 
-def cylinder_surface(ends: Array, radius: float, color: str = OBJECT_COLOR) -> Surface:
-    """Return a cylinder of a radius between two points (2, 3) [m]."""
-    return turned_surface(ends, np.full(OBJECT_RINGS, radius), color)
-
-
-def turned_surface(ends: Array, radii: Array, color: str = OBJECT_COLOR) -> Surface:
+def turned_surface(ends: Array, radii: Array) -> Surface:
     """Return a body of revolution: radii (n,) at equal distances between two points (2, 3) [m]."""
-    return _surface(turned_mesh(ends, radii, sides=4 * SIDES), color)
+    return _surface(turned_mesh(ends, radii, sides=4 * SIDES), OBJECT_COLOR)
 
 
 def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector) -> None:

@@ -12,7 +12,7 @@ from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.meshes import Solved
-from spiral_gripper.reports.shaded import cylinder_surface, draw_surfaces, tube_surface
+from spiral_gripper.reports.shaded import draw_surfaces, tube_surface
 from spiral_gripper.reports.style import COLORS, paper_style
 
 # Points on the rim of a drawn cylinder.
@@ -34,43 +34,30 @@ def shape_figure(
     outer_radius: float,
     title: str,
     placement: ObjectPlacement | None = None,
-    *,
-    in_contact: bool = False,
 ) -> Figure:
     """Return a shape from two sides, to scale: the base's x points down, as a gripper hangs.
 
-    A free coil does not feel the object: it is then a dashed outline, where it must lie.
+    The coil is free: an object is a dashed outline, where it must lie.
 
     Args:
         state: the shape.
         outer_radius: of the tube [m].
         title: the gripper's name and the pressure.
-        placement: of the object that the coil holds.
-        in_contact: whether the shape was solved with the object, which is then drawn as a body.
+        placement: of the object, or None.
     """
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
     figure.suptitle(title, wrap=True)
-    surfaces = [tube_surface(state, outer_radius)]
-    if placement is not None and in_contact:
-        surfaces.append(cylinder_surface(_ends(placement), placement.radius))
     for number, (name, right, up) in enumerate(VIEWS):
         axes = figure.add_subplot(1, 2, 1 + number)
-        draw_surfaces(axes, surfaces, right, up)
-        if placement is not None and not in_contact:
+        draw_surfaces(axes, [tube_surface(state, outer_radius)], right, up)
+        if placement is not None:
             rims = in_units(_rims(placement) @ np.array((right, up)).T, "m")
             _draw_outline(axes, rims, label=None if number else "object (contact not solved)")
         axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
         axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
-    if placement is not None and not in_contact:
+    if placement is not None:
         figure.legend(loc="outside lower center")
     return figure
-
-
-def _ends(cylinder: ObjectPlacement) -> Array:
-    """Return where the drawn object begins and ends (2, 3) [m]."""
-    half = (0.5 * cylinder.length + OVERHANG * cylinder.radius) * np.asarray(cylinder.axis)
-    ends: Array = np.asarray(cylinder.center) + np.stack((-half, half))
-    return ends
 
 
 def _rims(cylinder: ObjectPlacement) -> Array:
@@ -80,7 +67,8 @@ def _rims(cylinder: ObjectPlacement) -> Array:
     across /= np.linalg.norm(across)
     angle = np.linspace(0.0, 2.0 * np.pi, RIM_POINTS)[:, None]
     circle = cylinder.radius * (np.cos(angle) * across + np.sin(angle) * np.cross(axis, across))
-    rims: Array = _ends(cylinder)[:, None] + circle
+    half = (0.5 * cylinder.length + OVERHANG * cylinder.radius) * axis
+    rims: Array = np.asarray(cylinder.center) + np.stack((-half, half))[:, None] + circle
     return rims
 
 

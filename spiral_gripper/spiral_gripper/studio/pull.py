@@ -32,14 +32,14 @@ class PullFrame:
     force: float
 
 
-def pull_frames(grip: Grip, pressure: float, pull: Pull = Pull.AWAY) -> list[PullFrame]:
-    """Return the moments of a pull at the solved pressure next to one [Pa].
+def pull_frames(grip: Grip, pressure: float) -> list[PullFrame]:
+    """Return a pull away from the base, at the solved pressure nearest to the given one [Pa].
 
-    It ends early where the coil lets go.
+    The frames end early where the coil snaps.
     """
     number = int(np.argmin(np.abs(grip.pressures - pressure)))
-    point, held = grip.points[number], grip.forces[pull][number]
-    direction = pull_direction(point, pull)
+    point, held = grip.points[number], grip.forces[Pull.AWAY][number]
+    direction = pull_direction(point, Pull.AWAY)
     setup, state = point.setup, point.state
     frames = [PullFrame(np.zeros(3), state, -float(state.on_obstacle().force @ direction))]
     start = np.asarray(setup.obstacle.position)

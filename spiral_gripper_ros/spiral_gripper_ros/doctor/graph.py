@@ -66,14 +66,10 @@ def grippers_finding(found: Grippers, facts: Facts) -> Finding:
     return Finding(Mark.OK, f"on domain {domain}: {', '.join(sorted(found.nodes))}")
 
 
-def found_grippers(listening_time: float = LISTENING_TIME) -> Grippers:
-    """Return the grippers' nodes that can be seen from here.
-
-    Args:
-        listening_time: how long to listen [s].
-    """
+def found_grippers() -> Grippers:
+    """Return the grippers' nodes that are discovered within :data:`LISTENING_TIME`."""
     own = listener()
-    while time.monotonic() < own.since + listening_time:
+    while time.monotonic() < own.since + LISTENING_TIME:
         own.handle(0.1)
     commanders, nodes = {}, []
     for topic, types in own.node.get_topic_names_and_types():

@@ -27,7 +27,6 @@ class NodeProcess:
         environment: variables to add to this process's.
         output: where its log goes; None: to the terminal.
         module: what is started: ``NODE`` or ``SIMULATOR``.
-        arguments: more ROS arguments.
     """
 
     def __init__(
@@ -37,9 +36,8 @@ class NodeProcess:
         environment: Mapping[str, str] | None = None,
         output: IO[str] | None = None,
         module: str = NODE,
-        arguments: Sequence[str] = (),
     ) -> None:
-        given = ["--ros-args", "-r", f"__ns:={namespace}", *arguments]
+        given = ["--ros-args", "-r", f"__ns:={namespace}"]
         for name, value in (parameters or {}).items():
             given += ["-p", f"{name}:={value}"]
         self._process = subprocess.Popen(

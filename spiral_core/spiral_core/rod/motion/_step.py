@@ -71,18 +71,15 @@ class Moment:
     started: bool = True
 
 
-def at_rest(time: float, point: Point, velocity: Array | None = None) -> Moment:
-    """Return a rod that begins to move from a state, with velocities of its nodes (N + 1, 3)."""
+def at_rest(time: float, point: Point) -> Moment:
+    """Return a rod that begins to move from rest."""
     point = replace(point, x=point.x.copy())
     _release(point.x, point.solution)
     y = coordinates(point.x)
-    rate = np.zeros_like(y)
-    if velocity is not None:
-        rate[:, :3] = velocity
     zero = np.zeros_like(y)
     strain = np.zeros((3, len(y) - 1, 6))
     strain[0] = strains(point.x, point.arrays, point.arrays)
-    return Moment(time, point, y, rate, zero, zero, strain, touching(point.x), started=False)
+    return Moment(time, point, y, zero, zero, zero, strain, touching(point.x), started=False)
 
 
 def touching(x: Iterate) -> NDArray[np.bool_]:
