@@ -61,6 +61,8 @@ FINER = 1.5
 MOST = 0.5
 # Of the way beyond a loss, to see the snap.
 SMALL = 0.1
+# Curled as soon as enough of it touches to be called wrapped: that depends on single nodes.
+THRESHOLD = "window, curled from its onset; on finer elements fewer than a tenth of the nodes touch"
 KEPT = RESULTS / "held.jsonl"
 
 
@@ -167,6 +169,8 @@ def _sampled(verdict: Verdict, window: GripWindow) -> Verdict:
         loss_change=_change(window.loss, finer.loss),
     )
     if finer.onset_wrap is None:
+        if window.onset_curling == window.onset_wrap:
+            return verdict._replace(kind=THRESHOLD)
         return verdict._replace(kind="WRONG: not held on finer elements")
     if window.end is not WindowEnd.LOST:
         return verdict

@@ -198,6 +198,20 @@ def test_a_weight_that_would_slide_along_the_object_is_not_carried() -> None:
     assert down.force == pytest.approx(away.force / along)
 
 
+def test_a_window_between_two_pressures_is_found() -> None:
+    """What happens on the way counts, not only what is there where one looks."""
+    setup = lay_into_coil(load_gripper("paper_design_70"), 0.015, closing=Closing.FRICTIONLESS)
+    looked_at = grip_window(setup, [50e3, 110e3])
+    fine = grip_window(setup, list(np.arange(50e3, 110.1e3, 4e3)))
+    assert looked_at.end is WindowEnd.LOST
+    for found, expected in zip(
+        (looked_at.onset_wrap, looked_at.onset_curling, looked_at.loss),
+        (fine.onset_wrap, fine.onset_curling, fine.loss),
+        strict=True,
+    ):
+        assert found == pytest.approx(expected, rel=5e-3)
+
+
 def test_no_pressure_is_recommended_at_which_the_tip_hangs_free() -> None:
     window = short_grip()
     assert window.onset_wrap is not None

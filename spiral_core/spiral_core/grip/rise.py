@@ -7,10 +7,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from spiral_core.grip.point import CURL_GAP, TOUCH_GAP, GripPoint, wraps
 from spiral_core.grip.setup import Closing
 from spiral_core.rod.contact.solve import follow_contact
-from spiral_core.rod.contact.state import ContactPath, ContactStatus
+from spiral_core.rod.contact.state import ContactEvent, ContactPath, ContactStatus
+from spiral_core.rod.types import Array
 
 # Pressures of the window are located to this fraction of themselves.
 PRESSURE_TOLERANCE = 2e-3
@@ -20,6 +23,9 @@ FRICTION_TOLERANCE = 5e-3
 LINE_TRIES = 4
 # A loss of more than this fraction of what touches is the loss of the grip.
 LOST_FRACTION = 0.5
+# Between two problems the rod's rest shape changes straight, with the pressure it does not: in one
+# step the pressure rises by at most this fraction of the tip criterion's, or of the limit.
+WIDEST_STEP = 0.15
 
 
 def raised(
@@ -30,27 +36,53 @@ def raised(
     Before the wrap the tube may snap onto the object, and is followed. Once wrapped, the end of the
     branch is the end of the grip.
     """
-    problem = point.setup.closing_problem(pressure)
+    problems = [point.setup.closing_problem(each) for each in _way(point, pressure)[1:].tolist()]
     path = (
         follow_contact(
-            [problem],
+            problems,
             start=point.state,
             smallest_increment=finest(point, pressure),
             stop_at_event=True,
         )
         if wrapped
-        else follow_contact([problem], start=point.state)
+        else follow_contact(problems, start=point.state)
     )
-    if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
+    missing = len(path.states) < len(problems)
+    if missing or path.states[-1].status is not ContactStatus.CONVERGED:
         return None, path
     return GripPoint(pressure, point.setup, path.states[-1]), path
 
 
+def _way(point: GripPoint, pressure: float) -> Array:
+    """Return the pressures to go by from a point to a pressure, both included (n,) [Pa]."""
+    setup = point.setup
+    widest = WIDEST_STEP * (setup.tip_pressure or setup.gripper.pressure_max)
+    steps = max(1, math.ceil((pressure - point.pressure) / widest))
+    return np.linspace(point.pressure, pressure, steps + 1)
+
+
+def _pressure_at(before: GripPoint, pressure: float, event: ContactEvent) -> float:
+    """Return the pressure of an event on the way from a point to a pressure [Pa]."""
+    way = _way(before, pressure)
+    return float(np.interp(event.position, np.arange(len(way)), way))
+
+
 def finest(point: GripPoint, pressure: float) -> float:
-    """Return the fraction of the way from a point to a pressure to which a loss is located."""
+    """Return the fraction of a step from a point to a pressure to which a loss is located."""
     rubs = point.setup.closing is Closing.SLOW and point.setup.obstacle.friction > 0.0
     tolerance = FRICTION_TOLERANCE if rubs else PRESSURE_TOLERANCE
-    return min(1.0, 0.5 * tolerance * pressure / (pressure - point.pressure))
+    steps = len(_way(point, pressure)) - 1
+    return min(1.0, 0.5 * tolerance * pressure * steps / (pressure - point.pressure))
+
+
+def wrapped_before_snap(before: GripPoint, pressure: float, path: ContactPath) -> GripPoint | None:
+    """Return the grip next to the first event on the way to a pressure, if the coil is wrapped."""
+    if not path.events:
+        return None
+    event = path.events[0]
+    there = _pressure_at(before, pressure, event)
+    point = GripPoint(there, before.setup, event.before)
+    return point if there > before.pressure and point.is_wrapped else None
 
 
 def lost_at(
@@ -66,7 +98,7 @@ def lost_at(
         held = float(event.before.contact_lengths[0])
         moves_on = event.last.status is ContactStatus.NOT_HELD
         if wraps(event.before) and (moves_on or event.contact_lost > LOST_FRACTION * held):
-            return before.pressure + event.position * (pressure - before.pressure)
+            return _pressure_at(before, pressure, event)
     return None
 
 

@@ -13,7 +13,16 @@ import numpy as np
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.hanging import hanging_tube
 from spiral_core.grip.point import GripPoint
-from spiral_core.grip.rise import CURL, LIFT_OFF, WRAP, finest, located, lost_at, raised
+from spiral_core.grip.rise import (
+    CURL,
+    LIFT_OFF,
+    WRAP,
+    finest,
+    located,
+    lost_at,
+    raised,
+    wrapped_before_snap,
+)
 from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.contact.state import ContactPath, ContactStatus
@@ -180,6 +189,14 @@ def grip_window(
     for count, pressure in enumerate(stations, start=1):
         here = points[-1]
         point, path = raised(here, pressure, wrapped=onset is not None)
+        snaps = wrapped_before_snap(here, pressure, path) if onset is None else None
+        if snaps is not None:  # wrapped and lost again between two pressures
+            onset = located(here, snaps, WRAP)
+            if snaps.is_curled:
+                curling = max(onset, located(here, snaps, CURL))
+            points.append(snaps)
+            here = snaps
+            point, path = raised(here, pressure, wrapped=True)
         loss = lost_at(here, pressure, path, wrapped=onset is not None)
         if loss is not None or point is None:
             end = WindowEnd.LOST if loss is not None else _why(path)
@@ -218,8 +235,7 @@ def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> li
 
 def _why(path: ContactPath) -> WindowEnd:
     """Return why a path could not be followed."""
-    last = path.states[-1] if path.states else path.events[-1].last
-    touches = last.status is ContactStatus.SELF_CONTACT
+    touches = path.self_contact is not None
     return WindowEnd.SELF_CONTACT if touches else WindowEnd.NOT_FOLLOWED
 
 
