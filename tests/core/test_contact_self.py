@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from spiral_core.rod.contact._results import crossing_places, nearest_places, self_clearance
 
+pytestmark = pytest.mark.long
+
 Array = NDArray[np.float64]
 RADIUS = 0.01
 

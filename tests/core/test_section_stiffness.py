@@ -22,6 +22,8 @@ from spiral_core.section.path import motion_at
 from spiral_core.section.ring import invariant_excess, ring_at
 from spiral_core.wrap.gripper import stiffness_from_actuator
 
+pytestmark = pytest.mark.long
+
 
 def test_bending_a_thin_tube_about_its_straight_fiber_takes_four_times_ei() -> None:
     """Plane strain (4/3 E) about the edge (3/2 x 2 of the diameter's I): 4 E I at rest."""

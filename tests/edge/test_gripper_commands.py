@@ -19,6 +19,8 @@ from spiral_gripper import (
 )
 from spiral_gripper.cli.main import run
 
+pytestmark = pytest.mark.long
+
 
 def test_shape_and_wrap_agree_with_python(capsys: pytest.CaptureFixture[str]) -> None:
     curve = WrapCurve(load_gripper("prototype_p1"))

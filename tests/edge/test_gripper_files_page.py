@@ -15,6 +15,8 @@ from spiral_gripper.files.description import parse_description
 from spiral_gripper.files.fields import FIELDS, LAWS, Kind, constants_of
 from spiral_gripper.files.units import Dimension, parse_quantity
 
+pytestmark = pytest.mark.long
+
 PAGE = (Path(__file__).parents[2] / "docs" / "gripper_files.md").read_text(encoding="utf-8")
 
 
