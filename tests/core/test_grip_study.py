@@ -49,6 +49,13 @@ def test_cases_are_every_combination_in_order() -> None:
     assert grip_cases([gripper], [0.01], [0.1])[0].gripper == gripper
 
 
+def test_cases_without_friction_take_each_grippers_own_or_the_default() -> None:
+    plain = load_gripper("paper_design_70")
+    rough = replace(plain, friction_coefficient=0.6)
+    cases = grip_cases([plain, rough], [0.01, 0.02])
+    assert [case.friction for case in cases] == [0.3, 0.3, 0.6, 0.6]
+
+
 def test_a_case_keeps_window_and_forces_and_a_refusal_its_reason() -> None:
     gripper = load_gripper("paper_design_70")
     held, refused = solve_cases(

@@ -82,6 +82,21 @@ def test_another_gripper_of_the_same_name_is_solved_anew(
     assert solved == [0.015, 0.015]
 
 
+def test_the_files_own_friction_is_used_unless_another_is_given(
+    solved: list[float], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["grippers", "show", "paper_design_70"]) == 0
+    text = capsys.readouterr().out
+    file = tmp_path / "mine.yaml"
+    turns = "  turns_required:"
+    file.write_text(text.replace(turns, f"  friction_coefficient: 0.6\n{turns}"), encoding="utf-8")
+    asked = ["sweep", "grips", str(file), "--radius", "15 mm", "--jobs", "1", "--json"]
+    for options, friction in (([], 0.6), (["--friction", "0.4"], 0.4)):
+        assert run([*asked, *options]) == 0
+        assert json.loads(capsys.readouterr().out)[0]["friction"] == friction
+    assert len(solved) == 2
+
+
 def test_people_get_a_table_and_the_reasons(
     solved: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,7 +13,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import NoCoilError, NotGrippableError, SolverError
 from spiral_core.grip.grip import Grip, solve_grip
 from spiral_core.grip.holding import Pull
-from spiral_core.grip.setup import Closing, lay_into_coil
+from spiral_core.grip.setup import Closing, friction_of, lay_into_coil
 from spiral_core.grip.window import Progress
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
@@ -71,7 +71,7 @@ class GripOutcome:
 def grip_cases(
     grippers: Iterable[Gripper],
     radii: Sequence[float],
-    frictions: Sequence[float],
+    frictions: Sequence[float] | None = None,
     gravities: Sequence[Vector] | None = None,
     closing: Closing = Closing.SLOW,
 ) -> tuple[GripCase, ...]:
@@ -80,7 +80,7 @@ def grip_cases(
     Args:
         grippers: designs, as they are mounted.
         radii: of the objects [m].
-        frictions: Coulomb's coefficients.
+        frictions: Coulomb's coefficients; None takes each gripper's own or the default.
         gravities: accelerations in the base frame [m/s^2], a mount each; None keeps the grippers'.
         closing: how they close.
     """
@@ -92,7 +92,10 @@ def grip_cases(
             friction,
             closing,
         )
-        for gripper, radius, friction, gravity in product(grippers, radii, frictions, mounts)
+        for gripper in grippers
+        for radius, friction, gravity in product(
+            radii, (friction_of(gripper, None),) if frictions is None else frictions, mounts
+        )
     )
 
 

@@ -41,7 +41,7 @@ DRAWS_MAX: Final = 100_000
     multiple=True,
     type=click.Choice(LAWS),
     help="Law to fit; several are compared by AICc. [default: the file's own; "
-    "neo_hookean where the readings do not tell its constants]",
+    "neo_hookean where the readings do not determine its constants]",
 )
 @click.option(
     "--fit",
@@ -54,7 +54,7 @@ DRAWS_MAX: Final = 100_000
     "--hold",
     multiple=True,
     metavar="NAME=VALUE",
-    help='Constant to hold at a value, such as "c2=15 kPa".',
+    help='Constant to keep at a value, such as "c2=15 kPa".',
 )
 @click.option(
     "--unit",

@@ -37,7 +37,13 @@ def chart() -> None:
     "--beta", "betas", type=FIBER_ANGLE, multiple=True, metavar="ANGLE", help="Fiber angle."
 )
 @turns_option
-@click.option("--stretch-max", type=NUMBER, default=1.5, show_default=True)
+@click.option(
+    "--stretch-max",
+    type=NUMBER,
+    default=1.5,
+    show_default=True,
+    help="Largest stretch of the tube.",
+)
 @output_options
 @plot_option
 def design_space(
@@ -92,8 +98,15 @@ def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -
 
 @chart.command()
 @gripper_argument
-@click.option("--radius-min", type=LENGTH, metavar="LENGTH", help="[default: 1/4 of the largest]")
-@click.option("--radius-max", type=LENGTH, metavar="LENGTH", help="[default: the largest]")
+@click.option(
+    "--radius-min",
+    type=LENGTH,
+    metavar="LENGTH",
+    help="Smallest object. [default: 1/4 of the largest]",
+)
+@click.option(
+    "--radius-max", type=LENGTH, metavar="LENGTH", help="Largest object. [default: the largest]"
+)
 @mount_options
 @output_options
 @plot_option

@@ -56,7 +56,7 @@ def show(gripper: str, as_json: bool) -> None:
 @gripper_argument
 @output_options
 def check(gripper: str, as_json: bool) -> None:
-    """Print whether GRIPPER's file is valid, its doubtful values, and the radii it grips.
+    """Print whether GRIPPER's file is valid, its warnings, and the radii it grips.
 
     GRIPPER is the name of a shipped gripper or the path of a description file. Exit code 2: the
     file cannot be used.

@@ -48,10 +48,34 @@ def worker_options(function: Decorated) -> Decorated:
 
 @sweep.command("map")
 @requirement_options
-@click.option("--angles", type=click.IntRange(2, MOST_ANGLES), default=15, show_default=True)
-@click.option("--tube-radius-min", type=LENGTH, default="2 mm", show_default=True)
-@click.option("--tube-radius-max", type=LENGTH, default="8 mm", show_default=True)
-@click.option("--tube-radii", type=click.IntRange(2, 181), default=13, show_default=True)
+@click.option(
+    "--angles",
+    type=click.IntRange(2, MOST_ANGLES),
+    default=15,
+    show_default=True,
+    help="Number of fiber angles.",
+)
+@click.option(
+    "--tube-radius-min",
+    type=LENGTH,
+    default="2 mm",
+    show_default=True,
+    help="Smallest inner radius of the tube.",
+)
+@click.option(
+    "--tube-radius-max",
+    type=LENGTH,
+    default="8 mm",
+    show_default=True,
+    help="Largest inner radius of the tube.",
+)
+@click.option(
+    "--tube-radii",
+    type=click.IntRange(2, 181),
+    default=13,
+    show_default=True,
+    help="Number of tube radii.",
+)
 @click.option(
     "--wall", type=LENGTH, default="1/32 in", show_default=True, help="Wall thickness of all tubes."
 )
@@ -156,9 +180,22 @@ def pareto(
 
 @sweep.command()
 @click.argument("grippers", metavar="GRIPPER...", nargs=-1, required=True)
-@click.option("--radius", "radii", type=LENGTH, multiple=True, required=True, metavar="LENGTH")
 @click.option(
-    "--friction", "frictions", type=NUMBER, multiple=True, metavar="MU", help="[default: 0.3]"
+    "--radius",
+    "radii",
+    type=LENGTH,
+    multiple=True,
+    required=True,
+    metavar="LENGTH",
+    help="Radius of a cylinder.",
+)
+@click.option(
+    "--friction",
+    "frictions",
+    type=NUMBER,
+    multiple=True,
+    metavar="MU",
+    help="Friction coefficient of tube and object; by default each gripper file's, or 0.3.",
 )
 @click.option(
     "--gravity-direction",
@@ -198,7 +235,7 @@ def grips(
     if any(not 0.0 <= friction <= 10.0 for friction in frictions):
         raise click.UsageError("--friction must be from 0 to 10")
     from spiral_core.grip.study import grip_cases, solve_cases
-    from spiral_core.wrap.gripper import DEFAULT_FRICTION, STANDARD_GRAVITY
+    from spiral_core.wrap.gripper import STANDARD_GRAVITY
     from spiral_gripper.cli.gripper import described
     from spiral_gripper.reports.grip.study import StudyFile, case_as_dict, print_outcomes
 
@@ -207,7 +244,7 @@ def grips(
         (STANDARD_GRAVITY * x, STANDARD_GRAVITY * y, STANDARD_GRAVITY * z) for x, y, z in mounts
     ]
     designs = [described(name).gripper for name in grippers]
-    cases = grip_cases(designs, radii, frictions or (DEFAULT_FRICTION,), gravities or None)
+    cases = grip_cases(designs, radii, frictions or None, gravities or None)
     store = StudyFile(results, cases)
     with _workers(jobs, scheduler) as executor, _progress(as_json) as progress:
         outcomes = solve_cases(cases, executor, progress, known=store.known, keep=store.keep)
