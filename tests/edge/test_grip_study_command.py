@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import json
+from io import StringIO
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from spiral_core import GripOutcome
 from spiral_core.grip import study
+from spiral_gripper import load_gripper
 from spiral_gripper.cli.main import run
+from spiral_gripper.reports.grip.study import print_outcomes
 
 SWEEP = [
     "sweep",
@@ -107,6 +111,17 @@ def test_people_get_a_table_and_the_reasons(
     assert "9.81" in said
     assert "20 mm: too thick for this test" in said
     assert len(solved) == 2
+
+
+def test_a_force_that_is_not_known_is_no_refusal() -> None:
+    case = study.GripCase(load_gripper("paper_design_70"), 0.015, 0.3)
+    held = GripOutcome("", 66e3, 65e3, None, None, 70e3, 0.2, 0.7, 0.9, None, True)
+    console = Console(record=True, width=100, file=StringIO())
+    print_outcomes([case, case], [held, GripOutcome("too thick")], console)
+    first, second = [line for line in console.export_text().splitlines() if "15 mm" in line][:2]
+    assert "> 0.9" in first
+    assert "?" in first
+    assert "?" not in second
 
 
 def test_misuse_is_answered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

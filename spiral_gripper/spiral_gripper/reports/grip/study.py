@@ -113,26 +113,27 @@ def _table(grips: list[tuple[GripCase, GripOutcome]]) -> Table:
     gravity = " ".join(f"{component:.3g}" for component in gripper.gravity)
     table = Table(
         title=escape(f"{gripper.name}, gravity ({gravity}), {len(grips)} grips"),
-        caption=escape(f"forces at the recommended pressure [{units}]; > at least"),
+        caption=escape(f"forces at the recommended pressure [{units}]; > at least, ? not known"),
     )
     columns = ("radius", "friction", "wrapped", "curls", "lost", "at", "away", "towards")
     for column in columns:
         table.add_column(column, justify="right")
     for case, outcome in grips:
+        unknown = "-" if outcome.refusal else "?"
         pressures = (outcome.onset_wrap, outcome.onset_curling, outcome.loss, outcome.pressure)
         table.add_row(
             shown(case.radius, "m"),
             f"{case.friction:.3g}",
             *("-" if p is None else number(p, "Pa") for p in pressures),
-            _force(outcome.away, outcome.away_is_lower_bound),
-            _force(outcome.towards, outcome.towards_is_lower_bound),
+            _force(outcome.away, outcome.away_is_lower_bound, unknown),
+            _force(outcome.towards, outcome.towards_is_lower_bound, unknown),
         )
     return table
 
 
-def _force(force: float | None, is_lower_bound: bool) -> str:
+def _force(force: float | None, is_lower_bound: bool, unknown: str) -> str:
     if force is None:
-        return "-"
+        return unknown
     return ("> " if is_lower_bound else "") + number(force, "N", 3)
 
 
