@@ -251,6 +251,8 @@ def test_reprs_read_well() -> None:
     assert "mm in contact" in repr(window().points[-1])
     assert "N at" in repr(held().forces[Pull.AWAY][0])
     assert "largest forces" in repr(held())
+    unknown = replace(held().forces[Pull.AWAY][0], force=math.nan)
+    assert "AWAY unknown" in repr(replace(held(), forces={Pull.AWAY: (unknown,)}))
 
 
 def test_without_gravity_the_tip_criterion_is_exact_and_the_line_force_the_closed_form() -> None:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -62,9 +61,7 @@ class Grip:
 
     def __repr__(self) -> str:
         best = ", ".join(
-            f"{pull.name} {np.nanmax(self.force(pull), initial=-math.inf):.3g}"
-            for pull in self.forces
-            if self.points
+            f"{pull.name} {_largest(self.force(pull))}" for pull in self.forces if self.points
         )
         return f"Grip({self.window!r}, largest forces [N, N m]: {best or 'none looked at'})"
 
@@ -262,6 +259,12 @@ class Grip:
     def _radius(self) -> float:
         """Of the object [m]."""
         return float(self.setup.obstacle.shape.feature_radius)
+
+
+def _largest(forces: Array) -> str:
+    """Return the largest force that is known, as text."""
+    known = forces[~np.isnan(forces)]
+    return f"{known.max():.3g}" if known.size else "unknown"
 
 
 def solve_grip(
