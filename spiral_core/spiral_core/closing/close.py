@@ -37,7 +37,7 @@ BEYOND_WRAP = 1.15
 # than this fraction of the length per second for good.
 WRAPPED, SETTLED = 0.9, 0.02
 LEAST_WRAP = 0.5  # turns
-# Inertia has long stopped to matter in closings that take longer [s].
+# In closings that take longer, inertia does not matter [s].
 LONGEST_COURSE = 600.0
 # Stations of the slow closing that a fast one is compared with.
 SLOW_STATIONS = 40

@@ -2,8 +2,8 @@
 """Step 6 of the design procedure: the rod under gravity, and the corrected length.
 
 Gravity changes the radius that a pressure fits and the length that a turn takes. The helix
-model's length is a first guess; here the gripper is solved as a rod, and its length corrected
-until it makes the required turns about the largest object, just so.
+model's length is a first guess. Here the gripper is solved as a rod, and its length is corrected
+until it makes exactly the required turns about the largest object.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ RADIUS_TOLERANCE = 3e-3
 # A bracket of lengths this narrow is a length: 0.1 mm of the paper's design.
 LENGTH_TOLERANCE = 3e-4
 # Weight over bending stiffness, w L^3 / EI, up to which a hanging coil is tried at once; a longer
-# first guess is shortened to it, for most of its length would only hang.
+# first guess is shortened to it, because most of its length would only hang.
 SAG_AT_START = 100.0
 # ... and up to which longer ones are tried: what hangs longer only sags more.
 SAG_AT_MOST = 3000.0
@@ -156,7 +156,7 @@ class _Trial(NamedTuple):
 class _Search:
     """The shortest length that wraps the largest object, by a secant inside a bracket.
 
-    The largest radius is where the coil makes the required turns just so. For a helix its
+    At the largest radius the coil makes exactly the required turns. For a helix its
     centerline's radius is proportional to the length: the search runs on their logarithms.
     """
 
@@ -227,8 +227,8 @@ class _Search:
         """Return the next length, always inside the bracket [m]."""
         proposal = GROWTH * trial.length
         if trial.curve is not None:
-            aim = self._excess(trial) - 0.5 * RADIUS_TOLERANCE
-            proposal = min(trial.length * math.exp(-aim / self._slope()), proposal)
+            excess = self._excess(trial) - 0.5 * RADIUS_TOLERANCE
+            proposal = min(trial.length * math.exp(-excess / self._slope()), proposal)
         if self.best is None:
             return min(max(proposal, LEAST_GROWTH * self.too_short), self.longest)
         if self.too_short < proposal < self.best.length:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The control logic of the node, without ROS: what is heard, what is missing, and what follows.
+"""The control logic of the node, without ROS: inputs, their absence, and the pressure command.
 
 :class:`GripControl` decides: it judges the measured pressure, silence and the end of each grasp,
 and tells its state machine to track, hold, vent or fail. The state machine answers with the
@@ -33,7 +33,7 @@ from spiral_gripper_ros.control.timing import SilenceWatch, TakeOver
 class GripControl(Generic[PlanT]):
     """Decides the pressure command, monitors the measured pressure, and executes grasps.
 
-    Times are seconds of any clock. Should that clock run backwards, no time passes until it runs
+    Times are seconds of any clock. If that clock runs backwards, no time passes until it runs
     forward again.
 
     Args:
