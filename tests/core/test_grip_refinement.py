@@ -8,7 +8,14 @@ from dataclasses import replace
 
 import pytest
 
-from spiral_core import Closing, Pull, grip_window, holding_force, lay_into_coil, solve_grip
+from spiral_core import (
+    Closing,
+    Pull,
+    grip_window,
+    holding_force,
+    lay_into_coil,
+    solve_grip,
+)
 from spiral_core.grip.refinement import refine
 from spiral_gripper import load_gripper
 
@@ -41,3 +48,19 @@ def test_twice_the_elements_change_a_grip_by_what_is_stated() -> None:
     # Only one of the two is lost: nothing finite could be stated.
     curled = replace(window, onset_curling=None)
     assert refine(solve_grip(setup, (), pressures=(), window=curled)).window == math.inf
+
+
+def test_points_where_tube_and_object_cross_are_no_wrap() -> None:
+    """Upright, seven nodes of 60 elements touch, each alone, and the tip: of 90 they are fewer."""
+    upright = load_gripper("paper_design_70").with_mount((-9.80665, 0.0, 0.0), None)
+    setup = lay_into_coil(upright, 0.012)
+    window = grip_window(setup)
+    crossed = next(point for point in window.points if point.state.touching[0].sum() > 6)
+    assert crossed.tip_gap < 1e-6
+    assert crossed.largest_gap > 5e-3
+    assert not crossed.is_wrapped
+    finer = grip_window(replace(setup, elements=90), window.pressures[1:])
+    assert window.onset_wrap == pytest.approx(finer.onset_wrap, rel=5e-3)  # located to 0.2 %
+    assert window.lift_off is None
+    grip = solve_grip(setup, (), pressures=(), window=window)
+    assert window.at(grip.recommended_pressure()).is_wrapped

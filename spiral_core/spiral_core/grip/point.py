@@ -17,7 +17,7 @@ from spiral_core.wrap.wrap import WrapRegime
 # away where it bridges more than the second one: half a millimeter for the paper's tube.
 TOUCH_GAP = 0.01
 CURL_GAP = 0.1
-# Of the rod's nodes, the part that has to touch before contact counts as something to lose.
+# Of the tube, the part that has to touch before contact counts as something to lose.
 FEWEST_TOUCHING = 0.1
 
 
@@ -51,7 +51,7 @@ class GripPoint:
 
     @property
     def is_wrapped(self) -> bool:
-        """Whether the tip touches, and more than a few nodes with it."""
+        """Whether the tip touches, and more than a tenth of the tube with it."""
         return self.tip_gap <= TOUCH_GAP * self.outer_radius and wraps(self.state)
 
     @property
@@ -141,5 +141,10 @@ class GripPoint:
 
 
 def wraps(state: ContactState) -> bool:
-    """Return whether more than a few nodes touch: contact that can be lost."""
-    return int(state.touching[0].sum()) > FEWEST_TOUCHING * len(state.arc_lengths)
+    """Return whether more than a few elements touch: contact that can be lost.
+
+    An element touches with both ends. A node that touches alone is a point where tube and object
+    cross: on more elements it stands for less of the tube.
+    """
+    touching = state.touching[0]
+    return int((touching[:-1] & touching[1:]).sum()) > FEWEST_TOUCHING * (len(touching) - 1)

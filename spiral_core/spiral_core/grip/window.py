@@ -59,8 +59,8 @@ class GripWindow:
     Args:
         setup: the gripper and its object.
         points: the states met, by rising pressure; the last is the last that holds.
-        onset_wrap: lowest pressure at which the tip touches the object, and more than a few nodes
-            with it: the perfect wrap [Pa]; None if there is none.
+        onset_wrap: lowest pressure at which the tip touches the object, and more than a tenth of
+            the tube with it: the perfect wrap [Pa]; None if there is none.
         onset_curling: pressure above it at which the end bridges more than a tenth of the tube's
             outer radius [Pa]; None if it does not.
         loss: lowest pressure at which the wrapped coil has no stable shape next to the one it has
