@@ -16,8 +16,10 @@ from spiral_core import (
     follow_contact,
     grip_window,
     holding_force,
+    lay_into_coil,
     solve_contact,
 )
+from spiral_gripper import load_gripper
 
 
 @pytest.mark.slow
@@ -46,6 +48,16 @@ def test_grip_with_friction_solved_again_stays_where_it_is() -> None:
         np.testing.assert_allclose(again.positions, point.state.positions, rtol=0.0, atol=1e-9)
     assert window.onset_wrap is not None
     assert holding_force(window.at(window.onset_wrap), Pull.AWAY).force > 0.1
+
+
+def test_coil_whose_forces_inside_exceed_its_loads_is_followed() -> None:
+    """Without gravity the rounding of its forces exceeded a tolerance by its loads."""
+    gripper = load_gripper("paper_design_70").with_mount((0.0, 0.0, 0.0), None)
+    window = grip_window(lay_into_coil(gripper, 0.012, friction=1.0))
+    assert window.end is WindowEnd.LIMIT
+    for point in window.points[1:]:
+        again = solve_contact(window.setup.closing_problem(point.pressure), start=point.state)
+        np.testing.assert_allclose(again.positions, point.state.positions, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", [62, 741])

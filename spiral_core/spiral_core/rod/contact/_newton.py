@@ -135,8 +135,7 @@ class Newton:
     def run(self, max_move: float, reach: Reach | None = None) -> Solution:
         """Iterate to the equilibrium; nodes move at most ``max_move`` [m] in a step."""
         start = self.x.copy()
-        quick = True
-        blocked, patience, best = 0, 0, np.inf
+        quick, blocked, patience, best = True, 0, 0, np.inf
         solution = self._pass()
         first = self._first_guess(solution)
         for passes in range(1, MAX_PASSES):
@@ -260,9 +259,8 @@ class Newton:
                 shifted = tangent.copy()
                 shifted[:, diagonal, diagonal] += self.shift * self.mass
             pivot = self._eliminate(drive, shifted)
-            if pivot > 0.0 or not np.isfinite(pivot) or (law.sharp and contacts):
-                break
-            if self.shift > 1e9 * unit:
+            done = pivot > 0.0 or not np.isfinite(pivot) or (law.sharp and contacts)
+            if done or self.shift > 1e9 * unit:
                 break
             self.shift = max(10.0 * self.shift, 1e-2 * unit)
         gradient = self.gradient - drive + true
@@ -303,14 +301,16 @@ class Newton:
         inner = gradient.copy()
         inner[0] = self.arrays.end_free[0] @ inner[0]
         inner[-1] = self.arrays.end_free[1] @ inner[-1]
+        # Rounding follows the forces inside: a coil around an object bears more than its loads.
+        force = max(self.force, float(np.abs(self.x.n).max()))
         length = self.arrays.length / LENGTH_WEIGHT
         worst = [
-            float(np.abs(inner[:, :3]).max()) / self.moment,
-            float(np.abs(inner[:, 3:]).max()) / self.force,
+            float(np.abs(inner[:, :3]).max()) / max(self.moment, force * self.arrays.step),
+            float(np.abs(inner[:, 3:]).max()) / force,
             float(np.abs(self.chord).max()) / length,
         ]
         pair = 2.0 * self.last_barrier / self.tolerance
-        worst += [contact.residual(length, self.force, pair) for contact in contacts]
+        worst += [contact.residual(length, force, pair) for contact in contacts]
         return float(np.max(worst))
 
     def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:

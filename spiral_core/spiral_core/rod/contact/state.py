@@ -81,8 +81,8 @@ class ContactState:
         base_reaction: (6,) force [N] and moment [N m] with which the base is held, base frame.
         tip_reaction: (6,) likewise.
         energy: elastic energy and potential of the loads about the origin [J].
-        residual: largest imbalance of forces, as a fraction of EI/L^2 or of the sum of the loads,
-            of moments likewise, and of lengths as a fraction of L/10.
+        residual: largest imbalance of forces, as a fraction of EI/L^2, of the sum of the loads or
+            of the largest force inside, of moments likewise, and of lengths as a fraction of L/10.
         smallest_pivot: smallest pivot of the Hessian with its active contacts, as a fraction of
             EI/L: the certificate. Positive proves a strict local minimum of the discrete energy
             for the given friction; motions that nothing resists (a round rod spinning about its
