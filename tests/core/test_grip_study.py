@@ -18,8 +18,11 @@ from spiral_core import (
     Closing,
     GripOutcome,
     GripSetup,
+    HoldingForce,
     InvalidInputError,
     MountAim,
+    Pull,
+    PullEnd,
     grip_cases,
     lay_into_coil,
     misplacements,
@@ -111,6 +114,15 @@ def test_a_mount_moves_the_object_by_its_shift_and_tilt() -> None:
     np.testing.assert_allclose(frame @ step, shift, atol=1e-12)
     angle = math.acos(float(moved.axis @ setup().axis))
     assert angle == pytest.approx(math.hypot(*tilt), rel=1e-3)
+
+
+def test_a_mount_whose_force_is_not_known_is_the_worst(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is greater than NaN: a search that began there would stay."""
+    unknown = HoldingForce(
+        Pull.AWAY, math.nan, math.nan, math.nan, np.zeros(1), np.zeros(1), PullEnd.NOT_FOLLOWED
+    )
+    monkeypatch.setattr(mounts, "holding_force", lambda point, pull: unknown)
+    assert place_mount(setup(), aim=MountAim.FORCE).score == -math.inf
 
 
 def test_a_search_never_ends_below_its_start(monkeypatch: pytest.MonkeyPatch) -> None:

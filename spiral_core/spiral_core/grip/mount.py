@@ -174,11 +174,12 @@ def _placed(setup: GripSetup, place: Array, aim: MountAim) -> Mount:
 
 
 def _score(window: GripWindow, aim: MountAim) -> float:
-    """Return how good a window is."""
+    """Return how good a window is: minus infinity where nothing is wrapped, or known."""
     if window.onset_wrap is None:
         return -math.inf
     if aim is MountAim.FORCE:
         point = window.at(min(1.1 * window.onset_wrap, window.top))
-        return holding_force(point, Pull.AWAY).force
+        force = holding_force(point, Pull.AWAY).force
+        return -math.inf if math.isnan(force) else force
     end = window.top if window.loss is None else window.loss
     return (end - window.onset_wrap) / (0.5 * (end + window.onset_wrap))

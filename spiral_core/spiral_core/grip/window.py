@@ -62,7 +62,8 @@ class GripWindow:
         onset_wrap: lowest pressure at which the tip touches the object, and more than a tenth of
             the tube with it: the perfect wrap [Pa]; None if there is none.
         onset_curling: pressure above it at which the end bridges more than a tenth of the tube's
-            outer radius [Pa]; None if it does not.
+            outer radius [Pa]; None if it does not. Where it does from the onset on, and the tip
+            lifts off and touches again further up, the window is the one that begins there.
         loss: lowest pressure at which the wrapped coil has no stable shape next to the one it has
             and snaps: as a rule its end lets go [Pa]; None if it does not. :func:`follow_loss` has
             what remains.
@@ -201,8 +202,9 @@ def grip_window(
         if loss is not None or point is None:
             end = WindowEnd.LOST if loss is not None else _why(path)
             break
-        if onset is None and point.is_wrapped:
-            onset = located(here, point, WRAP)
+        curled_only = lift_off is not None and curling == onset
+        if point.is_wrapped and (onset is None or curled_only):
+            onset, curling, lift_off = located(here, point, WRAP), None, None
         if onset is not None and curling is None and point.is_curled:
             curling = max(onset, located(here, point, CURL))
         if onset is not None and lift_off is None and not point.is_wrapped:
