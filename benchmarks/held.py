@@ -60,9 +60,7 @@ FINER = 1.5
 # An end that lets go takes most of the coil along where less than this of its contact stays.
 MOST = 0.5
 # Of the way beyond a loss, to see the snap.
-SMALL = 0.1
-# Curled as soon as enough of it touches to be called wrapped: that depends on single nodes.
-THRESHOLD = "window, curled from its onset; on finer elements fewer than a tenth of the nodes touch"
+SMALL = 0.03
 KEPT = RESULTS / "held.jsonl"
 
 
@@ -169,8 +167,6 @@ def _sampled(verdict: Verdict, window: GripWindow) -> Verdict:
         loss_change=_change(window.loss, finer.loss),
     )
     if finer.onset_wrap is None:
-        if window.onset_curling == window.onset_wrap:
-            return verdict._replace(kind=THRESHOLD)
         return verdict._replace(kind="WRONG: not held on finer elements")
     if window.end is not WindowEnd.LOST:
         return verdict
