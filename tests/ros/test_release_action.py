@@ -2,6 +2,7 @@
 """The action `release`: it vents at once, and ends when the pressure is gone."""
 
 import math
+import re
 
 import pytest
 from action_msgs.msg import GoalStatus
@@ -62,7 +63,11 @@ def test_a_pressure_that_stays_fails_the_release_in_its_time(holding):
     client = holding.client
     client.regulator = lambda pressure: 4.0e4
     goal = holding.send(Release.Goal(timeout=0.5))
-    assert "still 40000 Pa" in refused(goal, Reason.PRESSURE_HIGH)
+    message = refused(goal, Reason.PRESSURE_HIGH)
+    still = re.search(r"still ([\d.]+) Pa", message)
+    # The readings are smoothed: a node that has heard few of them is on its way to 40 kPa.
+    assert still is not None
+    assert 4.0e4 <= float(still[1]) < 5.7e4
     client.wait_for_state(State.RELEASED)
 
 

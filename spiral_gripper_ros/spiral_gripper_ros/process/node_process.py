@@ -27,6 +27,7 @@ class NodeProcess:
         environment: variables to add to this process's.
         output: where its log goes; None: to the terminal.
         module: what is started: ``NODE`` or ``SIMULATOR``.
+        arguments: more ROS arguments.
     """
 
     def __init__(
@@ -36,8 +37,9 @@ class NodeProcess:
         environment: Mapping[str, str] | None = None,
         output: IO[str] | None = None,
         module: str = NODE,
+        arguments: Sequence[str] = (),
     ) -> None:
-        given = ["--ros-args", "-r", f"__ns:={namespace}"]
+        given = ["--ros-args", "-r", f"__ns:={namespace}", *arguments]
         for name, value in (parameters or {}).items():
             given += ["-p", f"{name}:={value}"]
         self._process = subprocess.Popen(

@@ -58,6 +58,8 @@ COUPLING_RESIDUAL = 5.0
 BLOCKED = 0.2
 # Positions weigh ten times as much as their fraction of the length in the residual.
 LENGTH_WEIGHT = 10.0
+# A coil bears more inside than its loads: this part counts as a load, its imbalance is rounding.
+ROUNDED = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +95,7 @@ class Newton:
     ) -> None:
         self.arrays, self.x, self.anchors, self.added = arrays, x, anchors, added
         # A rod that leaves a state takes a step, however little its forces are out of balance.
-        self.tolerance, self.leaves = DEFAULT_TOLERANCE, False
+        self.tolerance, self.rounded, self.leaves = DEFAULT_TOLERANCE, ROUNDED, False
         count, h = arrays.count, arrays.step
         self.force = arrays.force_scale
         self.moment = max(arrays.bending / arrays.length, self.force * h)
@@ -280,8 +282,7 @@ class Newton:
 
     def _loads(self) -> tuple[Array, Array]:
         """Return gradient and Hessian of loads at the nodes and of what is added."""
-        arrays, x = self.arrays, self.x
-        count = arrays.count
+        arrays, x, count = self.arrays, self.x, self.arrays.count
         gradient, tangent = np.zeros((count + 1, 6)), np.zeros((count + 1, 6, 6))
         gradient[:, 3:] = -arrays.nodal[:, 3:]
         if arrays.nodal[:, :3].any():
@@ -301,8 +302,7 @@ class Newton:
         inner = gradient.copy()
         inner[0] = self.arrays.end_free[0] @ inner[0]
         inner[-1] = self.arrays.end_free[1] @ inner[-1]
-        # Rounding follows the forces inside: a coil around an object bears more than its loads.
-        force = max(self.force, float(np.abs(self.x.n).max()))
+        force = max(self.force, self.rounded * float(np.abs(self.x.n).max()))
         length = self.arrays.length / LENGTH_WEIGHT
         worst = [
             float(np.abs(inner[:, :3]).max()) / max(self.moment, force * self.arrays.step),

@@ -82,7 +82,7 @@ class ContactState:
         tip_reaction: (6,) likewise.
         energy: elastic energy and potential of the loads about the origin [J].
         residual: largest imbalance of forces, as a fraction of EI/L^2, of the sum of the loads or
-            of the largest force inside, of moments likewise, and of lengths as a fraction of L/10.
+            a tenth of the largest force inside, of moments likewise, and of lengths as one of L/10.
         smallest_pivot: smallest pivot of the Hessian with its active contacts, as a fraction of
             EI/L: the certificate. Positive proves a strict local minimum of the discrete energy
             for the given friction; motions that nothing resists (a round rod spinning about its

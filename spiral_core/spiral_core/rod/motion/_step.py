@@ -210,7 +210,7 @@ def _solve(here: Point, arrays: Arrays, guess: Iterate, terms: StepTerms) -> Poi
     largest = largest_moves(here)
     for x in (guess, _taken_along(here, arrays)):
         newton = Newton(arrays, x, anchors, terms)
-        newton.tolerance = TOLERANCE
+        newton.tolerance, newton.rounded = TOLERANCE, 0.0
         solution = newton.run(float(largest.max()))
         near = solution.pivot > 0.0 and solution.residual < ACCEPTED
         if (solution.outcome == CONVERGED or near) and moved_fraction(here, arrays, x.p) <= 1.0:
