@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from spiral_gripper.cli.output import print_json, say_written, write_picture
 from spiral_gripper.cli.types import (
     LENGTH,
     REPORT_FILE,
@@ -73,15 +74,12 @@ DRAWS_MAX: Final = 100_000
 @click.option(
     "--section-length",
     type=Quantity("LENGTH", most="10 m"),
-    metavar="LENGTH",
     help="Unstretched length of the measured section. [default: the tube's length]",
 )
 @click.option("--ignore", "ignored", multiple=True, metavar="HEADING", help="Column to ignore.")
 @click.option("--robust", is_flag=True, help="Reduce the weight of outliers (Huber's loss).")
 @click.option(
-    "--accept-implausible",
-    is_flag=True,
-    help="Accept readings that look like a mix-up of units.",
+    "--accept-implausible", is_flag=True, help="Accept readings that look like a mix-up of units."
 )
 @click.option(
     "--measured-curve",
@@ -98,7 +96,6 @@ DRAWS_MAX: Final = 100_000
     "radii",
     multiple=True,
     type=LENGTH,
-    metavar="LENGTH",
     help="Object radius for which to print the pressure and its interval.",
 )
 @click.option(
@@ -124,15 +121,12 @@ DRAWS_MAX: Final = 100_000
 @click.option(
     "--save",
     type=YAML_FILE,
-    metavar="FILE",
     help="Gripper file to write. [default: a new file beside the original]",
 )
 @click.option("--no-save", is_flag=True, help="Write no gripper file.")
 @output_options
 @plot_option
-@click.option(
-    "--report", type=REPORT_FILE, metavar="FILE", help="Write a report to a .md or .html file."
-)
+@click.option("--report", type=REPORT_FILE, help="Write a report to a .md or .html file.")
 def calibrate(
     gripper: str,
     files: tuple[Path, ...],
@@ -155,7 +149,6 @@ def calibrate(
         raise click.UsageError("--save and --no-save exclude each other")
     from spiral_gripper.bench.command import CommandOptions, load_files
     from spiral_gripper.cli.gripper import described
-    from spiral_gripper.cli.output import say_written, write_picture
 
     stated = CommandOptions(**options)
     description = described(gripper)
@@ -198,7 +191,6 @@ def _calibrate(
 ) -> CommandResult:
     """Fit and print; radii that cannot be gripped do not stop the rest."""
     from spiral_gripper.bench.command import run_command
-    from spiral_gripper.cli.output import print_json
 
     result, level = run_command(description, measurements, options), options.level
     if as_json:
@@ -228,7 +220,6 @@ def _write_curve(
 ) -> int:
     """Print the measured actuation curve, and write it into a gripper file."""
     from spiral_gripper.bench.command import measured_curve
-    from spiral_gripper.cli.output import print_json, say_written
     from spiral_gripper.files.shown import shown
 
     curve = measured_curve(description, measurements)
@@ -256,7 +247,6 @@ def _fit_swing(
         swing_as_dict,
         swing_lines,
     )
-    from spiral_gripper.cli.output import print_json
 
     path, air = require_one_file(files), held_air(options)
     fit = fit_free_swing(description, path, options.measurement_options(), air)

@@ -10,6 +10,7 @@ import click
 
 from spiral_gripper.cli.gripper import described, mounted
 from spiral_gripper.cli.group import Group
+from spiral_gripper.cli.output import print_json, write_picture
 from spiral_gripper.cli.types import (
     FIBER_ANGLE,
     LENGTH,
@@ -33,9 +34,7 @@ def chart() -> None:
 
 @chart.command("design-space")
 @gripper_argument
-@click.option(
-    "--beta", "betas", type=FIBER_ANGLE, multiple=True, metavar="ANGLE", help="Fiber angle."
-)
+@click.option("--beta", "betas", type=FIBER_ANGLE, multiple=True, help="Fiber angle.")
 @turns_option
 @click.option(
     "--stretch-max",
@@ -69,7 +68,6 @@ def design_space(
     curves = curves_of(actuator, betas or CHART_BETAS, turns, stretch_max)
     _print_data(curves, as_json)
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import design_space_figure
 
         write_picture(design_space_figure(curves, name), plot)
@@ -90,7 +88,6 @@ def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -
     weightless = helix_range(mount, heavy.pressure)
     _print_data({"with_gravity": heavy, "without_gravity": weightless}, as_json)
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import gravity_figure
 
         write_picture(gravity_figure(heavy, weightless, mount.name), plot)
@@ -98,15 +95,8 @@ def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -
 
 @chart.command()
 @gripper_argument
-@click.option(
-    "--radius-min",
-    type=LENGTH,
-    metavar="LENGTH",
-    help="Smallest object. [default: 1/4 of the largest]",
-)
-@click.option(
-    "--radius-max", type=LENGTH, metavar="LENGTH", help="Largest object. [default: the largest]"
-)
+@click.option("--radius-min", type=LENGTH, help="Smallest object. [default: 1/4 of the largest]")
+@click.option("--radius-max", type=LENGTH, help="Largest object. [default: the largest]")
 @mount_options
 @output_options
 @plot_option
@@ -132,7 +122,6 @@ def pressure(
     data = regime_chart(curve, low, high)
     _print_data(data, as_json)
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import regime_figure
 
         write_picture(regime_figure(data, curve.gripper.name), plot)
@@ -141,9 +130,13 @@ def pressure(
 @chart.command()
 @gripper_argument
 @click.option(
-    "--pressure", "pressures", type=PRESSURE, multiple=True, required=True, metavar="PRESSURE",
+    "--pressure",
+    "pressures",
+    type=PRESSURE,
+    multiple=True,
+    required=True,
     help="Gauge pressure; up to three.",
-)  # fmt: skip
+)
 @output_options
 @plot_option
 def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Path | None) -> None:
@@ -159,7 +152,6 @@ def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Pat
     shapes = [actuation.unloaded_shape(pressure) for pressure in pressures]
     _print_data({"pressure": pressures, "shape": shapes}, as_json)
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import section_figure
 
         write_picture(section_figure(actuator, pressures, description.gripper.name), plot)
@@ -172,6 +164,4 @@ def _require_output(as_json: bool, plot: Path | None) -> None:
 
 def _print_data(data: object, as_json: bool) -> None:
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json(data)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from spiral_gripper.cli.output import print_json, say_written, write_picture
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
 from spiral_gripper.cli.types import REPORT_FILE, YAML_FILE, output_options, plot_option
 
@@ -26,13 +27,10 @@ Example:
 @requirement_options
 @output_options
 @plot_option
-@click.option(
-    "--report", type=REPORT_FILE, metavar="FILE", help="Write a report to a .md or .html file."
-)
+@click.option("--report", type=REPORT_FILE, help="Write a report to a .md or .html file.")
 @click.option(
     "--save",
     type=YAML_FILE,
-    metavar="FILE",
     help="Write the gripper's description to a .yaml file, for the node and the other commands.",
 )
 def design(
@@ -50,7 +48,6 @@ def design(
 
     result = design_gripper(requirement)
     if as_json:
-        from spiral_gripper.cli.output import print_json
         from spiral_gripper.reports.design_document import report_as_dict
 
         print_json(report_as_dict(result))
@@ -68,12 +65,10 @@ def design(
     if save is not None:
         _save(result, save)
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import design_figure
 
         write_picture(design_figure(result), plot)
     if report is not None:
-        from spiral_gripper.cli.output import say_written
         from spiral_gripper.reports.design_report import write_report
 
         write_report(result, report)
@@ -83,7 +78,6 @@ def design(
 
 def _save(result: DesignReport, path: Path) -> None:
     """Write the description of a feasible design to a file that does not exist yet."""
-    from spiral_gripper.cli.output import say_written
     from spiral_gripper.files.shown import reworded
     from spiral_gripper.files.storage import write_file
     from spiral_gripper.reports.design_document import description_text

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from spiral_gripper.cli.output import print_json, print_rows, write_picture
 from spiral_gripper.cli.requirement import gravity_from
 from spiral_gripper.cli.types import (
     FORCE,
@@ -26,6 +25,7 @@ from spiral_gripper.cli.types import (
     typed_all,
     unit_vector,
 )
+from spiral_gripper.cli.workers import progress_bar
 
 if TYPE_CHECKING:
     from spiral_core.wrap.gripper import Gripper
@@ -34,9 +34,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @gripper_argument
-@click.option(
-    "--pressure", type=PRESSURE, required=True, metavar="PRESSURE", help="Gauge pressure."
-)
+@click.option("--pressure", type=PRESSURE, required=True, help="Gauge pressure.")
 @mount_options
 @output_options
 @plot_option
@@ -56,13 +54,10 @@ def shape(
     title = f"{mount.name} at {typed('pressure')}"
     solved = solve_shape(mount, pressure)
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json(shape_as_dict(solved))
     else:
         print_rows(title, shape_rows(solved))
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.shape_plots import shape_figure
 
         write_picture(shape_figure(solved.state, solved.gripper.tube.outer_radius, title), plot)
@@ -71,9 +66,7 @@ def shape(
 @click.command()
 @gripper_argument
 @object_options
-@click.option(
-    "--pressure", type=PRESSURE, metavar="PRESSURE", help="Also print the wrap at this pressure."
-)
+@click.option("--pressure", type=PRESSURE, help="Also print the wrap at this pressure.")
 @mount_options
 @output_options
 @plot_option
@@ -119,13 +112,10 @@ def wrap(
         state, placement = solved.state, None
         title = f"{mount.name} at {shown(solved.wrap.pressure, 'Pa')}"
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json(document)
     else:
         print_rows(mount.name, rows)
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.shape_plots import shape_figure
 
         write_picture(shape_figure(state, mount.tube.outer_radius, title, placement), plot)
@@ -146,22 +136,17 @@ def wrap(
     help="Close without friction, then pull with friction: the best case.",
 )
 @click.option(
-    "--every-direction",
-    is_flag=True,
-    help="Also pull sideways and along gravity, and twist.",
+    "--every-direction", is_flag=True, help="Also pull sideways and along gravity, and twist."
 )
 @click.option(
     "--pressure",
     "pressures",
     type=PRESSURE,
     multiple=True,
-    metavar="PRESSURE",
     help="Look at this pressure in place of ten. May be repeated.",
 )
-@click.option("--payload", type=MASS, metavar="MASS", help="Mass of the object to carry.")
-@click.option(
-    "--force-max", type=FORCE, metavar="FORCE", help="Greatest sum of normal forces on the object."
-)
+@click.option("--payload", type=MASS, help="Mass of the object to carry.")
+@click.option("--force-max", type=FORCE, help="Greatest sum of normal forces on the object.")
 @mount_options
 @output_options
 @plot_option
@@ -191,11 +176,7 @@ def grip(
         raise click.UsageError("give either --radius or --profile")
     if friction is not None and not 0.0 <= friction <= 10.0:
         raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
-    from spiral_gripper.reports.grip.document import (
-        GripQuestion,
-        grip_as_dict,
-        solve_question,
-    )
+    from spiral_gripper.reports.grip.document import GripQuestion, grip_as_dict, solve_question
 
     description = described(gripper)
     for pressure, text in zip(pressures, typed_all("pressures") if pressures else (), strict=True):
@@ -207,23 +188,18 @@ def grip(
         mount, radius, profile, friction, frictionless_closing, every_direction, payload,
         force_max, pressures,
     )  # fmt: skip
-    with _progress(as_json) as progress:
+    with progress_bar("closing, then pulling", quiet=as_json) as progress:
         solved = solve_question(question, progress)
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json(grip_as_dict(solved))
     else:
         from rich.console import Console
 
         from spiral_gripper.reports.grip.rows import grip_rows, print_forces
-        from spiral_gripper.reports.tables import print_rows
 
-        console = Console()
-        print_rows(f"{mount.name}, will it hold?", grip_rows(solved), console)
-        print_forces(solved, console)
+        print_rows(f"{mount.name}, will it hold?", grip_rows(solved))
+        print_forces(solved, Console())
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.grip.plots import grip_figure
 
         what = f"radius {typed('radius')}" if radius is not None else str(profile)
@@ -267,24 +243,3 @@ def require_pressure(description: GripperDescription, pressure: float, text: str
         raise click.UsageError(
             f"--pressure {text} is above limits.pressure_max, {limit}, of {description.source.name}"
         )
-
-
-def print_rows(title: str, rows: list[tuple[str, str]]) -> None:
-    """Print names and figures in two columns."""
-    from rich.console import Console
-
-    from spiral_gripper.reports import tables
-
-    tables.print_rows(title, rows, Console())
-
-
-@contextmanager
-def _progress(as_json: bool) -> Iterator[Callable[[int, int], None] | None]:
-    """Show a bar on standard error, but not beside JSON."""
-    if as_json:
-        yield None
-        return
-    from spiral_gripper.cli.workers import progress_bar
-
-    with progress_bar("closing, then pulling") as moved:
-        yield moved

@@ -9,6 +9,7 @@ import click
 
 from spiral_gripper.cli.gripper import described
 from spiral_gripper.cli.group import Group
+from spiral_gripper.cli.output import print_json
 from spiral_gripper.cli.types import gripper_argument, json_option, output_options
 
 
@@ -26,8 +27,6 @@ def list_grippers(as_json: bool) -> None:
 
     found = {name: load_description(name).description for name in available_grippers()}
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json([{"name": name, "description": text} for name, text in found.items()])
         return
     for name, text in found.items():
@@ -43,8 +42,6 @@ def show(gripper: str, as_json: bool) -> None:
     GRIPPER is the name of a shipped gripper or the path of a description file.
     """
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json(_document(gripper))
         return
     from spiral_gripper.files.catalog import find_description, read_description_text
@@ -62,7 +59,6 @@ def check(gripper: str, as_json: bool) -> None:
     file cannot be used.
     """
     from spiral_core.wrap.curve import WrapCurve
-    from spiral_gripper.cli.output import print_json
     from spiral_gripper.files.shown import shown_range
 
     description = described(gripper)

@@ -8,7 +8,8 @@ from typing import Final
 
 import click
 
-from spiral_gripper.cli.gripper import described, mounted, print_rows
+from spiral_gripper.cli.gripper import described, mounted
+from spiral_gripper.cli.output import print_rows, say_written
 from spiral_gripper.cli.types import (
     LENGTH,
     YAML_FILE,
@@ -24,15 +25,10 @@ SHEET_FILE: Final = Suffixed((".pdf", ".svg"))
 
 @click.command()
 @gripper_argument
-@click.option(
-    "--radius", type=LENGTH, metavar="LENGTH", required=True, help="Radius of the object."
-)
+@click.option("--radius", type=LENGTH, required=True, help="Radius of the object.")
 @mount_options
 @click.option(
-    "--save",
-    type=YAML_FILE,
-    metavar="FILE",
-    help="Write the model to a .yaml file.  [default: print it]",
+    "--save", type=YAML_FILE, help="Write the model to a .yaml file.  [default: print it]"
 )
 def model(gripper: str, radius: float, save: Path | None, **options: object) -> None:
     """Print the swept volume and the collision spheres of GRIPPER, for its URDF.
@@ -40,7 +36,6 @@ def model(gripper: str, radius: float, save: Path | None, **options: object) -> 
     GRIPPER is the name of a shipped gripper or the path of a description file. The xacro file
     urdf/spiral_gripper.urdf.xacro of the package spiral_gripper_ros reads the output.
     """
-    from spiral_gripper.cli.output import say_written
     from spiral_gripper.files.storage import write_file
     from spiral_gripper.reports.robot_model import model_as_yaml, solve_model
 
@@ -57,12 +52,11 @@ def model(gripper: str, radius: float, save: Path | None, **options: object) -> 
 @click.option(
     "--end-allowance",
     type=LENGTH,
-    metavar="LENGTH",
     default="20 mm",
     show_default=True,
     help="Length of tube for plug and fitting at each end.",
 )
-@click.option("--save", type=SHEET_FILE, metavar="FILE", help="Write the template, .pdf or .svg.")
+@click.option("--save", type=SHEET_FILE, help="Write the template, .pdf or .svg.")
 @units_option
 def winding_sheet(gripper: str, end_allowance: float, save: Path | None) -> None:
     """Print cut length, pitches and fiber lengths of GRIPPER; write a winding template.
@@ -78,7 +72,6 @@ def winding_sheet(gripper: str, end_allowance: float, save: Path | None) -> None
     name, actuator = description.gripper.name, description.actuator
     print_rows(name, winding_rows(actuator, end_allowance))
     if save is not None:
-        from spiral_gripper.cli.output import say_written
         from spiral_gripper.reports.winding_sheet import write_winding_sheet
 
         write_winding_sheet(actuator, name, end_allowance, save)

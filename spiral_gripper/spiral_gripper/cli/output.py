@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""JSON output of the command line, and the lines about files that it has written."""
+"""What commands print: JSON, rows of figures, and lines about files that they have written."""
 
 from __future__ import annotations
 
@@ -9,15 +9,24 @@ from typing import TYPE_CHECKING
 
 import click
 
-from spiral_gripper.reports.design_document import plain
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 def print_json(value: object) -> None:
     """Print a value as JSON, in SI units; missing values are null."""
+    from spiral_gripper.reports.design_document import plain
+
     click.echo(json.dumps(plain(value), indent=2, allow_nan=False, ensure_ascii=False))
+
+
+def print_rows(title: str, rows: list[tuple[str, str]]) -> None:
+    """Print names and figures in two columns."""
+    from rich.console import Console
+
+    from spiral_gripper.reports.tables import row_table
+
+    Console().print(row_table(title, rows))
 
 
 def say_written(path: Path) -> None:

@@ -29,20 +29,8 @@ Decorated = TypeVar("Decorated", bound=Callable[..., object])
 PREFERENCES: Final = ("least-strain", "least-pressure", "shortest", "largest-margin")
 
 _OPTIONS: Final = (
-    click.option(
-        "--radius-min",
-        type=LENGTH,
-        required=True,
-        metavar="LENGTH",
-        help="Radius of the smallest object.",
-    ),
-    click.option(
-        "--radius-max",
-        type=LENGTH,
-        required=True,
-        metavar="LENGTH",
-        help="Radius of the largest object.",
-    ),
+    click.option("--radius-min", type=LENGTH, required=True, help="Radius of the smallest object."),
+    click.option("--radius-max", type=LENGTH, required=True, help="Radius of the largest object."),
     click.option(
         "--tubing",
         default="natural_latex",
@@ -62,41 +50,26 @@ _OPTIONS: Final = (
         "betas",
         type=FIBER_ANGLE,
         multiple=True,
-        metavar="ANGLE",
         help="Angle of the second fiber family. May be repeated. [default: 50, 60, 70, 80 deg]",
     ),
-    click.option(
-        "--alpha",
-        type=FIBER_ANGLE,
-        metavar="ANGLE",
-        help="Angle of the first family. [default: 88 deg]",
-    ),
+    click.option("--alpha", type=FIBER_ANGLE, help="Angle of the first family. [default: 88 deg]"),
     click.option(
         "--gamma",
         "gammas",
         type=SINGLE_FIBER_ANGLE,
         multiple=True,
-        metavar="ANGLE",
         help="Angle of the single fiber; of several the best is chosen. [default: 0 deg, straight]",
     ),
     turns_option,
     click.option(
-        "--object-length",
-        type=LENGTH,
-        metavar="LENGTH",
-        help="Length of the objects that the gripper may cover.",
+        "--object-length", type=LENGTH, help="Length of the objects that the gripper may cover."
     ),
-    click.option(
-        "--length-max", type=LENGTH, metavar="LENGTH", help="Greatest length of the gripper."
-    ),
-    click.option("--pressure-max", type=PRESSURE, metavar="PRESSURE", help="Greatest pressure."),
-    click.option(
-        "--strain-max", type=NUMBER, metavar="NUMBER", help="Greatest axial strain; 0.3 is 30 %."
-    ),
+    click.option("--length-max", type=LENGTH, help="Greatest length of the gripper."),
+    click.option("--pressure-max", type=PRESSURE, help="Greatest pressure."),
+    click.option("--strain-max", type=NUMBER, help="Greatest axial strain; 0.3 is 30 %."),
     click.option(
         "--payload",
         type=MASS,
-        metavar="MASS",
         help="Mass of each object; a design must carry twice this mass, computed with contact.",
     ),
     click.option(
@@ -107,10 +80,7 @@ _OPTIONS: Final = (
         help="Friction coefficient of tube and objects, for --payload. [default: 0.3]",
     ),
     click.option(
-        "--end-allowance",
-        type=LENGTH,
-        metavar="LENGTH",
-        help="Tube beyond the gripper at each end. [default: 20 mm]",
+        "--end-allowance", type=LENGTH, help="Tube beyond the gripper at each end. [default: 20 mm]"
     ),
     click.option(
         "--prefer",

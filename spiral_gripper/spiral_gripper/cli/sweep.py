@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import cast
 import click
 
 from spiral_gripper.cli.group import Group
+from spiral_gripper.cli.output import print_json, write_picture
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
 from spiral_gripper.cli.types import (
     LENGTH,
@@ -22,6 +22,7 @@ from spiral_gripper.cli.types import (
     plot_option,
     unit_vector,
 )
+from spiral_gripper.cli.workers import core_count, dask_cluster, process_pool, progress_bar
 
 MOST_ANGLES = 181
 MOST_JOBS = 1024
@@ -119,7 +120,7 @@ def feasibility(
 
     beta_grid = np.linspace(min(betas), max(betas), angles)
     radius_grid = np.linspace(tube_radius_min, tube_radius_max, tube_radii)
-    with _workers(jobs, scheduler) as executor, _progress(as_json) as progress:
+    with _workers(jobs, scheduler) as executor, progress_bar("solving", quiet=as_json) as progress:
         result = feasibility_map(
             requirement,
             [float(beta) for beta in beta_grid],
@@ -129,14 +130,11 @@ def feasibility(
             progress,
         )
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json(result)
     else:
         share = float((result.room >= 0.0).mean())
         click.echo(f"{100.0 * share:.0f} % of {result.room.size} candidates are feasible")
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import feasibility_figure
 
         write_picture(feasibility_figure(result), plot)
@@ -155,11 +153,10 @@ def pareto(
 
     from spiral_core.design.sweep import pareto_set, solve_points
 
-    with _workers(jobs, scheduler) as executor, _progress(as_json) as progress:
+    with _workers(jobs, scheduler) as executor, progress_bar("solving", quiet=as_json) as progress:
         points = solve_points(requirement, requirement.candidates(), executor, progress)
     best = pareto_set(points)
     if as_json:
-        from spiral_gripper.cli.output import print_json
         from spiral_gripper.reports.design_document import point_as_dict
 
         print_json([point_as_dict(point) for point in best])
@@ -172,7 +169,6 @@ def pareto(
         title = f"{len(best)} of {feasible} feasible designs ({len(points)} candidates)"
         print_points(title, best, Console())
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.plots import pareto_figure
 
         write_picture(pareto_figure(points, best), plot)
@@ -181,13 +177,7 @@ def pareto(
 @sweep.command()
 @click.argument("grippers", metavar="GRIPPER...", nargs=-1, required=True)
 @click.option(
-    "--radius",
-    "radii",
-    type=LENGTH,
-    multiple=True,
-    required=True,
-    metavar="LENGTH",
-    help="Radius of a cylinder.",
+    "--radius", "radii", type=LENGTH, multiple=True, required=True, help="Radius of a cylinder."
 )
 @click.option(
     "--friction",
@@ -210,7 +200,6 @@ def pareto(
 @click.option(
     "--results",
     type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
     help="A .jsonl file with one line for each grip; grips found in it are not solved again.",
 )
 @worker_options
@@ -246,18 +235,15 @@ def grips(
     designs = [described(name).gripper for name in grippers]
     cases = grip_cases(designs, radii, frictions or None, gravities or None)
     store = StudyFile(results, cases)
-    with _workers(jobs, scheduler) as executor, _progress(as_json) as progress:
+    with _workers(jobs, scheduler) as executor, progress_bar("solving", quiet=as_json) as progress:
         outcomes = solve_cases(cases, executor, progress, known=store.known, keep=store.keep)
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json([case_as_dict(*pair) for pair in zip(cases, outcomes, strict=True)])
     else:
         from rich.console import Console
 
         print_outcomes(cases, outcomes, Console())
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.grip.plots import study_accuracy, window_figure
 
         caption = study_accuracy(cases, outcomes)
@@ -266,20 +252,9 @@ def grips(
 
 def _workers(jobs: int | None, scheduler: str | None) -> AbstractContextManager[Executor | None]:
     """Return a cluster or a pool of processes; none where one process is enough."""
-    from spiral_gripper.cli.workers import core_count, dask_cluster, process_pool
-
     if scheduler is not None:
         if jobs is not None:
             raise click.UsageError("--jobs and --scheduler exclude each other")
         return dask_cluster(scheduler)
     count = core_count() if jobs is None else jobs
     return nullcontext() if count == 1 else process_pool(count)
-
-
-def _progress(quiet: bool) -> AbstractContextManager[Callable[[int, int], None] | None]:
-    """Return what shows progress on standard error; nothing for programs."""
-    if quiet:
-        return nullcontext()
-    from spiral_gripper.cli.workers import progress_bar
-
-    return progress_bar("solving")

@@ -204,10 +204,7 @@ def output_options(function: Decorated) -> Decorated:
 def plot_option(function: Decorated) -> Decorated:
     """Add ``--plot``."""
     return click.option(
-        "--plot",
-        type=FIGURE_FILE,
-        metavar="FILE",
-        help="Write a picture to a .png, .svg or .pdf file.",
+        "--plot", type=FIGURE_FILE, help="Write a picture to a .png, .svg or .pdf file."
     )(function)
 
 
@@ -233,11 +230,10 @@ def object_options(function: Decorated) -> Decorated:
     profile = click.option(
         "--profile",
         type=click.Path(exists=True, dir_okay=False, path_type=Path),
-        metavar="FILE",
         help="CSV file of the object's radius along its axis, in place of --radius; its header: "
         "position [mm], radius [mm].",
     )
-    radius = click.option("--radius", type=LENGTH, metavar="LENGTH", help="Radius of a cylinder.")
+    radius = click.option("--radius", type=LENGTH, help="Radius of a cylinder.")
     return radius(profile(function))
 
 
@@ -254,7 +250,6 @@ def mount_options(function: Decorated) -> Decorated:
         click.option(
             "--gravity-magnitude",
             type=ACCELERATION,
-            metavar="ACCELERATION",
             help='Acceleration of gravity; "0 m/s^2" leaves gravity out.',
         ),
         click.option(

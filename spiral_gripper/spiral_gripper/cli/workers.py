@@ -74,11 +74,15 @@ def dask_cluster(address: str) -> Iterator[Executor]:
 
 
 @contextmanager
-def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None] | None]:
     """Show a bar on standard error while the block runs; yield its update (done, total).
 
-    If standard error is no terminal, the first update prints one line with the title.
+    If standard error is no terminal, the first update prints one line with the title. Nothing is
+    shown, and None yielded, beside output for programs: ``quiet``.
     """
+    if quiet:
+        yield None
+        return
     from rich.console import Console
     from rich.progress import Progress
 

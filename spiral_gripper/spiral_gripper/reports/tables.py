@@ -17,13 +17,15 @@ from spiral_core.design.sweep import SweepPoint
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import number, reworded, scale_of, shown, shown_range
 
+MARGIN_HEADER = ("constraint", "figure", "bound", "room")
+
 
 def print_report(report: DesignReport, console: Console) -> None:
     """Print a design report: the seven steps, the answer, the margins."""
     for step in report.steps:
         _print_step(step, console)
     if report.design is not None:
-        console.print(_answer_table(report.design, report.feasible))
+        console.print(row_table(answer_title(report), answer_rows(report.design)))
         console.print(_margins_table(report.design))
     if report.feasible:
         console.print(f"[bold green]feasible[/]: {reworded(report.message)}")
@@ -33,6 +35,11 @@ def print_report(report: DesignReport, console: Console) -> None:
         console.print(f"  sufficient change: {relaxation_text(relaxation)}", highlight=False)
     if not report.relaxations:
         console.print("  no single change of the requirement makes a design feasible")
+
+
+def answer_title(report: DesignReport) -> str:
+    """Return the heading of a report's design."""
+    return "Gripper" if report.feasible else "What comes nearest"
 
 
 def relaxation_text(relaxation: Relaxation) -> str:
@@ -46,12 +53,12 @@ def relaxation_text(relaxation: Relaxation) -> str:
     )
 
 
-def print_rows(title: str, rows: Sequence[tuple[str, str]], console: Console) -> None:
-    """Print names and figures in two columns."""
+def row_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
+    """Return names and figures in two columns."""
     table = Table(title=title, title_justify="left", show_header=False)
     for name, text in rows:
         table.add_row(name, text)
-    console.print(table)
+    return table
 
 
 def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> None:
@@ -168,26 +175,22 @@ def _print_step(step: DesignStep, console: Console) -> None:
     console.print(table)
 
 
-def _answer_table(design: Design, feasible: bool) -> Table:
-    title = "Gripper" if feasible else "What comes nearest"
-    table = Table(title=title, title_justify="left", show_header=False)
-    for name, text in answer_rows(design):
-        table.add_row(name, text)
-    return table
+def margin_rows(design: Design) -> list[tuple[str, str, str, str]]:
+    """Return the room on every constraint, the least first, under :data:`MARGIN_HEADER`."""
+    return [
+        (
+            margin.constraint.value,
+            shown(margin.value, margin.constraint.unit),
+            f"{margin.constraint.wanted} {shown(margin.bound, margin.constraint.unit)}",
+            f"{100.0 * margin.relative:+.1f} %",
+        )
+        for margin in sorted(design.margins, key=lambda margin: margin.relative)
+    ]
 
 
 def _margins_table(design: Design) -> Table:
-    table = Table(title="Margins", title_justify="left")
-    for heading in ("constraint", "figure", "bound", "room"):
-        table.add_column(heading)
-    for margin in sorted(design.margins, key=lambda m: m.relative):
-        unit = margin.constraint.unit
-        sign = "<=" if margin.constraint.is_upper else ">="
-        color = "green" if margin.is_met else "red"
-        table.add_row(
-            margin.constraint.value,
-            shown(margin.value, unit),
-            f"{sign} {shown(margin.bound, unit)}",
-            f"[{color}]{100.0 * margin.relative:+.1f} %[/]",
-        )
+    table = Table(*MARGIN_HEADER, title="Margins", title_justify="left")
+    met = sorted((margin.relative, margin.is_met) for margin in design.margins)
+    for (*texts, room), (_, is_met) in zip(margin_rows(design), met, strict=True):
+        table.add_row(*texts, f"[{'green' if is_met else 'red'}]{room}[/]")
     return table

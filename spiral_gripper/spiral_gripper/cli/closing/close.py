@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from spiral_gripper.cli.gripper import described, mounted, require_pressure
+from spiral_gripper.cli.output import print_json, print_rows, say_written, write_picture
 from spiral_gripper.cli.types import (
     LENGTH,
     NUMBER,
@@ -21,15 +22,14 @@ from spiral_gripper.cli.types import (
     plot_option,
     typed,
 )
+from spiral_gripper.cli.workers import progress_bar
 
 ANIMATION_SUFFIXES = (".gif",)
 
 
 @click.command()
 @gripper_argument
-@click.option(
-    "--radius", type=LENGTH, required=True, metavar="LENGTH", help="Radius of the cylinder."
-)
+@click.option("--radius", type=LENGTH, required=True, help="Radius of the cylinder.")
 @click.option(
     "--rate",
     type=PRESSURE_RATE,
@@ -40,7 +40,6 @@ ANIMATION_SUFFIXES = (".gif",)
 @click.option(
     "--pressure",
     type=PRESSURE,
-    metavar="PRESSURE",
     help="Final pressure; by default 1.15 times that of the perfect wrap.",
 )
 @click.option(
@@ -71,7 +70,6 @@ ANIMATION_SUFFIXES = (".gif",)
 @click.option(
     "--animate",
     type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
     help="Write an animation in real time to a .gif file.",
 )
 @mount_options
@@ -105,7 +103,6 @@ def close(
     if animate is not None and not os.access(animate.parent, os.W_OK):
         raise click.UsageError(f"cannot write {animate}: no folder {animate.parent} to write to")
     from spiral_core.rod.motion.inertia import Damping
-    from spiral_gripper.cli.workers import progress_bar
     from spiral_gripper.reports.closing.document import (
         CloseQuestion,
         close_as_dict,
@@ -123,26 +120,15 @@ def close(
     with progress_bar("closing") as moved:
         solved = solve_close(question, moved)
     if as_json:
-        from spiral_gripper.cli.output import print_json
-
         print_json(close_as_dict(solved))
     else:
-        from rich.console import Console
-
-        from spiral_gripper.reports.tables import print_rows
-
-        print_rows(
-            f"{mount.name} closes on radius {typed('radius')} at {typed('rate')}",
-            close_rows(solved),
-            Console(),
-        )
+        title = f"{mount.name} closes on radius {typed('radius')} at {typed('rate')}"
+        print_rows(title, close_rows(solved))
     if plot is not None:
-        from spiral_gripper.cli.output import write_picture
         from spiral_gripper.reports.closing.plots import close_figure
 
         write_picture(close_figure(solved.closing), plot)
     if animate is not None:
-        from spiral_gripper.cli.output import say_written
         from spiral_gripper.reports.closing.plots import write_animation
 
         with progress_bar("drawing") as drawn:

@@ -65,7 +65,6 @@ timeout_option: Callable[[Decorated], Decorated] = click.option(
 overpressure_option: Callable[[Decorated], Decorated] = click.option(
     "--overpressure",
     type=PRESSURE,
-    metavar="PRESSURE",
     default="0 Pa",
     callback=_not_negative,
     help="Pressure to add to the pressure of the wrap.",
@@ -83,18 +82,12 @@ def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
 
 @click.command()
 @click.option(
-    "--radius",
-    type=LENGTH,
-    metavar="LENGTH",
-    required=True,
-    callback=_positive,
-    help="Radius of the object.",
+    "--radius", type=LENGTH, required=True, callback=_positive, help="Radius of the object."
 )
 @overpressure_option
 @click.option(
     "--payload",
     type=MASS,
-    metavar="MASS",
     callback=_positive,
     help="Mass of the object; whether it is held is computed, which takes some seconds.",
 )
@@ -131,7 +124,6 @@ def plan(
 @click.option(
     "--radius",
     type=LENGTH,
-    metavar="LENGTH",
     callback=_positive,
     help="Radius of the object.  [default: the one that the node follows]",
 )

@@ -25,7 +25,6 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
 @click.option(
     "--radius",
     type=LENGTH,
-    metavar="LENGTH",
     help="Radius of the object.  [default: the middle of the gripper's range]",
 )
 @click.option(
@@ -33,9 +32,7 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
     metavar="FILE",
     help="CSV file with the columns time [s], radius [m], label, replayed in a loop.",
 )
-@click.option(
-    "--noise", type=LENGTH, metavar="LENGTH", help="Standard deviation of the radius estimates."
-)
+@click.option("--noise", type=LENGTH, help="Standard deviation of the radius estimates.")
 @click.option("--fault", type=click.Choice(FAULTS), default="none", help="Fault of the regulator.")
 @click.option(
     "--duration",

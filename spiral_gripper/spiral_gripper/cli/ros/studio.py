@@ -33,9 +33,12 @@ LOOK_PERIOD = 0.1
     help="Address to serve; 0.0.0.0 lets other computers open the page.",
 )
 @click.option(
-    "--port", type=click.IntRange(1, 65535), default=8080, show_default=True,
+    "--port",
+    type=click.IntRange(1, 65535),
+    default=8080,
+    show_default=True,
     help="Port of the page.",
-)  # fmt: skip
+)
 @click.option("--browser/--no-browser", default=True, help="Open the page in a browser.")
 @units_option
 def studio(gripper: str, ros: bool, namespace: str, host: str, port: int, browser: bool) -> None:
