@@ -11,6 +11,7 @@ import ast
 import re
 import subprocess
 import sys
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -66,9 +67,9 @@ def write_reference(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "reference"
     folder.mkdir(exist_ok=True)
     for name, title in FOLDERS.items():
-        tables = {m: n for m, n in spiral_core._NAMES.items() if m.split(".")[0] == name}
-        _write(folder / f"{name}.rst", title, [_entry(spiral_core, n) for n in _listed(tables)])
-    entries = [_entry(spiral_gripper, name) for name in _listed(spiral_gripper._NAMES)]
+        own = (n for n, module in spiral_core.MODULES.items() if module.split(".")[1] == name)
+        _write(folder / f"{name}.rst", title, [_entry(spiral_core, n) for n in _listed(own)])
+    entries = [_entry(spiral_gripper, name) for name in _listed(spiral_gripper.__all__)]
     _write(folder / "files.rst", "Gripper files and units", entries)
     blocks = []
     for path in sorted(INTERFACES.glob("*/*.[msa]*")):
@@ -108,11 +109,9 @@ def write_gallery(app: Sphinx) -> None:
     _write(Path(app.srcdir) / "gallery.rst", "", parts)
 
 
-def _listed(tables: dict[str, tuple[str, ...]]) -> list[str]:
-    """Return the public names of a table: functions first, then the values they take and return."""
-    return sorted(
-        (n for names in tables.values() for n in names), key=lambda n: (n[0].isupper(), n)
-    )
+def _listed(names: Iterable[str]) -> list[str]:
+    """Return public names in order: functions first, then the values they take and return."""
+    return sorted(names, key=lambda name: (name[0].isupper(), name))
 
 
 def _entry(package: ModuleType, name: str) -> str:
