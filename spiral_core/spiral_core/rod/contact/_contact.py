@@ -239,13 +239,12 @@ class Contact:
         self.gap, self.normal, self.bend = distances(obstacle, x.p, radius)
         self.mu = obstacle.friction
         self.rubs = obstacle.friction > 0.0
-        self.sharp = True
         self.rows, self.changes = np.zeros((len(x.p), RESULTS)), np.empty((2, len(x.p)))
 
     def add(self, law: Law, true: Array, drive: Array, tangent: Array) -> None:
         """Add to the gradient, to what drives the step, and to the Hessian."""
         x, j, anchors = self.x, self.j, self.anchors
-        self.sharp = law.sharp
+        self.law = law
         numbers = (law.sharp, law.barrier, law.slip, law.stiffness, law.compliance, law.coupled)
         contact_terms(
             np.array((*numbers, self.mu, anchors.lever)), self.touchable, self.gap, self.normal,
@@ -274,8 +273,8 @@ class Contact:
         """Take a Newton step (N + 1, 6) and return how much of it slacks and forces allow."""
         x, j = self.x, self.j
         return contact_step(
-            self.sharp, self.touchable, self.gap, self.normal, self.rows, step, x.normal[j],
-            x.slack[j], self.changes,
+            self.law.sharp, self.law.compliance, self.touchable, self.gap, self.normal, self.rows,
+            step, x.normal[j], x.slack[j], self.changes,
         )  # fmt: skip
 
     def update(self, coupled: bool, step: Array, primal: float, dual: float) -> None:
@@ -293,6 +292,6 @@ class Contact:
         """
         x, j = self.x, self.j
         return contact_residual(
-            self.sharp, self.touchable, self.gap, self.rows, x.normal[j], x.slack[j], length,
+            self.law.sharp, self.touchable, self.gap, self.rows, x.normal[j], x.slack[j], length,
             force, pair,
         )  # fmt: skip

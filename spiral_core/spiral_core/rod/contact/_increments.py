@@ -12,7 +12,7 @@ import numpy as np
 from spiral_core.rod.contact._algebra import matrices, turn_between, turned
 from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, distances
 from spiral_core.rod.contact._mesh import Arrays, between, last_slip
-from spiral_core.rod.contact._newton import CONVERGED, UNSTABLE, Newton, Solution
+from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
 from spiral_core.rod.contact.obstacles import passes_through, seen_from
 from spiral_core.rod.types import Array
 
@@ -143,7 +143,6 @@ def attempt(
     )
     resistance = Drag(drag, here.x.copy(), arrays.step) if drag else None
     newton = Newton(arrays, guess, anchors, resistance)
-    newton.leaves = drag > 0.0
     limits = largest_moves(here)
     solution = newton.run(LARGEST_MOVE * arrays.length, Reach(here.x.p, TOO_FAR * limits))
     return guess, anchors, solution, moved_fraction(here, arrays, guess.p)
@@ -293,9 +292,7 @@ def slide(
                 trail.append(x.p)
                 return Point(here.at, arrays, x, anchors, solution, spent), True, trail
             rests = 0
-            rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
-            if solution.outcome == UNSTABLE or not rubs:
-                here = replace(here, x=pushed_aside(here))
+            here = replace(here, x=pushed_aside(here))
     return replace(here, spent=spent), False, trail
 
 

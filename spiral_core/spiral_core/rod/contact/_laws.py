@@ -5,7 +5,8 @@ Derived in ``docs/derivations/contact.md``, sections 3 and 4. With gap g, normal
 lambda and slip s of the contact point from its anchor:
 
 - contact, softly: lambda sigma = mu, with the slack sigma = g (an interior-point method), or
-  sharply: either g = 0 or lambda = 0 (an active-set method);
+  sharply: either g = 0 or lambda = 0 (an active-set method); in either, a step changes the gap by
+  a compliance times the change of lambda, which vanishes at the solution;
 - friction: tau = mu_f lambda s / w, with w = eps / (1 - |s| / (4 eps)) while the node sticks,
   |s| < 2 eps, and w = |s| when it slides: Coulomb's law with an elastic slip eps that is a
   millionth of the rod's radius at the end. The equation w tau = mu_f lambda s is linearized in both
@@ -53,8 +54,10 @@ def normal_terms(
         row[EXCESS] = gap / law[COMPLIANCE] if active else force
     else:
         active = force > law[CHOICE] * slack
-        row[STIFFNESS] = force / slack
-        row[EXCESS] = force - law[BARRIER] / slack + row[STIFFNESS] * (gap - slack)
+        # A pair lambda sigma of an impact is stiffer than positions resolve without the compliance.
+        width = slack + law[COMPLIANCE] * force
+        row[STIFFNESS] = force / width
+        row[EXCESS] = (force * gap - law[BARRIER]) / width
     row[ACTIVE] = 1.0 if active else 0.0
     for i in range(3):
         true[3 + i] -= force * normal[i]
@@ -254,6 +257,7 @@ def contact_terms(
 @compiled
 def contact_step(
     sharp: bool,
+    compliance: float,
     touchable: Array,
     gaps: Array,
     normals: Array,
@@ -273,7 +277,8 @@ def contact_step(
         for i in range(3):
             approach += normals[e, i] * step[e, 3 + i]
         changes[0, e] = -(rows[e, EXCESS] + rows[e, STIFFNESS] * approach) * touchable[e]
-        changes[1, e] = (approach + gaps[e] - slacks[e]) * touchable[e]
+        change = approach + gaps[e] - slacks[e] + compliance * changes[0, e]
+        changes[1, e] = change * touchable[e]
         if not sharp and touchable[e] > 0.0:
             primal = max(primal, -changes[1, e] / slacks[e])
             dual = max(dual, -changes[0, e] / max(forces[e], TINY))

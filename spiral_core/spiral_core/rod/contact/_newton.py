@@ -94,8 +94,7 @@ class Newton:
         self, arrays: Arrays, x: Iterate, anchors: Anchors, added: NodalTerms | None = None
     ) -> None:
         self.arrays, self.x, self.anchors, self.added = arrays, x, anchors, added
-        # A rod that leaves a state takes a step, however little its forces are out of balance.
-        self.tolerance, self.rounded, self.leaves = DEFAULT_TOLERANCE, ROUNDED, False
+        self.tolerance, self.rounded = DEFAULT_TOLERANCE, ROUNDED
         count, h = arrays.count, arrays.step
         self.force = arrays.force_scale
         self.moment = max(arrays.bending / arrays.length, self.force * h)
@@ -174,8 +173,7 @@ class Newton:
             return False
         again, self.polished = self.polished, True
         still = float(np.abs(self.step[:, 3:]).max()) < LAST_MOVE * self.arrays.length
-        touches = any(contact.active.any() for contact in solution.contacts)
-        return again or still or (touches and not self.leaves)
+        return again or still or any(contact.active.any() for contact in solution.contacts)
 
     def _couple(self, solution: Solution) -> None:
         """Let friction follow the normal force in the next pass, near the end."""
