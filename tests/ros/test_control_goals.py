@@ -100,7 +100,7 @@ def test_while_it_grasps_radii_are_neither_followed_nor_counted_nor_missed(bench
 
 @pytest.mark.parametrize("policy", list(TimeoutPolicy))
 def test_no_radius_timeout_lets_go_of_what_is_grasped(policy):
-    bench = Bench(replace(LIMITS, timeout_policy=policy))
+    bench = Bench(replace(LIMITS, radius_timeout_policy=policy))
     bench.run(1.0, radius=0.02)
     assert bench.end(bench.grasp(None)) == (SUCCEEDED, Reason.NONE)
     assert set(bench.run(3.0)) == {5.0e4}
@@ -201,7 +201,7 @@ def test_a_failure_of_another_kind_says_which(bench):
     ],
 )
 def test_a_goal_is_accepted_from_any_other_state(policy, wait, state):
-    bench = Bench(replace(LIMITS, timeout_policy=policy))
+    bench = Bench(replace(LIMITS, radius_timeout_policy=policy))
     bench.run(1.0, radius=0.025)
     bench.run(wait)
     assert bench.state is state

@@ -158,7 +158,7 @@ def test_what_bounds_the_commands_is_told_at_activation():
         pressure_rate_up=5.0e4,
         pressure_rate_down=3.0e5,
         grip_ratio=1.15,
-        timeout_policy=TimeoutPolicy.RAMP_DOWN,
+        radius_timeout_policy=TimeoutPolicy.RAMP_DOWN,
         pressure_fault_policy=FaultPolicy.VENT,
         grasp_abort_policy=AbortPolicy.HOLD,
     )

@@ -46,7 +46,9 @@ def known(node):
         grip = replace(figures(tip), onset_curling=1.05 * tip, loss=1.3 * tip)
         follower._table.add(radius, GripEntry(grip, node.runtime.now()))
     node.statuses = []
-    node.runtime.outputs.publish_status = node.statuses.append
+    node.runtime.outputs.publish = lambda name, message: (
+        node.statuses.append(message) if name == "status" else None
+    )
     return node
 
 

@@ -240,7 +240,7 @@ def test_markers_are_drawn_at_the_rate_of_the_parameter(node, rate):
 
 def test_nothing_is_drawn_while_nobody_looks(node):
     drawn_for_nobody = []
-    node.runtime.outputs.publish_markers = drawn_for_nobody.append
+    node.runtime.outputs.publish = lambda *drawn: drawn_for_nobody.append(drawn)
     node._display.draw()
     assert drawn_for_nobody == []
 

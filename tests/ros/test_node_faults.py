@@ -102,7 +102,7 @@ def test_an_exception_in_diagnostics_is_logged_and_the_grip_is_kept(node, capfd)
     assert "ZeroDivisionError" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize("part", ["publish_status", "publish_backbone"])
+@pytest.mark.parametrize("part", ["publish", "publish_shape"])
 def test_an_exception_while_telling_is_logged_now_and_then_and_the_grip_is_kept(node, part, capfd):
     setattr(node.runtime.outputs, part, lambda *arguments: 1 // 0)
     deliver(node, "object_radius", Float64(data=0.02))
@@ -165,12 +165,12 @@ def test_an_executor_with_many_threads_is_refused(node, capfd):
 
 def test_the_pressure_goes_out_before_anything_else(node):
     order = []
-    for name in ("publish_pressure", "publish_status", "publish_backbone"):
+    for name in ("publish_pressure", "publish", "publish_shape"):
         setattr(node.runtime.outputs, name, lambda *arguments, name=name: order.append(name))
     deliver(node, "object_radius", Float64(data=0.02))
     node._timer.callback()
     assert order[0] == "publish_pressure"
-    assert set(order) == {"publish_pressure", "publish_status", "publish_backbone"}
+    assert set(order) == {"publish_pressure", "publish", "publish_shape"}
 
 
 @pytest.mark.parametrize("service", ["release", "rearm"])

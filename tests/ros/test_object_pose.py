@@ -14,7 +14,7 @@ from std_msgs.msg import Float64
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper_msgs.msg import ObjectRadius
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.robot_state import pose_along
+from spiral_gripper_ros.messages.conversions import pose_along
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject, misplacement
 
 CENTER, UPRIGHT = (0.1, 0.2, 0.3), (0.0, 0.0, 0.0, 1.0)

@@ -113,7 +113,7 @@ def test_every_limit_comes_from_its_parameter():
         pressure_rate_up=101.0,
         pressure_rate_down=102.0,
         radius_timeout=103.0,
-        timeout_policy=TimeoutPolicy.VENT,
+        radius_timeout_policy=TimeoutPolicy.VENT,
         radius_rate_limit=0.104,
         radius_jump_limit=0.105,
         radius_hysteresis=0.0106,
@@ -161,7 +161,7 @@ def test_limits_refuse_what_is_no_limit(field, bad):
 @pytest.mark.parametrize(
     ("field", "names"),
     [
-        ("timeout_policy", "hold, vent, ramp_down"),
+        ("radius_timeout_policy", "hold, vent, ramp_down"),
         ("grasp_abort_policy", "vent, hold"),
         ("pressure_fault_policy", "report, vent"),
     ],

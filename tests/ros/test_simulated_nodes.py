@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 
 from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.simulation.main import main
-from spiral_gripper_ros.simulation.parameters import ALL_NAMES
+from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors, RadiusEstimator
 from spiral_gripper_ros.simulation.radius_source import ProfileSource, Shape
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
@@ -236,4 +236,5 @@ def test_a_start_that_cannot_be_ends_with_the_reason(client, namespace, paramete
 def test_help_tells_every_parameter(capsys):
     assert main(["--help"]) == 0
     text = capsys.readouterr().out
-    assert all(f"  {name} (" in text for name in ALL_NAMES)
+    specs = REGULATOR_PARAMETERS + RADIUS_PARAMETERS
+    assert all(f"  {spec.name} (" in text for spec in specs)

@@ -145,7 +145,7 @@ def test_hold_policy_keeps_the_pressure_when_the_stream_stops(gripping):
 
 
 def test_vent_policy_vents_at_once():
-    bench = Bench(replace(LIMITS, timeout_policy=TimeoutPolicy.VENT))
+    bench = Bench(replace(LIMITS, radius_timeout_policy=TimeoutPolicy.VENT))
     bench.run(1.0, radius=0.02)
     commands = bench.run(1.0)
     assert set(commands) == {5.0e4, 0.0}
@@ -154,7 +154,7 @@ def test_vent_policy_vents_at_once():
 
 
 def test_ramp_down_policy_goes_down_at_the_rate():
-    bench = Bench(replace(LIMITS, timeout_policy=TimeoutPolicy.RAMP_DOWN))
+    bench = Bench(replace(LIMITS, radius_timeout_policy=TimeoutPolicy.RAMP_DOWN))
     bench.run(1.0, radius=0.02)
     bench.run(LIMITS.radius_timeout)
     commands = bench.run(0.1)
@@ -167,7 +167,7 @@ def test_ramp_down_policy_goes_down_at_the_rate():
 
 @pytest.mark.parametrize("policy", list(TimeoutPolicy))
 def test_a_stream_of_bad_radii_is_as_good_as_none(policy):
-    bench = Bench(replace(LIMITS, timeout_policy=policy))
+    bench = Bench(replace(LIMITS, radius_timeout_policy=policy))
     bench.run(1.0, radius=0.02)
     commands = bench.run(3.0, radius=math.nan)
     assert commands[-1] == (5.0e4 if policy is TimeoutPolicy.HOLD else 0.0)
@@ -175,7 +175,7 @@ def test_a_stream_of_bad_radii_is_as_good_as_none(policy):
 
 @pytest.mark.parametrize("policy", list(TimeoutPolicy))
 def test_when_the_stream_comes_back_it_is_followed(policy):
-    bench = Bench(replace(LIMITS, timeout_policy=policy))
+    bench = Bench(replace(LIMITS, radius_timeout_policy=policy))
     bench.run(1.0, radius=0.02)
     bench.run(3.0)
     assert bench.run(2.0, radius=0.025)[-1] == 4.0e4
@@ -341,14 +341,14 @@ EVENTS = st.one_of(
 @settings(max_examples=200)
 @given(events=st.lists(EVENTS, max_size=30), policy=st.sampled_from(list(TimeoutPolicy)))
 def test_whatever_happens_cap_and_rate_hold_and_it_can_grip_again(events, policy):
-    bench = Bench(replace(LIMITS, timeout_policy=policy))
+    bench = Bench(replace(LIMITS, radius_timeout_policy=policy))
     machine, cap, last = bench.machine, LIMITS.pressure_cap, 0.0
     for name, value in events:
         if name == "radius":
             bench.radius(value)
         elif name == "cap":
             cap = value
-            machine.reconfigure(replace(LIMITS, timeout_policy=policy, pressure_cap=cap))
+            machine.reconfigure(replace(LIMITS, radius_timeout_policy=policy, pressure_cap=cap))
         elif name == "replan":
             machine.replan(bench.planner)
         elif name == "fail":

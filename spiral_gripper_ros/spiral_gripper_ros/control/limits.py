@@ -38,8 +38,8 @@ class Limits:
         pressure_rate_up: fastest rise of the command [Pa/s], > 0; the default is slow enough for
             the shipped grippers to keep 90 % of their slow grip (docs/closing.md).
         pressure_rate_down: fastest fall of the command [Pa/s], > 0; a vent ignores it.
-        radius_timeout: age of the last usable radius at which ``timeout_policy`` acts [s], > 0.
-        timeout_policy: what then happens.
+        radius_timeout: age of the last usable radius at which the policy acts [s], > 0.
+        radius_timeout_policy: what then happens.
         radius_rate_limit: fastest believable change of the radius [m/s], > 0.
         radius_jump_limit: a radius is refused if it is farther than this [m], > 0, from a signal
             that follows the estimates no faster than ``radius_rate_limit``.
@@ -74,7 +74,7 @@ class Limits:
     pressure_rate_up: float = 1.5e4
     pressure_rate_down: float = 2.0e5
     radius_timeout: float = 1.0
-    timeout_policy: TimeoutPolicy = TimeoutPolicy.HOLD
+    radius_timeout_policy: TimeoutPolicy = TimeoutPolicy.HOLD
     radius_rate_limit: float = 0.05
     radius_jump_limit: float = 0.002
     radius_hysteresis: float = 0.0001
@@ -120,7 +120,7 @@ _NON_NEGATIVE = (
     "gravity_timeout",
 )
 _POLICIES: dict[str, type[Enum]] = {
-    "timeout_policy": TimeoutPolicy,
+    "radius_timeout_policy": TimeoutPolicy,
     "grasp_abort_policy": AbortPolicy,
     "pressure_fault_policy": FaultPolicy,
     "gravity_timeout_policy": FaultPolicy,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of radius estimates: range and jumps."""
+"""Checks of radius estimates: range, jumps and age."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import math
 
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.states import Reason, Refusal
+
+STAMPED_RADIUS = "object_radius_stamped"
 
 
 class RadiusGate:
@@ -92,3 +94,19 @@ def impossible_radius(radius: float, grippable: tuple[float, float]) -> Refusal 
             f"the nearest grippable radius is {largest:.6g} m",
         )
     return None
+
+
+def stale_estimate(age: float, limit: float) -> Refusal | None:
+    """Return why an estimate of an age [s] is not followed, or None if it is young enough.
+
+    Example:
+        >>> stale_estimate(0.7, 0.5).text
+        'object_radius_stamped is 0.7 s old, more than radius_age_limit = 0.5 s'
+        >>> stale_estimate(0.1, 0.5) is None
+        True
+    """
+    if math.isfinite(age) and abs(age) <= limit:
+        return None
+    how = f"{age:.3g} s old" if age > 0.0 else f"{-age:.3g} s ahead of this clock"
+    text = f"{STAMPED_RADIUS} is {how}, more than radius_age_limit = {limit:g} s"
+    return Refusal(Reason.RADIUS_STALE, text)

@@ -35,7 +35,7 @@ def stale_radius(age: float, limits: Limits, last: Refusal) -> Refusal:
     return Refusal(
         Reason.RADIUS_STALE,
         f"no usable object_radius for {age:.2f} s (radius_timeout {limits.radius_timeout:.3g} s, "
-        f"policy {limits.timeout_policy.value}){cause(last)}",
+        f"policy {limits.radius_timeout_policy.value}){cause(last)}",
     )
 
 

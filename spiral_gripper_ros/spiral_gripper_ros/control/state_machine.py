@@ -296,7 +296,7 @@ class StateMachine(Generic[PlanT]):
         if self._refusal.reason is not Reason.RADIUS_STALE:
             self._refused[Reason.RADIUS_STALE] += 1
         refusal = stale_radius(age, self._limits, self._last_refused)
-        policy = self._limits.timeout_policy
+        policy = self._limits.radius_timeout_policy
         if policy is TimeoutPolicy.VENT:
             self._vent(State.VENTED, refusal)
             return

@@ -91,6 +91,17 @@ def backbone_to_bytes(state: RodState, points: int, header: Any) -> bytes:  # no
     return start + np.uint32(len(poses)).tobytes() + bytes(aligned) + poses.tobytes()
 
 
+def pose_along(placement: ObjectPlacement) -> Pose:
+    """Return the pose of an object: its center, z along its axis."""
+    ax, ay, az = placement.axis
+    # The shortest turn from z to the axis; half a turn about x if it points the other way.
+    quaternion = np.array((-ay, ax, 0.0, 1.0 + az))
+    size = float(np.linalg.norm(quaternion))
+    x, y, z, w = (quaternion / size).tolist() if size > 1e-9 else (1.0, 0.0, 0.0, 0.0)
+    px, py, pz = placement.center
+    return Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
 def status_to_msg(
     snapshot: Snapshot[WrapPlan],
     loaded: LoadedGripper,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,14 +63,25 @@ def diagnostics_to_msg(
         snapshot: what is commanded, and why.
         stamp: time of the message.
     """
-    status = DiagnosticStatus(
-        level=_level(health, snapshot),
-        name=f"{health.name}: grip",
-        message=_summary(health, snapshot),
-        hardware_id=health.hardware_id,
-        values=[KeyValue(key=key, value=value) for key, value in _values(health, snapshot)],
+    status = (_level(health, snapshot), _summary(health, snapshot))
+    values = dict(_values(health, snapshot))
+    return diagnostic_message(f"{health.name}: grip", health.hardware_id, status, values, stamp)
+
+
+def diagnostic_message(
+    name: str,
+    hardware_id: str,
+    status: tuple[bytes, str],
+    values: Mapping[str, str],
+    stamp: Any,  # noqa: ANN401
+) -> DiagnosticArray:
+    """Return the message of one status: its level with its text, and figures by their names."""
+    level, text = status
+    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+    told = DiagnosticStatus(
+        level=level, name=name, message=text, hardware_id=hardware_id, values=pairs
     )
-    message = DiagnosticArray(status=[status])
+    message = DiagnosticArray(status=[told])
     message.header.stamp = stamp
     return message
 

@@ -13,9 +13,10 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.rod.types import Array, RodState
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
+from spiral_gripper_ros.messages.conversions import pose_along
 from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.sampling import picked_nodes
 
@@ -140,11 +141,10 @@ def _line(points: Array, width: float, color: tuple[float, ...]) -> Marker:
 def _object(placement: ObjectPlacement | None, regime: WrapRegime | None) -> Marker | None:
     if placement is None:
         return None
-    x, y, z = placement.center
     diameter = 2.0 * placement.radius
     return Marker(
         type=Marker.CYLINDER,
-        pose=Pose(position=Point(x=x, y=y, z=z), orientation=_turned_from_z(placement.axis)),
+        pose=pose_along(placement),
         scale=Vector3(x=diameter, y=diameter, z=placement.length),
         color=_color(REGIME_COLORS[regime]),
     )
@@ -176,12 +176,3 @@ def _y_axes(orientations: Array) -> Array:
         (2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)), axis=1
     )
     return axes
-
-
-def _turned_from_z(direction: Vector) -> Quaternion:
-    """Return the shortest rotation that turns the z axis into a unit vector."""
-    x, y, z = direction
-    w = math.sqrt(max(0.5 * (1.0 + z), 0.0))
-    if w < 1e-6:  # against the z axis: half a turn about x
-        return Quaternion(x=1.0, w=0.0)
-    return Quaternion(x=-0.5 * y / w, y=0.5 * x / w, w=w)

@@ -65,7 +65,7 @@ class Display:
     def _clear(self) -> None:
         self._stop_timer()
         if self._is_drawn:
-            self._runtime.outputs.publish_markers(no_markers(self._runtime.outputs.header()))
+            self._runtime.outputs.publish("markers", no_markers(self._runtime.outputs.header()))
         self._is_drawn = False
 
     def _draw(self) -> None:
@@ -78,7 +78,7 @@ class Display:
             lifetime=LIFETIME_PERIODS * self._period(),
             header=runtime.outputs.header(),
         )
-        runtime.outputs.publish_markers(message)
+        runtime.outputs.publish("markers", message)
         self._is_drawn = True
 
     def _scene(self, loaded: LoadedGripper, snapshot: Snapshot[WrapPlan]) -> Scene:

@@ -13,10 +13,10 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Empty, Float64
 
 from spiral_gripper_msgs.msg import ObjectRadius
+from spiral_gripper_ros.control.radius_gate import STAMPED_RADIUS, stale_estimate
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import frame_problem, vector_from_msg
 from spiral_gripper_ros.messages.qos import LATEST, NEWEST
-from spiral_gripper_ros.node.estimate_age import STAMPED_RADIUS, stale_estimate
 from spiral_gripper_ros.parameters.spec import gravity_problem
 from spiral_gripper_ros.parameters.table import measured_scale, number
 from spiral_gripper_ros.runtime.control_clock import STEADY

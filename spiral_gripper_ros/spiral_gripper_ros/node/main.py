@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from spiral_gripper_ros.process.program import run
@@ -13,6 +13,7 @@ from spiral_gripper_ros.process.stop_signals import Parent
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
     from spiral_gripper_ros.node.guarded_loop import GuardedLoop
+    from spiral_gripper_ros.parameters.spec import ParameterSpec
     from spiral_gripper_ros.process.stop_signals import StopSignals
 
 # The interpreter lets another thread run after this time [s] instead of 5 ms: a question that is
@@ -21,20 +22,28 @@ SWITCH_INTERVAL = 0.0005
 # So often a process that only waits looks whether it was asked to stop [s].
 LONGEST_WAIT = 0.05
 
+ABOUT = """\
+A lifecycle node that turns object radii into the pressure of the perfect wrap.
+
+  subscribes object_radius [m], gravity [m/s^2], measured_pressure [Pa gauge, optional]
+  publishes  pressure_command [Pa gauge]
+             status, backbone, measured_backbone, markers, /diagnostics
+  serves     release, rearm, plan_wrap, design_gripper; actions: grasp and, with control_msgs,
+             gripper_cmd and parallel_gripper_cmd
+
+example:
+  spiral_gripper_node --ros-args -r __ns:=/left -p gripper:=prototype_p1
+"""
+
 
 class NodeProgram:
     """The gripper's node, its executor and its end."""
 
     executable = "spiral_gripper_node"
+    about = ABOUT
 
     def __init__(self) -> None:
         self._parent = Parent()
-
-    def usage(self) -> str:
-        """Return the help text."""
-        from spiral_gripper_ros.node.usage import usage
-
-        return usage()
 
     def make(self) -> GripperNode:
         """Make the node."""
@@ -42,15 +51,11 @@ class NodeProgram:
 
         return GripperNode()
 
-    def nodes(self, node: GripperNode) -> Sequence[GripperNode]:
-        """Return the node."""
-        return (node,)
-
-    def parameters(self) -> Collection[str]:
-        """Return the names of its parameters."""
+    def parameters(self) -> Mapping[str, Sequence[ParameterSpec]]:
+        """Return its tables of parameters."""
         from spiral_gripper_ros.parameters.table import PARAMETERS
 
-        return [spec.name for spec in PARAMETERS]
+        return {"parameters": PARAMETERS}
 
     def spin(self, node: GripperNode, signals: StopSignals) -> int:
         """Run the node until a stop is requested; it ends vented."""

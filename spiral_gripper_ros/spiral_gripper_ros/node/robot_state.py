@@ -7,14 +7,13 @@ import importlib
 import math
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, TransformStamped
 from rclpy.node import Node
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 
-from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper_ros.actions.gripper_command import wrapped_diameter
+from spiral_gripper_ros.messages.conversions import pose_along
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.runtime.guards import log_on_error
@@ -33,17 +32,6 @@ def prefix_of(frame_id: str) -> str:
         ('left_', '', 'tool0_')
     """
     return frame_id.removesuffix(BASE) if frame_id.endswith(BASE) else f"{frame_id}_"
-
-
-def pose_along(placement: ObjectPlacement) -> Pose:
-    """Return the pose of an object: its center, z along its axis."""
-    ax, ay, az = placement.axis
-    # The shortest turn from z to the axis; half a turn about x if it points the other way.
-    quaternion = np.array((-ay, ax, 0.0, 1.0 + az))
-    size = float(np.linalg.norm(quaternion))
-    x, y, z, w = (quaternion / size).tolist() if size > 1e-9 else (1.0, 0.0, 0.0, 0.0)
-    px, py, pz = placement.center
-    return Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w))
 
 
 class RobotState:

@@ -41,9 +41,11 @@ class ParameterSpec:
     read_only: bool = False
 
 
-def number_spec(name: str, default: float, low: float, high: float, text: str) -> ParameterSpec:
+def number_spec(
+    name: str, default: float, low: float, high: float, text: str, *, read_only: bool = False
+) -> ParameterSpec:
     """Return the parameter of a number between two bounds, with its description."""
-    return ParameterSpec(name, default, text, low=low, high=high)
+    return ParameterSpec(name, default, text, low=low, high=high, read_only=read_only)
 
 
 def choice_spec(name: str, default: Enum, text: str) -> ParameterSpec:

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 
 from spiral_core.errors import InvalidInputError
-from spiral_gripper_ros.control.grasp import AbortPolicy
-from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, Limits
 from spiral_gripper_ros.parameters.pressure_scale import PressureScale, Reference
 from spiral_gripper_ros.parameters.spec import (
     GRAVITY_LIMIT,
@@ -19,6 +19,17 @@ from spiral_gripper_ros.parameters.spec import (
 )
 
 _LIMITS = Limits(pressure_cap=1.0)
+
+
+def _limit(name: str, low: float, high: float, text: str) -> ParameterSpec:
+    """Return the parameter of a limit, with the limit's own default."""
+    return number_spec(name, getattr(_LIMITS, name), low, high, text)
+
+
+def _policy(name: str, text: str) -> ParameterSpec:
+    """Return the parameter of a policy, with the policy's own default."""
+    return choice_spec(name, getattr(_LIMITS, name), text)
+
 
 PARAMETERS: tuple[ParameterSpec, ...] = (
     ParameterSpec(
@@ -60,23 +71,20 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "Largest gauge pressure ever commanded [Pa]; 0: the gripper description's limit, which "
         "also bounds any other value.",
     ),
-    number_spec(
+    _limit(
         "pressure_rate_up",
-        _LIMITS.pressure_rate_up,
         1.0e2,
         1.0e7,
         "Fastest rise of the command [Pa/s].",
     ),
-    number_spec(
+    _limit(
         "pressure_rate_down",
-        _LIMITS.pressure_rate_down,
         1.0e2,
         1.0e7,
         "Fastest fall of the command [Pa/s]; a vent ignores it.",
     ),
-    number_spec(
+    _limit(
         "radius_timeout",
-        _LIMITS.radius_timeout,
         0.01,
         3600.0,
         "Age of the last usable radius at which the policy acts [s].",
@@ -95,47 +103,40 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         3600.0,
         "An object_pose whose stamp is farther from now than this [s] is not used.",
     ),
-    choice_spec(
+    _policy(
         "radius_timeout_policy",
-        _LIMITS.timeout_policy,
         "Action after radius_timeout: hold the pressure, vent at once, or ramp_down.",
     ),
-    number_spec(
+    _limit(
         "radius_rate_limit",
-        _LIMITS.radius_rate_limit,
         1.0e-4,
         10.0,
         "Fastest believable change of the radius [m/s].",
     ),
-    number_spec(
+    _limit(
         "radius_jump_limit",
-        _LIMITS.radius_jump_limit,
         1.0e-5,
         1.0,
         "A radius farther than this [m] from what radius_rate_limit allows is refused.",
     ),
-    number_spec(
+    _limit(
         "radius_hysteresis",
-        _LIMITS.radius_hysteresis,
         0.0,
         0.1,
         "The command changes when the radius has moved by more than this [m].",
     ),
-    number_spec(
+    _limit(
         "grasp_timeout",
-        _LIMITS.grasp_timeout,
         0.1,
         600.0,
         "Longest time until a grasp reaches its wrap [s], unless the goal has a timeout.",
     ),
-    choice_spec(
+    _policy(
         "grasp_abort_policy",
-        _LIMITS.grasp_abort_policy,
         "Action when a grasp goal fails or is canceled: vent, or hold the pressure.",
     ),
-    number_spec(
+    _limit(
         "measured_pressure_timeout",
-        _LIMITS.measured_pressure_timeout,
         0.01,
         3600.0,
         "Age of the last usable measured_pressure at which it counts as lost [s].",
@@ -152,23 +153,20 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         1.2e5,
         "Ambient absolute pressure [Pa], for an absolute measured_pressure.",
     ),
-    number_spec(
+    _limit(
         "pressure_settle_time",
-        _LIMITS.pressure_settle_time,
         0.0,
         60.0,
         "The measured pressure may lag behind the command by this [s].",
     ),
-    number_spec(
+    _limit(
         "pressure_tolerance",
-        _LIMITS.pressure_tolerance,
         10.0,
         1.0e6,
         "Largest difference of measured and commanded pressure that is no fault [Pa].",
     ),
-    choice_spec(
+    _policy(
         "pressure_fault_policy",
-        _LIMITS.pressure_fault_policy,
         "Action at a pressure fault: report it, or vent until rearm; a running grasp fails.",
     ),
     number_spec(
@@ -193,11 +191,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         3600.0,
         "Age at which a received gravity is stale [s]; 0: never.",
     ),
-    choice_spec(
-        "gravity_timeout_policy",
-        _LIMITS.gravity_timeout_policy,
-        "Action at stale gravity: report it, or vent until rearm.",
-    ),
+    _policy("gravity_timeout_policy", "Action at stale gravity: report it, or vent until rearm."),
     ParameterSpec(
         "activation",
         "vent",
@@ -286,27 +280,12 @@ def limits_from_values(values: Mapping[str, ParameterValue], pressure_max: float
         values: a value for every parameter in the table.
         pressure_max: the gripper's own limit [Pa]; no parameter can raise the cap above it.
     """
-    cap = number(values, "pressure_cap")
-    return Limits(
-        pressure_cap=min(cap, pressure_max) if cap > 0.0 else pressure_max,
-        pressure_rate_up=number(values, "pressure_rate_up"),
-        pressure_rate_down=number(values, "pressure_rate_down"),
-        radius_timeout=number(values, "radius_timeout"),
-        timeout_policy=TimeoutPolicy(values["radius_timeout_policy"]),
-        radius_rate_limit=number(values, "radius_rate_limit"),
-        radius_jump_limit=number(values, "radius_jump_limit"),
-        radius_hysteresis=number(values, "radius_hysteresis"),
-        grasp_timeout=number(values, "grasp_timeout"),
-        grasp_abort_policy=AbortPolicy(values["grasp_abort_policy"]),
-        measured_pressure_timeout=number(values, "measured_pressure_timeout"),
-        pressure_settle_time=number(values, "pressure_settle_time"),
-        pressure_tolerance=number(values, "pressure_tolerance"),
-        pressure_fault_policy=FaultPolicy(values["pressure_fault_policy"]),
-        grip_ratio=number(values, "grip_ratio"),
-        keep_alive_timeout=number(values, "keep_alive_timeout"),
-        gravity_timeout=number(values, "gravity_timeout"),
-        gravity_timeout_policy=FaultPolicy(values["gravity_timeout_policy"]),
-    )
+    given = {
+        field.name: type(getattr(_LIMITS, field.name))(values[field.name])
+        for field in fields(Limits)
+    }
+    cap = given["pressure_cap"]
+    return Limits(**given | {"pressure_cap": min(cap or pressure_max, pressure_max)})
 
 
 def number(values: Mapping[str, ParameterValue], name: str) -> float:

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Collection, MutableMapping, Sequence
-from typing import Any, Protocol, TypeVar
+from collections.abc import Collection, Mapping, MutableMapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from spiral_gripper_ros.process.stop_signals import StopSignals
+
+if TYPE_CHECKING:
+    from spiral_gripper_ros.parameters.spec import ParameterSpec
 
 MadeT = TypeVar("MadeT")
 
@@ -23,29 +26,39 @@ class Program(Protocol[MadeT]):
 
     Attributes:
         executable: the name that it is started by.
+        about: what it is, and its topics, for the help text.
     """
 
     executable: str
+    about: str
 
-    def usage(self) -> str:
-        """Return the help text."""
+    def parameters(self) -> Mapping[str, Sequence[ParameterSpec]]:
+        """Return its tables of parameters, each under its heading in the help text."""
         ...
 
     def make(self) -> MadeT:
-        """Make what runs, after ROS has started."""
-        ...
-
-    def nodes(self, made: MadeT, /) -> Sequence[Any]:
-        """Return its nodes."""
-        ...
-
-    def parameters(self) -> Collection[str]:
-        """Return the names of its parameters."""
+        """Make what runs, after ROS has started: a node, or what has several in ``nodes``."""
         ...
 
     def spin(self, made: MadeT, signals: StopSignals, /) -> int:
         """Run until a stop is requested; return the exit code."""
         ...
+
+
+def usage(program: Program[MadeT]) -> str:
+    """Return the help text, with every parameter."""
+    lines = [
+        f"usage: {program.executable} [--help] [--ros-args -p NAME:=VALUE ... -r FROM:=TO ...]",
+        f"\n{program.about}",
+    ]
+    for heading, table in program.parameters().items():
+        lines.append(f"{heading} (with their defaults):")
+        for spec in table:
+            default = "not set" if spec.default == () else spec.default
+            lines.append(f"  {spec.name} ({default}): {spec.description}")
+        lines.append("")
+    lines.append("`ros2 param describe` describes each parameter of the running node.\n")
+    return "\n".join(lines)
 
 
 def run(program: Program[MadeT], args: list[str] | None) -> int:
@@ -59,7 +72,7 @@ def run(program: Program[MadeT], args: list[str] | None) -> int:
         The process's exit code.
     """
     if not HELP_OPTIONS.isdisjoint(sys.argv[1:] if args is None else args):
-        sys.stdout.write(program.usage())
+        sys.stdout.write(usage(program))
         return 0
     signals = StopSignals()
     try:
@@ -93,9 +106,11 @@ def _made(program: Program[MadeT], args: list[str] | None) -> MadeT | None:
 
     try:
         made = program.make()
-        if parameters_are_known(args, program.nodes(made), program.parameters()):
+        nodes: Sequence[Any] = getattr(made, "nodes", (made,))
+        known = [spec.name for table in program.parameters().values() for spec in table]
+        if parameters_are_known(args, nodes, known):
             return made
-        for node in program.nodes(made):
+        for node in nodes:
             node.destroy_node()
     except (ParameterException, SpiralError, ValueError, *ros_errors()) as error:
         get_logger(program.executable).fatal(f"cannot start: {error}")

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from spiral_gripper_ros.process.program import run
 
 if TYPE_CHECKING:
+    from spiral_gripper_ros.parameters.spec import ParameterSpec
     from spiral_gripper_ros.process.stop_signals import StopSignals
     from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
 
@@ -19,17 +20,24 @@ LONGEST_SLEEP = 0.05
 # Between attempts to send the last vent [s].
 VENT_PAUSE = 0.1
 
+ABOUT = """\
+An adapter from the gripper node to a pressure regulator: topics of its driver, a serial line, or
+Modbus TCP.
+
+  subscribes pressure_command [Pa gauge]
+  publishes  measured_pressure [Pa gauge], /diagnostics
+
+examples:
+  spiral_gripper_regulator --ros-args -p device:=serial -p port:=/dev/ttyACM0
+  spiral_gripper_regulator --ros-args -p command_topic:=/valve/set -p command_unit:=kPa
+"""
+
 
 class RegulatorProgram:
     """The adapter's node; it ends with a vent."""
 
     executable = "spiral_gripper_regulator"
-
-    def usage(self) -> str:
-        """Return the help text."""
-        from spiral_gripper_ros.regulators.usage import usage
-
-        return usage()
+    about = ABOUT
 
     def make(self) -> RegulatorNode:
         """Make the node."""
@@ -37,15 +45,11 @@ class RegulatorProgram:
 
         return RegulatorNode()
 
-    def nodes(self, node: RegulatorNode) -> Sequence[RegulatorNode]:
-        """Return the node."""
-        return (node,)
-
-    def parameters(self) -> Collection[str]:
-        """Return the names of its parameters."""
+    def parameters(self) -> Mapping[str, Sequence[ParameterSpec]]:
+        """Return its tables of parameters."""
         from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
 
-        return [spec.name for spec in REGULATOR_PARAMETERS]
+        return {"parameters": REGULATOR_PARAMETERS}
 
     def spin(self, node: RegulatorNode, signals: StopSignals) -> int:
         """Pass commands on until a stop is requested; 1 if the last vent was not answered."""

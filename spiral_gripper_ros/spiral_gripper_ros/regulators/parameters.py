@@ -8,7 +8,7 @@ from typing import Final
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.parameters.pressure_scale import UNITS, PressureScale, Reference
-from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue, number_spec
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.regulators.adapter import require_representable
 from spiral_gripper_ros.regulators.line_protocol import require_line_number
@@ -30,12 +30,8 @@ def _text(
     return ParameterSpec(name, default, description, choices=choices, read_only=True)
 
 
-def _float(name: str, default: float, low: float, high: float, text: str) -> ParameterSpec:
-    return ParameterSpec(name, default, text, low=low, high=high, read_only=True)
-
-
-def _integer(name: str, default: int, low: int, high: int, text: str) -> ParameterSpec:
-    return ParameterSpec(name, default, text, low=low, high=high, read_only=True)
+def _number(name: str, default: float, low: float, high: float, text: str) -> ParameterSpec:
+    return number_spec(name, default, low, high, text, read_only=True)
 
 
 def _scale(side: str, what: str) -> tuple[ParameterSpec, ...]:
@@ -43,26 +39,26 @@ def _scale(side: str, what: str) -> tuple[ParameterSpec, ...]:
     return (
         _text(f"{side}_unit", "Pa", f"Unit of {what}.", tuple(UNITS)),
         _text(f"{side}_reference", "gauge", f"Reference of {what}: gauge or absolute.", references),
-        _float(f"{side}_scale", 1.0, -1.0e9, 1.0e9, f"Device's number per unit of {what}; not 0."),
-        _float(f"{side}_offset", 0.0, -1.0e9, 1.0e9, f"Device's number at zero of {what}."),
+        _number(f"{side}_scale", 1.0, -1.0e9, 1.0e9, f"Device's number per unit of {what}; not 0."),
+        _number(f"{side}_offset", 0.0, -1.0e9, 1.0e9, f"Device's number at zero of {what}."),
     )
 
 
 def _register(name: str, default: int, text: str) -> ParameterSpec:
-    return _integer(name, default, NO_REGISTER, 65535, text)
+    return _number(name, default, NO_REGISTER, 65535, text)
 
 
 REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
     _text("device", TOPIC, "How the regulator is connected.", (TOPIC, SERIAL, MODBUS)),
     _text("frame_id", "gripper_base", "Frame of measured_pressure."),
-    _float(
+    _number(
         "pressure_limit",
         3.0e5,
         1.0,
         1.0e6,
         "Largest gauge pressure passed on [Pa]; a command above it is refused.",
     ),
-    _float(
+    _number(
         "watchdog_timeout",
         0.5,
         0.02,
@@ -70,9 +66,9 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "Silence of pressure_command after which the device is vented, and of the device after "
         "which its link counts as lost [s].",
     ),
-    _float("rate", 20.0, 1.0, 200.0, "Exchanges with the device [Hz]; each is a heartbeat."),
-    _float("device_timeout", 0.1, 0.005, 10.0, "Longest time for a device's answer [s]."),
-    _float(
+    _number("rate", 20.0, 1.0, 200.0, "Exchanges with the device [Hz]; each is a heartbeat."),
+    _number("device_timeout", 0.1, 0.005, 10.0, "Longest time for a device's answer [s]."),
+    _number(
         "ambient_pressure",
         101325.0,
         5.0e4,
@@ -84,16 +80,16 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
     _text("command_topic", "regulator/set_point", "topic: name of the driver's set-point."),
     _text("command_type", "std_msgs/msg/Float64", "topic: type of the driver's set-point."),
     _text("command_field", "data", "topic: path of its number, such as data[0]."),
-    _integer("command_length", 0, 0, 999, "topic: elements of its array; 0: up to the index."),
+    _number("command_length", 0, 0, 999, "topic: elements of its array; 0: up to the index."),
     _text("measured_topic", NONE, "topic: name of what the driver measures, or none."),
     _text("measured_type", "std_msgs/msg/Float64", "topic: type of what the driver measures."),
     _text("measured_field", "data", "topic: path of its number."),
     _text("port", "/dev/ttyACM0", "serial: the port."),
-    _integer("baud_rate", 115200, 300, 4000000, "serial: bits per second."),
+    _number("baud_rate", 115200, 300, 4000000, "serial: bits per second."),
     _text("host", "192.168.1.1", "modbus: name or address."),
-    _integer("tcp_port", 502, 1, 65535, "modbus: TCP port."),
-    _integer("unit_id", 1, 0, 255, "modbus: the device's unit identifier."),
-    _integer("command_register", 0, 0, 65535, "modbus: first register of the set-point, from 0."),
+    _number("tcp_port", 502, 1, 65535, "modbus: TCP port."),
+    _number("unit_id", 1, 0, 255, "modbus: the device's unit identifier."),
+    _number("command_register", 0, 0, 65535, "modbus: first register of the set-point, from 0."),
     _text("command_format", "uint16", "modbus: number format of the set-point.", tuple(FORMATS)),
     _register(
         "measured_register", NO_REGISTER, "modbus: first register of the pressure; -1: none."

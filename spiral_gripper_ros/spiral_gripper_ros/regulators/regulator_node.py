@@ -6,13 +6,14 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, Header
 
+from spiral_gripper_ros.messages.diagnostics import diagnostic_message
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.regulators.adapter import Link, RegulatorAdapter
@@ -134,7 +135,6 @@ class RegulatorNode(Node):  # type: ignore[misc]
 
     def _diagnose(self) -> None:
         adapter = self.adapter
-        level, text = self._state()
         values = {
             "link": adapter.link.value,
             "demand [Pa]": f"{adapter.watch.demand(time.monotonic()):.6g}",
@@ -142,13 +142,9 @@ class RegulatorNode(Node):  # type: ignore[misc]
             "link errors": str(adapter.link_errors),
             "readings refused": str(adapter.invalid_readings),
         }
-        status = DiagnosticStatus(
-            level=level,
-            name=f"{self.get_fully_qualified_name()}: adapter",
-            message=text,
-            hardware_id=str(self.values["device"]),
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        name, stamp = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
+        self._diagnostics.publish(
+            diagnostic_message(
+                f"{name}: adapter", str(self.values["device"]), self._state(), values, stamp
+            )
         )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)

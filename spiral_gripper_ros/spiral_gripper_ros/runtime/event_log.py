@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import Any, Protocol
+from typing import Any
 
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.snapshot import Snapshot
@@ -41,22 +41,6 @@ _EXPECTED = {
 }
 
 
-class Logger(Protocol):
-    """The logger methods that are used."""
-
-    def info(self, text: str) -> object:
-        """Log a normal event."""
-        ...
-
-    def warning(self, text: str) -> object:
-        """Log an event that an operator should check."""
-        ...
-
-    def error(self, text: str) -> object:
-        """Log an event that an operator must act on."""
-        ...
-
-
 class EventLog:
     """Logs changes of state, reason, pressure fault, hold and clock.
 
@@ -64,7 +48,7 @@ class EventLog:
         logger: of the node.
     """
 
-    def __init__(self, logger: Logger) -> None:
+    def __init__(self, logger: Any) -> None:  # noqa: ANN401
         self._logger = logger
         self._grip = _Channel((State.INACTIVE, Reason.NOT_ACTIVE, None))
         self._fault = _Channel(Reason.NONE)
@@ -132,7 +116,7 @@ class EventLog:
         self._logger.info(
             f"active: at most {1e-3 * limits.pressure_cap:.4g} kPa, {up:.4g} kPa/s up, "
             f"{down:.4g} kPa/s down, grip_ratio {limits.grip_ratio:.4g}; when radii stop: "
-            f"{limits.timeout_policy.value}, at a pressure fault: "
+            f"{limits.radius_timeout_policy.value}, at a pressure fault: "
             f"{limits.pressure_fault_policy.value}, when a grasp fails: "
             f"{limits.grasp_abort_policy.value}"
         )

@@ -66,23 +66,16 @@ class Outputs:
         """Publish a gauge pressure [Pa]; anything that is not a finite number goes out as 0."""
         self._pressure.publish(Float64(data=pressure if math.isfinite(pressure) else 0.0))
 
-    def publish_status(self, status: GripStatus) -> None:
-        """Publish the status, if the node is active."""
-        self._publish("status", status)
+    def publish(self, name: str, message: Any) -> None:  # noqa: ANN401
+        """Publish status, markers or a shape on the topic of this name, if the node is active."""
+        publisher = self._managed.get(name)
+        if publisher is not None:
+            publisher.publish(message)
 
-    def publish_backbone(self, shape: GripShape | None, points: int, header: Any) -> None:  # noqa: ANN401
-        """Publish the shape at the commanded pressure, if there is one and the node is active."""
+    def publish_shape(self, name: str, shape: GripShape | None, points: int, header: Any) -> None:  # noqa: ANN401
+        """Publish a shape, if there is one and the node is active."""
         if shape is not None:
-            self._publish("backbone", backbone_to_bytes(shape.state, points, header))
-
-    def publish_measured_backbone(self, shape: GripShape | None, points: int, header: Any) -> None:  # noqa: ANN401
-        """Publish the shape at the measured pressure, if there is one and the node is active."""
-        if shape is not None:
-            self._publish("measured_backbone", backbone_to_bytes(shape.state, points, header))
-
-    def publish_markers(self, markers: MarkerArray) -> None:
-        """Publish what RViz draws, if the node is active."""
-        self._publish("markers", markers)
+            self.publish(name, backbone_to_bytes(shape.state, points, header))
 
     @property
     def markers_are_wanted(self) -> bool:
@@ -97,8 +90,3 @@ class Outputs:
     def flush(self) -> None:
         """Wait until the last pressure is acknowledged, or for ``ACKNOWLEDGE_TIMEOUT``."""
         self._pressure.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_TIMEOUT))
-
-    def _publish(self, name: str, message: Any) -> None:  # noqa: ANN401
-        publisher = self._managed.get(name)
-        if publisher is not None:
-            publisher.publish(message)

@@ -231,12 +231,13 @@ class Runtime:
         if seen_object is not None:
             age = now - seen_object.seen_at
             fill_object(status, seen_object, age, loaded.placement(snapshot.plan))
-        self.outputs.publish_status(status)
+        self.outputs.publish("status", status)
         points = int(number(self.values, "backbone_points"))
         if moved:
-            self.outputs.publish_backbone(loaded.shape, points, header)
+            self.outputs.publish_shape("backbone", loaded.shape, points, header)
         if measured_moved:
-            self.outputs.publish_measured_backbone(loaded.measured_shape, points, header)
+            shape = loaded.measured_shape
+            self.outputs.publish_shape("measured_backbone", shape, points, header)
         self.log.tell(now, snapshot)
 
     def _grip_to_msg(

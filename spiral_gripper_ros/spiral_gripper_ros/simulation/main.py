@@ -4,29 +4,37 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from spiral_gripper_ros.process.program import run
 
 if TYPE_CHECKING:
+    from spiral_gripper_ros.parameters.spec import ParameterSpec
     from spiral_gripper_ros.process.stop_signals import StopSignals
     from spiral_gripper_ros.simulation.simulator import Simulator
 
 # How long the executor may sleep before it looks whether it was asked to stop [s].
 LONGEST_SLEEP = 0.05
 
+ABOUT = """\
+A simulated regulator, gripper and source of radii: the node without hardware.
+
+  subscribes pressure_command [Pa gauge]
+  publishes  measured_pressure, object_radius, /diagnostics; /clock if asked to
+             simulated/pressure, simulated/object_radius, simulated/grip, simulated/backbone
+  serves     simulated_regulator/inject_leak, inject_stuck_valve, inject_lost_link, clear_fault
+
+example:
+  spiral_gripper_simulator --ros-args -r __ns:=/left -p radius:=0.02 -p fault:=leak
+"""
+
 
 class SimulatorProgram:
     """The simulator, its nodes and its executor."""
 
     executable = "spiral_gripper_simulator"
-
-    def usage(self) -> str:
-        """Return the help text."""
-        from spiral_gripper_ros.simulation.usage import simulator_usage
-
-        return simulator_usage()
+    about = ABOUT
 
     def make(self) -> Simulator:
         """Make the simulator."""
@@ -36,15 +44,14 @@ class SimulatorProgram:
 
         return Simulator(SingleThreadedExecutor())
 
-    def nodes(self, simulator: Simulator) -> Sequence[Any]:
-        """Return its nodes."""
-        return simulator.nodes
+    def parameters(self) -> Mapping[str, Sequence[ParameterSpec]]:
+        """Return its tables of parameters."""
+        from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 
-    def parameters(self) -> Collection[str]:
-        """Return the names of their parameters."""
-        from spiral_gripper_ros.simulation.parameters import ALL_NAMES
-
-        return ALL_NAMES
+        return {
+            "parameters of simulated_regulator": REGULATOR_PARAMETERS,
+            "parameters of radius_source": RADIUS_PARAMETERS,
+        }
 
     def spin(self, simulator: Simulator, signals: StopSignals) -> int:
         """Simulate until a stop is requested."""

@@ -12,7 +12,7 @@ from spiral_core import Orifice, Supply, enclosed_volume
 from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.description import load_description
 from spiral_gripper.files.storage import FileError, read_text
-from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue, number_spec
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors
 from spiral_gripper_ros.simulation.radius_source import (
@@ -32,14 +32,8 @@ NONE: Final = "none"
 SHIPPED: Final = "shipped"
 
 
-def _number(
-    name: str, default: float, low: float, high: float, text: str, *, read_only: bool = False
-) -> ParameterSpec:
-    return ParameterSpec(name, default, text, low=low, high=high, read_only=read_only)
-
-
 def _probability(name: str, text: str) -> ParameterSpec:
-    return _number(name, 0.0, 0.0, 1.0, f"Part of the estimates that {text}.")
+    return number_spec(name, 0.0, 0.0, 1.0, f"Part of the estimates that {text}.")
 
 
 REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
@@ -50,7 +44,7 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         read_only=True,
     ),
     ParameterSpec("frame_id", "gripper_base", "Frame of every stamped message.", read_only=True),
-    _number(
+    number_spec(
         "stiffness_factor",
         1.0,
         0.2,
@@ -58,7 +52,7 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "Real stiffness of the gripper's material, as a multiple of the described one.",
         read_only=True,
     ),
-    _number(
+    number_spec(
         "object_load",
         0.0,
         0.0,
@@ -71,10 +65,10 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "Fault of the regulator.",
         choices=tuple(fault.value for fault in Fault),
     ),
-    _number("time_constant", 0.1, 0.001, 10.0, "Lag of the regulator's loop [s]."),
-    _number("fill_rate", 2.0e5, 1.0e3, 1.0e7, "Fastest rise of the pressure [Pa/s]."),
-    _number("vent_rate", 4.0e5, 1.0e3, 1.0e7, "Fastest fall of the pressure [Pa/s]."),
-    _number(
+    number_spec("time_constant", 0.1, 0.001, 10.0, "Lag of the regulator's loop [s]."),
+    number_spec("fill_rate", 2.0e5, 1.0e3, 1.0e7, "Fastest rise of the pressure [Pa/s]."),
+    number_spec("vent_rate", 4.0e5, 1.0e3, 1.0e7, "Fastest fall of the pressure [Pa/s]."),
+    number_spec(
         "conductance",
         0.0,
         0.0,
@@ -82,7 +76,7 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "Sonic conductance of valve and line by ISO 6358 [m^3/(s Pa)], which then bounds rise and "
         "fall at each pressure; 0: fill_rate and vent_rate do.",
     ),
-    _number(
+    number_spec(
         "supply_pressure",
         3.0e5,
         1.0e4,
@@ -90,32 +84,32 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "Gauge pressure of the supply [Pa]; a command above it is refused.",
         read_only=True,
     ),
-    _number(
+    number_spec(
         "watchdog_timeout",
         0.5,
         0.02,
         60.0,
         "Silence of pressure_command after which the regulator vents by itself [s].",
     ),
-    _number(
+    number_spec(
         "leak_time",
         0.2,
         0.01,
         100.0,
         "Time in which a leak empties a closed gripper to 1/e [s]; acts at fault leak.",
     ),
-    _number(
+    number_spec(
         "pressure_noise", 50.0, 0.0, 1.0e5, "Standard deviation of the measured pressure [Pa]."
     ),
-    _number(
+    number_spec(
         "pressure_resolution",
         10.0,
         0.0,
         1.0e5,
         "Step of the measured pressure [Pa]; 0: none.",
     ),
-    _number("measured_rate", 50.0, 1.0, 100.0, "Rate of measured_pressure [Hz]."),
-    _number("truth_rate", 20.0, 1.0, 50.0, "Rate of the topics below simulated/ [Hz]."),
+    number_spec("measured_rate", 50.0, 1.0, 100.0, "Rate of measured_pressure [Hz]."),
+    number_spec("truth_rate", 20.0, 1.0, 50.0, "Rate of the topics below simulated/ [Hz]."),
     ParameterSpec(
         "shape_in_time",
         False,
@@ -130,7 +124,7 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "real_time_factor says, whatever the machine does.",
         read_only=True,
     ),
-    _number(
+    number_spec(
         "real_time_factor", 1.0, 0.01, 10.0, "Speed of /clock; acts when publish_clock is true."
     ),
     ParameterSpec("seed", 0, "Seed of all noise.", low=0, high=1_000_000, read_only=True),
@@ -143,17 +137,17 @@ RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "The object's radius over time; none: no object, and estimates come from elsewhere.",
         choices=(*(shape.value for shape in Shape), RECORDING, NONE),
     ),
-    _number(
+    number_spec(
         "radius", 0.0, 0.0, 1.0, "The object's radius [m]; 0: the middle of the gripper's range."
     ),
-    _number(
+    number_spec(
         "radius_variation",
         0.25,
         -LARGEST_VARIATION,
         LARGEST_VARIATION,
         "Height of the step or amplitude of the sine, as a part of the radius.",
     ),
-    _number("radius_period", 8.0, 0.01, 3600.0, "Period of step and sine [s]."),
+    number_spec("radius_period", 8.0, 0.01, 3600.0, "Period of step and sine [s]."),
     ParameterSpec(
         "recording",
         SHIPPED,
@@ -161,18 +155,17 @@ RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         read_only=True,
     ),
     ParameterSpec("recording_loop", True, "Whether the recording begins anew at its end."),
-    _number("estimate_rate", 20.0, 0.1, 100.0, "Estimates per second [Hz], but in a recording."),
-    _number("estimate_noise", 2.0e-5, 0.0, 0.1, "Standard deviation of the estimates [m]."),
-    _number("estimate_bias", 0.0, -0.1, 0.1, "Bias of the estimates [m]; positive: too large."),
+    number_spec(
+        "estimate_rate", 20.0, 0.1, 100.0, "Estimates per second [Hz], but in a recording."
+    ),
+    number_spec("estimate_noise", 2.0e-5, 0.0, 0.1, "Standard deviation of the estimates [m]."),
+    number_spec("estimate_bias", 0.0, -0.1, 0.1, "Bias of the estimates [m]; positive: too large."),
     _probability("outlier_probability", "are off by outlier_size"),
-    _number("outlier_size", 0.01, 0.0, 1.0, "Size of an outlier [m]."),
+    number_spec("outlier_size", 0.01, 0.0, 1.0, "Size of an outlier [m]."),
     _probability("nan_probability", "are not a number"),
     _probability("dropout_probability", "do not come"),
     ParameterSpec("seed", 0, "Seed of all noise.", low=0, high=1_000_000, read_only=True),
 )
-
-# What one node's table has is no typo when the other node, in the same process, is given it too.
-ALL_NAMES: Final = frozenset(spec.name for spec in REGULATOR_PARAMETERS + RADIUS_PARAMETERS)
 
 
 def regulator_model(values: Mapping[str, ParameterValue]) -> RegulatorModel:

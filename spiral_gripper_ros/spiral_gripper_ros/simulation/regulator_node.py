@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
@@ -13,6 +13,7 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
+from spiral_gripper_ros.messages.diagnostics import diagnostic_message
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.simulation.pacing import RateGate
@@ -115,24 +116,16 @@ class RegulatorNode(Node):  # type: ignore[misc]
 
     def _diagnose(self, stamp: Any) -> None:  # noqa: ANN401
         regulator = self.regulator
-        level, text = DiagnosticStatus.OK, "follows its commands"
+        status = DiagnosticStatus.OK, "follows its commands"
         if regulator.watchdog_vented:
-            level, text = DiagnosticStatus.WARN, "no command: vented by its own watchdog"
+            status = DiagnosticStatus.WARN, "no command: vented by its own watchdog"
         if regulator.fault is not Fault.NONE:
-            level, text = DiagnosticStatus.ERROR, f"injected fault: {regulator.fault.value}"
+            status = DiagnosticStatus.ERROR, f"injected fault: {regulator.fault.value}"
         values = {
             "fault": regulator.fault.value,
             "target [Pa]": f"{regulator.target:.6g}",
             "pressure [Pa]": f"{regulator.pressure:.6g}",
             "commands refused": str(regulator.refused),
         }
-        status = DiagnosticStatus(
-            level=level,
-            name=f"{self.get_fully_qualified_name()}: regulator",
-            message=text,
-            hardware_id="simulated",
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
-        )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = stamp
-        self._diagnostics.publish(message)
+        name = f"{self.get_fully_qualified_name()}: regulator"
+        self._diagnostics.publish(diagnostic_message(name, "simulated", status, values, stamp))
