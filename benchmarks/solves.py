@@ -21,7 +21,7 @@ from benchmarks.cases import WARM_CHANGE, usual_case
 from benchmarks.results import Effort, Section, Table, micro, milli
 from benchmarks.timing import median_time
 from spiral_core import follow_path
-from spiral_core.rod._continuation import load_uniform, solve_uniform_from
+from spiral_core.rod._continuation import solve_uniform
 from spiral_core.rod._mesh import path_count
 from spiral_core.rod._profiles import uniform_rod
 
@@ -35,7 +35,7 @@ def warm_kernel(elements: int) -> Callable[[], None]:
     q = usual_state(elements).orientations.copy()
 
     def call() -> None:
-        solve_uniform_from(q, next(rods))
+        solve_uniform(q, next(rods), 0)
 
     return call
 
@@ -45,10 +45,10 @@ def cold_kernel(elements: int) -> Callable[[], None]:
     case = usual_case()
     turn = math.hypot(*case.rest_strain) * case.length
     few = path_count(elements, turn, case.torsional / case.bending)
-    rod = uniform_rod(case.rod, case.load)
+    rod, q = uniform_rod(case.rod, case.load), np.empty((elements + 1, 4))
 
     def call() -> None:
-        load_uniform(few, elements, rod)
+        solve_uniform(q, rod, few)
 
     return call
 

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import pytest
+from numba.core import event
 
 import spiral_core
 from spiral_core.numerics.kernel import content_stamp
@@ -71,3 +74,31 @@ def test_the_stamp_of_a_kernel_covers_what_it_calls_and_reads(
     assert stamp(kernel) != before
     others = [rod_element.strain_factor, rod_element.element_energy, rod_shape.middle]
     assert len({content_stamp(k.py_func) for k in others}) == 3  # type: ignore[attr-defined]
+
+
+def test_an_inlined_kernel_runs_as_python_where_python_calls_it() -> None:
+    """It has no entry for Python: a call of its machine code would end the process."""
+    value, first, second = rod_element.strain_factor(0.01)
+    assert value == 1.0 + 0.01 * (1.0 / 6.0 + 0.01 * (3.0 / 40.0 + 0.01 * (5.0 / 112.0)))
+    assert 0.0 < second < first
+
+
+def test_garbage_is_not_collected_while_a_kernel_is_compiled() -> None:
+    was_enabled: list[bool] = []
+
+    @numba.njit
+    def twice(x: float) -> float:
+        return 2.0 * x
+
+    class Watch(event.Listener):
+        def on_start(self, event: event.Event) -> None:
+            was_enabled.append(gc.isenabled())
+
+        def on_end(self, event: event.Event) -> None:
+            pass
+
+    with event.install_listener("numba:run_pass", Watch()):
+        assert twice(2.0) == 4.0
+    assert was_enabled
+    assert not any(was_enabled)
+    assert gc.isenabled()

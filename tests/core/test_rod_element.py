@@ -159,6 +159,6 @@ def test_a_pivot_is_positive_exactly_for_positive_definite_matrices() -> None:
         symmetric = a + a.T + rng.uniform(-1.0, 5.0) * np.eye(3)
         definite = bool(np.linalg.eigvalsh(symmetric)[0] > 0.0)
         pivot, _ = smallest_pivot_and_inverse(tuple(symmetric.ravel()))
-        assert (pivot > 0.0) is definite
+        assert bool(pivot > 0.0) is definite
         signs.add(definite)
     assert signs == {True, False}

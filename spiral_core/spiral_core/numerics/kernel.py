@@ -14,20 +14,72 @@ reads and, through their digests, all kernels it calls.
 
 import builtins
 import dis
+import gc
 import hashlib
 from collections.abc import Callable
 from functools import cache
-from typing import ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from numba.core import event
 from numba.core.registry import CPUDispatcher
+from numba.extending import typeof_impl
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 FAST_MATH = {"contract", "nsz"}
+# numba's options that leave out a kernel's entries, the one for Python and the one for C.
+WITHOUT_ENTRY: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 # Of the digest in a file's name: 48 bits tell all versions of a kernel apart.
 STAMP_DIGITS = 12
+
+
+class Inlined:
+    """A kernel without an entry of its own; called from Python, it runs as Python.
+
+    The entry takes tuples and arrays apart: a third of what a small kernel's compilation costs.
+    """
+
+    def __init__(self, kernel: CPUDispatcher) -> None:
+        self.kernel = kernel
+        self.py_func = kernel.py_func
+
+    def __call__(self, *args: object) -> object:
+        """Return what the Python function gives."""
+        return self.py_func(*args)
+
+
+@typeof_impl.register(Inlined)
+def _type_of_inlined(value: Inlined, context: object) -> object:
+    """Let numba see the kernel where a caller names the object."""
+    return typeof_impl(value.kernel, context)
+
+
+class _WithoutCollection(event.Listener):
+    """Pause Python's garbage collection while numba compiles: it would take a seventh of the time.
+
+    Compilations nest, and numba's lock lets one thread compile at a time.
+    """
+
+    def __init__(self) -> None:
+        self._depth, self._was_enabled = 0, False
+
+    def on_start(self, event: object) -> None:
+        """Pause the collection with the outermost compilation."""
+        if self._depth == 0:
+            self._was_enabled = gc.isenabled()
+            gc.disable()
+        self._depth += 1
+
+    def on_end(self, event: object) -> None:
+        """Take it up again with its end."""
+        self._depth -= 1
+        if self._depth == 0 and self._was_enabled:
+            gc.enable()
+
+
+event.register("numba:compile", _WithoutCollection())  # type: ignore[no-untyped-call]
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -37,11 +89,18 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
-    """Return ``function`` compiled into its callers: where a call costs more than the work."""
+    """Return ``function`` compiled into its callers: where a call costs more than the work.
+
+    Called from Python it runs as Python.
+    """
     compile_kernel = numba.njit(
-        cache=True, forceinline=True, error_model="numpy", fastmath=FAST_MATH
+        cache=True,
+        forceinline=True,
+        error_model="numpy",
+        fastmath=FAST_MATH,
+        **WITHOUT_ENTRY,
     )
-    return cast("Callable[P, R]", compile_kernel(_stamped(function)))
+    return cast("Callable[P, R]", Inlined(compile_kernel(_stamped(function, "i"))))
 
 
 def merged(function: Callable[P, R]) -> Callable[P, R]:
@@ -67,7 +126,7 @@ def content_stamp(function: Callable[..., object]) -> str:
     digest.update(repr((code.co_consts, code.co_names, code.co_varnames)).encode())
     for name in sorted(_global_names(function)):
         value = function.__globals__[name]
-        if isinstance(value, CPUDispatcher):
+        if isinstance(value, (CPUDispatcher, Inlined)):
             digest.update(content_stamp(value.py_func).encode())
         elif isinstance(value, (bool, int, float, str, tuple)):
             digest.update(repr(value).encode())
@@ -83,7 +142,8 @@ def _global_names(function: Callable[..., object]) -> set[str]:
     return read - vars(builtins).keys()
 
 
-def _stamped(function: Callable[P, R]) -> Callable[P, R]:
-    """Return the function with its content in its qualified name."""
-    function.__qualname__ = f"{function.__name__}_{content_stamp(function)[:STAMP_DIGITS]}"
+def _stamped(function: Callable[P, R], kind: str = "") -> Callable[P, R]:
+    """Return the function with its content in its qualified name, and how it is compiled."""
+    stamp = content_stamp(function)[:STAMP_DIGITS]
+    function.__qualname__ = f"{function.__name__}_{stamp}{kind}"
     return function

@@ -212,7 +212,7 @@ def first_state(q: Array, start: System, end: System, tolerance: float) -> tuple
     return SMALLEST_STEP, with_outcome(found, found.outcome, spent + found.iterations)
 
 
-@compiled
+@merged
 def follow_loading(system: System, tolerance: float) -> tuple[Array, int, Solution]:
     """Follow the loading path of a rod, from the one without rest strain that hangs in its loads.
 
@@ -249,6 +249,30 @@ def solve_from(q: Array, system: System, tolerance: float) -> tuple[int, Solutio
     return 1, with_outcome(found, found.outcome, spent + found.iterations)
 
 
+@merged
+def loaded(q: Array, coarse: System, fine: System) -> tuple[int, Solution]:
+    """Follow the loading path on few elements and refine at its end; on all if that fails.
+
+    Writes the orientations on all elements into q; returns the number of folds and the solution.
+    """
+    spent = 0
+    system, on_all = coarse, coarse.steps.shape[0] == fine.steps.shape[0]
+    while True:
+        end, folds, found = follow_loading(system, DEFAULT_TOLERANCE)
+        spent += found.iterations
+        if on_all:
+            break
+        if found.outcome == CONVERGED:
+            end = resample(end, coarse.steps, fine.steps)
+            snaps, found = solve_from(end, fine, DEFAULT_TOLERANCE)
+            spent += found.iterations
+            if found.outcome == CONVERGED and snaps == 0:
+                break
+        system, on_all = fine, True
+    copy_nodes(end, q)
+    return folds, with_outcome(found, found.outcome, spent)
+
+
 @compiled
 def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRod:
     """Return the state with orientations q; not an answer if an element turns too far."""
@@ -261,48 +285,28 @@ def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRo
 
 
 @merged
-def equilibrium_from(q: Array, system: System) -> SolvedRod:
-    """Return the state that q comes to rest in, in place."""
-    folds, found = solve_from(q, system, DEFAULT_TOLERANCE)
-    return evaluated(q, system, folds, found)
-
-
-@merged
-def loaded(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
-    """Follow the loading path on few elements and refine at its end; on all if that fails."""
-    q, folds, found = follow_loading(coarse, DEFAULT_TOLERANCE)
-    spent = found.iterations
-    refined = coarse.steps.shape[0] == fine.steps.shape[0]
-    if found.outcome == CONVERGED and not refined:
-        q = resample(q, coarse.steps, fine.steps)
-        snaps, found = solve_from(q, fine, DEFAULT_TOLERANCE)
-        spent += found.iterations
-        refined = snaps == 0
-    if found.outcome != CONVERGED or not refined:
-        q, folds, found = follow_loading(fine, DEFAULT_TOLERANCE)
-        spent += found.iterations
-    return q, evaluated(q, fine, folds, with_outcome(found, found.outcome, spent))
+def evaluated_at_rest(q: Array, coarse: System, fine: System, is_start: bool) -> SolvedRod:
+    """Return the state that q comes to rest in, or the one at the end of the loading path."""
+    if is_start:
+        folds, found = solve_from(q, fine, DEFAULT_TOLERANCE)
+    else:
+        folds, found = loaded(q, coarse, fine)
+    return evaluated(q, fine, folds, found)
 
 
 @compiled
-def solved_from(q: Array, system: System) -> SolvedRod:
-    """Return the state that q comes to rest in, in place."""
-    return equilibrium_from(q, system)
+def solve_system(q: Array, coarse: System, fine: System, is_start: bool) -> SolvedRod:
+    """Return the state of a rod, its orientations in q: see :func:`solve_uniform`."""
+    return evaluated_at_rest(q, coarse, fine, is_start)
 
 
 @compiled
-def loaded_state(coarse: System, fine: System) -> tuple[Array, SolvedRod]:
-    """Return orientations and state at the end of the loading path: see :func:`loaded`."""
-    return loaded(coarse, fine)
+def solve_uniform(q: Array, rod: UniformRod, few: int) -> SolvedRod:
+    """Return the state of a uniform rod on N elements, its orientations in q (N + 1, 4).
 
-
-@compiled
-def solve_uniform_from(q: Array, rod: UniformRod) -> SolvedRod:
-    """Return the state of a uniform rod that q (N + 1, 4) comes to rest in, in place."""
-    return equilibrium_from(q, uniform_system(q.shape[0] - 1, rod))
-
-
-@compiled
-def load_uniform(few: int, count: int, rod: UniformRod) -> tuple[Array, SolvedRod]:
-    """Return orientations and state at the end of the loading path, followed on few elements."""
-    return loaded(uniform_system(few, rod), uniform_system(count, rod))
+    With ``few`` elements to begin with, it is the one at the end of the loading path; with none,
+    the one that q comes to rest in.
+    """
+    fine = uniform_system(q.shape[0] - 1, rod)
+    coarse = uniform_system(few, rod) if few > 0 else fine
+    return evaluated_at_rest(q, coarse, fine, few == 0)

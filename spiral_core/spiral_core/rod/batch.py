@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod._continuation import SolvedRod, load_uniform
+from spiral_core.rod._continuation import SolvedRod, solve_uniform
 from spiral_core.rod._mesh import path_count
 from spiral_core.rod._profiles import UniformRod
 from spiral_core.rod.solve import STATUSES
@@ -114,7 +114,8 @@ def _solve_chunk(rows: list[list[float]], elements: int) -> list[tuple[Array, So
         turn = length * math.hypot(*rest)
         few = path_count(elements, turn, torsional / bending)
         rod = UniformRod(length, torsional, bending, bending, 0.0, rest, weight, tip, ZERO)
-        states.append(load_uniform(few, elements, rod))
+        q = np.empty((elements + 1, 4))
+        states.append((q, solve_uniform(q, rod, few)))
     return states
 
 

@@ -17,10 +17,8 @@ from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod._arrays import discretize
 from spiral_core.rod._continuation import (
     SolvedRod,
-    load_uniform,
-    loaded_state,
-    solve_uniform_from,
-    solved_from,
+    solve_system,
+    solve_uniform,
 )
 from spiral_core.rod._mesh import (
     Counts,
@@ -141,7 +139,8 @@ def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: RodState |
     if varies(rod, load):
         few = path_counts(rod, counts)
         system = discretize(rod, load, counts)
-        q, solved = loaded_state(discretize(rod, load, few), system)
+        q = np.empty((len(system.steps) + 1, 4))
+        solved = solve_system(q, discretize(rod, load, few), system, False)
         return state_from_solved(arc_lengths_of(system.steps), q, solved)
     uniform = uniform_rod(rod, load)
     turn = uniform.length * math.hypot(*uniform.rest_strain)
@@ -150,7 +149,8 @@ def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: RodState |
         softest, farthest = principal_stiffnesses(*stiffness_samples(rod, np.zeros(1)).T)
         stiffer = float((farthest / softest)[0])
     few_elements = path_count(counts[0], turn, stiffer)
-    q, solved = load_uniform(few_elements, counts[0], uniform)
+    q = np.empty((counts[0] + 1, 4))
+    solved = solve_uniform(q, uniform, few_elements)
     return state_from_solved(even_arc_lengths(rod.length, counts[0]), q, solved)
 
 
@@ -162,12 +162,12 @@ def _solved_from(rod: Rod, load: RodLoad, counts: Counts, start: RodState) -> Ro
         arcs = even_arc_lengths(rod.length, count)
         if len(q) != count + 1 or start.arc_lengths is not arcs:
             q = _resampled(q, start.arc_lengths, arcs)
-        solved = solve_uniform_from(q, uniform_rod(rod, load))
+        solved = solve_uniform(q, uniform_rod(rod, load), 0)
         return state_from_solved(arcs, q, solved)
     system = discretize(rod, load, counts)
     arcs = arc_lengths_of(system.steps)
     q = _resampled(q, start.arc_lengths, arcs)
-    return state_from_solved(arcs, q, solved_from(q, system))
+    return state_from_solved(arcs, q, solve_system(q, system, system, True))
 
 
 def checked_orientations(start: RodState) -> Array:

@@ -18,9 +18,6 @@ from spiral_core.rod._algebra import (
     to_base,
     vector_at,
 )
-from spiral_core.rod._continuation import SolvedRod, equilibrium_from
-from spiral_core.rod._profiles import UniformRod
-from spiral_core.rod._system import uniform_system
 from spiral_core.rod.types import Vector
 
 # Jacobi's method squares the rotations that are left with every sweep: three or four sweeps reach
@@ -243,16 +240,3 @@ def fitted_radius(
     if not curvature > 0.0:
         return math.inf, axis
     return sine * sine / curvature - outer_radius, axis
-
-
-@compiled
-def solve_on_object(
-    q: Array, rod: UniformRod, axis: Vector, outer_radius: float
-) -> tuple[SolvedRod, float, Vector]:
-    """Solve a gripper from orientations q, in place; return the state, r_w [m] and the axis."""
-    solved = equilibrium_from(q, uniform_system(q.shape[0] - 1, rod))
-    tip = solved.positions[-1]
-    radius, found = fitted_radius(
-        q, solved.strains, tip, rod.length, rod.rest_strain, axis, outer_radius
-    )
-    return solved, radius, found

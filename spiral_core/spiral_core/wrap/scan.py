@@ -17,6 +17,7 @@ import numpy as np
 
 from spiral_core.actuator.interface import UnloadedShape
 from spiral_core.errors import InvalidInputError, NoCoilError
+from spiral_core.rod._continuation import solve_uniform
 from spiral_core.rod._mesh import element_count
 from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod._profiles import UniformRod, floats
@@ -24,7 +25,7 @@ from spiral_core.rod.path import RodPath, follow_path
 from spiral_core.rod.solve import even_arc_lengths, state_from_solved
 from spiral_core.rod.types import ZERO, Array, RodState, Vector
 from spiral_core.rounding import rounded_down
-from spiral_core.wrap._kernels import FITTED, interpolated_orientations, solve_on_object
+from spiral_core.wrap._kernels import FITTED, fitted_radius, interpolated_orientations
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap, wrapped_radius
 
@@ -138,9 +139,13 @@ class PressureScan:
             ZERO,
         )
         outer = float(gripper.tube.outer_radius)
-        solved, radius, axis = solve_on_object(q, rod, self._axis, outer)
+        solved = solve_uniform(q, rod, 0)
         if solved.folds or solved.solution.outcome != CONVERGED:
             return self._wrap(pressure, self._followed(pressure))
+        tip = solved.positions[-1]
+        radius, axis = fitted_radius(
+            q, solved.strains, tip, rod.length, rod.rest_strain, self._axis, outer
+        )
         arcs = even_arc_lengths(shape.backbone_length, self._elements)
         state = state_from_solved(arcs, q, solved)
         return Wrap(pressure, radius, shape, state, axis, gripper.turns_required, outer)

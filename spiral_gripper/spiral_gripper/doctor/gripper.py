@@ -177,7 +177,7 @@ def _kernels() -> Iterator[Any]:
             continue
         for value in vars(module).values():
             # numba's dispatchers, told by what they have: numba is the core's business
-            if not hasattr(value, "py_func") or value.py_func.__module__ != name:
+            if not hasattr(value, "stats") or value.py_func.__module__ != name:
                 continue
             if value.targetoptions.get("inline") != "always":  # else never compiled on its own
                 yield value
