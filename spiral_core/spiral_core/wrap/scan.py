@@ -133,7 +133,7 @@ class PressureScan:
             float(stiffness.bending),
             float(stiffness.matrix[1][1]),
             float(stiffness.coupling),
-            floats((shape.torsion, 0.0, shape.curvature)),
+            (float(shape.torsion), 0.0, float(shape.curvature)),
             gripper.weight(shape),
             ZERO,
             ZERO,
