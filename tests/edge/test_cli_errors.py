@@ -56,7 +56,7 @@ from spiral_gripper.cli.sentences import TypedValue, sentence
         (["wrap", "prototype_p1", "--profile", "/dev/zero"], "a device or a pipe"),
         (["frobnicate"], "there is no command 'frobnicate'; the commands of"),
         (["design", "--radius-min", "1 mm"], "--radius-max"),
-        ([*EXAMPLE, "--radius-max", "5 mm"], "--radius-max must be at least radius_min = 11 mm"),
+        ([*EXAMPLE, "--radius-max", "5 mm"], "--radius-max must be at least --radius-min = 11 mm"),
         ([*EXAMPLE, "--strain-max", "30 %"], "plain finite number"),
         ([*EXAMPLE, "--turns", "nan"], "plain finite number"),
         ([*EXAMPLE, "--tube", "3/8 x 1/32"], "bore and wall"),
@@ -122,7 +122,7 @@ def test_a_bad_profile_is_named(
         ),
         (
             InvalidInputError("radius_max", 0.06, "at least radius_min = 0.1 m"),
-            "--radius-max must be at least radius_min = 10 cm, got 6 cm",
+            "--radius-max must be at least --radius-min = 10 cm, got 6 cm",
         ),
         (
             InvalidInputError("gravity", 3.0, "at most 1e+06 m, 9.8 m/s^2 or 2 N m^2 or 0.5 rad"),

@@ -129,7 +129,7 @@ MISUSES = {
     # design
     "design": "--radius-min",
     "design --radius-min '11 mm'": "--radius-max",
-    "design --radius-min '30 mm' --radius-max '11 mm'": "at least radius_min = 30 mm, got 11 mm",
+    "design --radius-min '30 mm' --radius-max '11 mm'": "at least --radius-min = 30 mm, got 11 mm",
     "design --radius-min '-1 mm' --radius-max '11 mm'": "--radius-min must be a positive",
     D + "--strain-max '30 %'": "a plain finite number",
     D + "--strain-max 30": "0.3 is 30 %",

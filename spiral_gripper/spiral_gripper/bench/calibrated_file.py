@@ -7,7 +7,6 @@ interval as a comment. No file is ever overwritten.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Sequence
 from itertools import count
 from pathlib import Path
@@ -18,13 +17,13 @@ from spiral_core.calibration.model import constants_of
 from spiral_core.calibration.result import DEFAULT_LEVEL
 from spiral_gripper.files.catalog import available_grippers, find_description, read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
+from spiral_gripper.files.description_text import changed_text, read_for_change
 from spiral_gripper.files.errors import DescriptionError
-from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS
+from spiral_gripper.files.fields import CONSTANTS, FIELDS, law_name
 from spiral_gripper.files.storage import FileError, write_file
 from spiral_gripper.files.units import convert_from_si
 
 if TYPE_CHECKING:
-    from ruamel.yaml import YAML
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 # Ten digits: rounding in the file does not change the fitted pressures noticeably.
@@ -78,15 +77,14 @@ def write_measured_description(
     Raises:
         FileError: most often because ``limits.pressure_max`` is past the end of the data.
     """
-    yaml = _round_trip()
-    root = yaml.load(read_description_text(description.source))
+    root = read_for_change(read_description_text(description.source))
     root["measured"] = {
         "pressures": _quantities(actuation.pressures, 1e-3, "kPa"),
         "curvatures": _quantities(actuation.curvatures, 1.0, "rad/m"),
         "torsions": _quantities(actuation.torsions, 1.0, "rad/m"),
     }
     note = f"# The actuation curve was measured{_named('in', measured_files)}; "
-    text = f"{note}the material gives the stiffness only.\n{_dumped(yaml, root)}"
+    text = f"{note}the material gives the stiffness only.\n{changed_text(root)}"
     return _write_new(description.source, text, target, "measured")
 
 
@@ -94,8 +92,7 @@ def calibrated_text(
     description: GripperDescription, calibration: Calibration, measured_files: Sequence[Path] = ()
 ) -> str:
     """Return the text of a description file with the fitted values in place of its own."""
-    yaml = _round_trip()
-    root = yaml.load(read_description_text(description.source))
+    root = read_for_change(read_description_text(description.source))
     _write_law(root["material"], calibration)
     for name in calibration.names:
         if name in _FIELD_OF_QUANTITY:
@@ -103,19 +100,19 @@ def calibrated_text(
             if not isinstance(root.get(section), dict):
                 root[section] = type(root)()
             _put(root[section], key, _written(name, calibration.value(name)), calibration, name)
-    law = next(name for name, one in LAWS.items() if one is calibration.model.fitted_law)
+    law = law_name(calibration.model.fitted_law)
     note = (
         f"# Calibrated: {law} fitted{_named('to', measured_files)}, "
         f"{len(calibration.readings)} readings; intervals are {DEFAULT_LEVEL:.0%}.\n"
     )
-    return note + _dumped(yaml, root)
+    return note + changed_text(root)
 
 
 def _write_law(material: CommentedMap, calibration: Calibration) -> None:
     """Put a law and its constants into the material's section, and take out other constants."""
     law = calibration.model.fitted_law
     wanted = constants_of(law)
-    material["law"] = next(name for name, one in LAWS.items() if one is law)
+    material["law"] = law_name(law)
     others = [name for name in material if name in CONSTANTS and name not in wanted]
     orphaned = "".join(_comment_below(material, name) for name in others)
     for name in others:
@@ -177,21 +174,6 @@ def _quantities(values: Sequence[float], factor: float, unit: str) -> CommentedS
 
 def _named(preposition: str, files: Sequence[Path]) -> str:
     return f" {preposition} {', '.join(file.name for file in files)}" if files else ""
-
-
-def _round_trip() -> YAML:
-    from ruamel.yaml import YAML
-
-    yaml = YAML(typ="rt")
-    yaml.preserve_quotes = True
-    yaml.width = 4096
-    return yaml
-
-
-def _dumped(yaml: YAML, root: CommentedMap) -> str:
-    stream = io.StringIO()
-    yaml.dump(root, stream)
-    return stream.getvalue()
 
 
 def _write_new(source: Path, text: str, target: Path | None, word: str) -> Path:

@@ -29,14 +29,9 @@ from spiral_gripper.bench.measurements import (
     stated_error,
 )
 from spiral_gripper.bench.report import outlier_warnings, warnings_of
-from spiral_gripper.bench.run import (
-    CalibrationRequest,
-    law_name,
-    modulus_warning,
-    run_calibration,
-)
+from spiral_gripper.bench.run import CalibrationRequest, modulus_warning, run_calibration
 from spiral_gripper.files.description import GripperDescription
-from spiral_gripper.files.fields import FIELDS, LAWS
+from spiral_gripper.files.fields import FIELDS, LAWS, law_name
 from spiral_gripper.files.units import parse_number, parse_quantity
 
 # Bounds of a constant that is held [Pa], [1]: far wider than rubber, but they catch wrong units.
@@ -158,7 +153,7 @@ def run_command(
         *([] if modulus is None else [modulus]),
         *outlier_warnings(best, measurements),
     ]
-    own = law_name(description)
+    own = law_name(type(description.actuator.material))
     if not options.laws and best.model.fitted_law is not LAWS[own]:
         fitted = any(one.model.fitted_law is LAWS[own] for one in choice.calibrations)
         remedy = f"; --law {own} fits it all the same" if fitted else ""

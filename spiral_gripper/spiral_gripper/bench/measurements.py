@@ -18,9 +18,7 @@ from spiral_core import (
     ShapeReading,
     TwistReading,
 )
-from spiral_gripper.bench.errors import BadCell, MeasurementError
-from spiral_gripper.bench.table import COLUMNS, MeasurementTable, Row, read_table
-from spiral_gripper.files.storage import FileError, read_text
+from spiral_gripper.bench.table import COLUMNS, MeasurementTable, Row, read_table, read_table_file
 from spiral_gripper.files.units import parse_number, parse_quantity
 
 
@@ -74,13 +72,9 @@ def load_measurements(
     Raises:
         MeasurementError: the file cannot be used; the error names every bad line and column.
     """
-    source = Path(path)
-    try:
-        text = read_text(source)
-    except FileError as error:
-        problem = BadCell(str(source), None, None, "", f"cannot be read: {error.reason}")
-        raise MeasurementError([problem]) from None
-    return parse_measurements(text, source, tube_length, options)
+    source, options = Path(path), options or MeasurementOptions()
+    table = read_table_file(source, options.units, options.ignored)
+    return _measurements(table, source, tube_length, options)
 
 
 def parse_measurements(
@@ -108,6 +102,13 @@ def parse_measurements(
     """
     options = options or MeasurementOptions()
     table = read_table(text, str(source), options.units, options.ignored)
+    return _measurements(table, source, tube_length, options)
+
+
+def _measurements(
+    table: MeasurementTable, source: Path, tube_length: float, options: MeasurementOptions
+) -> Measurements:
+    """Return the readings of a table."""
     length = tube_length if options.section_length is None else options.section_length
     kinds = [kind for kind in _KINDS if kind.name in table.columns]
     _check_columns(table, kinds, options)

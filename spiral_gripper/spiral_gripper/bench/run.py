@@ -31,7 +31,7 @@ from spiral_gripper.bench.plausibility import (
     possible_mix_ups,
 )
 from spiral_gripper.files.description import GripperDescription
-from spiral_gripper.files.fields import LAWS
+from spiral_gripper.files.fields import LAWS, law_name
 
 # Two stiffnesses that agree to this fraction are the same one, computed twice.
 SAME_STIFFNESS = 1e-12
@@ -88,18 +88,13 @@ def run_calibration(
         if not request.accept_implausible:
             _refuse_mix_ups(description, one)
     readings = [reading for one in measurements for reading in one.readings]
-    laws = request.laws or (law_name(description),)
+    laws = request.laws or (law_name(type(description.actuator.material)),)
     outcomes = [_outcome(description, law, request, readings) for law in laws]
     if not request.laws and laws != (SIMPLEST_LAW,) and _is_undecided(outcomes[0]):
         outcomes.append(_outcome(description, SIMPLEST_LAW, request, readings))
     if not any(isinstance(outcome, Calibration) for outcome in outcomes):
         raise next(one[1] for one in outcomes if not isinstance(one, Calibration))
     return choose_law(outcomes)
-
-
-def law_name(description: GripperDescription) -> str:
-    """Return the name of a description's own law, as description files have it."""
-    return next(k for k, v in LAWS.items() if isinstance(description.actuator.material, v))
 
 
 def modulus_warning(

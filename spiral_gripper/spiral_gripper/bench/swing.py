@@ -9,12 +9,10 @@ from typing import Any
 
 from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.result import Scatter
-from spiral_gripper.bench.errors import BadCell, MeasurementError
 from spiral_gripper.bench.measurements import MeasurementOptions, stated_error
-from spiral_gripper.bench.table import MeasurementTable, read_table
+from spiral_gripper.bench.table import MeasurementTable, read_table_file
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.shown import number, shown
-from spiral_gripper.files.storage import FileError, read_text
 
 # Larger swings, as a fraction of the length, decay otherwise than small ones.
 LARGE_SWING = 0.15
@@ -107,12 +105,7 @@ def _measured_swing(description: GripperDescription, pressure: float) -> Swing:
 
 def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], float]:
     """Return the readings of a file, and the one pressure at which they were made [Pa]."""
-    try:
-        text = read_text(path)
-    except FileError as error:
-        problem = BadCell(str(path), None, None, "", f"cannot be read: {error.reason}")
-        raise MeasurementError([problem]) from None
-    table = read_table(text, str(path), options.units, options.ignored)
+    table = read_table_file(path, options.units, options.ignored)
     _check_columns(table, options)
     table.raise_problems()
     readings, pressures = [], []

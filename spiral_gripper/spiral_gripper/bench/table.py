@@ -13,11 +13,13 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
 from spiral_core import InvalidInputError
 from spiral_gripper.bench.errors import BadCell, MeasurementError
+from spiral_gripper.files.storage import FileError, read_text
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 
 COLUMNS: Final = MappingProxyType(
@@ -106,6 +108,18 @@ class MeasurementTable:
         """Raise everything noted so far as one MeasurementError, if there is anything."""
         if self.problems:
             raise MeasurementError(self.problems)
+
+
+def read_table_file(
+    path: Path, units: Mapping[str, str], ignored: Collection[str] = ()
+) -> MeasurementTable:
+    """Return the numbers of a CSV file; arguments and errors as of :func:`read_table`."""
+    try:
+        text = read_text(path)
+    except FileError as error:
+        problem = BadCell(str(path), None, None, "", f"cannot be read: {error.reason}")
+        raise MeasurementError([problem]) from None
+    return read_table(text, str(path), units, ignored)
 
 
 def read_table(

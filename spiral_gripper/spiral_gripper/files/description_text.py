@@ -7,14 +7,19 @@ import dataclasses
 import io
 import math
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from spiral_core import FiberAngles
+from spiral_core import Actuator, FiberAngles, Gripper
 from spiral_gripper.files.catalog import read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
-from spiral_gripper.files.fields import LAWS
+from spiral_gripper.files.fields import law_name
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.files.units import Dimension, convert_from_si
+
+if TYPE_CHECKING:
+    from ruamel.yaml import YAML
 
 # Twelve digits: rounding is far below manufacturing tolerances.
 _DIGITS = 12
@@ -50,29 +55,50 @@ def save_description(
 
 def description_text(description: GripperDescription) -> str:
     """Return the text of a description file; see :func:`save_description`."""
-    from ruamel.yaml import YAML
-
     text = read_description_text(description.source)
-    old, new = (_fields(one) for one in (parse_description(text, description.source), description))
-    yaml = YAML(typ="rt")
-    yaml.preserve_quotes = True
-    yaml.width = 4096
-    root = yaml.load(text)
-    for name, value in new.items():
-        if old.get(name) != value:
-            *sections, key = name.split(".")
-            place = root
-            for section in sections:
-                place = place.setdefault(section, {})
-            place[key] = value
+    read = parse_description(text, description.source)
+    old, new = (description_fields(one.actuator, one.gripper) for one in (read, description))
+    root = read_for_change(text)
+    put_fields(root, {name: value for name, value in new.items() if old.get(name) != value})
+    return changed_text(root)
+
+
+def read_for_change(text: str) -> Any:  # noqa: ANN401 - ruamel.yaml's map
+    """Return the fields of a file's text, with its comments and its layout."""
+    return _round_trip().load(text)
+
+
+def put_fields(root: Any, fields: Mapping[str, object]) -> None:  # noqa: ANN401
+    """Set fields, by their dotted names, in a map of sections."""
+    for name, value in fields.items():
+        *sections, key = name.split(".")
+        place = root
+        for section in sections:
+            place = place.setdefault(section, {})
+        place[key] = value
+
+
+def changed_text(root: object) -> str:
+    """Return the text of fields that :func:`read_for_change` has read."""
     stream = io.StringIO()
-    yaml.dump(root, stream)
+    _round_trip().dump(root, stream)
     return stream.getvalue()
 
 
-def _fields(description: GripperDescription) -> dict[str, object]:
-    """Return the values that may have changed, by dotted field, as files write them."""
-    actuator, gripper = description.actuator, description.gripper
+def _round_trip() -> YAML:
+    from ruamel.yaml import YAML
+
+    yaml = YAML(typ="rt")
+    yaml.preserve_quotes = True
+    yaml.width = 4096
+    return yaml
+
+
+def description_fields(actuator: Actuator, gripper: Gripper) -> dict[str, object]:
+    """Return the values of a gripper by dotted field, as files write them.
+
+    Twelve digits are written, so that a file means this gripper.
+    """
     tube, fibers = gripper.tube, actuator.fibers
     angles = (fibers.alpha, fibers.beta) if isinstance(fibers, FiberAngles) else (fibers.angle,)
     fields: dict[str, object] = {
@@ -92,8 +118,11 @@ def _fields(description: GripperDescription) -> dict[str, object]:
         fields[f"fibers.{name}"] = _in("deg", angle, Dimension.ANGLE)
     if gripper.friction_coefficient is not None:
         fields["grip.friction_coefficient"] = gripper.friction_coefficient
+    if any(fiber.angle for fiber in actuator.single_fibers):
+        singles = [_in("deg", fiber.angle, Dimension.ANGLE) for fiber in actuator.single_fibers]
+        fields["fibers.single_angles"] = singles
     law = actuator.material
-    fields["material.law"] = next(name for name, kind in LAWS.items() if isinstance(law, kind))
+    fields["material.law"] = law_name(type(law))
     for constant in dataclasses.fields(law):  # type: ignore[arg-type]  # every law of a file is one
         value = getattr(law, constant.name)
         is_ratio = constant.name == "extension_limit"

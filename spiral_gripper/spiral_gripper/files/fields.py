@@ -161,6 +161,16 @@ def constants_of(law: str) -> tuple[str, ...]:
     return tuple(constant.name for constant in dataclasses.fields(LAWS[law]))
 
 
+def law_name(law: type) -> str:
+    """Return the name of a law, as files have it.
+
+    Example:
+        >>> law_name(Gent)
+        'gent'
+    """
+    return next(name for name, known in LAWS.items() if known is law)
+
+
 def fiber_angle_requirement(angle: float, text: str) -> str:
     """Return what the angle of a wound fiber to the tube's axis must be.
 
@@ -261,19 +271,10 @@ def _read_direction(field: Field, entry: Entry) -> Vector:
     return (x / length, y / length, z / length)
 
 
-def _read_pressures(field: Field, entry: Entry) -> tuple[float, ...]:
-    return _read_list(field, entry, Dimension.PRESSURE)
-
-
-def _read_curvatures(field: Field, entry: Entry) -> tuple[float, ...]:
-    return _read_list(field, entry, Dimension.CURVATURE)
-
-
-def _read_angles(field: Field, entry: Entry) -> tuple[float, ...]:
-    return () if entry.raw == "[]" else _read_list(field, entry, Dimension.ANGLE)
-
-
-def _read_list(field: Field, entry: Entry, dimension: Dimension) -> tuple[float, ...]:
+def _read_list(field: Field, entry: Entry) -> tuple[float, ...]:
+    dimension = _ITEMS[field.kind]
+    if dimension is Dimension.ANGLE and entry.raw == "[]":
+        return ()
     if not entry.items:
         raise _refusal(field, entry)
     try:
@@ -291,6 +292,11 @@ def _refusal(field: Field, entry: Entry) -> InvalidInputError:
     return InvalidInputError("", entry.raw, field.requirement)
 
 
+_ITEMS: Final = {
+    Kind.PRESSURES: Dimension.PRESSURE,
+    Kind.CURVATURES: Dimension.CURVATURE,
+    Kind.ANGLES: Dimension.ANGLE,
+}
 _READERS: Final[Mapping[Kind, Callable[[Field, Entry], Value]]] = MappingProxyType(
     {
         Kind.QUANTITY: _read_quantity,
@@ -301,9 +307,7 @@ _READERS: Final[Mapping[Kind, Callable[[Field, Entry], Value]]] = MappingProxyTy
         Kind.CHOICE: _read_choice,
         Kind.SWITCH: _read_switch,
         Kind.DIRECTION: _read_direction,
-        Kind.PRESSURES: _read_pressures,
-        Kind.CURVATURES: _read_curvatures,
-        Kind.ANGLES: _read_angles,
+        **dict.fromkeys(_ITEMS, _read_list),
         Kind.AXIS: _read_axis,
     }
 )

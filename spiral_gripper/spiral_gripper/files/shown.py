@@ -63,6 +63,7 @@ _WRITTEN: Final[Mapping[str, tuple[float, str]]] = MappingProxyType(
         "kPa": (1e3, "Pa"),
         "Pa": (1.0, "Pa"),
         "deg": (math.pi / 180.0, "rad"),
+        "rad": (1.0, "rad"),
         "N": (1.0, "N"),
         "kg": (1.0, "kg"),
     }
@@ -72,6 +73,8 @@ _QUANTITY: Final = re.compile(
     rf"(?<![\w.])(?<! x )(?P<first>{_NUMBER})(?: to (?P<second>{_NUMBER}))? "
     rf"(?P<unit>{'|'.join(_WRITTEN)})(?![\w^/·]| x \d| m?m\b| [a-zA-Z]*\^)"
 )
+# Larger than this, a number is easier to read in SI.
+_LONGEST: Final = 1e5
 _present: ContextVar[Mapping[str, Scale]] = ContextVar("units", default=_USUAL)
 
 
@@ -110,13 +113,21 @@ def display_units(*units: str) -> Iterator[None]:
         ...     print(shown(55158.0, "Pa"), shown(0.0254, "m"), axis_label("pressure", "Pa"))
         8 psi 1 in pressure [psi]
     """
-    chosen = dict(_USUAL)
     names: dict[Dimension, str] = {}
     for unit in units:
         dimension = dimension_of(unit)
         if dimension in names:
             raise InvalidInputError("units", ",".join(units), f"one unit of {dimension.quantity}")
         names[dimension] = unit
+    with units_shown(names):
+        yield
+
+
+@contextmanager
+def units_shown(names: Mapping[Dimension, str]) -> Iterator[None]:
+    """Show figures of these dimensions in these units while the block runs."""
+    chosen = dict(_USUAL)
+    for dimension, unit in names.items():
         chosen[dimension.si_unit] = Scale(convert_from_si(1.0, unit, dimension), unit)
     force, length = (chosen.get(si, Scale(1.0, si)) for si in ("N", "m"))
     pressure = chosen["Pa"]
@@ -181,8 +192,8 @@ def shown(value: float, unit: str, digits: int = 4) -> str:
         ('11.1 mm', '44.03 kPa', '1.5')
     """
     factor, name = scale_of(unit)
-    if name == "mm" and abs(value) >= 1.0:
-        factor, name = 1.0, "m"
+    if (name == "mm" and abs(value) >= 1.0) or abs(factor * value) >= _LONGEST:
+        factor, name = 1.0, "" if unit == "1" else unit
     return f"{factor * value:.{digits}g} {name}".rstrip()
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from enum import Enum
 from typing import Any
@@ -14,12 +13,9 @@ from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.margin import Margin
 from spiral_core.design.report import Design, DesignReport
 from spiral_core.design.sweep import SweepPoint
-from spiral_core.wrap.gripper import Gripper
-from spiral_gripper.files.fields import LAWS
-from spiral_gripper.files.units import Dimension, convert_from_si
-
-# Twelve digits: rounding is far below manufacturing tolerances.
-_DIGITS = 12
+from spiral_core.wrap.gripper import STANDARD_GRAVITY
+from spiral_gripper.files.description_text import changed_text, description_fields, put_fields
+from spiral_gripper.files.fields import law_name
 
 
 def plain(value: object) -> Any:  # noqa: ANN401
@@ -57,7 +53,7 @@ def design_as_dict(design: Design) -> dict[str, Any]:
         "tube": plain(design.tube),
         "material": {
             "name": design.elastomer.name,
-            "law": _law_name(design),
+            "law": law_name(type(design.elastomer.law)),
             **plain(design.elastomer.law),
             "density": design.elastomer.density,
             "pressure_law": design.elastomer.pressure_law.value,
@@ -120,69 +116,26 @@ def point_as_dict(point: SweepPoint) -> dict[str, Any]:
 def description_text(design: Design, name: str) -> str:
     """Return a gripper description file for a design; ``docs/gripper_files.md`` has the format.
 
-    Quantities are written in the units that people use, with so many digits that the file means
-    this design.
-
     Args:
         design: the gripper.
         name: of the gripper.
     """
-    actuator, gripper = design.actuator, design.gripper
-    constants = "".join(
-        f"  {constant}: "
-        f"{value if constant == 'extension_limit' else _in('kPa', value, Dimension.PRESSURE)}\n"
-        for constant, value in plain(actuator.material).items()
-    )
-    magnitude = math.hypot(*gripper.gravity)
-    direction = [g / magnitude for g in gripper.gravity] if magnitude > 0.0 else [1.0, 0.0, 0.0]
-    axis = "fitted" if gripper.object_axis is None else list(gripper.object_axis)
-    extra = gripper.weight_per_length / 9.80665 - design.elastomer.density * actuator.tube.wall_area
-    return (
-        f"# Written by spiral-gripper design: {design.sentence}.\n"
-        f"name: {json.dumps(name, ensure_ascii=False)}\n"  # in quotes: it may look like a number
-        f"description: designed for radii from {1e3 * design.smallest.radius:.4g} mm to "
-        f"{1e3 * design.largest.radius:.4g} mm\n"
-        f"tube:\n"
-        f"  inner_radius: {_in('mm', actuator.tube.inner_radius, Dimension.LENGTH)}\n"
-        f"  wall_thickness: {_in('mm', actuator.tube.wall_thickness, Dimension.LENGTH)}\n"
-        f"  length: {_in('mm', actuator.tube.length, Dimension.LENGTH)}\n"
-        f"fibers:\n  alpha: {_in('deg', actuator.fiber_pair.alpha, Dimension.ANGLE)}\n"
-        f"  beta: {_in('deg', actuator.fiber_pair.beta, Dimension.ANGLE)}\n"
-        f"{_single_fiber(design)}"
-        f"material:\n  law: {_law_name(design)}\n{constants}"
-        f"  density: {_in('kg/m^3', design.elastomer.density, Dimension.DENSITY)}\n"
-        f"model:\n  pressure_law: {actuator.pressure_law.value}\n"
-        f"  curvature_form: {actuator.curvature_form.value}\n"
-        f"mount:\n"
-        f"  gravity_direction: {direction}\n"
-        f"  gravity_magnitude: {_in('m/s^2', magnitude, Dimension.ACCELERATION)}\n"
-        f"  object_axis: {axis}\n"
-        f"limits:\n  pressure_max: {_in('kPa', gripper.pressure_max, Dimension.PRESSURE)}\n"
-        f"grip:\n  turns_required: {gripper.turns_required!r}\n{_friction(gripper)}"
-        + (f"extra_mass_per_length: {extra!r} kg/m\n" if extra > 1e-12 else "")
-    )
-
-
-def _friction(gripper: Gripper) -> str:
-    """Return the line of the friction that a payload was judged with."""
-    friction = gripper.friction_coefficient
-    return "" if friction is None else f"  friction_coefficient: {friction!r}\n"
-
-
-def _single_fiber(design: Design) -> str:
-    """Return the line of a single fiber that is not straight."""
-    if not design.fiber_angle:
-        return ""
-    return f"  single_angles: [{_in('deg', design.fiber_angle, Dimension.ANGLE)}]\n"
-
-
-def _in(unit: str, value: float, dimension: Dimension) -> str:
-    """Return an SI value as a description file writes it in a unit."""
-    return f"{convert_from_si(value, unit, dimension):.{_DIGITS}g} {unit}"
-
-
-def _law_name(design: Design) -> str:
-    return next(name for name, law in LAWS.items() if isinstance(design.elastomer.law, law))
+    actuator, gripper, density = design.actuator, design.gripper, design.elastomer.density
+    radii = (f"{1e3 * grip.radius:.4g} mm" for grip in (design.smallest, design.largest))
+    fields = {
+        "name": name,
+        "description": f"designed for radii from {' to '.join(radii)}",
+        **description_fields(actuator, gripper),
+        "material.density": f"{density:.12g} kg/m^3",
+        "model.pressure_law": actuator.pressure_law.value,
+        "model.curvature_form": actuator.curvature_form.value,
+    }
+    extra = gripper.weight_per_length / STANDARD_GRAVITY - density * actuator.tube.wall_area
+    if extra > 1e-12:
+        fields["extra_mass_per_length"] = f"{extra!r} kg/m"
+    root: dict[str, object] = {}
+    put_fields(root, fields | {"name": name})
+    return f"# Written by spiral-gripper design: {design.sentence}.\n{changed_text(root)}"
 
 
 def _grip(grip: GripFigures) -> dict[str, Any]:
