@@ -62,7 +62,7 @@ def coil(elements: int) -> tuple[float, float]:
     state = solve_contact(problem, start=start, elements=elements)
     middle = slice(elements // 4, 3 * elements // 4)
     angles = np.arccos(state.tangents[middle] @ axis)
-    forces = np.linalg.norm(state.line_forces[0, middle], axis=1)
+    forces = state.normal_forces[0, middle] / state.node_lengths[middle]
     return np.abs(angles + angle).max(), np.abs(forces / helix.line_force - 1.0).max()
 
 

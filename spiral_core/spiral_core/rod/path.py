@@ -50,16 +50,6 @@ class Fold:
     before: RodState
     after: RodState
 
-    @property
-    def energy_released(self) -> float:
-        """Potential energy that the snap sets free [J]."""
-        return self.before.energy - self.after.energy
-
-    @property
-    def tip_jump(self) -> float:
-        """Distance that the tip jumps [m]."""
-        return float(np.linalg.norm(self.after.tip_position - self.before.tip_position))
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RodPath:

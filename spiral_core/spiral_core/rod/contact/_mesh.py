@@ -106,6 +106,13 @@ def last_slip(arrays: Arrays) -> float:
     return LAST_SLIP * max(arrays.radius, 1e-3 * arrays.length)
 
 
+def node_lengths(arc_lengths: Array) -> Array:
+    """Return the length that each node stands for (N + 1,) [m]."""
+    steps = np.diff(arc_lengths)
+    lengths: Array = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+    return lengths
+
+
 def smallest_arc(problem: ContactProblem) -> float:
     """Return the tightest radius at which the rod's axis can go around an obstacle [m]."""
     radii = (obstacle.shape.feature_radius for obstacle in problem.obstacles)

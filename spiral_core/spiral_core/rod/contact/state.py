@@ -12,6 +12,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact._mesh import node_lengths
 from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.types import Array
 
@@ -147,9 +148,7 @@ class ContactState:
     @property
     def node_lengths(self) -> Array:
         """Length of rod that each node stands for (n,) [m]."""
-        steps = np.diff(self.arc_lengths)
-        lengths: Array = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
-        return lengths
+        return node_lengths(self.arc_lengths)
 
     @property
     def touching(self) -> Array:
@@ -168,12 +167,6 @@ class ContactState:
     def contact_lengths(self) -> Array:
         """Length in contact with each obstacle (m,) [m]."""
         lengths: Array = np.sum(np.where(self.touching, self.node_lengths, 0.0), axis=1)
-        return lengths
-
-    @property
-    def line_forces(self) -> Array:
-        """Contact force per length (m, n, 3) [N/m]."""
-        lengths: Array = self.contact_forces / self.node_lengths[:, None]
         return lengths
 
     @property

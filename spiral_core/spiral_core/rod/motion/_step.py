@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 from spiral_core.rod.contact._algebra import composed, matrices, turned
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._increments import Point, largest_moves, moved_fraction
-from spiral_core.rod.contact._mesh import Arrays, last_slip
+from spiral_core.rod.contact._mesh import Arrays, last_slip, node_lengths
 from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.motion._terms import (
     StepTerms,
     coordinates,
     drag_factor,
-    node_lengths,
     step_terms,
     stiffened,
     strains,
@@ -196,7 +195,7 @@ def _air(here: Moment, arrays: Arrays, duration: float, air: float) -> Array:
     across = np.eye(3) - along[:, :, None] * along[:, None, :]
     velocity = here.rate[:, :3] + duration * here.mean[:, :3]
     speed = np.sqrt(np.sum(np.einsum("nij,nj->ni", across, velocity) ** 2, axis=1))
-    factor = drag_factor(speed, 2.0 * arrays.radius, air) * node_lengths(arrays)
+    factor = drag_factor(speed, 2.0 * arrays.radius, air) * node_lengths(arrays.arc_lengths)
     drag: Array = factor[:, None, None] * across
     return drag
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from spiral_core.rod.contact._algebra import matrices
 from spiral_core.rod.contact._contact import Iterate
 from spiral_core.rod.contact._elimination import newton_pass
-from spiral_core.rod.contact._mesh import Arrays
+from spiral_core.rod.contact._mesh import Arrays, node_lengths
 from spiral_core.rod.motion._kernels import add_step_terms, remembered_strains
 from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Damping, Inertia
 from spiral_core.rod.types import Array
@@ -29,17 +29,10 @@ def coordinates(x: Iterate) -> Array:
     return np.hstack((x.p, turn[:, :, 1], turn[:, :, 2]))
 
 
-def node_lengths(arrays: Arrays) -> Array:
-    """Return the length that each node stands for (N + 1,) [m]."""
-    steps = np.diff(arrays.arc_lengths)
-    lengths: Array = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
-    return lengths
-
-
 def masses(arrays: Arrays, inertia: Inertia) -> Array:
     """Return the inertia of the coordinates (N + 1, 9) [kg, kg m^2]."""
     per_length = np.repeat((inertia.mass, inertia.rotary), (3, 6))
-    inertias: Array = node_lengths(arrays)[:, None] * per_length
+    inertias: Array = node_lengths(arrays.arc_lengths)[:, None] * per_length
     return inertias
 
 

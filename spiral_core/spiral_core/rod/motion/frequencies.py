@@ -12,11 +12,11 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._algebra import matrices
 from spiral_core.rod.contact._elimination import newton_pass
-from spiral_core.rod.contact._mesh import Arrays
+from spiral_core.rod.contact._mesh import Arrays, node_lengths
 from spiral_core.rod.contact._newton import CHORD_COMPLIANCE
 from spiral_core.rod.contact.state import ContactState
-from spiral_core.rod.motion._terms import TINY, masses, node_lengths, stiffened, strains
-from spiral_core.rod.motion.inertia import Damping, Inertia
+from spiral_core.rod.motion._terms import TINY, masses, stiffened, strains
+from spiral_core.rod.motion.inertia import Inertia
 from spiral_core.rod.motion.swing import Swing, air_coefficients
 from spiral_core.rod.types import Array
 
@@ -44,24 +44,6 @@ class Modes:
     frequencies: Array
     shapes: Array
     swings: tuple[Swing, ...]
-
-    def settling_times(
-        self, damping: Damping, fraction: float = 0.05, start: float = 1e-2
-    ) -> Array:
-        """Return the times in which the modes decay to a fraction of their amplitude (k,) [s].
-
-        Args:
-            damping: of the rod.
-            fraction: between 0 and 1.
-            start: amplitude in the beginning [m]: the air takes less from a small one.
-
-        Returns:
-            Infinite without damping.
-        """
-        if not 0.0 < fraction < 1.0:
-            raise InvalidInputError("fraction", fraction, "between 0 and 1")
-        times = [swing.settling_time(damping, start, fraction * start) for swing in self.swings]
-        return np.array(times)
 
 
 def vibration_modes(state: ContactState, inertia: Inertia, count: int = 6) -> Modes:
@@ -156,7 +138,8 @@ def _swing(
     across = shape - np.sum(shape * along, axis=1)[:, None] * along
     omega = 1.0 / math.sqrt(value)
     speeds = np.linalg.norm(across, axis=1)
-    air = air_coefficients(speeds, node_lengths(arrays), modal, omega, 2.0 * arrays.radius)
+    lengths = node_lengths(arrays.arc_lengths)
+    air = air_coefficients(speeds, lengths, modal, omega, 2.0 * arrays.radius)
     return Swing(omega / (2.0 * math.pi), material, *air)
 
 
