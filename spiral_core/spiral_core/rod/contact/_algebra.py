@@ -216,3 +216,10 @@ def total_force(half: Array, nodal: Array) -> float:
     """Return the sum of the sizes of all loads on elements and nodes [N]."""
     parts = (np.sqrt(np.sum(force * force, axis=1)) for force in (2.0 * half, nodal[:, 3:]))
     return float(sum(np.sum(part) for part in parts))
+
+
+def node_lengths(arc_lengths: Array) -> Array:
+    """Return the length that each node stands for (N + 1,) [m]."""
+    steps = np.diff(arc_lengths)
+    lengths: Array = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+    return lengths

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -43,6 +43,10 @@ LAST_SLIP = 1e-6
 ON_A_NODE = 1e-9
 # Properties are looked at this fraction of an element inside of its ends, since they may jump.
 INSIDE = 1e-9
+# What is blended as it is between two problems.
+LINEAR = (
+    "own", "half", "nodal", "arc_lengths", "end_positions", "rest_energy", "bending", "lever",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,13 +108,6 @@ class Arrays:
 def last_slip(arrays: Arrays) -> float:
     """Return the elastic slip of friction in a solution [m]."""
     return LAST_SLIP * max(arrays.radius, 1e-3 * arrays.length)
-
-
-def node_lengths(arc_lengths: Array) -> Array:
-    """Return the length that each node stands for (N + 1,) [m]."""
-    steps = np.diff(arc_lengths)
-    lengths: Array = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
-    return lengths
 
 
 def smallest_arc(problem: ContactProblem) -> float:
@@ -201,25 +198,20 @@ def between(first: Arrays, last: Arrays, at: float) -> Arrays:
     """Return the arrays at the fraction ``at`` of the way between two problems on one mesh."""
     if at == 1.0:
         return last
-    values: dict[str, Any] = {}
-    for item in fields(Arrays):
-        a, b = getattr(first, item.name), getattr(last, item.name)
-        if item.name == "obstacles":
-            values[item.name] = tuple(obstacle_between(x, y, at) for x, y in zip(a, b, strict=True))
-        elif item.name == "end_orientations":
-            values[item.name] = blended(a, b, at)
-        elif item.name == "end_free":
-            values[item.name] = np.array(
-                [free_between(x, y, at) for x, y in zip(a, b, strict=True)]
-            )
-        elif item.name == "pieces":
-            values[item.name] = b
-        else:
-            values[item.name] = (1.0 - at) * a + at * b
+    linear: dict[str, Any] = {
+        name: (1.0 - at) * getattr(first, name) + at * getattr(last, name) for name in LINEAR
+    }
     if not np.array_equal(first.own[:, 2], last.own[:, 2]):
         stiffness = (1.0 - at) * np.linalg.inv(first.own[:, 2]) + at * np.linalg.inv(last.own[:, 2])
-        values["own"][:, 2] = np.linalg.inv(stiffness)
-    return Arrays(**values)
+        linear["own"][:, 2] = np.linalg.inv(stiffness)
+    obstacles = zip(first.obstacles, last.obstacles, strict=True)
+    return replace(
+        last,
+        end_free=np.array([*map(free_between, first.end_free, last.end_free, (at, at))]),
+        end_orientations=blended(first.end_orientations, last.end_orientations, at),
+        obstacles=tuple(obstacle_between(x, y, at) for x, y in obstacles),
+        **linear,
+    )
 
 
 def _sites(problem: ContactProblem) -> list[float]:
@@ -249,18 +241,15 @@ def _nodes(problem: ContactProblem, pieces: tuple[int, ...]) -> Array:
 def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float, float]:
     """Return the elements, the energy that they leave out and the least bending stiffness."""
     count = len(steps)
-    if callable(rod.section):
-        sections = [rod.section(float(site)) for site in sites.ravel()]
-        for section in sections:
-            if not isinstance(section, Section):
-                raise InvalidInputError("section", section, "a function giving a Section")
-        stiffness = np.array([section.matrix for section in sections]).reshape(count, 3, 3, 3)
-        compliance = np.array([s.compliance for s in sections]).reshape(count, 3, 3, 3)
-        coupling = np.array([s.coupling for s in sections]).reshape(count, 3, 3, 3)
-    else:
-        stiffness = np.broadcast_to(rod.section.matrix, (1, 3, 3, 3))
-        compliance = np.broadcast_to(rod.section.compliance, (1, 3, 3, 3))
-        coupling = np.broadcast_to(rod.section.coupling, (1, 3, 3, 3))
+    given = rod.section
+    every = sites.ravel().tolist()
+    sections = [given(site) for site in every] if callable(given) else 3 * [given]
+    for section in sections:
+        if not isinstance(section, Section):
+            raise InvalidInputError("section", section, "a function giving a Section")
+    stiffness = np.array([section.matrix for section in sections]).reshape(-1, 3, 3, 3)
+    compliance = np.array([section.compliance for section in sections]).reshape(-1, 3, 3, 3)
+    coupling = np.array([section.coupling for section in sections]).reshape(-1, 3, 3, 3)
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(count, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
     seen = rest * strain_scales(angles)[:, :, None]

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.rod.contact._algebra import matrices
+from spiral_core.rod.contact._algebra import matrices, node_lengths
 from spiral_core.rod.contact._contact import Iterate
 from spiral_core.rod.contact._elimination import newton_pass
-from spiral_core.rod.contact._mesh import Arrays, node_lengths
+from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.motion._kernels import add_step_terms, remembered_strains
 from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Damping, Inertia
 from spiral_core.rod.types import Array
