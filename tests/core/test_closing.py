@@ -87,6 +87,10 @@ def test_a_dead_volume_and_a_growing_one_take_longer() -> None:
     line = orifices_in_series(Orifice(1e-9, 0.2), Orifice(1.0, 0.4))
     assert line.conductance == pytest.approx(1e-9)
     assert line.critical_ratio == pytest.approx(0.2)
+    # C^-3 = 1 + 1/8, and b is the mean with these weights
+    line = orifices_in_series(Orifice(1e-9, 0.2), Orifice(2e-9, 0.4))
+    assert line.conductance == pytest.approx(1e-9 * (8.0 / 9.0) ** (1.0 / 3.0), rel=1e-12)
+    assert line.critical_ratio == pytest.approx((0.2 + 0.4 / 8.0) / 1.125, rel=1e-12)
 
 
 def test_the_enclosed_volume_begins_at_rest_and_grows() -> None:
@@ -101,6 +105,7 @@ def test_the_enclosed_volume_begins_at_rest_and_grows() -> None:
     [
         lambda: Orifice(0.0),
         lambda: Orifice(1e-9, 1.0),
+        lambda: Orifice(1e-9, -0.1),
         lambda: Supply(Orifice(1e-9), -1.0),
         lambda: SUPPLY.time_to_fill(lambda p: -1.0, 0.0, 1.0),
         lambda: PressureCourse((0.0,), (0.0,)),
@@ -118,10 +123,13 @@ def test_bad_values_are_refused(make) -> None:
 
 def test_courses_pass_through_what_they_promise() -> None:
     over = PressureCourse.overshoot(1e4, 2e4, 2.0, 1.5)
-    assert max(over.pressures) == pytest.approx(3e4)
+    assert over.times == pytest.approx((0.0, 3.0, 4.0, 5.0, 6.0))
+    assert over.pressures == pytest.approx((0.0, 3e4, 3e4, 2e4, 2e4))
     assert over.at(over.duration) == pytest.approx(2e4)
     twice = PressureCourse.squeezed_twice(1e4, 2e4, 2.0)
-    assert twice.at(3.0 + 0.6) == pytest.approx(1.4e4)
+    assert twice.times == pytest.approx((0.0, 2.0, 3.0, 3.6, 4.2, 5.2))
+    assert twice.pressures == pytest.approx((0.0, 2e4, 2e4, 1.4e4, 2e4, 2e4))
+    assert twice.at(3.3) == pytest.approx(1.7e4)
     assert twice.at(99.0) == pytest.approx(2e4)
 
 

@@ -58,6 +58,8 @@ def test_a_window_has_no_false_zero() -> None:
         held = [holding_force(point, pull) for point in points]
         forces = [each.force for each in held]
         assert all(len(each.forces) > 5 for each in held)
+        steps = [np.diff(each.displacements[:-1]) for each in held]
+        assert np.concatenate(steps) == pytest.approx(1.5e-3, rel=1e-9)  # a tenth of the radius
         assert forces == sorted(forces)
         assert forces[0] > least
 
@@ -194,6 +196,7 @@ def test_within_a_diameter_less_is_held_than_at_a_late_peak() -> None:
 def test_a_displacement_that_is_no_number_is_refused() -> None:
     held = HoldingForce(Pull.AWAY, 1.0, 0.1, 1.0, np.array([0.1]), np.array([1.0]), PullEnd.SLIPPED)
     assert held.within(0.1) == 1.0
+    assert "away from the base: 1 N at 100 mm; the object slides" in repr(held)
     for displacement in (math.nan, -0.1):
         with pytest.raises(InvalidInputError, match="displacement"):
             held.within(displacement)
