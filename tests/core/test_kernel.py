@@ -20,6 +20,7 @@ from spiral_core.rod import _element as rod_element
 from spiral_core.rod import _newton as rod_newton
 from spiral_core.rod import _shape as rod_shape
 from spiral_core.rod import _system as rod_system
+from spiral_core.rod.contact import _element as contact_element
 
 pytestmark = pytest.mark.long
 
@@ -72,6 +73,11 @@ def test_the_stamp_of_a_kernel_covers_what_it_calls_and_reads(
     monkeypatch.undo()
     monkeypatch.setattr(rod_newton, "newton_pass", rod_system.discrete_strain_scale)
     assert stamp(kernel) != before
+    monkeypatch.undo()
+    chain = contact_element.chain.py_func  # type: ignore[attr-defined]
+    before = stamp(chain)
+    monkeypatch.setattr(contact_element, "XV", contact_element.U)
+    assert stamp(chain) != before
     others = [rod_element.strain_factor, rod_element.element_energy, rod_shape.middle]
     assert len({content_stamp(k.py_func) for k in others}) == 3  # type: ignore[attr-defined]
 

@@ -21,6 +21,7 @@ from functools import cache
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+import numpy as np
 from numba.core import event
 from numba.core.registry import CPUDispatcher
 from numba.extending import typeof_impl
@@ -35,7 +36,7 @@ WITHOUT_ENTRY: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper":
 STAMP_DIGITS = 12
 
 
-class Inlined:
+class Inner:
     """A kernel without an entry of its own; called from Python, it runs as Python.
 
     The entry takes tuples and arrays apart: a third of what a small kernel's compilation costs.
@@ -50,8 +51,8 @@ class Inlined:
         return self.py_func(*args)
 
 
-@typeof_impl.register(Inlined)
-def _type_of_inlined(value: Inlined, context: object) -> object:
+@typeof_impl.register(Inner)
+def _type_of_inner(value: Inner, context: object) -> object:
     """Let numba see the kernel where a caller names the object."""
     return typeof_impl(value.kernel, context)
 
@@ -88,19 +89,14 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", compile_kernel(_stamped(function)))
 
 
-def inlined(function: Callable[P, R]) -> Callable[P, R]:
-    """Return ``function`` compiled into its callers: where a call costs more than the work.
+def called(function: Callable[P, R]) -> Callable[P, R]:
+    """Return ``function`` compiled for other kernels to call; called from Python it is Python."""
+    return _without_entry(function, forceinline=False)
 
-    Called from Python it runs as Python.
-    """
-    compile_kernel = numba.njit(
-        cache=True,
-        forceinline=True,
-        error_model="numpy",
-        fastmath=FAST_MATH,
-        **WITHOUT_ENTRY,
-    )
-    return cast("Callable[P, R]", Inlined(compile_kernel(_stamped(function, "i"))))
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Return ``function`` compiled into its callers, as :func:`called`: for a few operations."""
+    return _without_entry(function, forceinline=True)
 
 
 def merged(function: Callable[P, R]) -> Callable[P, R]:
@@ -126,9 +122,9 @@ def content_stamp(function: Callable[..., object]) -> str:
     digest.update(repr((code.co_consts, code.co_names, code.co_varnames)).encode())
     for name in sorted(_global_names(function)):
         value = function.__globals__[name]
-        if isinstance(value, (CPUDispatcher, Inlined)):
+        if isinstance(value, (CPUDispatcher, Inner)):
             digest.update(content_stamp(value.py_func).encode())
-        elif isinstance(value, (bool, int, float, str, tuple)):
+        elif isinstance(value, (bool, int, float, str, tuple, np.generic)):
             digest.update(repr(value).encode())
     return digest.hexdigest()
 
@@ -140,6 +136,19 @@ def _global_names(function: Callable[..., object]) -> set[str]:
     if missing:
         raise NameError(f"{function.__name__} is compiled before {', '.join(sorted(missing))}")
     return read - vars(builtins).keys()
+
+
+def _without_entry(function: Callable[P, R], *, forceinline: bool) -> Callable[P, R]:
+    """Return ``function`` compiled, but with no entry for Python."""
+    compile_kernel = numba.njit(
+        cache=True,
+        forceinline=forceinline,
+        error_model="numpy",
+        fastmath=FAST_MATH,
+        **WITHOUT_ENTRY,
+    )
+    kind = "i" if forceinline else "c"
+    return cast("Callable[P, R]", Inner(compile_kernel(_stamped(function, kind))))
 
 
 def _stamped(function: Callable[P, R], kind: str = "") -> Callable[P, R]:

@@ -11,28 +11,36 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.numerics.kernel import compiled
+from spiral_core.numerics.kernel import called, compiled
 
 Array: TypeAlias = NDArray[np.float64]
 
+
+def numbers(first: int, end: int) -> tuple[int, ...]:
+    """Return integers of numpy: numba compiles a kernel once for them, but for each of Python's."""
+    return tuple(np.arange(first, end))
+
+
 # Slots of the 3x3 workspace. K, K', K^-1 and C are copied there; [v] means v -> a of a x v.
-K, SLOPE, INVERSE, C, R0, R1, P = 0, 1, 2, 3, 4, 5, 6
-SKEW_U, SKEW_M, SKEW_Y, SKEW_A0, SKEW_A1, SKEW_V0, SKEW_V1 = 7, 8, 9, 10, 11, 12, 13
-J, JT, JP, JPJ, KY, CY, CU = 14, 15, 16, 17, 18, 19, 20
-A0, A1, A0T, A1T, JA0, JA1, AP0, AP1, A00, A01, A11 = 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31
-X, X0, X1, X0T, X1T, F, FX, T, TX0, TX1, X00, X01, X11 = range(32, 45)
-SKEW_B, CB, ACB, SKEW_E = 45, 46, 47, 48
-# Of the coupling: B, and its products.
-COUPLING, UB, BU, BA0, BA1, BY, YB, SKEW_Z, BB0, BB1 = 49, 50, 51, 52, 53, 54, 55, 56, 57, 58
 SLOTS = 59
+K, SLOPE, INVERSE, C, R0, R1, P = numbers(0, 7)
+SKEW_U, SKEW_M, SKEW_Y, SKEW_A0, SKEW_A1, SKEW_V0, SKEW_V1 = numbers(7, 14)
+J, JT, JP, JPJ, KY, CY, CU = numbers(14, 21)
+A0, A1, A0T, A1T, JA0, JA1, AP0, AP1, A00, A01, A11 = numbers(21, 32)
+X, X0, X1, X0T, X1T, F, FX, T, TX0, TX1, X00, X01, X11 = numbers(32, 45)
+SKEW_B, CB, ACB, SKEW_E = numbers(45, 49)
+# Of the coupling: B, and its products.
+COUPLING, UB, BU, BA0, BA1, BY, YB, SKEW_Z, BB0, BB1 = numbers(49, SLOTS)
+# Whether a product takes its first matrix as it is.
+PLAIN, TRANSPOSED = numbers(0, 2)
 # Slots of the vectors.
-U, M, LOAD0, LOAD1, STRAIN0, STRAIN1, CROSS0, CROSS1, G, Y = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-B0, B1, EU, E0, E1, TURN0, TURN1, XV, GX, REST, RATE = 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20
-TANGENT, Z, PULL = 21, 22, 23
 VECTORS = 24
+U, M, LOAD0, LOAD1, STRAIN0, STRAIN1, CROSS0, CROSS1, G, Y = numbers(0, 10)
+B0, B1, EU, E0, E1, TURN0, TURN1, XV, GX, REST, RATE = numbers(10, 21)
+TANGENT, Z, PULL = numbers(21, VECTORS)
 
 
-@compiled
+@called
 def rotation(q: Array, out: Array) -> None:
     """Write R(q)."""
     x, y, z, w = q[0], q[1], q[2], q[3]
@@ -47,7 +55,7 @@ def rotation(q: Array, out: Array) -> None:
     out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
 
 
-@compiled
+@called
 def multiply(slots: Array, first: int, second: int, result: int) -> None:
     """Write the product of two slots into a third."""
     a, b, out = slots[first], slots[second], slots[result]
@@ -56,7 +64,7 @@ def multiply(slots: Array, first: int, second: int, result: int) -> None:
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@compiled
+@called
 def skew(slots: Array, slot: int, vectors: Array, vector: int) -> None:
     """Write the matrix of a -> v x a."""
     out, v = slots[slot], vectors[vector]
@@ -67,7 +75,7 @@ def skew(slots: Array, slot: int, vectors: Array, vector: int) -> None:
         out[i, k] = v[j]
 
 
-@compiled
+@called
 def cross(vectors: Array, first: int, second: int, result: int) -> None:
     """Write the cross product of two vectors into a third."""
     a, b, out = vectors[first], vectors[second], vectors[result]
@@ -76,7 +84,7 @@ def cross(vectors: Array, first: int, second: int, result: int) -> None:
         out[i] = a[j] * b[k] - a[k] * b[j]
 
 
-@compiled
+@called
 def transpose(slots: Array, slot: int, result: int) -> None:
     """Write the transpose of a slot into another."""
     for i in range(3):
@@ -84,14 +92,14 @@ def transpose(slots: Array, slot: int, result: int) -> None:
             slots[result, i, j] = slots[slot, j, i]
 
 
-@compiled
-def product(a: Array, b: Array, transposed: bool, out: Array) -> None:
+@called
+def product(a: Array, b: Array, transposed: int, out: Array) -> None:
     """Write a b, or a^T b, of (9, 9) matrices."""
     for i in range(9):
         for j in range(9):
             out[i, j] = 0.0
         for k in range(9):
-            value = a[k, i] if transposed else a[i, k]
+            value = a[i, k] if transposed == PLAIN else a[k, i]
             if value != 0.0:
                 for j in range(9):
                     out[i, j] += value * b[k, j]

@@ -17,7 +17,7 @@ Small matrices live in slots of a workspace, and products are listed in tables: 
 instead of twenty copies of it, which would take a minute to compile.
 """
 
-from spiral_core.numerics.kernel import compiled
+from spiral_core.numerics.kernel import called, compiled
 from spiral_core.rod._element import strain_factor
 from spiral_core.rod.contact._coupling import couple_hessian, couple_strains, couple_turns
 
@@ -27,7 +27,7 @@ from spiral_core.rod.contact._algebra import (  # isort: skip
     E0, EU, FX, GX, INVERSE, JA0, JA1, JP, JPJ, JT, KY, LOAD0, LOAD1, PULL, R0, R1, RATE, REST,
     SKEW_A0, SKEW_A1, SKEW_B, SKEW_E, SKEW_M, SKEW_U, SKEW_V0, SKEW_Y, SLOPE, STRAIN0, STRAIN1,
     TANGENT, TURN0, TURN1, TX0, TX1, X0, X0T, X00, X01, X1, X1T, X11, XV, C, F, G, J, K, M, P,
-    T, U, X, Y, Z, Array, cross, multiply, product, rotation, skew, transpose,
+    PLAIN, T, TRANSPOSED, U, X, Y, Z, Array, cross, multiply, product, rotation, skew, transpose,
 )
 # fmt: on
 
@@ -41,7 +41,7 @@ SECOND = (
 )  # fmt: skip
 
 
-@compiled
+@called
 def relative_turn(q0: Array, q1: Array, h: float, x: Array, u: Array) -> tuple[float, ...]:
     """Write x = Im(conj(q0) q1) and the strain u; return w, then f, f' and f'' of its series."""
     x[0] = q0[3] * q1[0] - q0[0] * q1[3] - q0[1] * q1[2] + q0[2] * q1[1]
@@ -54,7 +54,7 @@ def relative_turn(q0: Array, q1: Array, h: float, x: Array, u: Array) -> tuple[f
     return w, factor, first, second
 
 
-@compiled
+@called
 def strains_and_loads(
     n: Array, half: Array, h: float, coupled: bool, slots: Array, vectors: Array
 ) -> float:
@@ -118,7 +118,7 @@ def strains_and_loads(
     return energy
 
 
-@compiled
+@called
 def first_derivatives(h: float, coupled: bool, slots: Array, vectors: Array) -> None:
     """Write the derivatives of E by u and by the loads a_0, a_1, and z = B^T y."""
     square = h * h / 12.0
@@ -146,7 +146,7 @@ def first_derivatives(h: float, coupled: bool, slots: Array, vectors: Array) -> 
                 vectors[Z, i] += slots[COUPLING, k, i] * y[k]
 
 
-@compiled
+@called
 def chain(h: float, turn: tuple[float, ...], slots: Array, vectors: Array) -> None:
     """Write F = du/dx, dx by both rotations, and the second derivative T of u.dE/du by x."""
     w, factor, first, second = turn
@@ -177,7 +177,7 @@ def chain(h: float, turn: tuple[float, ...], slots: Array, vectors: Array) -> No
         multiply(slots, SECOND[job][0], SECOND[job][1], SECOND[job][2])
 
 
-@compiled
+@called
 def inner_hessian(h: float, coupled: bool, slots: Array, vectors: Array, inner: Array) -> None:
     """Write the Hessian (9, 9) of E by (u, a_0, a_1)."""
     square = h * h / 12.0
@@ -199,10 +199,12 @@ def inner_hessian(h: float, coupled: bool, slots: Array, vectors: Array, inner: 
             inner[i, k] = inner[k, i]
 
 
-@compiled
+@called
 def outer_map(w: float, slots: Array, change: Array) -> None:
     """Write the derivative (9, 9) of (u, a_0, a_1) by (eta_0, eta_1, n)."""
-    change[:, :] = 0.0
+    for i in range(9):
+        for k in range(9):
+            change[i, k] = 0.0
     for i in range(3):
         for k in range(3):
             change[i, k] = 0.5 * (slots[FX, i, k] - w * slots[F, i, k])
@@ -212,7 +214,7 @@ def outer_map(w: float, slots: Array, change: Array) -> None:
                 change[3 + 3 * at + i, 6 + k] = slots[R0 + at, k, i]
 
 
-@compiled
+@called
 def turned_load(at: int, k: float, slots: Array, vectors: Array, g: Array, hess: Array) -> None:
     """Add what turning a node does to a and b: their second derivatives, and b's first.
 
@@ -262,7 +264,7 @@ def element(
     ``half`` is half the load on it [N]; ``own`` (7, 3, 3) holds K, K', K^-1, C, rows c, c' and
     (h, 0, 0), B, and the row B^T u*; ``slots``, ``vectors`` and ``room`` (3, 9, 9) are workspace.
     """
-    h, coupled = own[4, 2, 0], False
+    h, coupled = own[4, 2, 0], own[5, 0, 0] != 0.0
     for i in range(3):
         for k in range(3):
             for slot in range(4):
@@ -280,8 +282,8 @@ def element(
     chain(h, turn, slots, vectors)
     inner_hessian(h, coupled, slots, vectors, room[0])
     outer_map(turn[0], slots, room[1])
-    product(room[0], room[1], False, room[2])
-    product(room[1], room[2], True, hess)
+    product(room[0], room[1], PLAIN, room[2])
+    product(room[1], room[2], TRANSPOSED, hess)
     x, gx = vectors[XV], vectors[GX]
     down = 0.25 * (gx[0] * x[0] + gx[1] * x[1] + gx[2] * x[2])
     for i in range(9):
@@ -296,8 +298,8 @@ def element(
             hess[3 + i, 3 + k] += slots[X11, i, k] - same
             twist = turn[0] * slots[SKEW_B, i, k] + gx[i] * x[k] + x[i] * gx[k]
             hess[i, 3 + k] += slots[X01, i, k] + 0.25 * twist - same
-    turned_load(0, h * h / 12.0, slots, vectors, g, hess)
-    turned_load(1, -h * h / 12.0, slots, vectors, g, hess)
+    for at in range(2):
+        turned_load(at, (1.0 - 2.0 * at) * h * h / 12.0, slots, vectors, g, hess)
     if coupled:
         couple_turns(h, slots, vectors, room, hess)
     for i in range(9):

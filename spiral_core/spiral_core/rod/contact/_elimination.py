@@ -10,9 +10,12 @@ the Hessian.
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled
-from spiral_core.rod.contact._algebra import SLOTS, VECTORS, Array
+from spiral_core.numerics.kernel import called, compiled
+from spiral_core.rod.contact._algebra import SLOTS, VECTORS, Array, numbers
 from spiral_core.rod.contact._element import element
+
+# Where the columns of an eliminated node and of the next one begin.
+HERE, NEXT = numbers(0, 7)[::6]
 
 
 @compiled
@@ -56,7 +59,7 @@ def assemble(
     return energy
 
 
-@compiled
+@called
 def factor(block: Array, order: Array, exchange: bool) -> float:
     """Replace a block (6, 6) by its LU factors and return the smallest pivot.
 
@@ -83,7 +86,7 @@ def factor(block: Array, order: Array, exchange: bool) -> float:
     return smallest
 
 
-@compiled
+@called
 def solve_factored(block: Array, order: Array, rhs: Array) -> None:
     """Solve block x = rhs (6, 7) in place with the factors of :func:`factor`."""
     for i in range(6):
@@ -103,7 +106,7 @@ def solve_factored(block: Array, order: Array, rhs: Array) -> None:
             rhs[i, c] /= block[i, i]
 
 
-@compiled
+@called
 def condense(
     hess: Array, mismatch: Array, compliance: float, unit: float, pull: Array, whole: Array
 ) -> float:
@@ -147,7 +150,7 @@ def condense(
     return 1.0
 
 
-@compiled
+@called
 def hold_columns(system: Array, first: int, free: Array) -> None:
     """Keep the free motions of a node in six columns."""
     for i in range(6):
@@ -159,7 +162,7 @@ def hold_columns(system: Array, first: int, free: Array) -> None:
             system[i, first + k] = row[k]
 
 
-@compiled
+@called
 def hold(system: Array, free: Array) -> None:
     """Keep the free motions F of an end in its rows [block | coupling | rhs] (6, 13).
 
@@ -168,7 +171,7 @@ def hold(system: Array, free: Array) -> None:
     scale = 0.0
     for i in range(6):
         scale = max(scale, abs(system[i, i]))
-    hold_columns(system, 0, free)
+    hold_columns(system, HERE, free)
     row = np.empty(6)
     for k in range(13):
         for i in range(6):
@@ -181,7 +184,7 @@ def hold(system: Array, free: Array) -> None:
                 system[i, k] += scale * ((1.0 if i == k else 0.0) - free[i, k])
 
 
-@compiled
+@called
 def back_substitute(gains: Array, pulls: Array, unit: float, step: Array, force: Array) -> None:
     """Write the steps of nodes (N + 1, 6) and forces (N, 3) from the eliminated rows."""
     count = force.shape[0]
@@ -275,7 +278,7 @@ def eliminate(
         if e == count:
             hold(system, end_free[1])
         if e == count - 1:
-            hold_columns(system, 6, end_free[1])
+            hold_columns(system, NEXT, end_free[1])
         for i in range(6):
             for k in range(6):
                 block[i, k] = system[i, k]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.numerics.kernel import compiled
+from spiral_core.numerics.kernel import called, compiled
 from spiral_core.rod.contact._algebra import matrices
 from spiral_core.rod.contact._increments import Point, gaps_at
 from spiral_core.rod.contact._laws import TINY
@@ -142,7 +142,7 @@ def self_clearance(positions: Array, arc_lengths: Array, radius: float) -> float
     return float(nearest_places(positions, arc_lengths, radius)[0]) - 2.0 * radius
 
 
-@compiled
+@called
 def nearest_on(first: Array, last: Array, at: float, i: int, k: int) -> tuple[float, float, float]:
     """Return the least distance of elements i and k, and where on each of them, from 0 to 1.
 
@@ -175,7 +175,7 @@ def nearest_on(first: Array, last: Array, at: float, i: int, k: int) -> tuple[fl
     return math.sqrt(square), x, y
 
 
-@compiled
+@called
 def middles_apart(positions: Array, i: int, k: int) -> float:
     """Return the distance between the middles of elements i and k [m]."""
     square = 0.0
@@ -185,7 +185,7 @@ def middles_apart(positions: Array, i: int, k: int) -> float:
     return math.sqrt(square)
 
 
-@compiled
+@called
 def nodes_apart(positions: Array, i: int, k: int) -> float:
     """Return the distance of nodes i and k [m]."""
     square = 0.0
@@ -194,7 +194,7 @@ def nodes_apart(positions: Array, i: int, k: int) -> float:
     return math.sqrt(square)
 
 
-@compiled
+@called
 def lengths_along(positions: Array) -> Array:
     """Return the lengths along the rod as it is, stretched or compressed, up to its nodes (n,)."""
     along = np.zeros(len(positions))
@@ -203,7 +203,7 @@ def lengths_along(positions: Array) -> Array:
     return along
 
 
-@compiled
+@called
 def longest_element(positions: Array) -> float:
     """Return the length of the longest element [m]."""
     longest = 0.0
@@ -245,7 +245,7 @@ def nearest_places(
     return least, place, other
 
 
-@compiled
+@called
 def relative_move(first: Array, last: Array, i: int, k: int) -> float:
     """Return by how much two places of elements i and k can come nearer on a move [m]."""
     most = 0.0
@@ -271,7 +271,11 @@ def crossing_places(
     count, apart, along = len(first) - 1, NEIGHBORS * radius, lengths_along(last)
     longest = max(longest_element(first), longest_element(last))
     # The next element is nearer to another one by at most its length, and moves by so much more.
-    further = longest + longest_element(last - first)
+    moves = np.empty_like(first)
+    for i in range(len(first)):
+        for c in range(3):
+            moves[i, c] = last[i, c] - first[i, c]
+    further = longest + longest_element(moves)
     start = 0
     for i in range(count):
         while start < count and not along[start] - along[i + 1] > apart:
