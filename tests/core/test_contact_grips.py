@@ -67,3 +67,12 @@ def test_coil_whose_forces_inside_exceed_its_loads_is_followed() -> None:
 def test_tube_balanced_on_a_point_that_slides_falls_off_it(seed: int, end: WindowEnd) -> None:
     """It rests on a saddle, or creeps: with friction both were once the end of the answer."""
     assert grip_window(random_setup(seed)).end is end
+
+
+def test_snap_of_a_coil_that_has_nearly_lifted_off_is_its_loss() -> None:
+    """Less than a tenth of the tube touched when it snapped: "finds no rest" was the answer."""
+    window = grip_window(random_setup(793))
+    assert window.end is WindowEnd.LOST
+    assert window.onset_wrap is not None
+    assert window.loss is not None
+    assert 1.0 < window.loss / window.onset_wrap < 1.05

@@ -142,7 +142,7 @@ def test_a_pressure_above_those_that_hold_is_refused(capsys: pytest.CaptureFixtu
     assert run([*asked, "95 kPa"]) == 2
     said = " ".join(capsys.readouterr().err.split())
     assert "95 kPa is too much: at 86.9" in said
-    assert "the wrapped coil loses stability" in said
+    assert "the coil loses stability" in said
     assert run([*asked, "20 MPa"]) == 2
     assert "above limits.pressure_max" in capsys.readouterr().err
 

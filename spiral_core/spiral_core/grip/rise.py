@@ -93,11 +93,13 @@ def lost_at(
     Of a wrapped coil every snap counts, but not a place where the tube neither moves nor rests.
     """
     for event in path.events:
-        if wrapped and event.after is not None:
-            continue
-        held = float(event.before.contact_lengths[0])
-        moves_on = event.last.status is ContactStatus.NOT_HELD
-        if wraps(event.before) and (moves_on or event.contact_lost > LOST_FRACTION * held):
+        lost = event.after is None
+        if not wrapped:
+            held = float(event.before.contact_lengths[0])
+            moves_on = event.last.status is ContactStatus.NOT_HELD
+            lets_go = moves_on or event.contact_lost > LOST_FRACTION * held
+            lost = wraps(event.before) and lets_go
+        if lost:
             return _pressure_at(before, pressure, event)
     return None
 

@@ -45,7 +45,7 @@ Progress = Callable[[int, int], None]
 class WindowEnd(Enum):
     """What ends a rising pressure; the value says it in words."""
 
-    LOST = "the wrapped coil loses stability"
+    LOST = "the coil loses stability"
     LIMIT = "the gripper's pressure limit"
     PASSED_BY = "the coil is not wrapped far above the tip criterion's pressure"
     SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
