@@ -10,7 +10,8 @@ from spiral_core import InvalidInputError, PressureLaw
 from spiral_gripper import load_description
 from spiral_gripper_ros.planning import design_worker
 from spiral_gripper_ros.planning.design_question import DesignQuestion, requirement_from_question
-from spiral_gripper_ros.planning.design_worker import DesignEndedError, DesignProcess
+from spiral_gripper_ros.planning.design_worker import DesignProcess
+from spiral_gripper_ros.planning.worker_process import EndedError
 
 QUESTION = DesignQuestion(
     object_radius_min=0.011,
@@ -67,21 +68,21 @@ def test_an_error_of_the_question_is_raised_here(description):
 
 
 def test_a_design_that_takes_too_long_is_ended(description):
-    with pytest.raises(DesignEndedError, match="not done within 1 s of processor time"):
+    with pytest.raises(EndedError, match="not done within 1 s of processor time"):
         DesignProcess(longest=1).answer(LONG, description)
 
 
 def test_a_design_that_is_ended_before_it_starts_is_not_started(description):
     process = DesignProcess()
     process.end("canceled")
-    with pytest.raises(DesignEndedError, match="no design: canceled"):
+    with pytest.raises(EndedError, match="no design: canceled"):
         process.answer(QUESTION, description)
 
 
 def test_a_design_is_ended_from_another_thread(description):
     process = DesignProcess()
     threading.Timer(2.0, process.end, ["canceled"]).start()
-    with pytest.raises(DesignEndedError, match="canceled"):
+    with pytest.raises(EndedError, match="canceled"):
         process.answer(LONG, description)
 
 
@@ -90,5 +91,5 @@ def test_a_design_that_needs_too_much_memory_is_an_answer(monkeypatch, descripti
         raise MemoryError
 
     monkeypatch.setattr(design_worker, "design_gripper", greedy)
-    outcome = design_worker._outcome(QUESTION, description)
+    outcome = design_worker.design((QUESTION, description))
     assert "more than 2 GB of memory" in str(outcome)

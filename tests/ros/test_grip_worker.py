@@ -12,10 +12,10 @@ from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
 from spiral_gripper_ros.planning.grip_worker import (
-    GripEndedError,
     GripProcess,
     SharedGripProcess,
 )
+from spiral_gripper_ros.planning.worker_process import EndedError
 
 
 def test_a_process_solves_grips_until_it_is_ended(gripper):
@@ -33,7 +33,7 @@ def test_a_process_solves_grips_until_it_is_ended(gripper):
     assert (grip.settling < 1.0).all()  # held, it swings for less than a second
     process.end()
     assert worker.poll() is not None
-    with pytest.raises(GripEndedError):
+    with pytest.raises(EndedError):
         process.answer(GripQuestion(gripper, 0.011))
 
 
@@ -42,7 +42,7 @@ def test_a_process_that_is_killed_is_an_answer_and_the_next_question_starts_anot
     with pytest.raises(NotGrippableError):
         process.answer(GripQuestion(gripper, 0.2))
     process._process.kill()
-    with pytest.raises(GripEndedError):
+    with pytest.raises(EndedError):
         process.answer(GripQuestion(gripper, 0.2))
     with pytest.raises(NotGrippableError):
         process.answer(GripQuestion(gripper, 0.2))
@@ -58,7 +58,7 @@ def test_all_nodes_of_a_program_share_one_process_that_ends_with_the_last(grippe
     worker = one._shared._process
     one.end()
     one.end()
-    with pytest.raises(GripEndedError):
+    with pytest.raises(EndedError):
         one.answer(GripQuestion(gripper, 0.2))
     assert worker.poll() is None
     with pytest.raises(NotGrippableError):

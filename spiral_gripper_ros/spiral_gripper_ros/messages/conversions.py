@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
+from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
 
 from spiral_core.rod.types import RodState, Vector
@@ -21,7 +23,6 @@ from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement
 from spiral_gripper_ros.planning.planner import GripperPlanner, WrapPlan
-from spiral_gripper_ros.planning.sampling import picked_nodes
 
 REGIMES = {
     None: GripStatus.REGIME_UNKNOWN,
@@ -55,6 +56,20 @@ def vector_to_msg(vector: Sequence[float]) -> Vector3:
     """Return the message of three components."""
     x, y, z = vector
     return Vector3(x=x, y=y, z=z)
+
+
+def picked_nodes(state: RodState | TubeShape, points: int) -> NDArray[np.intp]:
+    """Return the indices of at most ``points`` >= 2 nodes, evenly spread, the ends always."""
+    return _evenly(len(state.positions), points)
+
+
+@lru_cache(maxsize=64)
+def _evenly(count: int, points: int) -> NDArray[np.intp]:
+    """Return indices of ``count`` nodes; shape after shape asks for the same ones."""
+    last = count - 1
+    picked = np.unique(np.linspace(0, last, min(points, count)).round().astype(np.intp))
+    picked.flags.writeable = False
+    return picked
 
 
 def backbone_to_msg(state: RodState | TubeShape, points: int, header: Any) -> PoseArray:  # noqa: ANN401

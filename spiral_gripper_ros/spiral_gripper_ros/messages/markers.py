@@ -16,9 +16,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 from spiral_core.rod.types import Array, RodState
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper_ros.messages.conversions import pose_along
+from spiral_gripper_ros.messages.conversions import picked_nodes, pose_along
 from spiral_gripper_ros.planning.grip_figures import TubeShape
-from spiral_gripper_ros.planning.sampling import picked_nodes
 
 # One marker in each namespace, with id 0.
 TUBE, MEASURED_TUBE, FIBER, OBJECT, TEXT = NAMESPACES = (

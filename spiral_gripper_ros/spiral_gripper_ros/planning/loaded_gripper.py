@@ -11,7 +11,6 @@ from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription, load_description
-from spiral_gripper_ros.planning.followed_shape import FollowedShape
 from spiral_gripper_ros.planning.grip_figures import GripFigures
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
 from spiral_gripper_ros.planning.grip_table import GripAnswer
@@ -29,6 +28,40 @@ from spiral_gripper_ros.planning.planner import (
 # The measured shape is solved anew when the pressure has changed by more than this [Pa]: noise of
 # a good sensor; it moves the tip of a 0.35 m gripper by 0.35 mm.
 MEASURED_STEP = 50.0
+
+
+class FollowedShape:
+    """The shape at the newest pressure, within the tolerance ``step``.
+
+    Args:
+        step: changes of the pressure up to this [Pa] keep the shape, >= 0.
+    """
+
+    def __init__(self, step: float) -> None:
+        self.shape: GripShape | None = None
+        self._step = step
+        self._planner: AnyPlanner | None = None
+        self._radius: float | None = None
+        self._pressure: float | None = None
+
+    def update(self, planner: AnyPlanner, pressure: float | None, radius: float | None) -> bool:
+        """Solve the shape at a pressure [Pa] if anything has changed; return whether it has.
+
+        ``shape`` is then the new one, or None if it cannot be certified or no pressure is known.
+        """
+        if planner is self._planner and radius == self._radius and self._is_close(pressure):
+            return False
+        self._planner, self._radius, self._pressure = planner, radius, pressure
+        try:
+            self.shape = None if pressure is None else planner.shape(pressure, radius)
+        except SpiralError:
+            self.shape = None
+        return self.shape is not None
+
+    def _is_close(self, pressure: float | None) -> bool:
+        if pressure is None or self._pressure is None:
+            return pressure is self._pressure
+        return abs(pressure - self._pressure) <= self._step
 
 
 class LoadedGripper:

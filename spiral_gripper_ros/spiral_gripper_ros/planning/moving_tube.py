@@ -14,7 +14,7 @@ import numpy as np
 from spiral_core import ContactProblem, Frame, Gripper, SpiralError, inertia_of, motion_frames
 from spiral_core.grip.setup import LEAST_ELEMENTS, free_problem
 from spiral_gripper_ros.planning.grip_figures import TubeShape
-from spiral_gripper_ros.planning.grip_worker import WorkerProcess
+from spiral_gripper_ros.planning.worker_process import WorkerProcess, serve
 
 # A tube that is not asked for during so long is at rest when it is asked for again [s].
 LONGEST_GAP = 1.0
@@ -44,7 +44,7 @@ class MovingTube:
 
     def __init__(self, gripper: Gripper) -> None:
         self._gripper = gripper
-        self._process = WorkerProcess(__name__)
+        self._process = WorkerProcess(__name__, "shape in time")
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="tube")
         self._asked: Future[TubeShape] | None = None
         self._shape: TubeShape | None = None
@@ -113,8 +113,6 @@ class SteppedTube:
 
 def main() -> None:
     """Move a tube until standard input is closed."""
-    from spiral_gripper_ros.planning.grip_worker import serve
-
     serve(SteppedTube().answer)
 
 
