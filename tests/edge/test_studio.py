@@ -23,10 +23,9 @@ from spiral_core import (
 from spiral_gripper import load_description
 from spiral_gripper.files.shown import display_units
 from spiral_gripper.reports.meshes import SIDES, tube_mesh, turned_mesh
-from spiral_gripper.studio.chart import chart_data, chart_scales
+from spiral_gripper.studio.charts import chart_data, chart_scales, force_data, force_scales
 from spiral_gripper.studio.closing import Closings, StoppedError
 from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
-from spiral_gripper.studio.force_chart import force_data, force_scales
 from spiral_gripper.studio.pull import pull_frames
 from spiral_gripper.studio.scene import node_values
 from spiral_gripper.studio.session import Session, answer_for, object_shape

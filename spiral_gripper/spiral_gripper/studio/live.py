@@ -8,23 +8,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from viser import uplot
 
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.reports.meshes import line_mesh
+from spiral_gripper.studio.charts import DARK, RED, add_chart, ranges
 from spiral_gripper.studio.scene import FAINT, OPAQUE, TUBE_COLOR, Scene
 
 # The chart shows so much of the past [s].
 PAST = 60.0
 # A node that is silent for longer is said to be [s]; its status comes every 0.1 s by default.
 SILENCE = 2.0
-SERIES = (
-    uplot.Series(label="time [s]"),
-    uplot.Series(label="commanded", stroke="#c8553d", width=2),
-    uplot.Series(label="measured", stroke="#2f4858", width=2),
-)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,14 +87,8 @@ class LivePage:
         gui = server.gui
         gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
         self._words = gui.add_markdown("**waiting for the node ...**")
-        self._chart = gui.add_uplot(
-            (np.zeros(1), np.zeros(1), np.zeros(1)),
-            SERIES,
-            axes=(uplot.Axis(label="time [s]"), uplot.Axis(label=axis_label("pressure", "Pa"))),
-            scales={"x": uplot.Scale(time=False)},
-            legend={"show": False},
-            aspect=1.5,
-        )
+        labels = "time [s]", axis_label("pressure", "Pa")
+        self._chart = add_chart(gui, *labels, {"commanded": RED, "measured": DARK}, now=False)
 
     def show(self, heard: NodeState | None) -> None:
         """Show what was heard last; where that is old, its age too."""
@@ -126,10 +115,7 @@ class LivePage:
         times, commands, pressures = np.array(self._past).T
         shown_pressures = in_units(commands, "Pa"), in_units(pressures, "Pa")
         most = max(float(np.nanmax(each, initial=0.0)) for each in shown_pressures)
-        self._chart.scales = {
-            "x": uplot.Scale(time=False, auto=False, range=(max(0.0, now - PAST), max(now, 1.0))),
-            "y": uplot.Scale(auto=False, range=(0.0, max(1.1 * most, 1e-3))),
-        }
+        self._chart.scales = ranges(max(0.0, now - PAST), max(now, 1.0), max(1.1 * most, 1e-3))
         self._chart.data = (times, *shown_pressures)
 
 

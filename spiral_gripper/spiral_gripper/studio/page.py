@@ -17,12 +17,18 @@ from spiral_core import RodState, SpiralError, TimedClosing
 from spiral_gripper.files.catalog import available_grippers
 from spiral_gripper.files.description import GripperDescription, load_description
 from spiral_gripper.files.shown import in_present_units, shown
-from spiral_gripper.studio.chart import SERIES, chart_axes, chart_data, chart_scales
+from spiral_gripper.studio.charts import (
+    add_force_chart,
+    add_radius_chart,
+    chart_data,
+    chart_scales,
+    force_data,
+    force_scales,
+)
 from spiral_gripper.studio.closing import Closings, StoppedError, in_time
 from spiral_gripper.studio.controls import Controls
 from spiral_gripper.studio.exports import EXPORTS, png
 from spiral_gripper.studio.files import FileFolder
-from spiral_gripper.studio.force_chart import FORCE_SERIES, force_axes, force_data, force_scales
 from spiral_gripper.studio.pull import FRAMES, pull_frames
 from spiral_gripper.studio.scene import COLORINGS, FAINT, OPAQUE, Scene, node_values
 from spiral_gripper.studio.session import Answer, Session
@@ -63,22 +69,7 @@ class Page:
         self._play = gui.add_button("Play the approach")
         self._close = gui.add_button("Play the closing in real time")
         self._pull = gui.add_button("Play the pull")
-        self._chart = gui.add_uplot(
-            chart_data(None, START_RADIUS, 0.0),
-            SERIES,
-            axes=chart_axes(),
-            scales=chart_scales(None, 1e5),
-            legend={"show": False},
-            aspect=1.5,
-        )
-        self._forces = gui.add_uplot(
-            force_data(None, 0.0),
-            FORCE_SERIES,
-            axes=force_axes(),
-            scales=force_scales(None, 1e5),
-            legend={"show": False},
-            aspect=1.5,
-        )
+        self._chart, self._forces = add_radius_chart(gui), add_force_chart(gui)
         self._coloring = gui.add_dropdown("color", COLORINGS)
         self._export = gui.add_button_group("export", (*EXPORTS, "html", "png"))
         self._file = FileFolder(gui, in_present_units(self._load_text))
@@ -226,13 +217,17 @@ class Page:
         if pressure is not None:
             self._set_pressure(pressure)
 
+    def _begins(self, possible: bool) -> bool:
+        """Return whether something is played from now on; a second click stops it."""
+        begins = possible and not self._playing.is_set()
+        (self._playing.set if begins else self._playing.clear)()
+        return begins
+
     def _approach(self) -> None:
-        """Raise the pressure from nothing to the wrap; a second click stops it."""
+        """Raise the pressure from nothing to the wrap."""
         pressure = self._wrap_pressure()
-        if self._playing.is_set() or pressure is None:
-            self._playing.clear()
+        if not self._begins(pressure is not None) or pressure is None:
             return
-        self._playing.set()
         start = time.monotonic()
         while self._playing.is_set():
             share = min(1.0, (time.monotonic() - start) / APPROACH_SECONDS)
@@ -243,10 +238,9 @@ class Page:
         self._playing.clear()
 
     def _close_in_time(self) -> None:
-        """Compute the closing at the rate that is set and play it; a second click stops it."""
+        """Compute the closing at the rate that is set and play it."""
         session = self._session
-        if self._playing.is_set() or session is None:
-            self._playing.clear()
+        if not self._begins(session is not None) or session is None:
             return
 
         def moved(share: float) -> None:
@@ -254,7 +248,6 @@ class Page:
                 raise StoppedError
             self._words.content = f"**computing the closing ...** {100.0 * share:.0f} %"
 
-        self._playing.set()
         try:
             closing = self._closings.of(session, moved)
             if closing is not None:
@@ -282,13 +275,12 @@ class Page:
         time.sleep(PULL_SECONDS / 2.0)
 
     def _pull_away(self) -> None:
-        """Move the object out of the coil, away from the base; a second click stops it."""
+        """Move the object out of the coil, away from the base."""
         session = self._session
         answer = None if session is None or not session.current else session.answer
-        if self._playing.is_set() or session is None or answer is None or answer.grip is None:
-            self._playing.clear()
+        held = answer is not None and answer.grip is not None
+        if not self._begins(held) or session is None or answer is None or answer.grip is None:
             return
-        self._playing.set()
         place, outer = answer.object_place(), session.gripper.tube.outer_radius
         taper = session.settings.taper
         for frame in pull_frames(answer.grip, session.settings.pressure):

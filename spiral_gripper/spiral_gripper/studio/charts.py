@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The studio's charts: pressure against radius, force against pressure, and the gripper now."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from viser import uplot
+
+from spiral_core import Pull
+from spiral_core.rod.types import Array
+from spiral_gripper.files.shown import axis_label, in_units
+from spiral_gripper.studio.session import Answer
+
+RED, PALE, DARK = "#c8553d", "#7ba7b4", "#2f4858"
+
+
+def add_chart(
+    gui: viser.GuiApi, x: str, y: str, curves: dict[str, str], *, now: bool = True
+) -> viser.GuiUplotHandle:
+    """Add an empty chart.
+
+    Args:
+        gui: where it is put.
+        x: label of the axis to the right, with the unit shown.
+        y: label of the axis upwards.
+        curves: color by name.
+        now: whether a dot shows where the gripper is now.
+    """
+    series = [uplot.Series(label=name, stroke=color, width=2) for name, color in curves.items()]
+    if now:
+        dot = uplot.Series_Points(show=True, size=10)
+        series.append(uplot.Series(label="now", stroke=DARK, points=dot))
+    return gui.add_uplot(
+        tuple(np.zeros(1) for _ in range(len(series) + 1)),
+        (uplot.Series(label=x), *series),
+        axes=(uplot.Axis(label=x), uplot.Axis(label=y)),
+        scales={"x": uplot.Scale(time=False)},
+        legend={"show": False},
+        aspect=1.5,
+    )
+
+
+def add_radius_chart(gui: viser.GuiApi) -> viser.GuiUplotHandle:
+    """Add the chart of the pressure against the radius that it wraps."""
+    labels = axis_label("object radius", "m"), axis_label("pressure", "Pa")
+    return add_chart(gui, *labels, {"perfect wrap": RED})
+
+
+def add_force_chart(gui: viser.GuiApi) -> viser.GuiUplotHandle:
+    """Add the chart of the holding force against pressure."""
+    labels = axis_label("pressure", "Pa"), axis_label("holding force", "N")
+    return add_chart(gui, *labels, {"away from the base": RED, "towards the base": PALE})
+
+
+def ranges(low: float, high: float, top: float) -> dict[str, uplot.Scale]:
+    """Return the ranges of a chart: from ``low`` to ``high``, and from 0 to ``top``."""
+    return {
+        "x": uplot.Scale(time=False, auto=False, range=(low, high)),
+        "y": uplot.Scale(auto=False, range=(0.0, top)),
+    }
+
+
+def chart_data(answer: Answer | None, radius: float, pressure: float) -> tuple[Array, ...]:
+    """Return the chart's radii, wrap pressures, and the present pressure, in the units shown.
+
+    Args:
+        answer: what is wrapped; None or without wraps: the point alone is drawn.
+        radius: of the object [m].
+        pressure: gauge pressure now [Pa].
+    """
+    if answer is None or answer.radii.size == 0:
+        here = in_units([radius, radius + 1e-6], "m")
+        return here, np.full(2, np.nan), in_units([pressure, np.nan], "Pa")
+    order = np.argsort(answer.radii)
+    radii, (pressures,), place = _with(radius, answer.radii[order], [answer.pressures[order]])
+    now = np.full(len(radii), np.nan)
+    now[place] = pressure
+    return in_units(radii, "m"), in_units(pressures, "Pa"), in_units(now, "Pa")
+
+
+def chart_scales(answer: Answer | None, pressure_max: float) -> dict[str, uplot.Scale]:
+    """Return the chart's ranges: all radii that are wrapped, all pressures up to the limit [Pa]."""
+    widest = 0.04 if answer is None or answer.radii.size == 0 else float(answer.radii.max())
+    return ranges(0.0, 1.1 * float(in_units(widest, "m")), float(in_units(pressure_max, "Pa")))
+
+
+def force_data(answer: Answer | None, pressure: float) -> tuple[Array, ...]:
+    """Return pressures, forces away and towards the base, the present force, in the units shown.
+
+    Args:
+        answer: what is known; without a grip the point alone is drawn, at no force.
+        pressure: gauge pressure now [Pa].
+    """
+    if answer is None or answer.grip is None:
+        here = in_units([pressure, pressure + 1.0], "Pa")
+        return here, np.full(2, np.nan), np.full(2, np.nan), np.array([0.0, np.nan])
+    forces = [answer.grip.force(pull) for pull in (Pull.AWAY, Pull.TOWARDS)]
+    pressures, (away, towards), place = _with(pressure, answer.grip.pressures, forces)
+    now = np.full(len(pressures), np.nan)
+    now[place] = np.nan_to_num(away[place])
+    return in_units(pressures, "Pa"), *(in_units(one, "N") for one in (away, towards, now))
+
+
+def force_scales(answer: Answer | None, pressure_max: float) -> dict[str, uplot.Scale]:
+    """Return the chart's ranges: all pressures up to the limit [Pa], all forces."""
+    known = answer is not None and answer.grip is not None
+    most = float(np.max(answer.grip.force(Pull.AWAY))) if known else 1.0  # type: ignore[union-attr]
+    top = float(in_units(1.1 * max(most, 1e-3), "N"))
+    return ranges(0.0, float(in_units(pressure_max, "Pa")), top)
+
+
+def _with(at: float, places: Array, curves: list[Array]) -> tuple[Array, list[Array], int]:
+    """Return places and curves with one more point at ``at``, and its index; NaN outside."""
+    index = int(np.searchsorted(places, at))
+    inside = 0 < index < len(places)
+    values = [float(np.interp(at, places, curve)) if inside else np.nan for curve in curves]
+    longer = [np.insert(c, index, value) for c, value in zip(curves, values, strict=True)]
+    return np.insert(places, index, at), longer, index
