@@ -130,7 +130,7 @@ def test_a_file_that_is_not_there(tmp_path, monkeypatch, asked, message):
     with pytest.raises(DescriptionError) as caught:
         load_gripper(asked)
     assert str(caught.value) == message
-    assert caught.value.line is None
+    assert caught.value.problems[0].line is None
 
 
 def test_a_file_that_is_no_text(tmp_path):
@@ -149,6 +149,6 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
     with pytest.raises(DescriptionError) as caught:
         load_gripper(path)
     assert (
-        caught.value.line
+        caught.value.problems[0].line
         == text.splitlines().index("  length: 500 mm                # the paper") + 1
     )

@@ -144,16 +144,16 @@ def test_ballooning_is_named_as_the_limit(load):
     softening = "law: yeoh\n  c1: 50 kPa\n  c2: -50 kPa\n  c3: 1 kPa"
     with pytest.raises(DescriptionError) as caught:
         load(changed("law: mooney_rivlin\n  c1: 130 kPa\n  c2: 15 kPa", softening))
-    assert caught.value.field == "limits.pressure_max"
+    assert caught.value.problems[0].field == "limits.pressure_max"
     limit = f"psi, the actuator's own limit: {ActuationLimit.LIMIT_POINT.value}"
-    assert caught.value.requirement.endswith(limit)
+    assert caught.value.problems[0].requirement.endswith(limit)
 
 
 def test_the_limit_that_the_message_states_is_accepted(load):
     for unit in ("psi", "MPa", "Pa", "bar"):
         with pytest.raises(DescriptionError) as caught:
             load(changed("16 psi", f"1e8 {unit}", UNIFORM))
-        stated = caught.value.requirement.split(",")[0].removeprefix("at most ")
+        stated = caught.value.problems[0].requirement.split(",")[0].removeprefix("at most ")
         gripper = load(changed("16 psi", stated, UNIFORM)).gripper
         assert gripper.pressure_max <= gripper.actuation.pressure_limit
         # Four digits are stated, rounded down.
@@ -174,10 +174,10 @@ def test_the_error_carries_its_parts(load):
     error = caught.value
     assert isinstance(error, SpiralError)
     assert isinstance(error, ValueError)
-    assert (error.file, error.line, error.field) == ("mine.yaml", 17, "limits.pressure_max")
-    assert error.value == "16"
-    assert error.requirement.startswith(PRESSURE)
     (problem,) = error.problems
+    assert (problem.file, problem.line, problem.field) == ("mine.yaml", 17, "limits.pressure_max")
+    assert problem.value == "16"
+    assert problem.requirement.startswith(PRESSURE)
     assert problem.kind is ProblemKind.WRONG
     assert problem.column == 17
     again = pickle.loads(pickle.dumps(error))
@@ -347,8 +347,8 @@ def test_any_value_anywhere_is_read_or_refused_as_a_description(
 def test_single_fibers_that_leave_no_motion_are_refused_in_their_place(load, fields, place, match):
     with pytest.raises(DescriptionError, match=match) as caught:
         load(changed("beta: 60 deg", f"beta: 60 deg\n  {fields}"))
-    assert caught.value.field == place
-    assert caught.value.line > 6
+    assert caught.value.problems[0].field == place
+    assert caught.value.problems[0].line > 6
 
 
 def test_choices_that_contradict_are_refused_in_their_place(load):
@@ -358,7 +358,7 @@ def test_choices_that_contradict_are_refused_in_their_place(load):
     ):
         with pytest.raises(DescriptionError) as caught:
             load(f"{SMALLEST}model:\n{lines}")
-        assert caught.value.field == field
+        assert caught.value.problems[0].field == field
     helical = changed("beta: 60 deg", "beta: 60 deg\n  single_angles: [20 deg]")
     with pytest.raises(DescriptionError, match="exact for fibers other than"):
         load(f"{helical}model:\n  curvature_form: first_order\n")

@@ -104,7 +104,7 @@ def test_allowed_angles(name):
     for angle in ("90.1 deg", "-90.1 deg", "0 deg"):
         with pytest.raises(DescriptionError) as caught:
             read(with_field(name, angle))
-        assert caught.value.field == name
+        assert caught.value.problems[0].field == name
 
 
 @pytest.mark.parametrize("name", ["mount.gravity_direction", "mount.object_axis"])

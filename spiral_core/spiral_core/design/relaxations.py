@@ -153,16 +153,21 @@ def _smallest_radius(requirement: DesignRequirement, evaluation: Evaluation) -> 
     return Relaxation("radius_min", requirement.radius_min, radius, candidate.label)
 
 
-def _turns_relaxation(
-    requirement: DesignRequirement, evaluations: list[Evaluation]
-) -> Relaxation | None:
-    """Return the most turns that the nearest candidate makes with all else kept."""
-    suited = [
+def _eased_by_a_smaller_largest(evaluations: list[Evaluation]) -> list[Evaluation]:
+    """Return the candidates that miss nothing but what the largest object decides."""
+    return [
         e
         for e in evaluations
         if _violated(e) <= OF_LARGEST
         and (e.estimate.largest or Constraint.LARGEST_RADIUS in _violated(e))
     ]
+
+
+def _turns_relaxation(
+    requirement: DesignRequirement, evaluations: list[Evaluation]
+) -> Relaxation | None:
+    """Return the most turns that the nearest candidate makes with all else kept."""
+    suited = _eased_by_a_smaller_largest(evaluations)
     if not suited or not requirement.turns_required > DEFAULT_TURNS:
         return None
     candidate = suited[0].candidate
@@ -188,12 +193,7 @@ def _radius_max_relaxation(
     requirement: DesignRequirement, evaluations: list[Evaluation]
 ) -> Relaxation | None:
     """Return the largest object that the nearest candidate does hold with all else kept."""
-    suited = [
-        e
-        for e in evaluations
-        if _violated(e) <= OF_LARGEST
-        and (e.estimate.largest or Constraint.LARGEST_RADIUS in _violated(e))
-    ]
+    suited = _eased_by_a_smaller_largest(evaluations)
     return _largest_radius(requirement, suited[0]) if suited else None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from spiral_core import SpiralError
+from spiral_gripper.files.errors import FileProblemsError
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class BadCell:
         return ": ".join(part for part in (place, column, self.reason) if part)
 
 
-class MeasurementError(SpiralError, ValueError):
+class MeasurementError(FileProblemsError):
     """A file of measurements cannot be used; one line of text for each problem in it.
 
     Attributes:
@@ -50,10 +50,4 @@ class MeasurementError(SpiralError, ValueError):
         (7, 2)
     """
 
-    def __init__(self, problems: list[BadCell]) -> None:
-        ordered = sorted(problems, key=lambda one: (one.line or 0, one.column or 0))
-        super().__init__(ordered)
-        self.problems = tuple(ordered)
-
-    def __str__(self) -> str:
-        return "\n".join(str(problem) for problem in self.problems)
+    problems: tuple[BadCell, ...]

@@ -153,21 +153,12 @@ class _Kind:
         return frozenset({self.name, *self.needs} - {"pressure"})
 
 
-def _extension(values: Values, error: float, pressure_error: float) -> Reading:
-    return ExtensionReading(
-        values["pressure"], values["extension"], values["section_length"], error, pressure_error
-    )
-
-
-def _twist(values: Values, error: float, pressure_error: float) -> Reading:
-    return TwistReading(
-        values["pressure"], values["twist"], values["section_length"], error, pressure_error
-    )
-
-
-def _bend(values: Values, error: float, pressure_error: float) -> Reading:
-    return BendReading(
-        values["pressure"], values["bend_angle"], values["section_length"], error, pressure_error
+def _on_section(
+    kind: type[ExtensionReading | TwistReading | BendReading], name: str
+) -> Callable[[Values, float, float], Reading]:
+    """Return what makes readings of one value of a section of the tube."""
+    return lambda values, error, pressure_error: kind(
+        values["pressure"], values[name], values["section_length"], error, pressure_error
     )
 
 
@@ -183,9 +174,9 @@ def _grip(values: Values, error: float, pressure_error: float) -> Reading:
 
 
 _KINDS = (
-    _Kind("extension", "extension", ("pressure",), _extension),
-    _Kind("twist", "twist", ("pressure",), _twist),
-    _Kind("bend_angle", "bend_angle", ("pressure",), _bend),
+    _Kind("extension", "extension", ("pressure",), _on_section(ExtensionReading, "extension")),
+    _Kind("twist", "twist", ("pressure",), _on_section(TwistReading, "twist")),
+    _Kind("bend_angle", "bend_angle", ("pressure",), _on_section(BendReading, "bend_angle")),
     _Kind("x", "position", ("pressure", "y", "z"), _shape),
     _Kind("object_radius", "object_radius", ("pressure",), _grip),
 )

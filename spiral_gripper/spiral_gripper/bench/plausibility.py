@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -27,8 +28,7 @@ from spiral_core.calibration.model import Trial
 from spiral_core.calibration.predict import predict
 from spiral_gripper.files.plausibility import MODULI
 
-PSI_IN_KPA = 6.894757293168361
-BAR_IN_KPA = 100.0
+IN_KPA = {"psi": 6.894757293168361, "kPa": 1.0, "bar": 100.0}
 INCH_IN_MM = 25.4
 # Discrepancies are logarithms of ratios. A cause explains one if it leaves less than this factor,
 # which constants from a handbook may be off by.
@@ -103,12 +103,8 @@ class _MixUp(NamedTuple):
 def _mix_ups(reading: Reading) -> list[_MixUp]:
     """Return the mix-ups of units that a kind of reading allows."""
     found = [
-        ("psi taken for kPa", PSI_IN_KPA, 1.0),
-        ("kPa taken for psi", 1.0 / PSI_IN_KPA, 1.0),
-        ("bar taken for kPa", BAR_IN_KPA, 1.0),
-        ("kPa taken for bar", 1.0 / BAR_IN_KPA, 1.0),
-        ("bar taken for psi", BAR_IN_KPA / PSI_IN_KPA, 1.0),
-        ("psi taken for bar", PSI_IN_KPA / BAR_IN_KPA, 1.0),
+        (f"{true} taken for {wrong}", IN_KPA[true] / IN_KPA[wrong], 1.0)
+        for true, wrong in permutations(IN_KPA, 2)
     ]
     if isinstance(reading, ExtensionReading | ShapeReading | GripReading):
         found.append(("inches taken for mm", 1.0, INCH_IN_MM))

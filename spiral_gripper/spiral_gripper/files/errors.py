@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 from spiral_core import SpiralError
 
@@ -54,7 +56,23 @@ class Problem:
         return f"{':'.join(place)}: {sentence}"
 
 
-class DescriptionError(SpiralError, ValueError):
+class FileProblemsError(SpiralError, ValueError):
+    """A file cannot be used; one line of text for each problem in it.
+
+    Attributes:
+        problems: every problem found, in the order of the file; at least one.
+    """
+
+    def __init__(self, problems: Sequence[Any]) -> None:
+        ordered = sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0))
+        super().__init__(ordered)
+        self.problems: tuple[Any, ...] = tuple(ordered)
+
+    def __str__(self) -> str:
+        return "\n".join(str(problem) for problem in self.problems)
+
+
+class DescriptionError(FileProblemsError):
     """A gripper description file cannot be used; one line of text for each problem in it.
 
     Attributes:
@@ -62,39 +80,8 @@ class DescriptionError(SpiralError, ValueError):
 
     Example:
         >>> place = Problem(ProblemKind.WRONG, "a.yaml", 4, 17, "tube.length", "0 mm", "positive")
-        >>> DescriptionError([place]).line
+        >>> DescriptionError([place]).problems[0].line
         4
     """
 
-    def __init__(self, problems: list[Problem]) -> None:
-        ordered = sorted(problems, key=lambda problem: (problem.line or 0, problem.column or 0))
-        super().__init__(ordered)
-        self.problems = tuple(ordered)
-
-    def __str__(self) -> str:
-        return "\n".join(str(problem) for problem in self.problems)
-
-    @property
-    def file(self) -> str:
-        """File of the first problem."""
-        return self.problems[0].file
-
-    @property
-    def line(self) -> int | None:
-        """Line of the first problem, from 1."""
-        return self.problems[0].line
-
-    @property
-    def field(self) -> str:
-        """Dotted field of the first problem."""
-        return self.problems[0].field
-
-    @property
-    def value(self) -> str | None:
-        """What the file says at the first problem."""
-        return self.problems[0].value
-
-    @property
-    def requirement(self) -> str:
-        """What would be right at the first problem."""
-        return self.problems[0].requirement
+    problems: tuple[Problem, ...]
