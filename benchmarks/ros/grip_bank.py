@@ -12,7 +12,8 @@ from typing import Any
 from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion, solve_figures
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
+from spiral_gripper_ros.planning.grip_solution import solve_figures
 from spiral_gripper_ros.planning.grip_table import table_radii
 
 # Share of the questions that are answered with a refusal.

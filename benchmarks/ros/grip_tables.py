@@ -20,8 +20,9 @@ from spiral_core.grip.window import GripWindow, grip_window
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.parameters.table import PARAMETERS
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion, solve_figures
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import MARGIN
+from spiral_gripper_ros.planning.grip_solution import solve_figures
 from spiral_gripper_ros.planning.grip_table import GripEntry, table_radii
 from spiral_gripper_ros.planning.planner import GripperPlanner
 from spiral_gripper_ros.planning.refining_table import NEGLIGIBLE, RefiningTable

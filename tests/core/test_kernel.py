@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import numba
@@ -15,7 +16,7 @@ import pytest
 from numba.core import event
 
 import spiral_core
-from spiral_core.numerics.kernel import content_stamp
+from spiral_core.numerics.kernel import BLAS, content_stamp
 from spiral_core.rod import _element as rod_element
 from spiral_core.rod import _newton as rod_newton
 from spiral_core.rod import _shape as rod_shape
@@ -108,3 +109,8 @@ def test_garbage_is_not_collected_while_a_kernel_is_compiled() -> None:
     assert was_enabled
     assert not any(was_enabled)
     assert gc.isenabled()
+
+
+def test_numba_finds_the_real_blas_when_a_kernel_needs_it() -> None:
+    blas = import_module(BLAS)
+    assert blas.__file__

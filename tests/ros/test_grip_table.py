@@ -9,7 +9,8 @@ from ros.grip_stand_ins import figures
 
 from spiral_core import Pull, WrapRegime, grip_window, holding_force, lay_into_coil
 from spiral_gripper import load_gripper
-from spiral_gripper_ros.planning.grip_figures import GripQuestion, solve_figures
+from spiral_gripper_ros.planning.grip_figures import GripQuestion
+from spiral_gripper_ros.planning.grip_solution import solve_figures
 from spiral_gripper_ros.planning.grip_table import (
     GripEntry,
     blended_answer,

@@ -8,13 +8,9 @@ from ros.simulation_harness import QUIET, RADIUS, Observer, RunningSimulator
 from spiral_core import SpiralError, inertia_of, solve_motion
 from spiral_core.grip.setup import LEAST_ELEMENTS, free_problem
 from spiral_gripper import load_gripper
-from spiral_gripper_ros.planning.moving_tube import (
-    LONGEST_GAP,
-    MovingTube,
-    SteppedTube,
-    TubeQuestion,
-)
+from spiral_gripper_ros.planning.moving_tube import MovingTube, TubeQuestion
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
+from spiral_gripper_ros.simulation.tube_motion import LONGEST_GAP, SteppedTube
 
 PRESSURE, RISE = 4.0e4, 0.2
 

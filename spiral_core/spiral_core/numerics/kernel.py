@@ -16,8 +16,12 @@ import builtins
 import dis
 import gc
 import hashlib
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
+from importlib import import_module
+from types import ModuleType
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
@@ -34,6 +38,9 @@ FAST_MATH = {"contract", "nsz"}
 WITHOUT_ENTRY: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 # Of the digest in a file's name: 48 bits tell all versions of a kernel apart.
 STAMP_DIGITS = 12
+# Imported by numba's array functions, and with it all of scipy's linear algebra, only to learn
+# whether it exists. That takes a tenth of the time of a short command.
+BLAS = "scipy.linalg.cython_blas"
 
 
 class Inner:
@@ -110,6 +117,21 @@ def merged(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", compile_kernel(function))
 
 
+def _import_array_functions() -> None:
+    """Import numba's array functions, as its first kernel would, with a stand-in for BLAS.
+
+    A kernel that multiplies matrices imports the real one when it is compiled.
+    """
+    if BLAS in sys.modules:
+        return
+    sys.modules[BLAS] = ModuleType(BLAS)
+    try:
+        with suppress(ImportError):  # a numba that keeps them elsewhere only starts more slowly
+            import_module("numba.np.arraymath")
+    finally:
+        del sys.modules[BLAS]
+
+
 @cache
 def content_stamp(function: Callable[..., object]) -> str:
     """Return a digest of all that a kernel's machine code depends on, its callees included.
@@ -156,3 +178,6 @@ def _stamped(function: Callable[P, R], kind: str = "") -> Callable[P, R]:
     stamp = content_stamp(function)[:STAMP_DIGITS]
     function.__qualname__ = f"{function.__name__}_{stamp}{kind}"
     return function
+
+
+_import_array_functions()

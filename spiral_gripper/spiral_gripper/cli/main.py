@@ -7,6 +7,8 @@ on standard error for each reason.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -24,6 +26,8 @@ NO_ANSWER: Final = 2
 # Commands that may show nothing at first, and the time after which a line says so [s].
 COMPUTING: Final = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
 PATIENCE: Final = 3.0
+# Garbage is collected after so many new objects: most come with the libraries, and stay.
+NEW_OBJECTS: Final = 200_000
 # Libraries that are not always installed: what needs them, and the extra that brings them.
 EXTRAS: Final = MappingProxyType(
     {
@@ -141,6 +145,8 @@ def run(arguments: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the command line of this process."""
+    gc.set_threshold(NEW_OBJECTS)
+    atexit.register(gc.freeze)  # else Python looks through all objects once more before it ends
     patience = Timer(PATIENCE, _say_what_takes_long)
     patience.daemon = True
     if sys.argv[1:2] and sys.argv[1] in COMPUTING and sys.stderr is not None:

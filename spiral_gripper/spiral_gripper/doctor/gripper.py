@@ -66,8 +66,8 @@ class KernelCache:
         """Return the state of this installation's cache."""
         kernels = list(_kernels())
         ready: set[str] = set()
-        for kernel in kernels:
-            if is_kept(kernel):
+        for kernel in reversed(kernels):  # those that call come after those that are called
+            if kernel.py_func.__qualname__ not in ready and is_kept(kernel):
                 add_called(kernel.py_func, ready)
         current = sum(kernel.py_func.__qualname__ in ready for kernel in kernels)
         return cls(len(kernels), current, Path(kernels[0].stats.cache_path))
@@ -189,9 +189,12 @@ def is_kept(kernel: Any) -> bool:  # noqa: ANN401 - numba's dispatchers are unty
     numba tells whether a source has changed by its digest, older versions by its time.
     """
     source, name = Path(kernel.py_func.__code__.co_filename), kernel.py_func.__qualname__
-    changed, digest = source.stat().st_mtime, hashlib.sha256(source.read_bytes()).digest()
-    kept = Path(kernel.stats.cache_path).glob(f"*.{name}-*.nbi")
-    return any(digest in file.read_bytes() or file.stat().st_mtime >= changed for file in kept)
+    kept = list(Path(kernel.stats.cache_path).glob(f"*.{name}-*.nbi"))
+    changed = source.stat().st_mtime
+    if any(file.stat().st_mtime >= changed for file in kept):
+        return True
+    digest = hashlib.sha256(source.read_bytes()).digest()
+    return any(digest in file.read_bytes() for file in kept)
 
 
 def add_called(function: Any, names: set[str]) -> None:  # noqa: ANN401

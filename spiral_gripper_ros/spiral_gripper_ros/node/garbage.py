@@ -18,7 +18,7 @@ class GarbageFreezer:
         self._frozen_for: object = None
 
     def freeze_for(self, loaded: object) -> None:
-        """Collect once, and exclude the remaining objects from later collections.
+        """Exclude all objects from later collections; first collect what was loaded before.
 
         Does so only when ``loaded`` is another object than the last time, and not None.
 
@@ -27,7 +27,8 @@ class GarbageFreezer:
         """
         if loaded is None or loaded is self._frozen_for:
             return
-        self._frozen_for = loaded
-        gc.unfreeze()
-        gc.collect()
+        is_first, self._frozen_for = self._frozen_for is None, loaded
+        if not is_first:
+            gc.unfreeze()
+            gc.collect()
         gc.freeze()

@@ -7,18 +7,20 @@ One process for each of ten nodes would take the processors from their control l
 from __future__ import annotations
 
 import threading
-from importlib import import_module
 from typing import ClassVar
 
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion, solve_figures
-from spiral_gripper_ros.planning.worker_process import EndedError, WorkerProcess, serve
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
+from spiral_gripper_ros.planning.worker_process import EndedError, WorkerProcess
+
+# Run as a program, it imports what the node itself does not need.
+SOLUTION = "spiral_gripper_ros.planning.grip_solution"
 
 
 class GripProcess(WorkerProcess):
     """Computes grips, one after the other, in a process that starts with the first question."""
 
     def __init__(self) -> None:
-        super().__init__(__name__, "grip")
+        super().__init__(SOLUTION, "grip")
 
     def answer(self, question: GripQuestion) -> GripFigures:
         """Return the grip that a question asks for; blocks until it is computed.
@@ -61,12 +63,3 @@ class SharedGripProcess:
             SharedGripProcess._users -= 1
             if SharedGripProcess._users == 0:
                 self._shared.end()
-
-
-def main() -> None:
-    """Compute grips until standard input is closed."""
-    serve(solve_figures)
-
-
-if __name__ == "__main__":  # by its full name: what it answers is pickled
-    import_module("spiral_gripper_ros.planning.grip_worker").main()

@@ -6,6 +6,8 @@ Slow imports are left to the program itself, so that an early signal still ends 
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import sys
 from collections.abc import Collection, Mapping, MutableMapping, Sequence
@@ -75,11 +77,16 @@ def run(program: Program[MadeT], args: list[str] | None) -> int:
         sys.stdout.write(usage(program))
         return 0
     signals = StopSignals()
+    # What a start makes stays: collections would look through it again and again, and once more
+    # before the interpreter ends. Without them start and end take two thirds of their time.
+    gc.disable()
+    atexit.register(gc.freeze)
     try:
         return _run(program, signals, args)
     except KeyboardInterrupt:
         return 0
     finally:
+        gc.enable()
         signals.ignore()
 
 
@@ -92,6 +99,7 @@ def _run(program: Program[MadeT], signals: StopSignals, args: list[str] | None) 
         return 1
     try:
         made = _made(program, args)
+        gc.enable()
         return 1 if made is None else program.spin(made, signals)
     finally:
         rclpy.try_shutdown()
