@@ -49,14 +49,7 @@ class Iterate:
 
     def copy(self) -> Iterate:
         """Return an independent copy."""
-        return Iterate(
-            self.q.copy(),
-            self.p.copy(),
-            self.n.copy(),
-            self.normal.copy(),
-            self.slack.copy(),
-            self.friction.copy(),
-        )
+        return Iterate(*(getattr(self, name).copy() for name in self.__slots__))
 
 
 def empty(count: int, obstacles: int, q: Array, p: Array) -> Iterate:

@@ -158,7 +158,7 @@ class Newton:
                     self.law = replace(self.law, stiffness=QUICK_STIFFNESS * self.first.stiffness)
                 else:
                     blocked = blocked + 1 if min(primal, dual) < BLOCKED else 0
-                    blocked = self._sink(solution, min(primal, dual), blocked, first)
+                    blocked = self._sink(min(primal, dual), blocked, first)
                 self._couple(solution)
             else:
                 return replace(solution, outcome=UNSTABLE, passes=passes)
@@ -212,14 +212,12 @@ class Newton:
 
     def _restart(self, start: Iterate, width: float, barrier: float, slip: float) -> None:
         """Go back to the start, with a wide barrier."""
-        for name in ("q", "p", "n", "normal", "slack", "friction"):
+        for name in Iterate.__slots__:
             getattr(self.x, name)[:] = getattr(start, name)
         self.law = replace(self.first, sharp=False, barrier=barrier, slip=slip)
         widen(self.x, self.arrays.obstacles, self.arrays.radius, width, self.law.barrier)
 
-    def _sink(
-        self, solution: Solution, fraction: float, blocked: int, first: tuple[float, float, float]
-    ) -> int:
+    def _sink(self, fraction: float, blocked: int, first: tuple[float, float, float]) -> int:
         """Set the barrier and slip of the next pass from how the last step went."""
         pairs = self.x.normal * self.x.slack * self.touchable
         mean = float(np.sum(pairs)) / (len(pairs) * float(np.sum(self.touchable)))

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from spiral_core.rod.contact._algebra import matrices, node_lengths
 from spiral_core.rod.contact._contact import Iterate
 from spiral_core.rod.contact._elimination import newton_pass
+from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.motion._kernels import add_step_terms, remembered_strains
 from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Damping, Inertia
 from spiral_core.rod.types import Array
-
-TINY = 1e-300
 
 
 def coordinates(x: Iterate) -> Array:

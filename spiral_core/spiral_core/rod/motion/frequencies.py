@@ -12,10 +12,11 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._algebra import matrices, node_lengths
 from spiral_core.rod.contact._elimination import newton_pass
+from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CHORD_COMPLIANCE
 from spiral_core.rod.contact.state import ContactState
-from spiral_core.rod.motion._terms import TINY, masses, stiffened, strains
+from spiral_core.rod.motion._terms import masses, stiffened, strains
 from spiral_core.rod.motion.inertia import Inertia
 from spiral_core.rod.motion.swing import Swing, air_coefficients
 from spiral_core.rod.types import Array
