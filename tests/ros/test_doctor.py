@@ -18,7 +18,7 @@ from spiral_gripper.doctor import install as doctor_install
 from spiral_gripper.doctor.checks import Facts, Mark
 from spiral_gripper.doctor.run import examine, tables
 from spiral_gripper_ros.doctor import checks as doctor_ros
-from spiral_gripper_ros.doctor.checks import SECTION, check_control_msgs, check_rclpy, checks
+from spiral_gripper_ros.doctor.checks import SECTION, check_rclpy, checks
 from spiral_gripper_ros.doctor.domain import check_discovery, check_domain, highest_safe_domain
 from spiral_gripper_ros.doctor.environment import (
     check_distribution,
@@ -41,9 +41,7 @@ from spiral_gripper_ros.doctor.memory import (
 from spiral_gripper_ros.doctor.security import check_security
 from spiral_gripper_ros.doctor.transport import (
     check_middleware,
-    check_one_process,
     check_two_processes,
-    one_process_finding,
     round_trips,
     two_processes_finding,
 )
@@ -76,7 +74,6 @@ def facts(tmp_path):
         python=(3, 12, 3),
         prefix=tmp_path / "env",
         root=tmp_path,
-        now=1.8e9,
     )
 
 
@@ -373,14 +370,13 @@ def test_interfaces_that_were_never_compiled_are_a_problem(facts):
 
 
 def test_messages_arrive_here(facts):
-    for check in (check_middleware, check_one_process, check_two_processes):
+    for check in (check_middleware, check_two_processes):
         finding = check(facts)
         assert finding.mark is Mark.OK, finding
 
 
 def test_messages_that_do_not_arrive_are_a_problem(facts):
     assert round_trips("/nobody/listens", "/nobody/answers", deadline=0.3) == []
-    assert one_process_finding([]).mark is Mark.PROBLEM
     finding = two_processes_finding([], facts)
     assert finding.mark is Mark.PROBLEM
     assert any("FASTDDS_BUILTIN_TRANSPORTS=UDPv4" in line for line in finding.commands)
@@ -413,8 +409,7 @@ def test_nodes_of_one_name_are_a_warning_and_others_are_listed(facts):
 # --- the whole -----------------------------------------------------------------------------------
 
 
-def test_what_is_missing_for_others_is_no_problem(facts):
-    assert check_control_msgs(facts).mark in (Mark.OK, Mark.INFO)
+def test_the_version_of_rclpy_is_named(facts):
     assert check_rclpy(facts).text.startswith("7.1.5, from ")
 
 
@@ -460,4 +455,4 @@ def test_the_page_names_lines_that_the_doctor_prints(facts):
     titles = {check.title for table in tables for check in table.checks(facts)}
     assert len(rows) > 10
     assert {len(row) for row in rows} == {4}
-    assert named <= titles | {"ROS 2"}
+    assert named <= titles | {"ROS 2", "none"}

@@ -12,7 +12,6 @@ from __future__ import annotations
 import os
 import platform
 import sys
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -63,7 +62,6 @@ class Facts:
         python: version of Python.
         prefix: the environment that Python runs in.
         root: root of the file system, for what the kernel shows there.
-        now: time of the system's clock [s] since 1970.
         gripper: the gripper that is asked about, name or path; None: all shipped ones.
     """
 
@@ -75,7 +73,6 @@ class Facts:
     python: tuple[int, int, int]
     prefix: Path
     root: Path
-    now: float
     gripper: str | None = None
 
     @classmethod
@@ -94,7 +91,6 @@ class Facts:
             python=sys.version_info[:3],
             prefix=Path(sys.prefix),
             root=Path("/"),
-            now=time.time(),
             gripper=gripper,
         )
 

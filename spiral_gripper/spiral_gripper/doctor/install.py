@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's checks of Python, the libraries, and the machine."""
+"""The doctor's checks of Python, and the libraries."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import sysconfig
 from collections.abc import Callable, Iterable, Mapping
-from datetime import datetime, timezone
 from importlib import import_module, metadata
-from pathlib import Path
 
 from spiral_gripper.doctor.checks import Check, Facts, Finding, Mark, first_line, normalized
 from spiral_gripper.doctor.package import DISTRIBUTION, check_package, has_ros_part, why_no_ros
@@ -24,8 +20,6 @@ LIBRARIES = (
     ("pint", "pint"),
     ("ruamel.yaml", "ruamel-yaml"),
 )
-COMPILERS = ("c++", "g++", "clang++")
-DAY = 86400.0
 
 
 def checks(facts: Facts) -> tuple[Check, ...]:
@@ -36,8 +30,6 @@ def checks(facts: Facts) -> tuple[Check, ...]:
         Check("install.package", "spiral_gripper", check_package),
         Check("install.libraries", "libraries", check_libraries),
         Check("install.pictures", "pictures", check_pictures),
-        Check("install.compiler", "C++ compiler", check_compiler),
-        Check("install.clock", "clock", check_clock),
     )
     if has_ros_part():
         return table
@@ -118,53 +110,6 @@ def check_pictures(facts: Facts) -> Finding:
         "matplotlib is not installed",
         advice,
         (f"{facts.prefix}/bin/python -m pip install '{DISTRIBUTION}[plot]'",),
-    )
-
-
-def check_compiler(
-    facts: Facts, which: Callable[[str], str | None] = shutil.which, headers: Path | None = None
-) -> Finding:
-    """Check whether the ROS 2 interfaces can be compiled here; only a build needs that.
-
-    Args:
-        facts: the platform.
-        which: finds a program.
-        headers: folder of Python's headers; None: that of this Python.
-    """
-    folder = Path(sysconfig.get_path("include")) if headers is None else headers
-    compiler = next((path for name in COMPILERS if (path := which(name))), None)
-    missing = [] if compiler else ["no C++ compiler"]
-    if not (folder / "Python.h").is_file():
-        missing.append("no headers of this Python")
-    if not missing:
-        return Finding(Mark.OK, f"{compiler}, with the headers of this Python")
-    advice = "Needed only to install from source with ROS 2."
-    if facts.system != "Linux":
-        return Finding(Mark.INFO, " and ".join(missing), advice)
-    return Finding(
-        Mark.INFO,
-        " and ".join(missing),
-        f"{advice} On Debian or Ubuntu:",
-        ("sudo apt-get install g++ python3-dev",),
-    )
-
-
-def check_clock(facts: Facts, installed: float | None = None) -> Finding:
-    """Check whether the clock can be right: time stamps and security certificates depend on it.
-
-    Args:
-        facts: its time.
-        installed: when this package was installed [s] since 1970; None: what its files say.
-    """
-    known = Path(__file__).stat().st_mtime if installed is None else installed
-    shown = datetime.fromtimestamp(facts.now, timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
-    if facts.now > known - DAY:
-        return Finding(Mark.OK, shown)
-    return Finding(
-        Mark.WARNING,
-        f"{shown}: this is before this package was installed",
-        "Time stamps and certificates will be wrong; synchronize the clock with a time server:",
-        ("sudo timedatectl set-ntp true",),
     )
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from importlib.util import find_spec
 
 from spiral_gripper.doctor.checks import Check, Facts, Finding, Mark
 from spiral_gripper_ros.doctor.domain import check_discovery, check_domain
@@ -44,12 +43,10 @@ def checks(facts: Facts) -> tuple[Check, ...]:
         Check("ros.rclpy", "rclpy", check_rclpy, _LOADS),
         Check("ros.interfaces", "interfaces", check_interfaces, _LOADS),
         Check("ros.node", "node", _later(transport, "check_middleware"), _STARTS),
-        Check("ros.one_process", "one process", _later(transport, "check_one_process"), _WORKS),
         Check(
             "ros.two_processes", "two processes", _later(transport, "check_two_processes"), _WORKS
         ),
         Check("ros.grippers", "grippers", _later(graph, "check_grippers"), _WORKS),
-        Check("ros.control_msgs", "control_msgs", check_control_msgs),
     )
 
 
@@ -58,14 +55,6 @@ def check_rclpy(facts: Facts) -> Finding:
     rclpy = import_module("rclpy")
     version = facts.distributions.get("rclpy", "of unknown version")
     return Finding(Mark.OK, f"{version}, from {next(iter(rclpy.__path__))}")
-
-
-def check_control_msgs(facts: Facts) -> Finding:
-    """Check whether the actions for users of ros2_control can be offered."""
-    del facts
-    if find_spec("control_msgs") is not None:
-        return Finding(Mark.OK, "installed: the node offers gripper_cmd beside grasp")
-    return Finding(Mark.INFO, "not installed: the node offers grasp, but not gripper_cmd")
 
 
 def _later(module: str, name: str) -> Callable[[Facts], Finding]:

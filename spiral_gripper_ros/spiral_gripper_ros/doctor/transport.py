@@ -78,16 +78,9 @@ def check_middleware(facts: Facts) -> Finding:
     return Finding(Mark.OK, f"{get_rmw_implementation_identifier()} loads and makes a node")
 
 
-def check_one_process(facts: Facts) -> Finding:
-    """Check whether a message arrives that a process sends to itself."""
-    del facts
-    topic = private_topic()
-    return one_process_finding(round_trips(topic, topic))
-
-
 def check_two_processes(facts: Facts) -> Finding:
     """Check whether messages travel to another process and back."""
-    topic = private_topic()
+    topic = f"/spiral_gripper_doctor/p{os.getpid()}"
     echo = subprocess.Popen(
         [sys.executable, "-m", "spiral_gripper_ros.doctor.transport", topic],
         stdin=subprocess.PIPE,
@@ -106,25 +99,6 @@ def check_two_processes(facts: Facts) -> Finding:
     return two_processes_finding(times, facts)
 
 
-def one_process_finding(times: Sequence[float]) -> Finding:
-    """Judge a message that a process has sent to itself.
-
-    Args:
-        times: what :func:`round_trips` returned.
-    """
-    if times:
-        return Finding(Mark.OK, f"a message arrives {median(times) * 1e3:.1f} ms later")
-    return Finding(
-        Mark.PROBLEM,
-        f"no message arrived within {DEADLINE:g} s",
-        "It loads but delivers no message. Without a file of settings, and without shared memory:",
-        (
-            "env -u FASTRTPS_DEFAULT_PROFILES_FILE spiral-gripper doctor",
-            "FASTDDS_BUILTIN_TRANSPORTS=UDPv4 spiral-gripper doctor",
-        ),
-    )
-
-
 def two_processes_finding(times: Sequence[float], facts: Facts) -> Finding:
     """Judge messages to another process and back.
 
@@ -141,18 +115,15 @@ def two_processes_finding(times: Sequence[float], facts: Facts) -> Finding:
     return Finding(
         Mark.PROBLEM,
         f"another process of this machine did not answer within {DEADLINE:g} s",
-        "Shared memory, a firewall or a network without multicast can be the reason. If the first "
-        "line helps it is shared memory; if the second does, it is the network:",
+        "Shared memory, a firewall, a network without multicast or a file of settings can be the "
+        "reason. If the first line helps it is shared memory; the second, the network; the third, "
+        "the file:",
         (
             "FASTDDS_BUILTIN_TRANSPORTS=UDPv4 spiral-gripper doctor",
             "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST spiral-gripper doctor",
+            "env -u FASTRTPS_DEFAULT_PROFILES_FILE spiral-gripper doctor",
         ),
     )
-
-
-def private_topic() -> str:
-    """Return a topic that no other doctor uses."""
-    return f"/spiral_gripper_doctor/p{os.getpid()}"
 
 
 def answers_of(topic: str) -> str:
