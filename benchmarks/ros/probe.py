@@ -17,7 +17,7 @@ from benchmarks.ros.sweep import Sweep
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.messages.qos import NEWEST
 
-# The first start ever compiles for half a minute, on a slow machine for more.
+# The first start ever compiles for some 15 s, on a slow machine for longer.
 START_TIMEOUT = 300.0
 # How long to wait for the last answers [s].
 LAST_ANSWERS = 0.3

@@ -26,7 +26,8 @@ def test_help_loads_nothing_heavy() -> None:
     assert done.stdout.count("Usage: spiral-gripper") == len(helps)
     loaded = set(done.stderr.split())
     assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "rich", "pint"}
-    assert {name for name in loaded if name.startswith("spiral_core.")} == {"spiral_core.lazy"}
+    light = {"spiral_core.lazy", "spiral_core.notice"}
+    assert {name for name in loaded if name.startswith("spiral_core.")} == light
 
 
 def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
@@ -61,6 +62,29 @@ class Terminal(io.StringIO):
         return True
 
 
+def test_who_waits_for_a_compilation_is_told_once() -> None:
+    """By what imports the edge, command or script: the core prints nothing."""
+    code = """
+import io, sys
+class Terminal(io.StringIO):
+    def isatty(self): return True
+sys.stderr = Terminal()
+import spiral_gripper
+assert "numba" not in sys.modules
+import spiral_core.numerics.kernel
+from numba import njit
+@njit
+def twice(x): return x + x
+print(repr(sys.stderr.getvalue()))
+twice(1), twice(1.0)
+print(repr(sys.stderr.getvalue()))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    before, after = done.stdout.splitlines()
+    assert before == "''"
+    assert after.count("compiling the solver, once") == 1
+
+
 @pytest.mark.parametrize(("command", "told"), [("wrap", True), ("watch", False)])
 def test_who_waits_at_a_terminal_is_told_what_for(monkeypatch, command, told):
     screen = Terminal()
@@ -77,4 +101,4 @@ def test_who_waits_at_a_terminal_is_told_what_for(monkeypatch, command, told):
     monkeypatch.setattr(main_module, "run", wait)
     with pytest.raises(SystemExit):
         main_module.main()
-    assert ("compiles the solver" in screen.getvalue()) is told
+    assert ("computing" in screen.getvalue()) is told

@@ -30,6 +30,8 @@ from numba.core import event
 from numba.core.registry import CPUDispatcher
 from numba.extending import typeof_impl
 
+from spiral_core.notice import TOLD
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -64,30 +66,33 @@ def _type_of_inner(value: Inner, context: object) -> object:
     return typeof_impl(value.kernel, context)
 
 
-class _WithoutCollection(event.Listener):
-    """Pause Python's garbage collection while numba compiles: it would take a seventh of the time.
+class _Compilation(event.Listener):
+    """Tell who wants to know, and pause Python's garbage collection while numba compiles.
 
-    Compilations nest, and numba's lock lets one thread compile at a time.
+    Collecting would take a seventh of the time. Compilations nest, and numba's lock lets one thread
+    compile at a time.
     """
 
     def __init__(self) -> None:
         self._depth, self._was_enabled = 0, False
 
     def on_start(self, event: object) -> None:
-        """Pause the collection with the outermost compilation."""
+        """Begin with the outermost compilation."""
         if self._depth == 0:
+            while TOLD:
+                TOLD.pop()()
             self._was_enabled = gc.isenabled()
             gc.disable()
         self._depth += 1
 
     def on_end(self, event: object) -> None:
-        """Take it up again with its end."""
+        """Collect again after the outermost one."""
         self._depth -= 1
         if self._depth == 0 and self._was_enabled:
             gc.enable()
 
 
-event.register("numba:compile", _WithoutCollection())  # type: ignore[no-untyped-call]
+event.register("numba:compile", _Compilation())  # type: ignore[no-untyped-call]
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:

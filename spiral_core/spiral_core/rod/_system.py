@@ -93,7 +93,7 @@ def uniform_system(count: int, rod: UniformRod) -> System:
     distributed = np.empty((count, 6))
     moment = np.empty(3)
     elements = np.zeros((count, 14))
-    sections = np.empty((count + 1, 7))
+    steps, sections = np.empty(count), np.empty((count + 1, 7))
     square = rest[0] * rest[0] + rest[1] * rest[1] + rest[2] * rest[2]
     scale = discrete_strain_scale(h * math.sqrt(square))
     product = times(stiffness, rest)
@@ -106,6 +106,7 @@ def uniform_system(count: int, rod: UniformRod) -> System:
             force[i, k] = rod.tip_force[k] + weight[k] * h * (count - i)
             sections[i, 4 + k] = product[k]
     for i in range(count):
+        steps[i] = h
         for k in range(4):
             elements[i, k] = stiffness[k]
         for k in range(3):
@@ -115,7 +116,7 @@ def uniform_system(count: int, rod: UniformRod) -> System:
     energy = 0.0
     for k in range(3):
         energy += 0.5 * rod.length * scale * scale * sections[0, 4 + k] * rest[k]
-    return System(force, distributed, moment, elements, np.full(count, h), sections, energy)
+    return System(force, distributed, moment, elements, steps, sections, energy)
 
 
 @inlined

@@ -96,7 +96,11 @@ def resample(q: Array, steps: Array, new_steps: Array) -> Array:
 
     Lengths of elements (n,) and (m,) are compared as fractions of their sums.
     """
-    scale_to = steps.sum() / new_steps.sum()
+    old, new = 0.0, 0.0
+    for i in range(steps.shape[0]):
+        old += steps[i]
+    for j in range(new_steps.shape[0]):
+        new += new_steps[j]
     fine = np.empty((new_steps.shape[0] + 1, 4))
     i, begin, place = 0, 0.0, 0.0
     for j in range(fine.shape[0]):
@@ -113,5 +117,5 @@ def resample(q: Array, steps: Array, new_steps: Array) -> Array:
         for k in range(4):
             fine[j, k] = r[k]
         if j < new_steps.shape[0]:
-            place += scale_to * new_steps[j]
+            place += old / new * new_steps[j]
     return fine

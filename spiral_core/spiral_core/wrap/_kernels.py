@@ -108,8 +108,11 @@ def least_direction(symmetric: Array) -> Vec:
 
     By Jacobi's rotations: as accurate as LAPACK, without its cost for so small a matrix.
     """
-    a = symmetric.copy()
-    v = np.eye(3)
+    a, v = np.empty((3, 3)), np.zeros((3, 3))
+    for i in range(3):
+        v[i, i] = 1.0
+        for k in range(3):
+            a[i, k] = symmetric[i, k]
     negligible = DIAGONAL * (abs(a[0, 0]) + abs(a[1, 1]) + abs(a[2, 2]))
     for _ in range(SWEEPS):
         if max(abs(a[0, 1]), abs(a[0, 2]), abs(a[1, 2])) <= negligible:
@@ -199,7 +202,10 @@ def interpolated_orientations(places: Array, orientations: Array, place: float) 
     """
     m, n, _ = orientations.shape
     count = min(STATES, m)
-    first = min(max(np.searchsorted(places, place) - count // 2, 0), m - count)
+    above = 0
+    while above < m and places[above] < place:
+        above += 1
+    first = min(max(above - count // 2, 0), m - count)
     q = np.zeros((n, 4))
     for i in range(first, first + count):
         weight = 1.0

@@ -158,13 +158,9 @@ def main() -> None:
 
 
 def _say_what_takes_long() -> None:
-    """Print why the command takes long, if standard error is a terminal."""
+    """Print that the command is at work, if standard error is a terminal."""
     if sys.stderr.isatty():
-        click.echo(
-            "computing ... (the first run after an installation with pip compiles the solver: "
-            "half a minute, minutes on a busy machine)",
-            err=True,
-        )
+        click.echo("computing ...", err=True)
 
 
 def _asks_for_diameter(error: click.UsageError) -> bool:

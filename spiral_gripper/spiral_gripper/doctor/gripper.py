@@ -16,7 +16,7 @@ from typing import Any
 from spiral_gripper.doctor.checks import Check, Facts, Finding, Mark
 
 SECTION = "Grippers"
-# A first start compiles the solver: half a minute, minutes on a slow and busy machine.
+# A first start compiles the solver: some 15 s, minutes on a slow and busy machine.
 COMPILE_LIMIT = 600.0
 # With this variable set, numba compiles nothing; the solver requires compiled functions.
 NO_COMPILATION = "NUMBA_DISABLE_JIT"
@@ -91,7 +91,7 @@ def check_cache(facts: Facts, cache: KernelCache | None = None) -> Finding:
         return Finding(Mark.OK, f"all {found.kernels} are compiled, in {found.folder}")
     state = "not compiled yet" if found.current == 0 else "not compiled yet or out of date"
     text = f"{found.kernels - found.current} of {found.kernels} are {state}"
-    return Finding(Mark.INFO, f"{text}; compiling them now, once: half a minute or more")
+    return Finding(Mark.INFO, f"{text}; compiling them now, once: some 15 s or more")
 
 
 def check_kernels(facts: Facts) -> Finding:

@@ -106,7 +106,7 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
     if count == 0:
         return
     node.get_logger().info(
-        f"compiling {count} numerical kernels, once for this installation: half a minute or more"
+        f"compiling {count} numerical kernels, once for this installation: some 15 s or more"
     )
     compilation = Compilation()
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compile the numerical kernels in a separate process, if they are not cached yet. No ROS.
 
-The first compilation of an installation takes half a minute or more. Inside the node it would block
+The first compilation of an installation takes some 15 s or more. Inside the node it would block
 services and signals for that time.
 """
 

@@ -26,7 +26,7 @@ from spiral_gripper_ros.smoke.listener import SmokeListener
 from spiral_gripper_ros.smoke.verdict import VENTED, SmokeRecord, verdicts
 from spiral_gripper_ros.tools.injection import local_discovery
 
-# A first start compiles the solver: half a minute, some minutes on a slow machine.
+# A first start compiles the solver: some 15 s, some minutes on a slow machine.
 START_TIMEOUT = 300.0
 # The wrap is reached in about five seconds, a release in half of one; slow machines get ten times
 # that.

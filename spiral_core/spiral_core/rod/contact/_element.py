@@ -14,7 +14,7 @@ E is the least energy over the paths between two orientations for a given force,
 derivative by n is the chord between the ends, reversed.
 
 Small matrices live in slots of a workspace, and products are listed in tables: one compiled loop
-instead of twenty copies of it, which would take a minute to compile.
+instead of twenty copies of it, which would take long to compile.
 """
 
 from spiral_core.numerics.kernel import called, compiled
