@@ -16,7 +16,6 @@ from spiral_core import (
     Actuator,
     CurvatureForm,
     FiberAngles,
-    FreeActuation,
     InvalidInputError,
     MooneyRivlin,
     PressureLaw,
@@ -26,6 +25,7 @@ from spiral_core import (
     stiffness_from_actuator,
     unloaded_shape_from_stretch,
 )
+from spiral_core.actuator.section_law import section_stiffness
 from spiral_core.section.path import motion_at, section_path
 
 FIGURES = Path(__file__).parent / "figures"
@@ -136,8 +136,7 @@ def draw_stiffness(bends: Axes, twists: Axes) -> None:
     for beta in (50, 60, 70):
         section = actuator(beta)
         annulus = stiffness_from_actuator(section)
-        curve = FreeActuation(section).curve
-        found = [curve.stiffness(float(p)) for p in pressures]
+        found = [section_stiffness(section, float(p)) for p in pressures]
         for axes, name, unit, line in (
             (bends, "bending", annulus.bending, "-"),
             (bends, "sideways", annulus.bending, "--"),

@@ -66,7 +66,7 @@ def test_modulus_is_the_initial_slope_of_a_tensile_test(law: HyperelasticLaw) ->
 
 @every_law
 def test_modulus_is_six_times_the_initial_derivatives(law: HyperelasticLaw) -> None:
-    first, second, *_ = law.invariant_derivatives(3.0, 3.0)
+    first, second = law.invariant_derivatives(3.0, 3.0)
     assert law.small_strain_modulus == pytest.approx(6.0 * (first + second), rel=1e-14)
 
 
@@ -87,9 +87,6 @@ def test_derivatives_match_differences(law: HyperelasticLaw, i1: float, i2: floa
         [
             extrapolated(lambda d: law.energy_density(i1 + d, i2), h),
             extrapolated(lambda d: law.energy_density(i1, i2 + d), h),
-            extrapolated(lambda d: law.invariant_derivatives(i1 + d, i2).first, h),
-            extrapolated(lambda d: law.invariant_derivatives(i1, i2 + d).first, h),
-            extrapolated(lambda d: law.invariant_derivatives(i1, i2 + d).second, h),
         ]
     )
     # The difference divides rounding of an energy of about 1 MJ/m^3 by 1e-3.

@@ -39,13 +39,13 @@ from spiral_core import (
     pressure_from_stretch,
 )
 from spiral_core.actuator.fibers import fiber_derivatives
-from spiral_core.actuator.pressure import invariants_from_derivatives, pressure_point
+from spiral_core.actuator.pressure import invariants_from_derivatives
 from spiral_core.actuator.volume import largest_volume_stretch
 
 
 @dataclasses.dataclass(frozen=True)
 class Coupled:
-    """u = c (I1 - 3) + d (I1 - 3) (I2 - 3) + e (I2 - 3)^2: every second derivative takes part."""
+    """u = c (I1 - 3) + d (I1 - 3) (I2 - 3) + e (I2 - 3)^2."""
 
     c: float = 145.0e3
     d: float = 40.0e3
@@ -61,9 +61,7 @@ class Coupled:
         self, first_invariant: float, second_invariant: float
     ) -> InvariantDerivatives:
         x, y = first_invariant - 3.0, second_invariant - 3.0
-        return InvariantDerivatives(
-            self.c + self.d * y, self.d * x + 2.0 * self.e * y, 0.0, self.d, 2.0 * self.e
-        )
+        return InvariantDerivatives(self.c + self.d * y, self.d * x + 2.0 * self.e * y)
 
 
 LAWS: list[HyperelasticLaw] = [
@@ -125,23 +123,6 @@ def test_work_done_equals_energy_stored(
         )
 
 
-@pytest.mark.parametrize("pair", PAIRS)
-@pytest.mark.parametrize("law", LAWS, ids=repr)
-@pytest.mark.parametrize("shear", [True, False])
-def test_slope_matches_differences(
-    pair: tuple[float, float], law: HyperelasticLaw, shear: bool
-) -> None:
-    case = actuator(*pair, material=law, twist_shear=shear)
-    end = end_of_extension(case.fibers)
-    for fraction in (0.0, 1e-6, 0.2, 0.5, 0.9):
-        stretch = 1.0 + fraction * (end - 1.0)
-        h = 1e-3 * (end - stretch)
-        p = [pressure_point(case, stretch + k * h).pressure for k in (-2, -1, 1, 2)]
-        numeric = (8 * (p[2] - p[1]) - (p[3] - p[0])) / (12 * h)
-        # Fourth-order differences at a step of 1e-3: eight digits.
-        assert pressure_point(case, stretch).slope == pytest.approx(numeric, rel=1e-7)
-
-
 @pytest.mark.parametrize("beta", [50.0, 60.0, 70.0])
 @pytest.mark.parametrize("stretch", [1.0, 1.05, 1.2, 1.4])
 def test_hoop_family_and_neo_hookean_by_hand(beta: float, stretch: float) -> None:
@@ -198,10 +179,9 @@ def test_mirror_image_needs_the_same_pressure(fibers: FiberAngles, fraction: flo
 @repeatable
 @given(fibers=extending_pairs)
 def test_rest_needs_no_pressure_and_resists_extension(fibers: FiberAngles) -> None:
-    point = pressure_point(Actuator(PAPER_TUBE, fibers, LATEX), 1.0)
-    assert point.slope > 0.0
-    # Zero but for rounding of the slope of the hoop stretch.
-    assert abs(point.pressure) <= 1e-12 * point.slope
+    case = Actuator(PAPER_TUBE, fibers, LATEX, pressure_law=PressureLaw.UNIFORM)
+    assert pressure_from_stretch(case, 1.0) == 0.0
+    assert pressure_from_stretch(case, 1.0 + 1e-3 * (end_of_extension(fibers) - 1.0)) > 0.0
 
 
 def test_pressure_scales_with_stiffness_and_relative_wall_only() -> None:

@@ -27,7 +27,7 @@ from spiral_core import (
     pressure_from_stretch,
     unloaded_shape_from_stretch,
 )
-from spiral_core.actuator.section_curve import SectionCurve
+from spiral_core.actuator.section_law import section_curve
 from spiral_core.section.path import motion_at, section_path
 
 
@@ -90,27 +90,27 @@ CASES = [
 @pytest.mark.parametrize("bent", CASES, ids=range(len(CASES)))
 @pytest.mark.parametrize("fraction", [0.02, 0.2, 0.7])
 def test_work_done_is_energy_stored(bent: Actuator, fraction: float) -> None:
-    curve = SectionCurve(bent)
-    size = fraction * min(curve.strain_limit, 2.0)
+    curve = section_curve(bent)
+    size = fraction * min(curve.size_limit, 2.0)
     h = (2e-3 if fraction < 0.1 else 5e-4) * size  # rounding near rest, poles at the end
     sizes = [size + k * h for k in (-2, -1, 1, 2)]
     energy = wall_energy(curve, bent, sizes)
     rings = motion_at(curve.path.fibers, curve.path.direction * np.array(sizes)).ring
     volume = (1.0 + rings.stretch_change) * rings.hoop**2
     ratio = np.dot([1, -8, 8, -1], energy) / np.dot([1, -8, 8, -1], volume)
-    pressure, slope = curve.energy.pressure_with_slope(size)
+    pressure, slope = curve.pressure.with_slope(size)
     wall = bent.tube.wall_area / (math.pi * bent.wound_radius**2)
     # Fourth-order differences: nine digits.
     assert pressure == pytest.approx(wall * ratio, rel=1e-9)
-    steps = [curve.energy.pressure_with_slope(one)[0] for one in sizes]
+    steps = [curve.pressure.with_slope(one)[0] for one in sizes]
     assert slope == pytest.approx(np.dot([1, -8, 8, -1], steps) / (12 * h), rel=1e-9)
 
 
 @pytest.mark.parametrize("bent", CASES, ids=range(len(CASES)))
 def test_curve_is_that_of_states_solved_alone(bent: Actuator) -> None:
     """Between its nodes too: the polynomials carry stretch and shape to twelve digits."""
-    curve = SectionCurve(bent)
-    sizes = np.linspace(0.013, 0.97, 7) * curve.strain_limit
+    curve = section_curve(bent)
+    sizes = np.linspace(0.013, 0.97, 7) * curve.size_limit
     ring = motion_at(curve.path.fibers, curve.path.direction * sizes).ring
     for k, size in enumerate(sizes.tolist()):
         assert curve.path.stretch_at(size) - 1.0 == pytest.approx(ring.stretch_change[k], rel=1e-12)
@@ -125,9 +125,9 @@ def test_inverse_and_forward_agree(bent: Actuator) -> None:
     actuation = FreeActuation(bent)
     assert actuation.stretch_from_pressure(0.0) == 1.0
     for fraction in (1e-9, 1e-4, 0.01, 0.2, 0.6, 0.999):
-        size = fraction * actuation.curve.strain_limit
-        pressure = actuation.curve.energy.pressure_with_slope(size)[0]
-        assert actuation.curve.strain_from_pressure(pressure) == pytest.approx(size, rel=1e-12)
+        size = fraction * actuation.curve.size_limit
+        pressure = actuation.curve.pressure.with_slope(size)[0]
+        assert actuation.curve.size_from_pressure(pressure) == pytest.approx(size, rel=1e-12)
         stretch = actuation.stretch_from_pressure(pressure)
         if fraction > 1e-3:
             assert actuation.pressure_from_stretch(stretch) == pytest.approx(pressure, rel=1e-9)
@@ -186,7 +186,7 @@ def test_the_range_ends_where_the_volume_does() -> None:
     actuation = FreeActuation(section(88.0, 60.0))
     assert actuation.limit is ActuationLimit.VOLUME_MAXIMUM
     path = section_path(actuation.actuator.fiber_set)
-    size = actuation.curve.strain_limit
+    size = actuation.curve.size_limit
     assert 0.0 < path.volume_slope(size) < 1e-3 * path.volume_slope(0.0)
     with pytest.raises(ActuationLimitError, match="stretch"):
         actuation.pressure_from_stretch(actuation.stretch_limit + 1e-6)
@@ -198,13 +198,11 @@ def test_a_soft_law_balloons_and_a_short_one_runs_out() -> None:
     soft = section(88.0, 70.0, Yeoh(c1=145.0e3, c2=-400.0e3, c3=400.0e3))
     actuation = FreeActuation(soft)
     assert actuation.limit is ActuationLimit.LIMIT_POINT
-    size = actuation.curve.strain_limit
-    assert (
-        abs(actuation.curve.energy.pressure_with_slope(size)[1]) < 1e-6 * actuation.pressure_limit
-    )
+    size = actuation.curve.size_limit
+    assert abs(actuation.curve.pressure.with_slope(size)[1]) < 1e-6 * actuation.pressure_limit
     brittle = FreeActuation(section(88.0, 60.0, Gent(290.0e3, 0.1)))
     assert brittle.limit is ActuationLimit.MATERIAL_LIMIT
-    motion = motion_at(brittle.curve.path.fibers, np.array([brittle.curve.strain_limit]))
+    motion = motion_at(brittle.curve.path.fibers, np.array([brittle.curve.size_limit]))
     assert 0.099 < motion.first.max() < 0.1
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from spiral_core import Wrap
-from spiral_core.wrap.table import WrapTable
+from spiral_core.wrap.curve import WrapTable
 
 OUTER_RADIUS = 5.5e-3
 

@@ -67,17 +67,13 @@ def unloaded_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedS
     if exact and actuator.pressure_law is PressureLaw.SECTION:
         return _unloaded_shape_on_path(actuator, stretch)
     state = fiber_state(actuator.fiber_pair, stretch)
-    length = actuator.tube.length
-    torsion = state.twist / actuator.wound_radius
-    if not actuator.single_fibers and not exact:
-        return UnloadedShape(0.0, torsion, length, stretch)
-    if not actuator.single_fibers:
-        return UnloadedShape(0.0, torsion / stretch, stretch * length, stretch)
-    if not exact:
-        curvature = (stretch - 1.0) / actuator.fiber_radius
-        return UnloadedShape(curvature, torsion, length, stretch)
-    curvature = _exact_curvature_per_unstretched_length(actuator, stretch, state.twist)
-    return UnloadedShape(curvature / stretch, torsion / stretch, stretch * length, stretch)
+    carried = stretch if exact else 1.0
+    return UnloadedShape(
+        even_curvature(actuator, stretch, state.twist) / carried,
+        state.twist / (actuator.wound_radius * carried),
+        carried * actuator.tube.length,
+        stretch,
+    )
 
 
 def unloaded_shape_from_section(
@@ -128,10 +124,19 @@ def _unloaded_shape_on_path(actuator: Actuator, stretch: float) -> UnloadedShape
     return unloaded_shape_from_section(actuator, path, path.strain_from_stretch(stretch))
 
 
-def _exact_curvature_per_unstretched_length(
-    actuator: Actuator, stretch: float, twist: float
-) -> float:
-    """Return (lambda_1 - sqrt(1 - x^2)) / r_f with x = omega r_f / r, free of cancellation."""
+def even_curvature(actuator: Actuator, stretch: float, twist: float) -> float:
+    r"""Return the curvature of an evenly stretched wall per unstretched length [1/m].
+
+    In the exact form :math:`(\lambda_1 - \sqrt{1 - x^2}) / r_f` with :math:`x = \omega r_f / r`,
+    free of cancellation; 0 without single fibers.
+
+    Raises:
+        ActuationLimitError: the twist alone uses up the straight fiber's length.
+    """
+    if not actuator.single_fibers:
+        return 0.0
+    if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
+        return (stretch - 1.0) / actuator.fiber_radius
     radius_ratio = actuator.fiber_radius / actuator.tube.inner_radius
     x = twist * radius_ratio
     remaining = (1.0 - x) * (1.0 + x)

@@ -126,20 +126,18 @@ class FiberDerivatives(NamedTuple):
     """Hoop stretch and wall shear with their derivatives in the axial stretch.
 
     Attributes:
-        hoop: lambda_2, and with one and two primes its first and second derivative.
+        hoop_change: lambda_2 - 1, to rounding of itself.
+        hoop: lambda_2.
         hoop_prime: d lambda_2 / d lambda_1.
-        hoop_second: second derivative.
         shear: g = lambda_2 omega.
         shear_prime: dg / d lambda_1.
-        shear_second: second derivative.
     """
 
+    hoop_change: float
     hoop: float
     hoop_prime: float
-    hoop_second: float
     shear: float
     shear_prime: float
-    shear_second: float
 
 
 def locking_stretch(fibers: FiberAngles) -> float:
@@ -198,9 +196,9 @@ def fiber_state(fibers: FiberAngles, stretch: float) -> FiberState:
 
 
 def fiber_derivatives(fibers: FiberAngles, stretch: float) -> FiberDerivatives:
-    r"""Return hoop stretch and wall shear with first and second derivatives in the stretch.
+    r"""Return hoop stretch and wall shear with their derivatives in the stretch.
 
-    .. math:: A' = -\lambda_1 \cos^2\alpha / A, \qquad A'' = -\cos^2\alpha / A^3
+    .. math:: A' = -\lambda_1 \cos^2\alpha / A
 
     Both results are linear in A and B, and so are their derivatives in A' and B'.
     ``stretch`` is taken as positive; :func:`fiber_state` checks it.
@@ -228,14 +226,12 @@ def fiber_derivatives(fibers: FiberAngles, stretch: float) -> FiberDerivatives:
     change_a = -elongation * cos_alpha * cos_alpha / (a + sin_alpha)  # A - sin(alpha)
     change_b = -elongation * cos_beta * cos_beta / (b + sin_beta)
     slope_a, slope_b = -stretch * cos_alpha * cos_alpha / a, -stretch * cos_beta * cos_beta / b
-    bend_a = -cos_alpha * cos_alpha / (a * square_a)
-    bend_b = -cos_beta * cos_beta / (b * square_b)
     crossing = math.sin(alpha - beta)
+    hoop_change = (change_a * cos_beta - change_b * cos_alpha) / crossing
     return FiberDerivatives(
-        1.0 + (change_a * cos_beta - change_b * cos_alpha) / crossing,
+        hoop_change,
+        1.0 + hoop_change,
         (slope_a * cos_beta - slope_b * cos_alpha) / crossing,
-        (bend_a * cos_beta - bend_b * cos_alpha) / crossing,
         (change_b * sin_alpha - change_a * sin_beta) / crossing,
         (slope_b * sin_alpha - slope_a * sin_beta) / crossing,
-        (bend_b * sin_alpha - bend_a * sin_beta) / crossing,
     )

@@ -6,9 +6,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from spiral_core.actuator.actuator import Actuator, PressureLaw
+from spiral_core.actuator.curve import ActuationCurve
 from spiral_core.actuator.interface import UnloadedShape
-from spiral_core.actuator.section_curve import SectionCurve
-from spiral_core.actuator.uniform_curve import UniformCurve
+from spiral_core.actuator.section_law import section_curve
+from spiral_core.actuator.uniform_law import uniform_curve
 from spiral_core.brief import brief_repr
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.validation import require_finite, require_non_negative
@@ -54,13 +55,13 @@ class FreeActuation:
     stretch_limit: float = field(init=False, compare=False)
     pressure_limit: float = field(init=False, compare=False)
     limit: ActuationLimit = field(init=False, compare=False)
-    curve: SectionCurve | UniformCurve = field(init=False, compare=False, repr=False)
+    curve: ActuationCurve = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.actuator, Actuator):
             raise InvalidInputError("actuator", self.actuator, "an Actuator")
         uniform = self.actuator.pressure_law is PressureLaw.UNIFORM
-        curve = UniformCurve(self.actuator) if uniform else SectionCurve(self.actuator)
+        curve = uniform_curve(self.actuator) if uniform else section_curve(self.actuator)
         for name, value in (
             ("stretch_limit", curve.stretch_limit),
             ("pressure_limit", curve.pressure_limit),

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 r"""Incompressible hyperelastic laws: energy per unstretched volume from the invariants I1 and I2.
 
-Laws work on scalar floats with ``math``: the inverse of the pressure-stretch relation evaluates a
-law in every iteration, and must take microseconds.
+Laws work on scalar floats with ``math``: an actuator evaluates its law a hundred to some thousand
+times when it is built, and not when it answers.
 
 The initial Young's modulus of any of them is :math:`E = 6 (\partial u/\partial I_1 +
 \partial u/\partial I_2)` at rest (I1 = I2 = 3), and the shear modulus is a third of it.
@@ -19,21 +19,15 @@ from spiral_core.validation import require_finite, require_positive
 
 
 class InvariantDerivatives(NamedTuple):
-    """Derivatives of an energy density u(I1, I2) [Pa]; subscripts of u written as words.
+    """Derivatives of an energy density u(I1, I2) [Pa].
 
     Attributes:
         first: du/dI1.
         second: du/dI2.
-        first_first: d2u/dI1^2.
-        first_second: d2u/(dI1 dI2).
-        second_second: d2u/dI2^2.
     """
 
     first: float
     second: float
-    first_first: float
-    first_second: float
-    second_second: float
 
 
 @runtime_checkable
@@ -57,7 +51,7 @@ class HyperelasticLaw(Protocol):
     def invariant_derivatives(
         self, first_invariant: float, second_invariant: float
     ) -> InvariantDerivatives:
-        """Return the first and second derivatives of the energy density [Pa]."""
+        """Return the derivatives of the energy density [Pa]."""
         ...
 
 
@@ -105,8 +99,8 @@ class NeoHookean:
     def invariant_derivatives(
         self, first_invariant: float, second_invariant: float
     ) -> InvariantDerivatives:
-        """Return the constant derivatives (C1, 0, 0, 0, 0) [Pa]."""
-        return InvariantDerivatives(self.c1, 0.0, 0.0, 0.0, 0.0)
+        """Return the constant derivatives (C1, 0) [Pa]."""
+        return InvariantDerivatives(self.c1, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,8 +155,8 @@ class MooneyRivlin:
     def invariant_derivatives(
         self, first_invariant: float, second_invariant: float
     ) -> InvariantDerivatives:
-        """Return the constant derivatives (C1, C2, 0, 0, 0) [Pa]."""
-        return InvariantDerivatives(self.c1, self.c2, 0.0, 0.0, 0.0)
+        """Return the constant derivatives (C1, C2) [Pa]."""
+        return InvariantDerivatives(self.c1, self.c2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +213,7 @@ class Yeoh:
         """Return the derivatives of the cubic [Pa]; those in I2 vanish."""
         x = first_invariant - 3.0
         first = self.c1 + x * (2.0 * self.c2 + x * 3.0 * self.c3)
-        return InvariantDerivatives(first, 0.0, 2.0 * self.c2 + 6.0 * self.c3 * x, 0.0, 0.0)
+        return InvariantDerivatives(first, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,10 +276,7 @@ class Gent:
         """
         self._refuse_past_limit(first_invariant)
         remaining = 1.0 - (first_invariant - 3.0) / self.extension_limit
-        first = 0.5 * self.shear_modulus / remaining
-        return InvariantDerivatives(
-            first, 0.0, first / (self.extension_limit * remaining), 0.0, 0.0
-        )
+        return InvariantDerivatives(0.5 * self.shear_modulus / remaining, 0.0)
 
     def _refuse_past_limit(self, first_invariant: float) -> None:
         if not first_invariant - 3.0 < self.extension_limit:

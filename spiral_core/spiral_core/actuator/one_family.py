@@ -21,10 +21,11 @@ from functools import lru_cache
 import numpy as np
 
 from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.curve import PressurePanels
 from spiral_core.actuator.materials import HyperelasticLaw
 from spiral_core.actuator.single_fiber import family_angles
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
-from spiral_core.numerics.panels import Array, Panels, panel_nodes, relative_tail
+from spiral_core.numerics.panels import Array, Panels, panel_nodes, relative_tails
 from spiral_core.section.closure import STEP
 from spiral_core.section.path import ShapePath
 from spiral_core.section.ring import FREE_ANGLES, invariant_excess, ring_at
@@ -44,15 +45,10 @@ class OneFamilyPath(ShapePath):
     """States of one actuator over the far side's strain, and the pressure that holds them.
 
     Attributes:
-        pressure: pressure over the strain [Pa].
+        pressure: the pressure over the strain.
     """
 
-    pressure: Panels
-
-    def pressure_with_slope(self, size: float) -> tuple[float, float]:
-        """Return the pressure [Pa] at a far-side strain, and its derivative in it."""
-        value, slope = self.pressure.with_slope(size)
-        return value * size, value + slope * size
+    pressure: PressurePanels
 
 
 class _States:
@@ -152,8 +148,7 @@ def _energies(material: HyperelasticLaw, first: Array, second: Array) -> Array:
         raise ActuationLimitError(ActuationLimit.MODEL_END, "first_invariant", np.inf, np.inf)
     pairs = zip((3.0 + first).ravel().tolist(), (3.0 + second).ravel().tolist(), strict=True)
     rows = [
-        (material.energy_density(*pair), *material.invariant_derivatives(*pair)[:2])
-        for pair in pairs
+        (material.energy_density(*pair), *material.invariant_derivatives(*pair)) for pair in pairs
     ]
     return np.array(rows).T.reshape(3, *first.shape)
 
@@ -170,7 +165,7 @@ def one_family_path(actuator: Actuator) -> OneFamilyPath:
     while edges[-1] < FARTHEST and width > LEAST_PANEL:
         before = states.unknowns, states.strain
         panel = states.panel(edges[-1], edges[-1] + width)
-        if panel is None or relative_tail(panel[:, 0]) > TAIL_TOLERANCE:
+        if panel is None or relative_tails(panel[:, 0]) > TAIL_TOLERANCE:
             states.unknowns, states.strain = before
             width *= 0.5
             continue
@@ -186,7 +181,7 @@ def one_family_path(actuator: Actuator) -> OneFamilyPath:
             "fibers", f"{angle:.6g} degrees alone", "a family with which pressure extends the tube"
         )
     table = np.stack(rows)
-    pressure, stretch, curvature, torsion = (Panels(edges, table[:, :, k]) for k in range(4))
+    work, stretch, curvature, torsion = (Panels(edges, table[:, :, k]) for k in range(4))
     return OneFamilyPath(
         fibers=states.fibers,
         direction=1.0,
@@ -195,5 +190,5 @@ def one_family_path(actuator: Actuator) -> OneFamilyPath:
         stretch=stretch,
         curvature=curvature,
         torsion=torsion,
-        pressure=pressure,
+        pressure=PressurePanels(work, volume=Panels(edges, np.ones(table.shape[:2]))),
     )

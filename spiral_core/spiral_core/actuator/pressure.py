@@ -8,7 +8,7 @@ alone, because the two fiber families fix the hoop stretch and the twist. In equ
     V = \pi r^2 L \, \lambda_1 \lambda_2^2, \qquad V_t = \pi \, ((r + t)^2 - r^2) \, L
 
 The derivation is in ``docs/derivations/actuator.md``. The section law, the default, is in
-:mod:`spiral_core.actuator.section_curve`.
+:mod:`spiral_core.actuator.section_law`.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from spiral_core.actuator.actuator import Actuator, PressureLaw
+from spiral_core.actuator.curve import PressurePanels
 from spiral_core.actuator.fibers import FiberDerivatives, OneFamily, fiber_derivatives
-from spiral_core.actuator.one_family import OneFamilyPath, one_family_path
-from spiral_core.actuator.section_curve import SectionEnergy
+from spiral_core.actuator.one_family import one_family_path
+from spiral_core.actuator.section_law import section_pressure
 from spiral_core.actuator.volume import (
     largest_volume_stretch,
     require_extending,
-    volume_ratio_from_derivatives,
+    volume_slope,
 )
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.section.path import ShapePath, section_path
@@ -34,38 +35,30 @@ class Invariants(NamedTuple):
     """Invariants I1 and I2 of the wall's deformation and their derivatives in the stretch.
 
     Attributes:
-        first: I1, and with a prime and a second prime its derivatives.
+        first: I1.
         first_prime: dI1 / d lambda_1.
-        first_double_prime: second derivative of I1.
         second: I2.
         second_prime: dI2 / d lambda_1.
-        second_double_prime: second derivative of I2.
     """
 
     first: float
     first_prime: float
-    first_double_prime: float
     second: float
     second_prime: float
-    second_double_prime: float
-
-
-class PressurePoint(NamedTuple):
-    """Pressure [Pa] at a stretch, and its derivative dP / d lambda_1 [Pa]."""
-
-    pressure: float
-    slope: float
 
 
 def invariants_from_derivatives(
     stretch: float, derivatives: FiberDerivatives, twist_shear: bool = True
 ) -> Invariants:
-    r"""Return I1 and I2 of the wall and their first two derivatives in the stretch.
+    r"""Return I1 and I2 of the wall and their derivatives in the stretch.
 
     With :math:`g = \lambda_2 \omega`, :math:`a = \lambda_1 \lambda_2` and
     :math:`T = \lambda_1^2 + \lambda_2^2 + g^2` (without g if the twist's shear is left out):
 
     .. math:: I_1 = T + a^{-2}, \qquad I_2 = a^2 + T a^{-2}
+
+    The derivatives are written in :math:`\lambda_1^4 \lambda_2^2 - 1` and
+    :math:`\lambda_1^2 \lambda_2^4 - 1`, so that nothing cancels near rest.
 
     Args:
         stretch: axial stretch, > 0.
@@ -82,28 +75,21 @@ def invariants_from_derivatives(
         >>> round(result.first, 6), round(result.second, 6)
         (3.040256, 3.039595)
     """
-    hoop, hoop_1, hoop_2, shear, shear_1, shear_2 = derivatives
-    t = stretch * stretch + hoop * hoop
-    t_1 = 2.0 * (stretch + hoop * hoop_1)
-    t_2 = 2.0 * (1.0 + hoop_1 * hoop_1 + hoop * hoop_2)
+    change, hoop, hoop_1, shear, shear_1 = derivatives
+    square, hoop_square = stretch * stretch, hoop * hoop
+    q = 1.0 / (square * hoop_square)
+    t = square + hoop_square
+    axial = square * change + (stretch - 1.0) * (stretch + 1.0)  # lambda_1^2 lambda_2 - 1
+    around = stretch * change * (hoop + 1.0) + (stretch - 1.0)  # lambda_1 lambda_2^2 - 1
+    axial *= (axial + 2.0) / (square * stretch)
+    around *= hoop_1 * (around + 2.0) / (hoop_square * hoop)
+    first_1 = axial / hoop_square + around / square
+    second_1 = axial + around
     if twist_shear:
         t += shear * shear
-        t_1 += 2.0 * shear * shear_1
-        t_2 += 2.0 * (shear_1 * shear_1 + shear * shear_2)
-    a = stretch * hoop
-    a_1 = hoop + stretch * hoop_1
-    a_2 = 2.0 * hoop_1 + stretch * hoop_2
-    q = 1.0 / (a * a)
-    q_1 = -2.0 * q * a_1 / a
-    q_2 = -2.0 * q * a_2 / a + 6.0 * q * q * a_1 * a_1
-    return Invariants(
-        t + q,
-        t_1 + q_1,
-        t_2 + q_2,
-        a * a + t * q,
-        2.0 * a * a_1 + t_1 * q + t * q_1,
-        2.0 * (a_1 * a_1 + a * a_2) + t_2 * q + 2.0 * t_1 * q_1 + t * q_2,
-    )
+        first_1 += shear * shear_1
+        second_1 += q * shear * (shear_1 - shear * (1.0 / stretch + hoop_1 / hoop))
+    return Invariants(t + q, 2.0 * first_1, 1.0 / q + t * q, 2.0 * second_1)
 
 
 def energy_from_stretch(actuator: Actuator, stretch: float) -> float:
@@ -137,36 +123,25 @@ def energy_from_stretch(actuator: Actuator, stretch: float) -> float:
     return density * actuator.tube.wall_area * actuator.tube.length
 
 
-def pressure_point(actuator: Actuator, stretch: float) -> PressurePoint:
-    r"""Return the pressure and its derivative at a stretch that is known to be valid.
+def uniform_pressure(actuator: Actuator, stretch: float, derivatives: FiberDerivatives) -> float:
+    r"""Return the pressure [Pa] of the uniform law at a stretch that is known to be valid.
 
-    .. math:: P = c \frac{u'}{v'}, \qquad P' = c \frac{u'' v' - u' v''}{v'^2}, \qquad
-        c = \frac{(r + t)^2 - r^2}{r^2}
-
-    The hot path of the inverse: no checks. :func:`pressure_from_stretch` makes them.
+    .. math:: P = c \frac{u'}{v'}, \qquad c = \frac{(r + t)^2 - r^2}{r^2}
 
     Args:
         actuator: an actuator that extends.
         stretch: axial stretch, between 1 and the first of fiber locking and largest volume.
+        derivatives: of its fibers at that stretch.
 
     Raises:
-        ActuationLimitError: fiber locking, or the elastomer's limit, is reached.
+        ActuationLimitError: the elastomer's limit is reached.
     """
-    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
-    i1, i1_1, i1_2, i2, i2_1, i2_2 = invariants_from_derivatives(
-        stretch, derivatives, actuator.twist_shear
-    )
-    u_1, u_2, u_11, u_12, u_22 = actuator.material.invariant_derivatives(i1, i2)
-    energy_1 = u_1 * i1_1 + u_2 * i2_1
-    energy_2 = (
-        u_1 * i1_2 + u_2 * i2_2 + i1_1 * (u_11 * i1_1 + 2.0 * u_12 * i2_1) + u_22 * i2_1 * i2_1
-    )
-    _, volume_1, volume_2 = volume_ratio_from_derivatives(stretch, derivatives)
+    i1, i1_1, i2, i2_1 = invariants_from_derivatives(stretch, derivatives, actuator.twist_shear)
+    slopes = actuator.material.invariant_derivatives(i1, i2)
     tube = actuator.tube
     relative_wall = tube.wall_thickness / tube.inner_radius
-    scale = relative_wall * (2.0 + relative_wall) / volume_1
-    pressure = scale * energy_1
-    return PressurePoint(pressure, scale * energy_2 - pressure * volume_2 / volume_1)
+    energy_1 = slopes.first * i1_1 + slopes.second * i2_1
+    return relative_wall * (2.0 + relative_wall) * energy_1 / volume_slope(stretch, derivatives)
 
 
 def pressure_from_stretch(actuator: Actuator, stretch: float) -> float:
@@ -213,33 +188,39 @@ def pressures_from_stretches(actuator: Actuator, stretches: Sequence[float]) -> 
             raise InvalidInputError("stretch", stretch, "at least 1 (pressure extends the tube)")
     if isinstance(actuator.fibers, OneFamily):
         states = one_family_path(actuator)
-        return _section_pressures(states, states, stretches)
+        return _section_pressures(
+            states, states.pressure, states.strain_limit, states.limit, stretches
+        )
     require_extending(actuator.fiber_pair)
     if actuator.pressure_law is PressureLaw.UNIFORM:
         return [_uniform_pressure(actuator, stretch) for stretch in stretches]
     path = section_path(actuator.fiber_set)
-    return _section_pressures(path, SectionEnergy(actuator, path), stretches)
+    return _section_pressures(path, *section_pressure(actuator), stretches)
 
 
 def _section_pressures(
-    path: ShapePath, energy: SectionEnergy | OneFamilyPath, stretches: Sequence[float]
+    path: ShapePath,
+    pressure: PressurePanels,
+    end: float,
+    limit: ActuationLimit,
+    stretches: Sequence[float],
 ) -> list[float]:
     """Return the pressure at each stretch of a section's path."""
-    limit = path.stretch_at(energy.strain_limit)
+    longest = path.stretch_at(end)
     for stretch in stretches:
-        if not stretch <= limit:
-            raise ActuationLimitError(energy.limit, "stretch", stretch, limit)
+        if not stretch <= longest:
+            raise ActuationLimitError(limit, "stretch", stretch, longest)
     sizes = [path.strain_from_stretch(stretch) for stretch in stretches]
-    return [energy.pressure_with_slope(size)[0] for size in sizes]
+    return [pressure.with_slope(size)[0] for size in sizes]
 
 
 def _uniform_pressure(actuator: Actuator, stretch: float) -> float:
     derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
-    if not volume_ratio_from_derivatives(stretch, derivatives).prime > 0.0:
+    if not volume_slope(stretch, derivatives) > 0.0:
         raise ActuationLimitError(
             ActuationLimit.VOLUME_MAXIMUM,
             "stretch",
             stretch,
             largest_volume_stretch(actuator.fiber_pair) or stretch,
         )
-    return pressure_point(actuator, stretch).pressure
+    return uniform_pressure(actuator, stretch, derivatives)

@@ -13,7 +13,6 @@ The proof is in ``docs/derivations/actuator.md``.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from spiral_core.actuator.fibers import (
     FiberAngles,
@@ -25,34 +24,21 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.roots import last_positive
 
 
-class VolumeRatio(NamedTuple):
-    """Enclosed volume over its value at rest, v, and its derivatives in the axial stretch."""
-
-    ratio: float
-    prime: float
-    second: float
-
-
-def volume_ratio_from_derivatives(stretch: float, derivatives: FiberDerivatives) -> VolumeRatio:
-    r"""Return the enclosed volume over its value at rest and its first two derivatives.
+def volume_slope(stretch: float, derivatives: FiberDerivatives) -> float:
+    r"""Return dv / d lambda_1 of the enclosed volume over its value at rest.
 
     .. math:: v = \lambda_1 \lambda_2^2
 
     Args:
         stretch: axial stretch.
-        derivatives: hoop stretch and derivatives at that stretch.
+        derivatives: hoop stretch and derivative at that stretch.
 
     Example:
         >>> fibers = FiberAngles(alpha=math.radians(90.0), beta=math.radians(60.0))
-        >>> round(volume_ratio_from_derivatives(1.2, fiber_derivatives(fibers, 1.2)).prime, 12)
+        >>> round(volume_slope(1.2, fiber_derivatives(fibers, 1.2)), 12)
         1.0
     """
-    hoop, hoop_1, hoop_2, _, _, _ = derivatives
-    return VolumeRatio(
-        stretch * hoop * hoop,
-        hoop * (hoop + 2.0 * stretch * hoop_1),
-        4.0 * hoop * hoop_1 + 2.0 * stretch * (hoop_1 * hoop_1 + hoop * hoop_2),
-    )
+    return derivatives.hoop * (derivatives.hoop + 2.0 * stretch * derivatives.hoop_prime)
 
 
 def initial_volume_slope(fibers: FiberAngles) -> float:
@@ -106,7 +92,7 @@ def largest_volume_stretch(fibers: FiberAngles) -> float | None:
         return None
 
     def slope(stretch: float) -> float:
-        return volume_ratio_from_derivatives(stretch, fiber_derivatives(fibers, stretch)).prime
+        return volume_slope(stretch, fiber_derivatives(fibers, stretch))
 
     # At locking itself the derivatives do not exist; four units of rounding below it they do.
     end = locking_stretch(fibers) * (1.0 - 4.0 * math.ulp(1.0))

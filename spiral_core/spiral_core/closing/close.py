@@ -10,9 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from spiral_core.actuator.fibers import FiberAngles, fiber_derivatives
+from spiral_core.actuator.fibers import FiberAngles, fiber_state
 from spiral_core.actuator.free import FreeActuation
-from spiral_core.actuator.volume import volume_ratio_from_derivatives
 from spiral_core.brief import brief_repr
 from spiral_core.closing.course import PressureCourse
 from spiral_core.errors import InvalidInputError, SolverError
@@ -73,7 +72,7 @@ def enclosed_volume(gripper: Gripper, pressure: float) -> float:
     fibers = actuation.actuator.fibers
     if not isinstance(fibers, FiberAngles):
         return rest
-    return rest * volume_ratio_from_derivatives(stretch, fiber_derivatives(fibers, stretch)).ratio
+    return rest * stretch * fiber_state(fibers, stretch).hoop_stretch ** 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Smooth functions of one variable as polynomials on panels: fast, and accurate to rounding."""
+"""Smooth functions of one variable as polynomials on panels, accurate to rounding; their inverse."""
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -18,9 +19,14 @@ _CHEBYSHEV: Array = np.cos(np.pi * (np.arange(NODES, dtype=np.float64) + 0.5) / 
 _INVERSE: Array = np.asarray(
     np.linalg.inv(chebyshev.chebvander(_CHEBYSHEV, NODES - 1)), dtype=np.float64
 )
-# Chebyshev series to powers, highest first as Horner's scheme takes them.
+# Chebyshev series to powers, highest first as Horner's scheme takes them. Not multiplied with the
+# inverse: high powers have large coefficients, and only small ones of the series meet them.
 _POWERS: Array = np.array([np.pad(chebyshev.cheb2poly(row), (0, NODES))[:NODES]
-                           for row in np.eye(NODES)]).T[::-1] @ _INVERSE  # fmt: skip
+                           for row in np.eye(NODES)]).T[::-1]  # fmt: skip
+# Bisection alone would be done in 60 steps; the margin is for Newton steps that help little.
+ITERATIONS_MAX = 100
+# Relative change of the point at which Newton's method ends: what is left is its square.
+CONVERGED_CHANGE = 1e-9
 
 
 def panel_nodes(edges: Sequence[float]) -> Array:
@@ -30,11 +36,45 @@ def panel_nodes(edges: Sequence[float]) -> Array:
     return nodes
 
 
-def relative_tail(samples: Array) -> float:
-    """Return the last two Chebyshev coefficients of one panel's samples over the largest."""
-    series = np.abs(_INVERSE @ samples)
-    largest = float(series.max())
-    return float(series[-2:].max()) / largest if largest > 0.0 else 0.0
+def graded_edges(end: float, left: float, right: float, width: float) -> tuple[float, ...]:
+    """Return edges from 0 to ``end`` of panels that become narrow towards singular points.
+
+    Args:
+        end: of the last panel, before ``right``.
+        left: distance of the nearest singular point below 0.
+        right: the nearest singular point above ``end``.
+        width: of a panel, at most, over the distance of its low end to the nearer of the two.
+
+    Example:
+        >>> graded_edges(0.75, 9.0, 1.0, width=0.5)
+        (0.0, 0.5, 0.75)
+    """
+    edges = [0.0]
+    while edges[-1] < end:
+        near = min(left + edges[-1], right - edges[-1])
+        edges.append(min(edges[-1] + width * near, end))
+    return tuple(edges)
+
+
+def relative_tails(samples: Array) -> Array:
+    """Return the last two Chebyshev coefficients of samples (..., NODES) over the largest."""
+    series = np.abs(samples @ _INVERSE.T)
+    largest = series.max(axis=-1)
+    tails: Array = series[..., -2:].max(axis=-1) / np.where(largest > 0.0, largest, 1.0)
+    return tails
+
+
+def halved_edges(edges: tuple[float, ...], samples: Array, tolerance: float) -> tuple[float, ...]:
+    """Return the edges with each panel halved in which a function's polynomial ends too large.
+
+    Args:
+        edges: increasing ends of the panels.
+        samples: (functions, panels, NODES) values.
+        tolerance: of :func:`relative_tails`.
+    """
+    rough = (relative_tails(samples).max(axis=0) > tolerance).tolist()
+    halves = [0.5 * (a + b) for a, b, one in zip(edges, edges[1:], rough, strict=False) if one]
+    return tuple(sorted([*edges, *halves]))
 
 
 class Panels:
@@ -56,7 +96,7 @@ class Panels:
     def __init__(self, edges: Sequence[float], samples: Array) -> None:
         self._edges = [float(edge) for edge in edges]
         self._inner = self._edges[1:-1]
-        self._coefficients: list[list[float]] = (samples @ _POWERS.T).tolist()
+        self._coefficients: list[list[float]] = ((samples @ _INVERSE.T) @ _POWERS.T).tolist()
         self._scales = [
             (0.5 * (a + b), 2.0 / (b - a))
             for a, b in zip(self._edges[:-1], self._edges[1:], strict=True)
@@ -82,3 +122,44 @@ class Panels:
             slope = slope * x + value
             value = value * x + coefficient
         return value, slope * scale
+
+
+def rising_root(
+    function: Callable[[float], tuple[float, float]],
+    target: float,
+    low: float,
+    high: float,
+    start: float,
+) -> float:
+    """Return where a rising function meets a target: Newton's method inside a bracket.
+
+    Args:
+        function: returns its value and its derivative; rising from ``low`` to ``high``.
+        target: between the values at the two, which are not evaluated.
+        low: start of the bracket, >= 0.
+        high: end of the bracket.
+        start: first guess.
+
+    Returns:
+        The root, to rounding of the function; a bracket that shrinks to neighboring floats ends it.
+
+    Example:
+        >>> round(rising_root(lambda x: (x * x, 2.0 * x), 2.0, 0.0, 2.0, start=1.0), 15)
+        1.414213562373095
+    """
+    point = min(max(start, low), high)
+    for _ in range(ITERATIONS_MAX):
+        value, slope = function(point)
+        if value > target:
+            high = point
+        else:
+            low = point
+        following = point - (value - target) / slope if slope > 0.0 else math.inf
+        if low <= following <= high and abs(following - point) <= CONVERGED_CHANGE * point:
+            return following
+        if not low < following < high:
+            following = 0.5 * (low + high)
+            if not low < following < high:
+                return point
+        point = following
+    return point

@@ -3,13 +3,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
-# Bisection alone would be done in 60 steps; the margin is for Newton steps that help little.
-ITERATIONS_MAX = 100
-# Relative change of the point at which Newton's method ends: what is left is its square.
-CONVERGED_CHANGE = 1e-9
 # A minimum is only defined to the square root of the float's precision: 1e-8 of the width.
 MINIMUM_STEPS = 40
 
@@ -87,40 +82,3 @@ def minimum(
             right = low + ratio * (high - low)
             value_right = function(right)
     return 0.5 * (low + high)
-
-
-def rising_root(
-    function: Callable[[float], tuple[float, float]], target: float, low: float, high: float
-) -> float:
-    """Return where a rising function meets a target: Newton's method inside a bracket.
-
-    Args:
-        function: returns its value and its derivative; rising from ``low`` to ``high``.
-        target: between the values at the two.
-        low: start of the bracket, >= 0.
-        high: end of the bracket.
-
-    Returns:
-        The root, to rounding of the function; a bracket that shrinks to neighboring floats ends it.
-
-    Example:
-        >>> round(rising_root(lambda x: (x * x, 2.0 * x), 2.0, 0.0, 2.0), 15)
-        1.414213562373095
-    """
-    bottom, top = function(low)[0], function(high)[0]
-    point = low + (high - low) * (target - bottom) / (top - bottom) if top > bottom else low
-    for _ in range(ITERATIONS_MAX):
-        value, slope = function(point)
-        if value > target:
-            high = point
-        else:
-            low = point
-        following = point - (value - target) / slope if slope > 0.0 else math.inf
-        if low <= following <= high and abs(following - point) <= CONVERGED_CHANGE * point:
-            return following
-        if not low < following < high:
-            following = 0.5 * (low + high)
-            if not low < following < high:
-                return point
-        point = following
-    return point

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.errors import ActuationLimit
-from spiral_core.numerics.panels import Panels, panel_nodes, relative_tail
-from spiral_core.numerics.roots import first_sign_change, rising_root
+from spiral_core.numerics.panels import Panels, graded_edges, halved_edges, panel_nodes, rising_root
+from spiral_core.numerics.roots import first_sign_change
 from spiral_core.section.closure import ROWS, STEP, closure_slopes, closures, ring_of
 from spiral_core.section.fiber_set import Array, FiberSet
 from spiral_core.section.ring import Ring, invariant_excess, ring_at
@@ -86,14 +86,15 @@ class ShapePath:
         """Return the mean axial stretch at |y|."""
         return 1.0 + size * self.stretch(size)
 
+    def change(self, size: float) -> tuple[float, float]:
+        """Return how far the mean axial stretch is from 1 at |y|, and the derivative."""
+        value, slope = self.stretch.with_slope(size)
+        return self.direction * size * value, self.direction * (value + size * slope)
+
     def strain_from_stretch(self, stretch: float) -> float:
         """Return |y| at a mean axial stretch between 1 and that of the path's end."""
-
-        def change(size: float) -> tuple[float, float]:
-            value, slope = self.stretch.with_slope(size)
-            return self.direction * size * value, self.direction * (value + size * slope)
-
-        return rising_root(change, self.direction * (stretch - 1.0), 0.0, self.strain_limit)
+        target, end = self.direction * (stretch - 1.0), self.strain_limit
+        return rising_root(self.change, target, 0.0, end, end * target / self.change(end)[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -246,22 +247,15 @@ def _edges(
 ) -> tuple[float, ...]:
     """Return panels on which polynomials meet the path to rounding."""
     left, right = (-collapse[0], collapse[1]) if direction > 0.0 else (collapse[1], -collapse[0])
-    edges = [0.0]
-    while edges[-1] < end:
-        width = PANEL_WIDTH * min(left + edges[-1], 1.0 + edges[-1], right - edges[-1])
-        edges.append(min(edges[-1] + width, end))
+    edges = graded_edges(end, min(left, 1.0), right, PANEL_WIDTH)
     for _ in range(HALVINGS):
         sizes = panel_nodes(edges)
         motion = motion_at(fibers, direction * sizes.ravel())
-        samples = (motion.volume_slope, motion.ring.stretch_change, motion.first_slope[:, -1])
-        tails = [
-            max(relative_tail(one.reshape(sizes.shape)[panel]) for one in samples)
-            for panel in range(len(edges) - 1)
-        ]
-        if max(tails) <= TAIL_TOLERANCE:
+        samples = np.stack(
+            (motion.volume_slope, motion.ring.stretch_change, motion.first_slope[:, -1])
+        )
+        finer = halved_edges(edges, samples.reshape(-1, *sizes.shape), TAIL_TOLERANCE)
+        if finer == edges:
             break
-        halved = [
-            0.5 * (edges[k] + edges[k + 1]) for k, tail in enumerate(tails) if tail > TAIL_TOLERANCE
-        ]
-        edges = sorted([*edges, *halved])
-    return tuple(edges)
+        edges = finer
+    return edges

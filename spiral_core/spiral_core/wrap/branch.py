@@ -17,7 +17,6 @@ from itertools import pairwise
 
 from spiral_core.numerics.roots import minimum
 from spiral_core.wrap.scan import PressureScan
-from spiral_core.wrap.table import WrapTable
 from spiral_core.wrap.wrap import Wrap
 
 # Ends are located to this many turns or outer radii, or to this fraction of the pressure limit.
@@ -91,10 +90,10 @@ class SubBranch:
         ]
         return max(scarce, default=0.0)
 
-    @cached_property
-    def table(self) -> WrapTable:
-        """Where a search on it starts."""
-        return WrapTable(self.wraps if self.ends[0][0] is self.wraps[-1] else self.wraps[::-1])
+    @property
+    def by_falling_radius(self) -> tuple[Wrap, ...]:
+        """The wraps, that of the largest radius first."""
+        return self.wraps if self.ends[0][0] is self.wraps[-1] else self.wraps[::-1]
 
 
 class CoiledRange:

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 from spiral_core.errors import NoCoilError
 from spiral_core.rod.types import Array, RodState
 from spiral_core.validation import require_finite, require_in_range, require_positive
-from spiral_core.wrap.branch import CoiledRange, SubBranch
+from spiral_core.wrap.branch import CoiledRange
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.refusal import no_coil, not_grippable
 from spiral_core.wrap.scan import PressureScan
@@ -35,6 +36,11 @@ TURNS_TOLERANCE = 1e-7
 HALVING = 4
 # A start that is taken as it is, without a Newton step, is solved again above this imbalance.
 STALE_RESIDUAL = 1e-11
+# Solved wraps that one interpolation goes through.
+TABLE_NODES = 8
+# A wrap nearer to an end of the sub-branch than this fraction of the usual distance is left out:
+# the rounding of their difference would spoil the interpolation.
+LEAST_GAP = 0.05
 
 
 class WrapCurve:
@@ -67,6 +73,7 @@ class WrapCurve:
         self._branches = coiled.branches
         if not self._branches:
             raise no_coil(coiled, gripper)
+        self._tables = [WrapTable(branch.by_falling_radius) for branch in self._branches]
         self.snap_pressures = tuple(self._scan.snaps)
         self.pressure_min = self._branches[0].wraps[0].pressure
         self.pressure_max = self._branches[-1].wraps[-1].pressure
@@ -119,11 +126,11 @@ class WrapCurve:
             SolverError: a shape could not be certified.
         """
         require_positive("radius", radius)
-        for branch in self._branches:
+        for branch, table in zip(self._branches, self._tables, strict=True):
             smallest, largest = branch.radius_range
             inside = min(max(radius, smallest), largest)
             if abs(inside - radius) <= ROUNDING * radius:
-                wrap = self._search(branch, inside)
+                wrap = self._search(table, inside)
                 if wrap is not None and (
                     wrap.pressure > branch.few_turns_up_to
                     or wrap.turns >= wrap.turns_required - TURNS_TOLERANCE
@@ -204,12 +211,12 @@ class WrapCurve:
     def _refuse(self, radius: float) -> NoReturn:
         raise not_grippable(radius, self._branches, self.gripper)
 
-    def _search(self, branch: SubBranch, radius: float) -> Wrap | None:
-        """Return the wrap of a radius on a sub-branch: a secant search inside a bracket.
+    def _search(self, table: WrapTable, radius: float) -> Wrap | None:
+        """Return the wrap of a radius on a table's sub-branch: a secant search inside a bracket.
 
         None if the radius jumps past it, as it does where the fitted axis does.
         """
-        table, scan = branch.table, self._scan
+        scan = self._scan
         target = table.contact_curvature(radius)
         below, above, pressure, slope = table.bracket_and_guess(target)
         q = scan.start_at(pressure)
@@ -233,3 +240,65 @@ class WrapCurve:
             if pressure in (below, above):
                 break
         return wrap if abs(miss) <= ROUGH_TOLERANCE * target else None
+
+
+class WrapTable:
+    r"""Pressures against the contact curvature 1/(r_w + r_o), in which they are almost linear.
+
+    Between two wraps the pressure is the polynomial through the nearest ones, in Newton's form.
+
+    Args:
+        branch: wraps of a sub-branch by falling radius, its two ends included.
+    """
+
+    __slots__ = ("_curvatures", "_divided", "_outer_radius", "_pressures")
+
+    def __init__(self, branch: Sequence[Wrap]) -> None:
+        self._outer_radius = branch[0].outer_radius
+        kept = self._well_spaced(branch)
+        curvatures = np.array([self.contact_curvature(wrap.object_radius) for wrap in kept])
+        differences = np.array([wrap.pressure for wrap in kept])
+        self._curvatures: list[float] = curvatures.tolist()
+        self._pressures: list[float] = differences.tolist()
+        self._divided: list[list[float]] = [self._pressures]
+        for k in range(1, min(TABLE_NODES, len(kept))):
+            differences = np.diff(differences) / (curvatures[k:] - curvatures[:-k])
+            self._divided.append(differences.tolist())
+
+    def contact_curvature(self, radius: float) -> float:
+        """Return 1/(r_w + r_o) [1/m] for r_w [m]."""
+        return 1.0 / (radius + self._outer_radius)
+
+    def bracket_and_guess(self, target: float) -> tuple[float, float, float, float]:
+        """Return what a search for a contact curvature [1/m] on the branch starts from.
+
+        Returns:
+            The pressures of the wraps next below and next above it in contact curvature [Pa], the
+            pressure between them that is guessed [Pa], and the slope of the contact curvature
+            there [1/(m Pa)].
+        """
+        curvatures, pressures = self._curvatures, self._pressures
+        above = min(max(bisect_left(curvatures, target), 1), len(curvatures) - 1)
+        low, high = pressures[above - 1], pressures[above]
+        order = len(self._divided)
+        first = min(max(above - order // 2, 0), len(curvatures) - order)
+        guess, change = self._divided[-1][first], 0.0
+        for k in range(order - 2, -1, -1):
+            away = target - curvatures[first + k]
+            change = change * away + guess
+            guess = guess * away + self._divided[k][first]
+        if (low <= guess <= high or high <= guess <= low) and change * (high - low) > 0.0:
+            return low, high, guess, 1.0 / change
+        change = (high - low) / (curvatures[above] - curvatures[above - 1])
+        return low, high, low + change * (target - curvatures[above - 1]), 1.0 / change
+
+    def _well_spaced(self, branch: Sequence[Wrap]) -> list[Wrap]:
+        """Return the branch without those next to an end that are too near to it."""
+        first, *inner, last = branch
+        least = LEAST_GAP * abs(last.pressure - first.pressure) / (len(branch) - 1)
+        apart = [
+            wrap
+            for wrap in inner
+            if min(abs(wrap.pressure - first.pressure), abs(wrap.pressure - last.pressure)) > least
+        ]
+        return [first, *apart, last]

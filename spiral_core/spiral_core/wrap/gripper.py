@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.actuator import Actuator, PressureLaw
 from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.interface import ActuationModel, UnloadedShape
-from spiral_core.actuator.section_curve import SectionCurve
+from spiral_core.actuator.section_law import section_stiffness
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
@@ -199,12 +199,11 @@ def stiffness_from_section(actuator: Actuator, pressure: float) -> RodStiffness:
         >>> round(section.sideways / annulus.bending, 2)
         1.26
     """
-    actuation = FreeActuation(actuator)
-    shape = actuation.unloaded_shape(pressure)
-    if not isinstance(actuation.curve, SectionCurve):
+    shape = FreeActuation(actuator).unloaded_shape(pressure)
+    if actuator.pressure_law is not PressureLaw.SECTION:
         requirement = "section: the even wall of the uniform law has no stiffness of its own"
         raise InvalidInputError("pressure_law", actuator.pressure_law.value, requirement)
-    found = actuation.curve.stiffness(pressure)
+    found = section_stiffness(actuator, pressure)
     slope = found.twist_per_curvature
     square = 1.0 / (1.0 + slope * slope)  # of d's component of bending
     # Per length of the backbone, where the section counts per length at rest.

@@ -84,6 +84,7 @@ class PressureScan:
     def __init__(self, gripper: Gripper) -> None:
         self.gripper = gripper
         self._axis: Vector = FITTED if gripper.object_axis is None else floats(gripper.object_axis)
+        self._outer_radius = float(gripper.tube.outer_radius)
         pressures = sample_pressures(gripper)
         shapes = [gripper.unloaded_shape(pressure) for pressure in pressures]
         tightest = max(shapes, key=strain_of)
@@ -138,7 +139,7 @@ class PressureScan:
             ZERO,
             ZERO,
         )
-        outer = float(gripper.tube.outer_radius)
+        outer = self._outer_radius
         solved = solve_uniform(q, rod, 0)
         if solved.folds or solved.solution.outcome != CONVERGED:
             return self._wrap(pressure, self._followed(pressure))
@@ -200,8 +201,8 @@ class PressureScan:
         gripper = self.gripper
         shape = gripper.unloaded_shape(pressure)
         radius, axis = wrapped_radius(gripper, shape, state)
-        outer = gripper.tube.outer_radius
-        return Wrap(float(pressure), radius, shape, state, axis, gripper.turns_required, outer)
+        turns = gripper.turns_required
+        return Wrap(float(pressure), radius, shape, state, axis, turns, self._outer_radius)
 
 
 def _track(solved: Sequence[tuple[float, RodState]]) -> Track:
