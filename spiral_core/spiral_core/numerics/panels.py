@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Smooth functions of one variable as polynomials on panels, accurate to rounding; their inverse."""
+"""Smooth functions as polynomials on panels, accurate to rounding, and their inverse."""
 
 from __future__ import annotations
 
