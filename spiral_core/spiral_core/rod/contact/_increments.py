@@ -36,7 +36,6 @@ NEXT_TO = 0.1
 # Steps of the motion after a fold, how their drag changes, and after how many lengths of the rod
 # it is lost.
 SLIDE_STEPS = 600
-SHORT_SLIDE_STEPS = 60  # to see only whether a rod rests where it was
 DRAG_FALLS = 0.4
 DRAG_RISES = 5.0
 LOST = 2.0
@@ -268,7 +267,7 @@ def slide(
     start = here
     trail = [here.x.p]
     rests = 0
-    for _ in range(SLIDE_STEPS if reach == math.inf else SHORT_SLIDE_STEPS):
+    for _ in range(SLIDE_STEPS):
         x, anchors, solution, move = attempt(here, arrays, here.x.copy(), drag)
         spent += solution.passes
         if solution.outcome != CONVERGED or move > 1.0:
