@@ -62,7 +62,7 @@ LAWS: list[HyperelasticLaw] = [
 ]
 EPSILON = 2.0**-52
 # From rest, over the branch, to its end.
-FRACTIONS = (1e-9, 1e-6, 1e-4, *np.linspace(0.003, 0.997, 41), 1 - 1e-4, 1 - 1e-6, 1 - 1e-9, 1.0)
+FRACTIONS = (1e-9, 1e-4, *np.linspace(0.01, 0.99, 8), 1 - 1e-4, 1 - 1e-9, 1.0)
 
 
 def check(case: Actuator, fraction: float) -> None:
