@@ -212,3 +212,19 @@ def test_first_order_form_ends_with_the_even_tubes_twist() -> None:
     assert actuation.limit is ActuationLimit.FIBER_LOCKING
     assert actuation.stretch_limit < 1.0 / math.cos(math.radians(30.0))
     actuation.unloaded_shape(actuation.pressure_limit)
+
+
+@pytest.mark.parametrize("pair", [(88.0, 60.0), (70.0, -65.0), (30.0, 40.0)])
+@pytest.mark.parametrize("bends", [True, False])
+def test_first_order_shapes_are_those_of_the_even_tube(
+    pair: tuple[float, float], bends: bool
+) -> None:
+    bent = section(*pair) if bends else section(*pair).without_single_fibers()
+    actuation = FreeActuation(dataclasses.replace(bent, curvature_form=CurvatureForm.FIRST_ORDER))
+    for part in (1e-6, 1e-3, 0.03, 0.1, 0.3, 0.6, 0.9, 0.999, 1.0):
+        shape = actuation.unloaded_shape(part * actuation.pressure_limit)
+        even = unloaded_shape_from_stretch(actuation.actuator, shape.stretch)
+        # The stretch is rounded, curvature and torsion are not.
+        rounding = 1e-12 + 1e-15 / (shape.stretch - 1.0)
+        assert shape.curvature == pytest.approx(even.curvature, rel=rounding)
+        assert shape.torsion == pytest.approx(even.torsion, rel=rounding)

@@ -13,7 +13,7 @@ states come from :mod:`spiral_core.section.path`; ``docs/derivations/section.md`
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,8 +80,7 @@ def section_curve(actuator: Actuator) -> ActuationCurve:
     pressure, end, limit = section_pressure(actuator)
     if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
         end, limit = _first_order_end(actuator, path, end, limit)
-        shapes = _first_order_path(actuator, path, end)
-        return ActuationCurve(actuator, shapes, pressure, end, limit)
+        path = _first_order_path(actuator, path, end)
     return ActuationCurve(actuator, path, pressure, end, limit)
 
 
@@ -161,7 +160,7 @@ def _first_order_end(
     return path.strain_from_stretch(locking), ActuationLimit.FIBER_LOCKING
 
 
-def _first_order_path(actuator: Actuator, path: SectionPath, end: float) -> ShapePath:
+def _first_order_path(actuator: Actuator, path: SectionPath, end: float) -> SectionPath:
     """Return the shapes of an evenly stretched wall at the stretches of a path, up to an end."""
     value, slope = path.stretch.with_slope(end)
     room = locking_stretch(actuator.fiber_pair) - path.stretch_at(end)
@@ -178,15 +177,7 @@ def _first_order_path(actuator: Actuator, path: SectionPath, end: float) -> Shap
         curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius
         rows.append((curvature * per_size, twist * per_size))
     bend, turn = (Panels(edges, one) for one in np.array(rows).T.reshape(2, *sizes.shape))
-    return ShapePath(
-        fibers=path.fibers,
-        direction=path.direction,
-        strain_limit=path.strain_limit,
-        limit=path.limit,
-        stretch=path.stretch,
-        curvature=bend,
-        torsion=turn,
-    )
+    return replace(path, curvature=bend, torsion=turn)
 
 
 def _material_end(path: SectionPath, material: HyperelasticLaw) -> tuple[float, ActuationLimit]:
