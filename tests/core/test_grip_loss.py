@@ -17,6 +17,7 @@ from spiral_core import (
     ContactStatus,
     FiberAngles,
     GripPoint,
+    GripSetup,
     GripWindow,
     NeoHookean,
     Pull,
@@ -44,21 +45,26 @@ NOT_HELD = ContactStatus.NOT_HELD
 UP_TO_LOSS = (0.6, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 
 
-@cache
-def lost(
+def thin_setup(
     name: str = "prototype_p2",
     length: float = 0.45286,
     radius: float = 9.4135e-3,
     friction: float = 0.62303,
     closing: Closing = Closing.SLOW,
-) -> GripWindow:
-    """Return a window up to its loss; by default of a thin object with much friction."""
+) -> GripSetup:
+    """Return a gripper on an object; by default on a thin one with much friction."""
     described = load_description(name)
     tube = replace(described.actuator.tube, length=length)
     gripper = gripper_from_actuator(
         name, replace(described.actuator, tube=tube), density=described.density
     )
-    setup = lay_into_coil(gripper, radius, friction=friction, closing=closing)
+    return lay_into_coil(gripper, radius, friction=friction, closing=closing)
+
+
+@cache
+def lost(*described: str | float, closing: Closing = Closing.SLOW) -> GripWindow:
+    """Return the window of :func:`thin_setup` up to its loss."""
+    setup = thin_setup(*described, closing=closing)
     assert setup.tip_pressure is not None
     return grip_window(setup, [fraction * setup.tip_pressure for fraction in UP_TO_LOSS])
 
@@ -112,8 +118,8 @@ def test_a_part_near_the_base_may_snap_while_the_end_stays_wrapped() -> None:
 
     It is a snap of 3 mm, which larger steps of pressure may step over.
     """
-    found = lost("paper_design_70", 0.46329, 7.29616e-3, 0.75005)
-    window = grip_window(found.setup, [90e3, 120e3, *np.arange(150e3, 165e3, 500.0)])
+    setup = thin_setup("paper_design_70", 0.46329, 7.29616e-3, 0.75005)
+    window = grip_window(setup, [90e3, 120e3, *np.arange(150e3, 165e3, 500.0)])
     fallen = follow_loss(window)
     assert fallen is not None
     assert window.end is WindowEnd.LOST

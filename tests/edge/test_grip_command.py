@@ -6,17 +6,23 @@ from __future__ import annotations
 import json
 import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from spiral_core.grip import grip
+from spiral_core.grip.point import GripPoint
+from spiral_core.grip.setup import GripSetup
+from spiral_core.grip.window import GripWindow
 from spiral_gripper.cli.main import run
 from spiral_gripper.reports.grip import document
 from spiral_gripper.reports.grip.document import GripQuestion, SolvedGrip
 
 pytestmark = pytest.mark.long
 
-ASKED = ["grip", "paper_design_70", "--radius", "25 mm", "--frictionless-closing"]
+ASKED = ["grip", "paper_design_70", "--radius", "25 mm", "--friction", "0.2"]
+ASKED += ["--frictionless-closing"]
 SECTION_LAW = """name: mine
 tube: {inner_radius: 4.7625 mm, wall_thickness: 1/32 in, length: 400 mm}
 fibers: {alpha: 88 deg, beta: 70 deg}
@@ -31,12 +37,17 @@ KEYS = (
 
 
 solved: dict[bytes, SolvedGrip] = {}
+windows: dict[bytes, GripWindow] = {}
+rests: dict[int, GripPoint | None] = {}
 
 
 @pytest.fixture(autouse=True)
 def each_question_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Solve a question once, for the table and for the document with its answer."""
-    solve = document.solve_question
+    """Solve a question, a window and what remains after it once for all tests of this file.
+
+    Forces are computed at four pressures instead of ten.
+    """
+    solve, window, loss = document.solve_question, document.grip_window, document.follow_loss
 
     def remembered(question: GripQuestion, progress: object) -> SolvedGrip:
         key = pickle.dumps(question)
@@ -44,7 +55,22 @@ def each_question_once(monkeypatch: pytest.MonkeyPatch) -> None:
             solved[key] = solve(question, progress)
         return solved[key]
 
+    def remembered_window(setup: GripSetup, **options: Any) -> GripWindow:
+        key = pickle.dumps(setup)
+        if key not in windows:
+            windows[key] = window(setup, **options)
+        return windows[key]
+
     monkeypatch.setattr(document, "solve_question", remembered)
+    monkeypatch.setattr(document, "grip_window", remembered_window)
+
+    def remembered_loss(found: GripWindow) -> GripPoint | None:
+        if id(found) not in rests:
+            rests[id(found)] = loss(found)
+        return rests[id(found)]
+
+    monkeypatch.setattr(document, "follow_loss", remembered_loss)
+    monkeypatch.setattr(grip, "FORCE_PRESSURES", 4)
 
 
 def test_programs_get_the_window_and_the_forces(
@@ -90,16 +116,16 @@ def test_every_command_takes_the_sections_stiffness(
             assert run([command, str(file), *options, "--json"]) == 0
             found.append(json.loads(capsys.readouterr().out))
         answers.append(found)
-    (_, wrapped), (_, wrap, grip) = answers
-    assert grip["tip_criterion"] == pytest.approx(wrap["pressure"], rel=1e-6)
-    assert grip["onset_wrap"] == pytest.approx(wrap["pressure"], rel=0.02)
+    (_, wrapped), (_, wrap, held) = answers
+    assert held["tip_criterion"] == pytest.approx(wrap["pressure"], rel=1e-6)
+    assert held["onset_wrap"] == pytest.approx(wrap["pressure"], rel=0.02)
     assert wrap["pressure"] < 0.99 * wrapped["pressure"]  # gravity unbends it less
     tips = [np.array(shape["positions"][-1]) for shape, *_ in answers]
     assert np.linalg.norm(tips[1] - tips[0]) > 0.02
 
 
 def test_people_get_rows_and_a_table(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run([*ASKED, "--friction", "0.2"]) == 0
+    assert run(ASKED) == 0
     said = " ".join(capsys.readouterr().out.split())
     for text in (
         "wrapped from",
