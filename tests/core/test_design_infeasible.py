@@ -201,7 +201,7 @@ ON_THE_MOON = {"gravity": (0.0, 0.0, -1.62), "object_axis": (1.0, 0.0, 0.0), "ra
         replace(FREE, radius_min=11.0e3, radius_max=30.0e3),
         replace(FREE, radius_min=11.0e-9, radius_max=30.0e-9),
         replace(ONE_ANGLE, turns_required=1.0e6, pressure_max=None),
-        replace(ONE_ANGLE, **ON_THE_MOON),
+        pytest.param(replace(ONE_ANGLE, **ON_THE_MOON), marks=pytest.mark.slow),
         pytest.param(replace(FREE, **ON_THE_MOON), marks=pytest.mark.slow),
     ],
 )

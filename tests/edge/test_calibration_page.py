@@ -141,6 +141,7 @@ def synthetic_specimens(study, tmp_path, scatter):
     return study.read_specimens(path)
 
 
+@pytest.mark.slow
 def test_the_study_finds_no_error_where_there_is_none(study, tmp_path):
     specimens = synthetic_specimens(study, tmp_path, scatter=0.0)
     outcomes = study.fit_all(specimens)

@@ -51,7 +51,10 @@ def printed_by(line: str) -> str:
 
 
 @pytest.mark.timeout(3000)  # all that a page computes, on a busy machine
-@pytest.mark.parametrize("page", ["tutorial.md", "building.md", "how_to.md"])
+@pytest.mark.parametrize(
+    "page",
+    ["tutorial.md", "building.md", pytest.param("how_to.md", marks=pytest.mark.slow)],
+)
 def test_a_pages_commands_run_and_print_what_it_says(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

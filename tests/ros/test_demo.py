@@ -109,6 +109,7 @@ def test_two_demos_at_once_play_to_their_ends_without_hearing_each_other():
         assert len(re.findall(r"^ *\d+\.\d  ", output, re.MULTILINE)) > 25
 
 
+@pytest.mark.slow
 def test_control_c_stops_demo_and_node_without_a_traceback():
     with start(COMMAND) as process:
         lines = []

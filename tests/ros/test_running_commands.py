@@ -54,6 +54,7 @@ def test_plan_says_whether_and_with_what_and_moves_nothing(active, ask):
     assert active.pressures[-1] == 0.0
 
 
+@pytest.mark.slow
 def test_plan_computes_whether_a_payload_is_held(active, ask):
     asked = ("plan", "--radius", "20 mm", "--overpressure", "3 kPa", "--friction", "0.4")
     code, out, _ = ask(*asked, "--payload", "5 g")

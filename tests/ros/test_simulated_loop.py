@@ -189,6 +189,7 @@ def test_everything_runs_in_simulated_time(namespace):
     observer.close()
 
 
+@pytest.mark.slow
 def test_the_simulator_lives_in_the_time_of_somebody_elses_clock(namespace):
     master, slave = Observer(f"{namespace}/master"), Observer(f"{namespace}/slave")
     with (

@@ -125,6 +125,7 @@ def test_a_grasp_of_real_processes_goes_well():
     assert "\x1b" not in done.stdout
 
 
+@pytest.mark.slow
 def test_a_leak_is_noticed_and_said():
     done = run("prototype_p1", "--fault", "leak", "--json")
     assert done.returncode == 1, done.stdout + done.stderr
@@ -146,7 +147,9 @@ def test_a_lost_link_is_noticed_though_the_node_cannot_know():
     assert marks["smoke.object"] == marks["smoke.measured"] == marks["smoke.release"] == "problem"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
+)
 def test_a_stop_signal_ends_everything(number):
     with subprocess.Popen(
         COMMAND, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1

@@ -64,6 +64,7 @@ def wait_for(device, pressure):
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("designed")
 def test_the_simulated_gripper_plans_grasps_and_releases():
     simulate, *questions = commands_of("7. Command it without hardware")
@@ -76,6 +77,7 @@ def test_the_simulated_gripper_plans_grasps_and_releases():
             assert run(shlex.split(line)[1:]) == 0, line
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("designed")
 def test_a_regulator_on_a_serial_line_gets_the_pressure_and_is_vented():
     node, adapter, grasp, release = commands_of("8. Wire a regulator")
