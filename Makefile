@@ -78,7 +78,7 @@ $(INSTALLED_DEV): $(INSTALLED)
 	@touch $@
 
 $(COMPILED): $(KERNELS) | $(INSTALLED)
-	@$(STEP) $(LOGS)/compile.log "Compiling the numerical kernels, once (some 15 s on two free cores)" \
+	@$(STEP) $(LOGS)/compile.log "Compiling the numerical kernels, once (some 20 s on two free cores)" \
 	  $(BIN)/python packaging/compile_kernels.py
 	@touch $@
 
