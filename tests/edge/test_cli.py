@@ -30,6 +30,14 @@ def test_help_loads_nothing_heavy() -> None:
     assert {name for name in loaded if name.startswith("spiral_core.")} == light
 
 
+@pytest.mark.parametrize("group", ["sweep", "chart", "grippers"])
+def test_help_of_a_group_tells_every_command_in_full(
+    capsys: pytest.CaptureFixture[str], group: str
+) -> None:
+    assert run([group, "--help"]) == 0
+    assert "..." not in capsys.readouterr().out.partition("Commands:")[2]
+
+
 def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["--help"]) == 0
     text = capsys.readouterr().out

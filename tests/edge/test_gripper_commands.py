@@ -76,6 +76,13 @@ def test_charts_as_data(capsys: pytest.CaptureFixture[str]) -> None:
     assert gravity["with_gravity"]["radius"][0] > gravity["without_gravity"]["radius"][0]
     regimes = answer(capsys, "chart", "pressure", "prototype_p1", "--radius-max", "30 mm")
     assert regimes["radius"][0] == pytest.approx(0.03)
+    assert regimes["pressure_max"] == load_gripper("prototype_p1").pressure_max
+
+
+def test_a_chart_of_the_pressure_shows_its_limit(tmp_path: Path) -> None:
+    path = tmp_path / "pressure.svg"
+    assert run(["chart", "pressure", "prototype_p1", "--plot", str(path)]) == 0
+    assert "pressure limit," in path.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

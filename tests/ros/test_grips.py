@@ -6,6 +6,7 @@ import time
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from rclpy.parameter import Parameter
@@ -203,6 +204,15 @@ def test_the_message_says_it_all_and_every_number_is_finite():
     assert message.payload_margin == pytest.approx(0.5 - 0.02 * 9.80665)
     assert grip_to_msg(answer, 10.0, 0.0, DOWN).payload_margin == 0.0
     assert not grip_to_msg(None, 10.0, 0.02, DOWN).known
+
+
+def test_no_time_to_settle_differs_from_one_that_is_not_known():
+    for settling, told in ((0.0, 0.0), (math.nan, -1.0)):
+        known = replace(figures(), settling=np.full(3, settling))
+        answer = GripEntry(known, 3.0).answer(5.25e4, at_pose=True)
+        assert grip_to_msg(answer, 10.0, 0.0, DOWN).settling_time == told
+    lost = GripEntry(figures(), 3.0).answer(8.0e4, at_pose=True)
+    assert grip_to_msg(lost, 10.0, 0.0, DOWN).settling_time == -1.0
 
 
 def test_a_shell_is_told_the_grip_in_lines():

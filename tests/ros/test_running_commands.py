@@ -70,7 +70,7 @@ def test_plan_computes_whether_a_payload_is_held(active, ask):
 def test_grasp_holds_when_it_has_ended_and_release_lets_go(active, ask):
     code, out, _ = ask("grasp", "--radius", "20 mm", "--overpressure", "1 kPa")
     assert code == 0, out
-    assert "wraps 0.02 m" in out
+    assert "wraps 20 mm at " in out
     active.wait_for_state(State.GRASPING)
     active.wait_until(lambda: active.pressures[-1] > 5.0e4, "its pressure")
     code, out, _ = ask("status")

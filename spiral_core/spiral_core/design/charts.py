@@ -78,6 +78,7 @@ class RegimeChart:
         perfect: (n,) pressure of the perfect wrap [Pa].
         lower: (n,) pressure at which the perfect wrap begins [Pa].
         upper: (n,) pressure at which curling begins [Pa].
+        pressure_max: the gripper's limit [Pa].
     """
 
     __repr__ = brief_repr
@@ -86,6 +87,7 @@ class RegimeChart:
     perfect: Array
     lower: Array
     upper: Array
+    pressure_max: float
 
 
 def design_space(
@@ -191,7 +193,7 @@ def regime_chart(
     for radius in (radius_max, radius_min):
         curve.wrap_for_radius(radius)
     perfect, lower, upper = (np.array(values) for values in pressures)
-    return RegimeChart(radius=radii, perfect=perfect, lower=lower, upper=upper)
+    return RegimeChart(radii, perfect, lower, upper, curve.gripper.pressure_max)
 
 
 def _clipped(curve: WrapCurve, radius: float) -> float:

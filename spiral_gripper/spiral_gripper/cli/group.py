@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from difflib import get_close_matches
 
 import click
@@ -35,6 +36,18 @@ class Group(click.Group):
         if self.get_command(ctx, args[0]) is None:
             raise click.UsageError(f"there is no command {args[0]!r}; {self._advice(ctx, args)}")
         return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands, the first sentence of each in full."""
+        commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [
+                    (name, command.get_short_help_str(limit=sys.maxsize))
+                    for name, command in commands.items()
+                    if command is not None
+                ]
+            )
 
     def _advice(self, ctx: click.Context, args: list[str]) -> str:
         """Return what was probably meant."""

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +29,22 @@ def print_rows(title: str, rows: list[tuple[str, str]]) -> None:
     from spiral_gripper.reports.tables import row_table
 
     Console().print(row_table(title, rows))
+
+
+@contextmanager
+def waiting(text: str, *, quiet: bool = False) -> Iterator[None]:
+    """Say on standard error what the block waits for and, on a terminal, for how long."""
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not (quiet or console.is_terminal):
+        click.echo(f"{text} ...", err=True)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    silent = quiet or not console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=silent) as progress:
+        progress.add_task(text)
+        yield
 
 
 def say_written(path: Path) -> None:

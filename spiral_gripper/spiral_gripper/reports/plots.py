@@ -36,6 +36,8 @@ from spiral_gripper.reports.style import (
 SECTION_ANGLES = 181
 # Larger ratios are not useful for design and would compress the rest of the chart.
 LARGEST_RATIO = 20.0
+# A pressure limit this many times above the rest of a chart is told in the legend only.
+FAR_LIMIT = 2.0
 
 
 @paper_style()
@@ -69,7 +71,7 @@ def design_figure(report: DesignReport) -> Figure:
 def regime_figure(
     chart: RegimeChart, name: str, uncertain: Sequence[RadiusPressure] = ()
 ) -> Figure:
-    """Return pressure against object radius with the three regimes as areas.
+    """Return pressure against object radius with the three regimes as areas, below the limit.
 
     Args:
         chart: the regimes.
@@ -78,6 +80,9 @@ def regime_figure(
     """
     figure, (axes,) = panels(1)
     radius, top = in_units(chart.radius, "m"), 1.15 * float(in_units(chart.upper, "Pa").max())
+    limit = float(in_units(chart.pressure_max, "Pa"))
+    if limit < FAR_LIMIT * top:
+        top = max(top, 1.05 * limit)
     lower, upper = in_units(chart.lower, "Pa"), in_units(chart.upper, "Pa")
     areas = (
         (np.zeros_like(lower), lower, OVERHANG_COLOR, "overhang"),
@@ -87,6 +92,8 @@ def regime_figure(
     for bottom, edge, color, label in areas:
         axes.fill_between(radius, bottom, edge, color=color, alpha=0.5, lw=0.0, label=label)
     axes.plot(radius, in_units(chart.perfect, "Pa"), color=COLORS[0], lw=0.8)
+    label = f"pressure limit,\n{shown(chart.pressure_max, 'Pa')}"
+    axes.axhline(limit, color="black", lw=0.8, ls="--", label=label)
     if uncertain:
         low, high = (in_units([one.interval[end] for one in uncertain], "Pa") for end in (0, 1))
         at = in_units([one.radius for one in uncertain], "m")

@@ -12,6 +12,7 @@ from spiral_gripper_ros.actions.runner import GoalUpdate
 from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import REGIMES
+from spiral_gripper_ros.messages.grip import UNKNOWN_TIME
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 _ABORT_POLICIES = {
@@ -62,7 +63,7 @@ class GraspAdapter:
             measured=measured is not None,
             measured_pressure=0.0 if measured is None else measured.pressure,
             regime=REGIMES[update.regime],
-            settling_time=grip.settling_time,
+            settling_time=grip.settling_time if grip.known else UNKNOWN_TIME,
             elapsed=update.report.elapsed,
         )
 

@@ -9,6 +9,9 @@ from spiral_core.rod.types import Vector
 from spiral_gripper_msgs.msg import Grip
 from spiral_gripper_ros.planning.grip_table import GripAnswer
 
+# Grip.settling_time and that of a grasp's feedback where it is not known.
+UNKNOWN_TIME = -1.0
+
 
 def grip_to_msg(answer: GripAnswer | None, now: float, payload: float, gravity: Vector) -> Grip:
     """Return the message of a grip; all zeros if it is not known.
@@ -35,7 +38,7 @@ def grip_to_msg(answer: GripAnswer | None, now: float, payload: float, gravity: 
         holding_force_away=answer.away,
         holding_force_towards=answer.towards,
         holding_force_down=answer.down,
-        settling_time=answer.settling,
+        settling_time=answer.settling if math.isfinite(answer.settling) else UNKNOWN_TIME,
         payload_margin=answer.down - weight if payload > 0.0 else 0.0,
     )
 

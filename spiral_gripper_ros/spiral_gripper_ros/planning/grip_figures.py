@@ -62,7 +62,7 @@ class GripFigures:
         away, towards: the largest force that holds the object against moving along its axis, away
             from the base and towards it (m,) [N].
         down: the same along gravity (m,) [N]; zeros without gravity.
-        settling: how long the tube swings on after a ramp that ends there (m,) [s]; zeros where its
+        settling: how long the tube swings on after a ramp that ends there (m,) [s]; NaN where its
             weight, or a shape, is not known.
         positions, orientations: the tube's nodes at the pressures of the path (n, nodes, 3) [m],
             (n, nodes, 4), scalar last.

@@ -108,8 +108,9 @@ def _forces(points: list[GripPoint]) -> Array:
 
 
 def _settling(question: GripQuestion, points: list[GripPoint]) -> Array:
+    """Return how long the tube swings on at each point [s]; NaN where that is not known."""
     gripper, rate = question.gripper, question.rate
-    times = np.zeros(len(points))
+    times = np.full(len(points), np.nan)
     if rate == 0.0:
         return times
     for place, point in enumerate(points):

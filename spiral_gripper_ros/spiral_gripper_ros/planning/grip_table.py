@@ -33,7 +33,7 @@ class GripAnswer:
         normal_force: on the object, summed [N].
         away, towards, down: force that holds the object against moving along its axis away from
             the base, towards it, and along gravity [N].
-        settling: how long the tube swings on after a ramp to this pressure [s].
+        settling: how long the tube swings on after a ramp to this pressure [s]; NaN: not known.
         regime: how the object is held.
     """
 
@@ -99,7 +99,7 @@ def blended_answer(
     if pressure < onset or pressure >= loss:
         regime = WrapRegime.OVERHANG
     if pressure >= loss:
-        blended = dict.fromkeys(blended, 0.0)
+        blended = _LOST
     return GripAnswer(
         at_pose=False,
         computed_at=min(entry.computed_at for entry in entries),
@@ -161,18 +161,24 @@ def neighbors(radii: Sequence[float], radius: float) -> tuple[int, int] | None:
     return upper - 1, upper
 
 
+# What changes with the pressure, where the grip is lost.
+_LOST = {
+    **dict.fromkeys(("contact_length", "normal_force", "away", "towards", "down"), 0.0),
+    "settling": math.nan,
+}
+
+
 def _at(figures: GripFigures, pressure: float) -> dict[str, float]:
-    """Return what changes with the pressure [Pa]; zeros where the grip is lost."""
-    names = ("contact_length", "normal_force", "away", "towards", "down", "settling")
+    """Return what changes with the pressure [Pa]."""
     if figures.loss is not None and pressure >= figures.loss:
-        return dict.fromkeys(names, 0.0)
+        return _LOST
     path = (figures.contact_lengths, figures.normal_forces)
     held = (figures.away, figures.towards, figures.down)
     values = [float(np.interp(pressure, figures.pressures, each)) for each in path]
     # Below the first of its pressures nothing holds that could be relied on.
     values += [float(np.interp(pressure, figures.force_pressures, each, left=0.0)) for each in held]
     values.append(float(np.interp(pressure, figures.force_pressures, figures.settling)))
-    return dict(zip(names, values, strict=True))
+    return dict(zip(_LOST, values, strict=True))
 
 
 def _weights(radii: Sequence[float], radius: float) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
 from spiral_core.errors import SpiralError
-from spiral_gripper.files.shown import shown, shown_range
+from spiral_gripper.files.shown import reworded, shown, shown_range
 from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_ros.client.answers import NoAnswerError, WrapOutcome, no_node_in
@@ -39,7 +39,7 @@ class Answer:
 
     Args:
         good: whether the command succeeded.
-        lines: for people.
+        lines: for people, quantities in the units shown.
         document: for programs, SI units.
     """
 
@@ -78,7 +78,7 @@ def plan(
     exact = payload > 0.0 or friction > 0.0
     with SpiralGripper(namespace, DISCOVERY_TIMEOUT) as gripper:
         answer = gripper.plan(radius, overpressure, payload, friction, compute_grip=exact)
-    lines, good = [str(answer.message)], bool(answer.success)
+    lines, good = [reworded(answer.message)], bool(answer.success)
     if answer.success:
         lines += [
             f"pressure         {shown(answer.pressure, 'Pa')}",
@@ -148,7 +148,7 @@ def grasp(namespace: str, goal: WrapGoal) -> Answer:
     if result is None:
         raise NoAnswerError("the wrap has no result", DISCOVERY_TIMEOUT)
     good = result.outcome is WrapOutcome.SUCCEEDED
-    lines = [result.message]
+    lines = [reworded(result.message)]
     if good:
         lines.append(f"{result.turns:.2f} turns; holds until `spiral-gripper release`")
     if good and result.holding_force_away is not None:
@@ -180,7 +180,7 @@ def release(namespace: str, timeout: float | None) -> Answer:
     finally:
         action.destroy()
         link.close()
-    return Answer(bool(result.success), [str(result.message)], _document(result))
+    return Answer(bool(result.success), [reworded(result.message)], _document(result))
 
 
 def status(namespace: str) -> Answer:
@@ -195,7 +195,7 @@ def status(namespace: str) -> Answer:
             if time.monotonic() > deadline:
                 raise NoAnswerError(no_node_in(namespace), DISCOVERY_TIMEOUT)
     troubles = [
-        f"{Reason(reason).name}: {text}"
+        f"{Reason(reason).name}: {reworded(text)}"
         for reason, text in (
             (heard.reason, heard.reason_text),
             (heard.pressure_fault, heard.pressure_fault_text),

@@ -7,7 +7,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 
-from spiral_gripper.files.shown import in_units
+from spiral_gripper.files.shown import in_units, reworded
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import Reason, State
@@ -67,7 +67,7 @@ class Watcher(Listener):
             wrapped=bool(status.wrapped),
             grip="-" if grip is None else grip.data,
             state=State(status.state).name.lower().replace("_", " "),
-            trouble="; ".join(troubles.values()),
+            trouble=reworded("; ".join(troubles.values())),
             reasons=tuple(troubles),
         )
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from spiral_gripper.cli.output import waiting
 from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import require_namespace
 from spiral_gripper.cli.types import (
@@ -114,9 +115,8 @@ def plan(
     node answers.
     """
     side = load_ros_side(SIDE)
-    if payload or friction:
-        click.echo("the node computes the grip on this object; some seconds ...", err=True)
-    answer = side.plan(namespace, radius, overpressure, payload or 0.0, friction or 0.0)
+    with waiting("the node computes the grip on this object", quiet=not (payload or friction)):
+        answer = side.plan(namespace, radius, overpressure, payload or 0.0, friction or 0.0)
     return _show(answer, as_json=as_json)
 
 

@@ -170,7 +170,8 @@ def _recommended(solved: SolvedGrip) -> str:
     """Return the pressure to command, and why it lies above the recommended range if it does."""
     pressure = solved.recommended
     if pressure is not None and pressure > solved.grip.recommended_range[1]:
-        return f"{shown(pressure, 'Pa')}, above that range for the payload"
+        wanted = "greatest force" if solved.question.payload is None else "payload"
+        return f"{shown(pressure, 'Pa')}, above that range for the {wanted}"
     return _or_not(pressure)
 
 
