@@ -23,7 +23,7 @@ import numpy as np
 from benchmarks.cases import SEED, random_direction
 from benchmarks.report import RESULTS
 from benchmarks.results import Effort, Section, Table, three_digits
-from benchmarks.robustness import spread
+from benchmarks.sample import spread
 from spiral_core import (
     Gripper,
     GripSetup,

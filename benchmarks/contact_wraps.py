@@ -7,16 +7,14 @@ From the straight rod beside its cylinder, in one call of ``solve_contact``, wit
 from __future__ import annotations
 
 import math
-import multiprocessing
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.results import Effort, Section, Table, milli
-from benchmarks.robustness import WORKERS, spread
+from benchmarks.sample import solve_all, spread
 from spiral_core import (
     ContactProblem,
     ContactState,
@@ -30,7 +28,6 @@ from spiral_core import (
     Section as Stiffness,
 )
 
-CHUNK = 25
 DENSITY, GRAVITY = 950.0, 9.81
 # Of the rod's radius, and of the forces.
 PENETRATION, IMBALANCE = 1e-3, 1e-6
@@ -84,35 +81,21 @@ class Outcome(NamedTuple):
     seed: int
     verdict: str
     iterations: int
-    snapped: bool
     time: float
 
 
-def wrap_some(seeds: range) -> list[Outcome]:
-    """Solve some of the sample, after a first one that loads the kernels."""
-    solve_contact(random_wrap(seeds[0]), throw=False)
-    outcomes = []
-    for seed in seeds:
-        problem = random_wrap(seed)
-        begin = time.process_time()
-        state = solve_contact(problem, throw=False)
-        spent = time.process_time() - begin
-        snapped = len(state.trail) > 0
-        outcomes.append(Outcome(seed, verdict(problem, state), state.iterations, snapped, spent))
-    return outcomes
-
-
-def wrap_all(count: int) -> list[Outcome]:
-    """Solve the sample on all cores."""
-    chunks = [range(i, min(i + CHUNK, count)) for i in range(0, count, CHUNK)]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        return [outcome for some in pool.map(wrap_some, chunks) for outcome in some]
+def wrap_one(seed: int) -> Outcome:
+    """Solve one of the sample, and judge it."""
+    problem = random_wrap(seed)
+    begin = time.process_time()
+    state = solve_contact(problem, throw=False)
+    spent = time.process_time() - begin
+    return Outcome(seed, verdict(problem, state), state.iterations, spent)
 
 
 def measure(effort: Effort) -> Section:
     """Measure the robustness of the contact solver."""
-    outcomes = wrap_all(effort.contacts)
+    outcomes = solve_all(wrap_one, effort.contacts)
     kinds = Counter(outcome.verdict for outcome in outcomes)
     solved = sum(count for name, count in kinds.items() if name.startswith("CONVERGED"))
     wrong = sum(count for name, count in kinds.items() if name.startswith("WRONG"))

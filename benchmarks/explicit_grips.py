@@ -202,16 +202,3 @@ def measure(effort: Effort) -> Section:
 def _line(found: Found) -> float:
     """Return the mean line force [N/m]."""
     return found.normal / (found.contact * LENGTH) if found.contact else 0.0
-
-
-def main() -> None:
-    """Print the table."""
-    from benchmarks.command import wide_console
-    from benchmarks.report import show
-
-    for table in measure(Effort()).tables:
-        show(table, wide_console())
-
-
-if __name__ == "__main__":
-    main()

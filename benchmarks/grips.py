@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import argparse
 import math
-import multiprocessing
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -30,7 +28,7 @@ from benchmarks.cases import (
 from benchmarks.command import wide_console
 from benchmarks.report import show
 from benchmarks.results import Section, Table, milli
-from benchmarks.robustness import WORKERS, spread
+from benchmarks.sample import solve_all, spread
 from spiral_core import (
     ContactPath,
     ContactProblem,
@@ -47,7 +45,6 @@ from spiral_core import (
     Section as Stiffness,
 )
 
-CHUNK = 25
 # How far the answer may be from balance and from the laws of contact.
 BALANCE = 1e-6  # of the forces at work
 PENETRATION = 1e-3  # of the rod's radius
@@ -253,23 +250,9 @@ def _judged(index: int, stations: list[ContactProblem], path: ContactPath, spent
     return Outcome(index, verdict, len(path.events), iterations, elements, share, spent)
 
 
-def grip_some(indices: range) -> list[Outcome]:
-    """Grip some cylinders, after a first one that loads the kernels."""
-    grip_one(indices[0])
-    return [grip_one(index) for index in indices]
-
-
-def grip_all(count: int) -> list[Outcome]:
-    """Grip the sample on all cores."""
-    chunks = [range(i, min(i + CHUNK, count)) for i in range(0, count, CHUNK)]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        return [outcome for some in pool.map(grip_some, chunks) for outcome in some]
-
-
 def measure(count: int) -> Section:
     """Measure the first ``count`` grips of the sample."""
-    outcomes = grip_all(count)
+    outcomes = solve_all(grip_one, count)
     kinds = Counter(outcome.verdict.partition(":")[0] for outcome in outcomes)
     named = Counter(o.verdict for o in outcomes if o.verdict != "certified")
     smooth = [o for o in outcomes if o.verdict == "certified" and o.events == 0]

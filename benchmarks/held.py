@@ -29,7 +29,7 @@ from benchmarks.cases import SEED, random_direction
 from benchmarks.command import wide_console
 from benchmarks.report import RESULTS, show
 from benchmarks.results import Effort, Section, Table
-from benchmarks.robustness import WORKERS
+from benchmarks.sample import WORKERS
 from spiral_core import (
     Closing,
     Gripper,

@@ -3,22 +3,17 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import collocation
-from benchmarks.cases import Array, random_case
+from benchmarks.cases import random_case
 from benchmarks.results import Effort, Section, Table, milli
+from benchmarks.sample import solve_all, spread
 from spiral_core import RodState, solve_rod
 
-IntArray: TypeAlias = NDArray[np.int64]
-WORKERS = 2
 CHUNK = 100
 # Two tips are the same equilibrium's within this fraction of the length: solve_bvp is not exact.
 SAME_TIP = 1e-2
@@ -58,20 +53,6 @@ def solve_one(index: int) -> Outcome:
     )
 
 
-def solve_some(indices: range) -> list[Outcome]:
-    """Solve some rods, after a first one that loads the kernels."""
-    solve_one(indices[0])
-    return [solve_one(index) for index in indices]
-
-
-def solve_all(count: int) -> list[Outcome]:
-    """Solve the sample on all cores."""
-    chunks = [range(i, min(i + CHUNK, count)) for i in range(0, count, CHUNK)]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        return [outcome for some in pool.map(solve_some, chunks) for outcome in some]
-
-
 def sample_table(outcomes: list[Outcome]) -> tuple[Table, dict[str, float]]:
     """Return the table and the figures of the sample."""
     iterations = np.array([o.iterations for o in outcomes])
@@ -108,12 +89,6 @@ def sample_table(outcomes: list[Outcome]) -> tuple[Table, dict[str, float]]:
     title = f"Robustness: {len(outcomes):,} random rods, cold"
     columns = ("what", "median / 99th percentile / most")
     return Table(title, columns, rows, f"{note} {failures}".strip()), values
-
-
-def spread(values: Array | IntArray, show: Callable[[float], str]) -> str:
-    """Return median, 99th percentile and maximum as text."""
-    figures = (np.median(values), np.quantile(values, 0.99), values.max())
-    return " / ".join(show(float(figure)) for figure in figures)
 
 
 def collocate(index: int, ramped: bool) -> tuple[bool, bool, float]:
@@ -155,6 +130,6 @@ def collocation_table(count: int) -> tuple[Table, dict[str, float]]:
 
 def measure(effort: Effort) -> Section:
     """Measure the whole sample, and solve_bvp on a part of it."""
-    sample, values = sample_table(solve_all(effort.rods))
+    sample, values = sample_table(solve_all(solve_one, effort.rods, CHUNK))
     peer, more = collocation_table(effort.collocation_rods)
     return Section((sample, peer), values | more)

@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar
 
+import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 
 # The executor looks so often whether what it waits for has happened [s].
 SPIN_PERIOD = 0.05
@@ -61,3 +64,20 @@ class Listener(Node):  # type: ignore[misc]
                 return False
             self._spinner.spin_once(timeout_sec=min(left, SPIN_PERIOD))
         return True
+
+
+ListenerT = TypeVar("ListenerT", bound=Listener)
+
+
+@contextmanager
+def listening(make: Callable[[], ListenerT]) -> Iterator[ListenerT]:
+    """Yield a listener while ROS runs, which leaves the signals alone."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        listener = make()
+        try:
+            yield listener
+        finally:
+            listener.destroy_node()
+    finally:
+        rclpy.try_shutdown()

@@ -7,8 +7,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
-from types import TracebackType
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import IO
 
 NODE = "spiral_gripper_ros.node.main"
@@ -85,13 +85,28 @@ class NodeProcess:
     def __enter__(self) -> NodeProcess:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
+
+
+@contextmanager
+def simulated(
+    namespace: str, gripper: str, settings: Mapping[str, object], log: IO[str]
+) -> Iterator[dict[str, NodeProcess]]:
+    """Yield the processes ``simulator`` and ``node`` of a gripper; they end with the block.
+
+    Args:
+        namespace: of both.
+        gripper: a shipped gripper's name, or a description file's path.
+        settings: parameters of the simulator.
+        log: where their logs go.
+    """
+    known = {"gripper": gripper}
+    with (
+        NodeProcess(namespace, {**known, **settings}, output=log, module=SIMULATOR) as simulator,
+        NodeProcess(namespace, known, output=log) as node,
+    ):
+        yield {"simulator": simulator, "node": node}
 
 
 def _command(module: str) -> Sequence[str]:

@@ -7,19 +7,16 @@ import os
 import tempfile
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import IO
-
-import rclpy
-from rclpy.signals import SignalHandlerOptions
 
 from spiral_core.errors import SpiralError
 from spiral_gripper import load_gripper
 from spiral_gripper.doctor.checks import Answer
 from spiral_gripper.files.shown import shown
 from spiral_gripper_ros.client import NoAnswerError, SpiralGripper, WrapOutcome
-from spiral_gripper_ros.process.node_process import NODE, SIMULATOR, NodeProcess
+from spiral_gripper_ros.client.listener import listening
+from spiral_gripper_ros.process.node_process import NodeProcess, simulated
 from spiral_gripper_ros.process.stop_signals import StopSignals
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.smoke.listener import SmokeListener
@@ -71,14 +68,13 @@ def smoke(gripper: str, fault: str, say: Say) -> SmokeResult:
     namespace = f"/spiral_gripper_smoke_{os.getpid()}"
     local_discovery()
     StopSignals()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        with tempfile.TemporaryFile("w+", errors="replace") as log:
-            _Smoke(record, namespace, say).run(gripper, fault, log)
-            log.seek(0)
-            lines = log.read().splitlines()
-    finally:
-        rclpy.try_shutdown()
+    with (
+        tempfile.TemporaryFile("w+", errors="replace") as log,
+        listening(lambda: SmokeListener(namespace)) as listener,
+    ):
+        _Smoke(record, namespace, say).run(gripper, fault, log, listener)
+        log.seek(0)
+        lines = log.read().splitlines()
     return SmokeResult(tuple(verdicts(record)), tuple(lines[-LOG_LINES:]))
 
 
@@ -91,24 +87,13 @@ class _Smoke:
         self._namespace = namespace
         self._say = say
 
-    def run(self, gripper: str, fault: str, log: IO[str]) -> None:
+    def run(self, gripper: str, fault: str, log: IO[str], listener: SmokeListener) -> None:
         """Start both processes, grasp and release, and stop them."""
         self._is_measured = fault != Fault.LOST_LINK.value
         self._say(f"starting node and simulator of {gripper}, below {self._namespace}")
-        with ExitStack() as stack:
-            listener = SmokeListener(self._namespace)
-            stack.callback(listener.destroy_node)
-            # There is an object, but no estimate of its radius: only the goal says what to wrap.
-            settings = {"gripper": gripper, "fault": fault, "dropout_probability": 1.0}
-            processes = {
-                name: stack.enter_context(
-                    NodeProcess(self._namespace, parameters, output=log, module=module)
-                )
-                for name, module, parameters in (
-                    ("simulator", SIMULATOR, settings),
-                    ("node", NODE, {"gripper": gripper}),
-                )
-            }
+        # There is an object, but no estimate of its radius: only the goal says what to wrap.
+        settings = {"fault": fault, "dropout_probability": 1.0}
+        with simulated(self._namespace, gripper, settings, log) as processes:
             with SpiralGripper(self._namespace, ANSWER_TIMEOUT) as client:
                 if self._wait_until_active(client, listener, processes):
                     self._grasp(client, listener)

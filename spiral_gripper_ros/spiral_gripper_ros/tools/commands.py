@@ -8,9 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-import rclpy
 from rclpy.action import ActionClient
-from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
 from spiral_core.errors import SpiralError
@@ -19,6 +17,7 @@ from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_ros.client.answers import NoAnswerError, WrapOutcome, no_node_in
 from spiral_gripper_ros.client.connection import Connection
+from spiral_gripper_ros.client.listener import listening
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES
@@ -207,18 +206,15 @@ def status(namespace: str) -> Answer:
 
 def watch(namespace: str, duration: float) -> int:
     """Show what the node does for a time [s], or until a KeyboardInterrupt; return 0."""
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    watcher, begin = Watcher(namespace), time.monotonic()
-    try:
-        with LiveView(Console()) as view:
-            while (elapsed := time.monotonic() - begin) < duration:
-                watcher.spin(min(SHOW_PERIOD, duration - elapsed))
-                view.show(watcher.view(elapsed))
-    except KeyboardInterrupt:
-        pass
-    finally:
-        watcher.destroy_node()
-        rclpy.try_shutdown()
+    begin = time.monotonic()
+    with (
+        suppress(KeyboardInterrupt),
+        listening(lambda: Watcher(namespace)) as watcher,
+        LiveView(Console()) as view,
+    ):
+        while (elapsed := time.monotonic() - begin) < duration:
+            watcher.spin(min(SHOW_PERIOD, duration - elapsed))
+            view.show(watcher.view(elapsed))
     return 0
 
 

@@ -6,16 +6,14 @@ from __future__ import annotations
 import os
 import sys
 
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
+from spiral_gripper_ros.client.connection import Connection
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.simulation.regulator_node import REGULATOR_NODE, injection_service
 
 DISCOVERY_TIMEOUT = 5.0
-NOT_FOUND = 2
+NOT_SET = 2
 
 
 def local_discovery() -> None:
@@ -30,26 +28,17 @@ def injection_name(namespace: str, fault: Fault) -> str:
 
 
 def inject(namespace: str, fault: str) -> int:
-    """Set the fault of the simulation in a namespace; return the process's exit code."""
+    """Set the fault of the simulation in a namespace; return the process's exit code.
+
+    Raises:
+        NoAnswerError: no simulation answers.
+    """
     local_discovery()
     name = injection_name(namespace, Fault(fault))
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node, executor = rclpy.create_node("spiral_gripper_injection"), SingleThreadedExecutor()
-    executor.add_node(node)
+    link = Connection("/", DISCOVERY_TIMEOUT, lambda: f"no simulation answers at {name}")
     try:
-        client = node.create_client(Trigger, name)
-        if not client.wait_for_service(DISCOVERY_TIMEOUT):
-            sys.stderr.write(f"spiral-gripper: no simulation answers at {name}\n")
-            return NOT_FOUND
-        future = client.call_async(Trigger.Request())
-        executor.spin_until_future_complete(future, DISCOVERY_TIMEOUT)
-        answer = future.result()
-        if answer is None or not answer.success:
-            sys.stderr.write(f"spiral-gripper: {name} did not set the fault\n")
-            return NOT_FOUND
-        sys.stdout.write(f"{answer.message}\n")
-        return 0
+        answer = link.call(link.node.create_client(Trigger, name), Trigger.Request())
     finally:
-        executor.shutdown()
-        node.destroy_node()
-        rclpy.try_shutdown()
+        link.close()
+    sys.stdout.write(f"{answer.message}\n")
+    return 0 if answer.success else NOT_SET

@@ -11,11 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
-import rclpy
-from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
-from spiral_gripper_ros.process.node_process import NODE, SIMULATOR, NodeProcess
+from spiral_gripper_ros.client.listener import listening
+from spiral_gripper_ros.process.node_process import NodeProcess, simulated
 from spiral_gripper_ros.process.stop_signals import STOP_SIGNALS, StopSignals
 from spiral_gripper_ros.simulation.parameters import recording_samples
 from spiral_gripper_ros.tools.injection import local_discovery
@@ -76,11 +75,8 @@ def run_session(
     local_discovery()
     signals = StopSignals()
     signals.defer()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        problems = _Session(plan, signals, listen(plan.space)).run(lines)
-    finally:
-        rclpy.try_shutdown()
+    with listening(lambda: listen(plan.space)) as watcher:
+        problems = _Session(plan, signals, watcher).run(lines)
     return problems, signals.requested
 
 
@@ -102,20 +98,10 @@ class _Session:
     def run(self, lines: Sequence[str]) -> list[str]:
         """Start both, watch them, stop them; return what went wrong."""
         with ExitStack() as stack:
-            stack.callback(self._watcher.destroy_node)
             log = stack.enter_context(tempfile.TemporaryFile("w+"))
-            for name, module, parameters in (
-                ("simulator", SIMULATOR, self._plan.settings),
-                ("node", NODE, {}),
-            ):
-                self._processes[name] = stack.enter_context(
-                    NodeProcess(
-                        self._plan.space,
-                        {"gripper": self._plan.gripper, **parameters},
-                        output=log,
-                        module=module,
-                    )
-                )
+            plan = self._plan
+            simulation = simulated(plan.space, plan.gripper, plan.settings, log)
+            self._processes = stack.enter_context(simulation)
             for line in lines:
                 say(line)
             problems = [*self._watch(), *self._stop()]

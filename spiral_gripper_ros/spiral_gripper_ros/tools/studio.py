@@ -9,15 +9,13 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-import rclpy
-from rclpy.signals import SignalHandlerOptions
 from visualization_msgs.msg import Marker, MarkerArray
 
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.studio.live import HoldingFigures, NodeState
 from spiral_gripper_msgs.msg import GripStatus
-from spiral_gripper_ros.client.listener import Listener
+from spiral_gripper_ros.client.listener import Listener, listening
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES
 from spiral_gripper_ros.messages.markers import MEASURED_TUBE, OBJECT, TUBE
@@ -64,18 +62,13 @@ class StudioListener(Listener):
 @contextmanager
 def node_listener(namespace: str) -> Iterator[Callable[[float], NodeState | None]]:
     """Yield a function that spins for a time [s] and returns the newest state of the node."""
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    listener = StudioListener(namespace)
+    with listening(lambda: StudioListener(namespace)) as listener:
 
-    def listen(duration: float) -> NodeState | None:
-        listener.spin(duration)
-        return listener.heard()
+        def listen(duration: float) -> NodeState | None:
+            listener.spin(duration)
+            return listener.heard()
 
-    try:
         yield listen
-    finally:
-        listener.destroy_node()
-        rclpy.try_shutdown()
 
 
 def _added(markers: dict[str, Any], name: str) -> Any:  # noqa: ANN401
