@@ -157,11 +157,7 @@ class Grip:
         return max(self.onset_wrap, end), why
 
     def recommended_pressure(
-        self,
-        payload: float | None = None,
-        *,
-        safety: float = PAYLOAD_SAFETY,
-        force_max: float | None = None,
+        self, payload: float | None = None, *, force_max: float | None = None
     ) -> float:
         """Return the pressure to command [Pa].
 
@@ -172,7 +168,6 @@ class Grip:
 
         Args:
             payload: mass of the object [kg]; needs ``Pull.DOWN`` among the forces.
-            safety: holding force over weight that is wanted, >= 1.
             force_max: greatest sum of normal forces on the object [N].
 
         Raises:
@@ -191,13 +186,9 @@ class Grip:
             grid = grid[normal <= force_max]
         if payload is None:
             return float(grid[np.argmin(np.abs(grid - best))])
-        if not safety >= 1.0:
-            raise InvalidInputError("safety", safety, "at least 1")
-        return self._carrying(payload, safety, grid, best, force_max)
+        return self._carrying(payload, grid, best, force_max)
 
-    def _carrying(
-        self, payload: float, safety: float, grid: Array, best: float, force_max: float | None
-    ) -> float:
+    def _carrying(self, payload: float, grid: Array, best: float, force_max: float | None) -> float:
         """Return the pressure of a grid next to the best that carries a payload [Pa].
 
         Between the pressures looked at the force is interpolated, then computed.
@@ -208,14 +199,14 @@ class Grip:
             if tries == CARRY_TRIES:
                 grid = grid[np.isin(grid, at)]
             held = np.nan_to_num(np.interp(grid, at, ratio, left=0.0, right=0.0))
-            possible = grid[held >= safety]
+            possible = grid[held >= PAYLOAD_SAFETY]
             if not possible.size:
-                raise self._carries_less(payload, safety, float(held.max(initial=0.0)), force_max)
+                raise self._carries_less(payload, float(held.max(initial=0.0)), force_max)
             chosen = float(possible[np.argmin(np.abs(possible - best))])
             if chosen in at:
                 return chosen
             exact = holding_force(self.window.at(chosen), Pull.DOWN).force / self._weight(payload)
-            if exact >= safety:
+            if exact >= PAYLOAD_SAFETY:
                 return chosen
             place = int(np.searchsorted(at, chosen))
             at, ratio = np.insert(at, place, chosen), np.insert(ratio, place, exact)
@@ -244,15 +235,15 @@ class Grip:
         return NotGrippableError(self._radius, reason, force_max - least, None)
 
     def _carries_less(
-        self, payload: float, safety: float, most: float, force_max: float | None
+        self, payload: float, most: float, force_max: float | None
     ) -> NotGrippableError:
         """Return the refusal of a payload; ``most`` is the largest ratio of force to weight."""
         within = "" if force_max is None else f" without pressing with more than {force_max:.3g} N"
         reason = (
-            f"no pressure holds {payload:.4g} kg {safety:.3g} times over{within}; at "
-            f"most {most / safety * payload:.3g} kg"
+            f"no pressure holds {payload:.4g} kg {PAYLOAD_SAFETY:.3g} times over{within}; at "
+            f"most {most / PAYLOAD_SAFETY * payload:.3g} kg"
         )
-        missing = (most - safety) * self._weight(payload)
+        missing = (most - PAYLOAD_SAFETY) * self._weight(payload)
         return NotGrippableError(self._radius, reason, missing, None)
 
     @property
