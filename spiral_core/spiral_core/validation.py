@@ -111,6 +111,25 @@ def require_vector(field: str, value: object, size: int) -> tuple[float, ...]:
     return components
 
 
+def require_direction(field: str, value: object) -> tuple[float, float, float]:
+    """Return the unit vector along three components.
+
+    Args:
+        field: name to put into the error.
+        value: a list, tuple or one-dimensional array of finite real numbers, of any length > 0.
+
+    Raises:
+        InvalidInputError: it is no vector, or zero.
+
+    Example:
+        >>> require_direction("object_axis", [0.0, 3.0, 4.0])
+        (0.0, 0.6, 0.8)
+    """
+    x, y, z = require_vector(field, value, 3)
+    norm = require_positive(f"norm of {field}", math.hypot(x, y, z))
+    return (x / norm, y / norm, z / norm)
+
+
 def require_unit_vector(field: str, value: object, size: int = 3) -> tuple[float, ...]:
     """Return ``value`` as a tuple of norm 1 to rounding; it must have norm 1 to 1e-6 already.
 

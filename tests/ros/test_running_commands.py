@@ -94,7 +94,7 @@ def test_a_release_whose_pressure_stays_is_exit_code_1(active, ask):
     end = started("release", "--timeout", "0.5", "--namespace", active.get_namespace())
     active.wait_until(lambda: end.poll() is not None, "the end")
     assert end.returncode == 1
-    assert "still 40000 Pa" in end.stdout.read()
+    assert "still 40 kPa" in end.stdout.read()
     end.stdout.close()
     code, out, _ = ask("status", "--json")
     assert (code, json.loads(out)["measured"]) == (1, True)  # PRESSURE_HIGH

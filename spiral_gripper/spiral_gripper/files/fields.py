@@ -25,6 +25,7 @@ from spiral_core import (
     PressureLaw,
     Yeoh,
 )
+from spiral_core.validation import require_direction
 from spiral_gripper.files.document import Entry
 from spiral_gripper.files.units import (
     PLAIN_NUMBER,
@@ -262,13 +263,9 @@ def _read_switch(field: Field, entry: Entry) -> bool:
 
 def _read_direction(field: Field, entry: Entry) -> Vector:
     try:
-        x, y, z = (_read_number(field, item) for item in entry.items)
-        length = math.hypot(x, y, z)
-    except ValueError:  # not three, or not numbers: InvalidInputError is a ValueError
+        return require_direction("direction", [_read_number(field, item) for item in entry.items])
+    except ValueError:  # not three, not numbers, or zero: InvalidInputError is a ValueError
         raise _refusal(field, entry) from None
-    if not 0.0 < length < math.inf:
-        raise _refusal(field, entry)
-    return (x / length, y / length, z / length)
 
 
 def _read_list(field: Field, entry: Entry) -> tuple[float, ...]:

@@ -105,8 +105,13 @@ def stale_estimate(age: float, limit: float) -> Refusal | None:
         >>> stale_estimate(0.1, 0.5) is None
         True
     """
+    text = age_problem(STAMPED_RADIUS, age, "radius_age_limit", limit)
+    return Refusal(Reason.RADIUS_STALE, text) if text else None
+
+
+def age_problem(topic: str, age: float, parameter: str, limit: float) -> str:
+    """Return why what was heard at an age [s] is not used; empty if it is young enough."""
     if math.isfinite(age) and abs(age) <= limit:
-        return None
+        return ""
     how = f"{age:.3g} s old" if age > 0.0 else f"{-age:.3g} s ahead of this clock"
-    text = f"{STAMPED_RADIUS} is {how}, more than radius_age_limit = {limit:g} s"
-    return Refusal(Reason.RADIUS_STALE, text)
+    return f"{topic} is {how}, more than {parameter} = {limit:g} s"

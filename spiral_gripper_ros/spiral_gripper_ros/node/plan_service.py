@@ -12,12 +12,10 @@ from typing import Any, TypeAlias
 from geometry_msgs.msg import Point
 
 from spiral_core.errors import SpiralError
-from spiral_core.rod.types import Vector
 from spiral_core.validation import (
+    require_direction,
     require_in_range,
     require_non_negative,
-    require_positive,
-    require_vector,
 )
 from spiral_core.wrap.gripper import FRICTION_MAX, Gripper
 from spiral_core.wrap.placement import place_object
@@ -157,18 +155,11 @@ def _planner_of(request: Any, context: PlanContext, planners: _Planners) -> AnyP
         raise _RefusedError(Refusal(Reason.GRAVITY_INVALID, problem))
     axis = context.gripper.object_axis
     if request.object_axis:
-        axis = _direction("object_axis", vector_from_msg(request.object_axis[0]))
+        axis = require_direction("object_axis", vector_from_msg(request.object_axis[0]))
     key = (*gravity, *(axis or ()))
     if key not in planners:
         planners[key] = planner_for(context.gripper.with_mount(gravity, axis), gravity)
     return planners[key]
-
-
-def _direction(field: str, vector: Vector) -> Vector:
-    """Return the unit vector along ``vector``."""
-    x, y, z = require_vector(field, vector, 3)
-    norm = require_positive(f"norm of {field}", math.hypot(x, y, z))
-    return (x / norm, y / norm, z / norm)
 
 
 def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners) -> None:  # noqa: ANN401

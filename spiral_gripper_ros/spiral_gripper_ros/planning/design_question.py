@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from spiral_core.design.requirement import (
@@ -16,7 +15,7 @@ from spiral_core.design.requirement import (
 )
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
-from spiral_core.validation import require_positive, require_vector
+from spiral_core.validation import require_direction
 from spiral_gripper import GripperDescription, available_tubing, load_tubing
 
 # Each is estimated, and the promising ones are solved as rods, at some tens of milliseconds each.
@@ -99,7 +98,9 @@ def requirement_from_question(
         pressure_max=_given(question.pressure_max, gripper.pressure_max),
         strain_max=_limit(question.strain_max),
         gravity=question.gravity,
-        object_axis=_axis(question.object_axis, gripper.object_axis),
+        object_axis=gripper.object_axis
+        if question.object_axis is None
+        else require_direction("object_axis", question.object_axis),
         curvature_form=actuator.curvature_form,
         extra_mass_per_length=description.extra_mass_per_length,
         end_allowance=_given(question.end_allowance, DEFAULT_END_ALLOWANCE),
@@ -141,15 +142,6 @@ def _limit(value: float) -> float | None:
 def _given(value: float, default: float) -> float:
     """Return a value, or the default for the 0 that stands for "none given"."""
     return default if value == 0.0 else value
-
-
-def _axis(wanted: Vector | None, own: Vector | None) -> Vector | None:
-    """Return the unit vector along the axis wanted, or the gripper's own."""
-    if wanted is None:
-        return own
-    x, y, z = require_vector("object_axis", wanted, 3)
-    norm = require_positive("norm of object_axis", math.hypot(x, y, z))
-    return (x / norm, y / norm, z / norm)
 
 
 def _preference(name: str) -> Preference:

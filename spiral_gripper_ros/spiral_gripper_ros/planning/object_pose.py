@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.placement import ObjectPlacement
+from spiral_gripper_ros.control.radius_gate import age_problem
 
 # The norm of a quaternion may differ from 1 by this much: single precision, and digits of a file.
 NORM_TOLERANCE = 1e-3
@@ -73,7 +74,9 @@ class ObjectWatch:
             >>> watch.seen(5.5, limit=1.0).axis, watch.seen(6.5, limit=1.0)
             ((0.0, 0.0, 1.0), None)
         """
-        problem = _pose_problem(center, quaternion) or _age_problem(age, limit)
+        problem = _pose_problem(center, quaternion) or age_problem(
+            "object_pose", age, "object_pose_timeout", limit
+        )
         if problem:
             self.refuse(problem)
         else:
@@ -142,10 +145,3 @@ def _pose_problem(center: Vector, quaternion: tuple[float, ...]) -> str:
     if not (finite and abs(math.hypot(*quaternion) - 1.0) <= NORM_TOLERANCE):
         return f"the orientation of object_pose must be a unit quaternion, got {quaternion}"
     return ""
-
-
-def _age_problem(age: float, limit: float) -> str:
-    if math.isfinite(age) and abs(age) <= limit:
-        return ""
-    how = f"{age:.3g} s old" if age > 0.0 else f"{-age:.3g} s ahead of this clock"
-    return f"object_pose is {how}, more than object_pose_timeout = {limit:g} s"
