@@ -235,6 +235,7 @@ def test_symmetric_mounts_and_jumps_are_closed_to_the_end(setup, course) -> None
         assert frame.state.gaps[0, 1:].min() > -1e-6
 
 
+@pytest.mark.slow
 def test_a_tube_that_strikes_with_many_nodes_goes_on() -> None:
     """Contact forces reach 500 times the scale of forces; steps were not solved from 0.267 s on."""
     frames = list(islice(closing_frames(*random_closing(320)), 58))

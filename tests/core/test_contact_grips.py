@@ -62,7 +62,11 @@ def test_coil_whose_forces_inside_exceed_its_loads_is_followed() -> None:
 
 @pytest.mark.parametrize(
     ("seed", "end"),
-    [(62, WindowEnd.PASSED_BY), (475, WindowEnd.PASSED_BY), (936, WindowEnd.LOST)],
+    [
+        (62, WindowEnd.PASSED_BY),
+        pytest.param(475, WindowEnd.PASSED_BY, marks=pytest.mark.slow),
+        pytest.param(936, WindowEnd.LOST, marks=pytest.mark.slow),
+    ],
 )
 def test_tube_balanced_on_a_point_that_slides_falls_off_it(seed: int, end: WindowEnd) -> None:
     """It rests on a saddle, or creeps: with friction both were once the end of the answer."""

@@ -243,6 +243,7 @@ def test_the_roll_of_the_clamp_is_from_the_straight_fiber_to_gravity(
     assert mounted.roll == (None if roll is None else pytest.approx(roll))
 
 
+@pytest.mark.slow
 def test_a_known_direction_of_the_objects_is_designed_for() -> None:
     """Gaps of the range do not lie between the objects, and no error ends the procedure."""
     tilted = (0.8 * G, 0.6 * G, 0.0)

@@ -156,6 +156,7 @@ def test_margins_know_both_directions() -> None:
     assert tightest((just_so,)) is just_so
 
 
+@pytest.mark.slow
 def test_absurdly_many_turns_are_refused_without_solving_every_tube(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -325,6 +325,7 @@ def test_pressures_looked_at_increase() -> None:
     assert "none looked at" in repr(solve_grip(setup(), pressures=[], window=window()))
 
 
+@pytest.mark.slow
 def test_a_tip_that_touches_too_little_is_refused_in_those_words() -> None:
     level = replace(gripper(), gravity=(0.0, 0.0, 9.80665))
     with pytest.raises(NotGrippableError, match="never with more than a tenth of the tube"):

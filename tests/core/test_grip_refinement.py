@@ -22,6 +22,7 @@ from spiral_gripper import load_gripper
 pytestmark = pytest.mark.long
 
 
+@pytest.mark.slow
 def test_twice_the_elements_change_a_grip_by_what_is_stated() -> None:
     setup = lay_into_coil(load_gripper("paper_design_70"), 0.025, closing=Closing.FRICTIONLESS)
     tip = setup.tip_pressure

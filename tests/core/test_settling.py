@@ -135,7 +135,10 @@ def test_few_and_many_modes_are_the_same_ones() -> None:
     )
 
 
-@pytest.mark.parametrize(("rate", "low", "high"), [(3e4, 0.0, 0.1), (6e4, 1.0, 2.3)])
+@pytest.mark.parametrize(
+    ("rate", "low", "high"),
+    [(3e4, 0.0, 0.1), pytest.param(6e4, 1.0, 2.3, marks=pytest.mark.slow)],
+)
 def test_settling_after_a_ramp_is_that_of_the_closing(rate: float, low: float, high: float) -> None:
     """At 60 kPa/s the coil closes beside the object, and turns stick by chance.
 

@@ -100,6 +100,7 @@ def test_programs_get_the_window_and_the_forces(
     assert "60 and 120 elements: window differs by" in text
 
 
+@pytest.mark.slow
 def test_every_command_takes_the_sections_stiffness(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -173,6 +174,7 @@ def test_a_pressure_above_those_that_hold_is_refused(capsys: pytest.CaptureFixtu
     assert "above limits.pressure_max" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_profile_says_which_part_of_it_is_held(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -129,6 +129,7 @@ def test_the_service_of_a_fault_is_found_below_every_namespace():
     assert injection_name("left/", Fault.LEAK) == "/left/simulated_regulator/inject_leak"
 
 
+@pytest.mark.slow
 def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulation):
     read_until(simulation, WRAPPED)
     os.kill(child_running(simulation, "spiral_gripper_ros.node.main"), signal.SIGKILL)

@@ -142,6 +142,7 @@ def test_a_stopped_estimator_leaves_the_object_held(loop):
     loop.set_simulated("radius_source", dropout_probability=0.0)
 
 
+@pytest.mark.slow
 def test_an_uncalibrated_gripper_does_not_hold_what_the_node_believes_it_holds(namespace):
     observer = Observer(namespace)
     node, simulator = closed_loop(namespace, PATIENT_NODE, {"stiffness_factor": 1.5})

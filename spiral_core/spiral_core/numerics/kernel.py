@@ -125,9 +125,10 @@ def merged(function: Callable[P, R]) -> Callable[P, R]:
 def _import_array_functions() -> None:
     """Import numba's array functions, as its first kernel would, with a stand-in for BLAS.
 
-    A kernel that multiplies matrices imports the real one when it is compiled.
+    A kernel that multiplies matrices imports the real one when it is compiled. Where something else
+    has imported scipy's linear algebra, or is about to, there is nothing to gain.
     """
-    if BLAS in sys.modules:
+    if "scipy.linalg" in sys.modules:
         return
     sys.modules[BLAS] = ModuleType(BLAS)
     try:
