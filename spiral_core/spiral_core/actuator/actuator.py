@@ -51,8 +51,8 @@ class Actuator:
             its outside; a thin wall has them, and the strains, on the tube's inner radius.
 
     Raises:
-        InvalidInputError: a value is of the wrong type, the radius is not positive, or choices of
-            model contradict each other or the fibers.
+        InvalidInputError: a value is of the wrong type, the radius is not positive, the elastomer's
+            limit is at rest, or choices of model contradict each other or the fibers.
 
     Example:
         >>> import math
@@ -83,6 +83,9 @@ class Actuator:
         if not isinstance(self.fibers, FiberAngles | OneFamily):
             raise InvalidInputError("fibers", self.fibers, "FiberAngles or OneFamily")
         _require_type("material", self.material, HyperelasticLaw)
+        if not self.material.first_invariant_limit > 3.0:
+            limit = self.material.first_invariant_limit
+            raise InvalidInputError("first_invariant_limit", limit, "more than the 3 of rest")
         _require_type("curvature_form", self.curvature_form, CurvatureForm)
         _require_type("twist_shear", self.twist_shear, bool)
         _require_type("pressure_law", self.pressure_law, PressureLaw)

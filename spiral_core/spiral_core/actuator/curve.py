@@ -61,7 +61,7 @@ class ActuationCurve:
         limit: why it ends there.
 
     Raises:
-        InvalidInputError: the pressure does not rise at rest.
+        InvalidInputError: the pressure does not rise at rest, or is not finite.
 
     Attributes:
         path, pressure: as given.
@@ -90,6 +90,10 @@ class ActuationCurve:
         steps = TABLE_NODES - 1
         sizes = [end * (1.0 - (1.0 - k / steps) ** 2) for k in range(TABLE_NODES)]
         table = {size: pressure.with_slope(size) for size in sizes}
+        if not all(math.isfinite(value) for value, _ in table.values()):
+            raise InvalidInputError(
+                "material", actuator.material, "a law that is finite as far as the fibers go"
+            )
         if not table[0.0][1] > 0.0:
             raise InvalidInputError(
                 "material", actuator.material, "a law whose pressure rises with the stretch at rest"
@@ -106,8 +110,6 @@ class ActuationCurve:
         stretches = [self._stretch_at(size) for size in sizes]
         self._changes = [abs(stretch - 1.0) for stretch in stretches]
         self.stretch_limit = stretches[-1]
-        if not math.isfinite(self.pressure_limit):
-            raise InvalidInputError("actuator", actuator, "one whose pressures are finite")
 
     def pressure_from_stretch(self, stretch: float) -> float:
         """Return the pressure [Pa] at a stretch from 1 to ``stretch_limit``."""

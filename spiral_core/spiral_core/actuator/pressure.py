@@ -137,10 +137,10 @@ def uniform_pressure(actuator: Actuator, stretch: float, derivatives: FiberDeriv
         ActuationLimitError: the elastomer's limit is reached.
     """
     i1, i1_1, i2, i2_1 = invariants_from_derivatives(stretch, derivatives, actuator.twist_shear)
-    slopes = actuator.material.invariant_derivatives(i1, i2)
+    by_first, by_second = actuator.material.invariant_derivatives(i1, i2)
     tube = actuator.tube
     relative_wall = tube.wall_thickness / tube.inner_radius
-    energy_1 = slopes.first * i1_1 + slopes.second * i2_1
+    energy_1 = by_first * i1_1 + by_second * i2_1
     return relative_wall * (2.0 + relative_wall) * energy_1 / volume_slope(stretch, derivatives)
 
 

@@ -38,8 +38,9 @@ from spiral_core.section.path import (
     sideways_motion,
 )
 
-# Towards the elastomer's limit the energy has a pole: panels halve this many times.
-POLE_PANELS = 14
+# Towards the elastomer's limit the energy has a pole: panels halve this many times, if I1 - 3 comes
+# to this fraction of its limit.
+POLE_PANELS, NEAR_POLE = 14, 0.75
 # Less change of the torsion with the far side's strain than this is rounding.
 NO_TWIST = 1e-9
 # At rest the stiffness is that at this strain of the far side: sideways it is 0 by 0.
@@ -199,7 +200,7 @@ def _material_end(path: SectionPath, material: HyperelasticLaw) -> tuple[float, 
 def _work(path: SectionPath, material: HyperelasticLaw, end: float, scale: float) -> Panels:
     """Return the derivative of the mean energy density over |y|, scaled, up to an end [Pa]."""
     edges, motion = path.edges, path.motion
-    if motion.first.max() >= material.first_invariant_limit - 3.0:
+    if motion.first.max() >= NEAR_POLE * (material.first_invariant_limit - 3.0):
         kept = [edge for edge in edges if edge < 0.5 * end]
         graded = [end - (end - kept[-1]) * 0.5**k for k in range(1, POLE_PANELS)]
         edges = (*kept, *graded, end)
