@@ -20,6 +20,7 @@ from spiral_gripper.cli.types import (
     PRESSURE,
     Decorated,
     output_options,
+    typed,
     units_option,
 )
 
@@ -35,17 +36,17 @@ def _namespace(context: click.Context, parameter: click.Parameter, value: str) -
 
 def _positive(context: click.Context, parameter: click.Parameter, value: float | None) -> Any:  # noqa: ANN401
     """Return a positive number, or None if it is not given."""
-    del context, parameter
+    del context
     if value is not None and not 0.0 < value < math.inf:
-        raise click.BadParameter(f"it must be positive, got {value:g}")
+        raise click.BadParameter(f"it must be positive, got {typed(str(parameter.name))}")
     return value
 
 
 def _not_negative(context: click.Context, parameter: click.Parameter, value: float) -> float:
     """Return a number that is not negative."""
-    del context, parameter
+    del context
     if not 0.0 <= value < math.inf:
-        raise click.BadParameter(f"it must not be negative, got {value:g} Pa")
+        raise click.BadParameter(f"it must not be negative, got {typed(str(parameter.name))}")
     return value
 
 
