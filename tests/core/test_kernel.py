@@ -75,6 +75,9 @@ def test_the_stamp_of_a_kernel_covers_what_it_calls_and_reads(
     monkeypatch.setattr(rod_newton, "newton_pass", rod_system.discrete_strain_scale)
     assert stamp(kernel) != before
     monkeypatch.undo()
+    monkeypatch.setattr(rod_system.Solution, "_fields", rod_system.Solution._fields[::-1])
+    assert stamp(kernel) != before
+    monkeypatch.undo()
     chain = contact_element.chain.py_func  # type: ignore[attr-defined]
     before = stamp(chain)
     monkeypatch.setattr(contact_element, "XV", contact_element.U)

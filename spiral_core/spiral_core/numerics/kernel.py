@@ -8,8 +8,8 @@ that results do not depend on the compiler's taste.
 
 numba keeps a cached kernel for as long as the file that defines it is untouched, even if a kernel
 that it calls has changed in another file. numba names the cache's file after the kernel's qualified
-name. Here that name ends with a digest of the kernel's content: its bytecode, the constants it
-reads and, through their digests, all kernels it calls.
+name. Here that name ends with a digest of the kernel's content: its bytecode, the constants and the
+fields of the tuples it names and, through their digests, all kernels it calls.
 """
 
 import builtins
@@ -154,6 +154,8 @@ def content_stamp(function: Callable[..., object]) -> str:
             digest.update(content_stamp(value.py_func).encode())
         elif isinstance(value, (bool, int, float, str, tuple, np.generic)):
             digest.update(repr(value).encode())
+        elif isinstance(value, type):
+            digest.update(repr(getattr(value, "_fields", ())).encode())
     return digest.hexdigest()
 
 
