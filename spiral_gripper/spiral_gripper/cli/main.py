@@ -10,6 +10,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -21,6 +22,7 @@ from typing import Any, Final, NamedTuple
 import click
 
 from spiral_gripper.cli.group import Group, NoCommandError
+from spiral_gripper.cli.interrupt import interrupt
 
 NO_ANSWER: Final = 2
 # Commands that may show nothing at first, and the time after which a line says so [s].
@@ -145,6 +147,8 @@ def run(arguments: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the command line of this process."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupt)
     gc.set_threshold(NEW_OBJECTS)
     atexit.register(gc.freeze)  # else Python looks through all objects once more before it ends
     patience = Timer(PATIENCE, _say_what_takes_long)

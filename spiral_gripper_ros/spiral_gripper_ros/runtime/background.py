@@ -106,6 +106,8 @@ def _awaitable(executor: rclpy.executors.Executor, job: Future[Any]) -> rclpy.ta
     answer = rclpy.task.Future(executor=executor)
 
     def hand_over(done: Future[Any]) -> None:
+        if done.cancelled():  # the node has ended: nobody waits
+            return
         error = done.exception()
         if error is None:
             answer.set_result(done.result())
