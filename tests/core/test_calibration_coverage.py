@@ -44,6 +44,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(law):
     assert ((shares >= 0.93) & (shares <= 0.97)).all(), shares
 
 
+@pytest.mark.slow
 def test_intervals_of_few_readings_with_noisy_pressures_are_right_too():
     truth = actuator(LAWS[0])
     noise = np.random.default_rng(20260102)

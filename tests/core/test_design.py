@@ -264,7 +264,13 @@ def test_stiffer_rubber_needs_more_pressure_in_proportion_without_gravity() -> N
     assert other.length == pytest.approx(one.length, rel=1e-6)
 
 
-@pytest.mark.parametrize("preference", Preference)
+@pytest.mark.parametrize(
+    "preference",
+    [
+        pytest.param(each, marks=pytest.mark.slow if each is Preference.LARGEST_MARGIN else ())
+        for each in Preference
+    ],
+)
 def test_preference_is_kept_over_the_catalog(preference: Preference) -> None:
     chosen = designed(replace(PAPER_EXAMPLE, tubes=CATALOG, preference=preference))
     figure = {

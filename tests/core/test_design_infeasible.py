@@ -109,6 +109,7 @@ def test_what_comes_nearest_is_shown_with_its_violation(reports: dict[str, Desig
     assert PAPER_EXAMPLE.radius_min < design.radius_min < PAPER_EXAMPLE.radius_max
 
 
+@pytest.mark.slow
 def test_a_coil_that_gravity_opens_has_no_design(reports: dict[str, DesignReport]) -> None:
     report = reports["too thick for gravity"]
     assert report.design is None

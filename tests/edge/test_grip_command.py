@@ -193,6 +193,7 @@ def test_a_profile_says_which_part_of_it_is_held(
     assert answer["object_radius"] == pytest.approx(0.018)
 
 
+@pytest.mark.slow
 def test_a_true_zero_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
     """Close below its loss this coil drives the object towards the base, and snaps."""
     asked = ["grip", "paper_design_70", "--radius", "20 mm", "--pressure", "85 kPa"]

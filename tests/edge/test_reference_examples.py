@@ -33,7 +33,7 @@ def run_example(code: str, names: dict[str, object], title: str) -> None:
 
 
 # Contact takes its time.
-SLOW = {"grip", "motion"}
+SLOW = {"calibration", "design", "grip", "motion"}
 CASES = [
     pytest.param(path, marks=pytest.mark.slow if path.stem in SLOW else (), id=path.stem)
     for path in FILES

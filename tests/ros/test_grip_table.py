@@ -108,6 +108,7 @@ def test_a_good_grip_ends_at_curling_or_below_the_loss_but_never_below_the_wrap(
     assert highest_good(5.0e4, math.inf, math.inf) == math.inf
 
 
+@pytest.mark.slow
 def test_forces_between_those_computed_are_hardly_above_what_holds_and_not_far_below():
     gripper = load_gripper("paper_design_70")
     entry = GripEntry(solve_figures(GripQuestion(gripper, 0.02)), 0.0)

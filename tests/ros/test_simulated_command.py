@@ -90,6 +90,7 @@ def test_it_runs_for_its_duration_and_ends_vented():
     assert "\x1b" not in done.stdout
 
 
+@pytest.mark.slow
 def test_a_fault_is_injected_from_another_terminal_and_control_c_ends_it_vented(simulation):
     lines = read_until(simulation, WRAPPED)
     # The command is printed as it is to be pasted.

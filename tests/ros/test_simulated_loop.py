@@ -155,6 +155,7 @@ def test_an_uncalibrated_gripper_does_not_hold_what_the_node_believes_it_holds(n
     observer.close()
 
 
+@pytest.mark.slow
 def test_everything_runs_in_simulated_time(namespace):
     observer = Observer(namespace)
     # No radius before the node is heard: discovery takes DDS up to three seconds, the ramp less.
