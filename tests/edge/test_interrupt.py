@@ -16,8 +16,8 @@ curve = WrapCurve(load_gripper("paper_design_70"))
 signal.signal(signal.SIGALRM, interrupt)
 random.seed(3)
 for number in range(100):
-    signal.setitimer(signal.ITIMER_REAL, random.uniform(2e-4, 4e-3))
     try:
+        signal.setitimer(signal.ITIMER_REAL, random.uniform(2e-4, 4e-3))
         for step in range(10**6):
             curve.wrap_for_radius(0.012 + 1e-5 * (step % 1000))
     except KeyboardInterrupt:

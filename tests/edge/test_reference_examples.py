@@ -32,7 +32,7 @@ def run_example(code: str, names: dict[str, object], title: str) -> None:
     assert runner.run(case, clear_globs=False).failed == 0, title
 
 
-# Contact takes its time.
+# What computes for long.
 SLOW = {"calibration", "design", "grip", "motion"}
 CASES = [
     pytest.param(path, marks=pytest.mark.slow if path.stem in SLOW else (), id=path.stem)
