@@ -20,10 +20,10 @@ from cosseratbench.experiment import Result, run
 from cosseratbench.registry import load_experiment, load_solver
 
 from benchmarks.cases import Array
+from benchmarks.cosserat_adapter import SpiralSolver
 from benchmarks.results import Effort, Section, Table
 from spiral_core import ContactProblem, Damping, ElasticRod, Inertia, solve_motion
 from spiral_core import Section as CrossSection
-from spiral_gripper.interop.cosseratbench import SpiralSolver
 
 LENGTH, RADIUS, MASS = 0.36, 5.55625e-3, 0.0283
 TWISTING, BENDING = 1.8e-4, 2.7e-4

@@ -13,10 +13,10 @@ from cosseratbench.experiment import Experiment, Result, run
 from cosseratbench.registry import load_experiment, load_solver
 from cosseratbench.scenario import Material, Scenario
 
+from benchmarks.cosserat_adapter import SpiralSolver
 from benchmarks.hanging_cable import hanging_cable
 from benchmarks.results import Effort, Section, Table, milli
 from benchmarks.timing import median_time
-from spiral_gripper.interop.cosseratbench import SpiralSolver
 
 # What each peer's adapter needs.
 LIBRARIES = {"pyelastica": "elastica", "mujoco": "mujoco"}

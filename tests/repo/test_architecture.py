@@ -43,7 +43,6 @@ EDGE_FOLDERS = {
     "files": set(),
     "reports": {"files"},
     "bench": {"files", "reports"},
-    "interop": set(),
     "doctor": {"files", "reports"},
     "studio": {"files", "reports"},
     "cli": {"files", "reports", "reports.grip", "bench", "doctor"},
@@ -96,7 +95,7 @@ ROS_FREE = frozenset(
 
 CORE_LIBRARIES = {"numba", "numpy", "scipy"}
 EDGE_LIBRARIES = {
-    "click", "cosseratbench", "matplotlib", "numpy", "pint", "rich", "ruamel", "trimesh", "viser",
+    "click", "matplotlib", "numpy", "pint", "rich", "ruamel", "trimesh", "viser",
 }  # fmt: skip
 # Of the modules that know no ROS; a device's library is imported when the device is used.
 PLAIN_LIBRARIES = {"numpy", "pymodbus", "rich", "serial", "spiral_core", "spiral_gripper"}

@@ -31,8 +31,6 @@ LIBRARIES = {
     "scipy": ("python3-scipy", "scipy"),
     "serial": ("python3-serial", "pyserial"),
 }
-# Who calls us, not who we need: only its own process loads the module that imports it.
-CALLERS = {"cosseratbench"}
 # Used by launch files, which are shipped for those who have them: not on PyPI.
 NOT_ON_PYPI = {"launch", "launch_ros", "xacro"}
 # Used by the studio alone, where it was installed by pip: rosdep has no key for them.
@@ -93,7 +91,7 @@ def test_license_is_the_same_everywhere() -> None:
 
 @pytest.mark.parametrize("package", PYTHON_PACKAGES)
 def test_package_xml_names_what_is_imported(package: str) -> None:
-    imported = external_imports(package) - PIP_ONLY - CALLERS
+    imported = external_imports(package) - PIP_ONLY
     expected = {LIBRARIES.get(name, (name,))[0] for name in imported}
     # Started by a launch file.
     started = {"robot_state_publisher"} if package == "spiral_gripper_ros" else set()
@@ -106,8 +104,7 @@ def test_pyproject_names_what_is_imported() -> None:
     extras = pyproject()["project"]["optional-dependencies"]
     optional = names(extras["plot"] + extras["regulators"])
     assert names(stated()["dependencies"]) == libraries - optional
-    assert imported & CALLERS <= names(extras["bench"])
-    ros = imported - LIBRARIES.keys() - set(PACKAGES) - NOT_ON_PYPI - CALLERS - PIP_ONLY
+    ros = imported - LIBRARIES.keys() - set(PACKAGES) - NOT_ON_PYPI - PIP_ONLY
     assert names(extras["studio"]) >= PIP_ONLY
     wheels = {f"ros-jazzy-{name.replace('_', '-')}" for name in ros}
     assert wheels <= names(stated()["ros-dependencies"])

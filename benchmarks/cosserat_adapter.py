@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rod solver as a solver of cosseratbench, a benchmark of rod simulators.
 
-Its entry point is ``spiral``, as in ``cosseratbench run catenary --solver spiral``.
 Scenarios of one rod are answered, at rest or in motion: ends free, pinned or clamped, loads at the
 ends, cylinders and planes with friction. Everything else is declared unsupported. Rods bend, twist
 and stretch but do not shear, and friction acts at the centerline, as the references of these

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 from dataclasses import replace
 
@@ -22,11 +21,10 @@ from cosseratbench.scenario import (
     Rod,
     Scenario,
 )
-from repo.source_tree import pyproject
 
+from benchmarks.cosserat_adapter import SpiralSolver, problem_of
 from benchmarks.hanging_cable import hanging_cable
 from spiral_core import solve_contact
-from spiral_gripper.interop.cosseratbench import SpiralSolver, problem_of
 
 pytestmark = pytest.mark.long
 
@@ -49,14 +47,6 @@ def answer(experiment: Experiment | str, **values: float) -> Result:
 def answer_to(scenario: Scenario, elements: int = 40) -> np.ndarray:
     """Return the nodes of the last frame."""
     return SpiralSolver().run(scenario, n_elements=elements, n_frames=2).positions[0][-1]
-
-
-def test_entry_point_leads_to_the_solver() -> None:
-    module, name = pyproject()["project"]["entry-points"]["cosseratbench.solvers"]["spiral"].split(
-        ":"
-    )
-    assert getattr(importlib.import_module(module), name) is SpiralSolver
-    assert SpiralSolver.name == "spiral"
 
 
 def test_cantilever_bends_as_a_beam() -> None:
