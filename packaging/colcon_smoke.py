@@ -73,7 +73,7 @@ def main() -> None:
     demo = Path(get_package_prefix("spiral_gripper_ros"), "lib/spiral_gripper_ros", EXECUTABLES[0])
     subprocess.run([demo], check=True, timeout=120)
     command = Path(get_package_prefix("spiral_gripper"), "bin/spiral-gripper")
-    subprocess.run([command, "smoke"], check=True, timeout=120)
+    subprocess.run([command, "doctor"], check=True, timeout=120)
 
 
 if __name__ == "__main__":

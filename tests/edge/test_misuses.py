@@ -227,8 +227,6 @@ MISUSES = {
     "grippers list prototype_p1": "unexpected extra argument",
     "doctor one two": "unexpected extra argument",
     "doctor --jsn": "--json",
-    "smoke nowhere": "no gripper has this name",
-    "smoke --fault typhoon": "stuck_valve",
     "simulate nowhere": "no gripper has this name",
     "simulate --radius '2 m'": "at most 1 m",
     "simulate --noise '-1 mm'": "from 0 to 0.1 m",

@@ -43,13 +43,12 @@ EDGE_FOLDERS = {
     "files": set(),
     "reports": {"files"},
     "bench": {"files", "reports"},
-    "doctor": {"files", "reports"},
     "studio": {"files", "reports"},
-    "cli": {"files", "reports", "reports.grip", "bench", "doctor"},
+    "cli": {"", "files", "reports", "reports.grip", "bench"},
     "reports.grip": {"files", "reports"},
     "reports.closing": {"files", "reports", "reports.grip"},
     "cli.closing": {"files", "reports", "reports.closing", "cli"},
-    "cli.ros": {"files", "doctor", "studio", "cli"},
+    "cli.ros": {"files", "studio", "cli"},
 }
 PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_ros")
 
@@ -68,16 +67,13 @@ ROS_FOLDERS = {
     "simulation": {"control", "planning", "parameters", "messages", "process"},
     "client": {"control", "messages"},
     "tools": {"control", "messages", "process", "simulation", "client"},
-    "smoke": {"messages", "process", "simulation", "client", "tools"},
-    "doctor": {"control"},
 }
 WITHOUT_ROS = {"control", "planning"}
 # Modules in the other folders of spiral_gripper_ros that are plain logic too.
 ROS_FREE = frozenset(
     {
         "__init__", "actions.__init__", "actions.gripper_command", "actions.jobs",
-        "doctor.__init__", "doctor.checks", "doctor.domain", "doctor.environment",
-        "doctor.interfaces", "doctor.memory", "doctor.security", "messages.__init__",
+        "messages.__init__",
         "node.__init__", "node.garbage", "node.proposed_gripper",
         "parameters.__init__", "parameters.pressure_scale", "parameters.spec",
         "parameters.table", "process.__init__", "process.node_process", "process.stop_signals",
@@ -88,7 +84,7 @@ ROS_FREE = frozenset(
         "simulation.pacing", "simulation.parameters", "simulation.radius_estimator",
         "simulation.radius_source", "simulation.regulator", "simulation.replay",
         "simulation.simulated_gripper", "simulation.valve",
-        "smoke.__init__", "smoke.verdict", "tools.__init__", "tools.demo_report",
+        "tools.__init__", "tools.demo_report",
         "tools.live_view",
     }
 )  # fmt: skip

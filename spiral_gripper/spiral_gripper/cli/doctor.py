@@ -1,71 +1,139 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``doctor``: checks of the installation, the gripper files and ROS 2."""
+"""The command ``doctor``: versions, kernels, grippers, a grip, and a node that answers."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+import platform
+import sys
+from collections.abc import Callable
+from functools import partial
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 
 import click
 
+from spiral_gripper.cli.output import print_json
 from spiral_gripper.cli.types import output_options
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from rich.console import Console
-
-    from spiral_gripper.doctor.checks import Answer
+LIBRARIES = ("numpy", "scipy", "numba", "pint", "ruamel.yaml", "matplotlib")
+PAGE = "docs/troubleshooting.md lists causes and remedies"
 
 
 @click.command()
 @click.argument("gripper", metavar="[GRIPPER]", required=False)
 @output_options
 def doctor(gripper: str | None, as_json: bool) -> int:
-    """Check the installation, the grippers and ROS 2; report what is wrong and how to fix it.
+    """Check the installation, the grippers and the ROS 2 node.
 
     GRIPPER is the name of a shipped gripper or the path of a description file; without it all
-    shipped ones are checked. Kernels that are not compiled yet are compiled. Nothing else is
-    changed, and no gripper is commanded.
+    shipped ones are checked. Kernels that are not compiled yet are compiled. A node is started in
+    a namespace of its own and asked to plan one wrap; no gripper is commanded.
 
-    The exit code is 0 without problems (warnings are allowed) and 1 with a problem.
+    The exit code is 0 without problems and 1 with a problem.
     """
-    from spiral_gripper.doctor.report import as_document, has_problem
+    from spiral_gripper.files.catalog import available_grippers
 
+    names = available_grippers() if gripper is None else (gripper,)
+    checks: dict[str, Callable[[], str]] = {
+        "versions": check_versions,
+        "kernels": check_kernels,
+        **{name: partial(check_gripper, name) for name in names},
+    }
+    # They need all that is checked before them.
+    last: dict[str, Callable[[], str]] = {
+        "grip": partial(check_grip, names[0]),
+        "node": partial(check_node, names[0]),
+    }
+    found: list[dict[str, object]] = []
+    for name, check in {**checks, **last}.items():
+        if name in last and any(each["problem"] for each in found):
+            continue
+        problem, text = _outcome(check)
+        found.append({"name": name, "problem": problem, "text": text})
+        if not as_json:
+            click.echo(f"{'PROBLEM' if problem else 'ok':<8} {name}: {text}")
+    problems = sum(bool(each["problem"]) for each in found)
     if as_json:
-        import json
-
-        answers = list(_answers(gripper, lambda _: None))
-        click.echo(json.dumps(as_document(answers), indent=2, ensure_ascii=False))
+        print_json({"problems": problems, "checks": found})
     else:
-        from rich.console import Console
-
-        answers = _print_answers(gripper, Console(highlight=False))
-    return 1 if has_problem(answers) else 0
+        click.echo(f"{problems} problems; {PAGE}" if problems else "all well")
+    return 1 if problems else 0
 
 
-def _print_answers(gripper: str | None, console: Console) -> list[Answer]:
-    """Print answers as they come; return them."""
-    from spiral_gripper.doctor.report import print_answer, print_section, print_verdict
-
-    answers: list[Answer] = []
-    section = ""
-    with console.status("") as status:  # says what is being looked at
-        for answer in _answers(gripper, lambda title: status.update(f"{title} ...")):
-            if answer.section not in ("", section):
-                section = answer.section
-                if answers:
-                    console.print()
-                print_section(section, console)
-            print_answer(answer, console)
-            answers.append(answer)
-    console.print()
-    print_verdict(answers, console)
-    return answers
+def _outcome(check: Callable[[], str]) -> tuple[bool, str]:
+    """Return whether a check raises, and what it says."""
+    try:
+        return False, check()
+    except (Exception, SystemExit) as error:  # a broken library raises anything
+        return True, f"{type(error).__name__}: {error}"
 
 
-def _answers(gripper: str | None, announce: Callable[[str], None]) -> Iterator[Answer]:
-    """Yield the answers of all tables."""
-    from spiral_gripper.doctor.run import examine, tables
+def check_versions() -> str:
+    """Return the versions of Python and the libraries; those that are broken raise."""
+    for name in LIBRARIES[:-1]:
+        import_module(name)
+    try:
+        own = version("spiral-gripper")
+    except PackageNotFoundError:
+        own = "not installed by pip"
+    known = [f"{name} {version(name)}" for name in LIBRARIES if find_spec(name) is not None]
+    python = f"Python {platform.python_version()} on {platform.platform()}, in {sys.prefix}"
+    return f"spiral_gripper {own}; {python}; {', '.join(known)}"
 
-    for table in tables():
-        yield from examine(table, gripper, announce)
+
+def check_kernels() -> str:
+    """Compile the kernels, unless that has been done."""
+    from spiral_gripper.kernels import compile_kernels, kernels_are_compiled
+
+    if kernels_are_compiled():
+        return "compiled"
+    compile_kernels()
+    if kernels_are_compiled():
+        return "have been compiled"
+    raise OSError("no folder for compiled kernels can be written: set NUMBA_CACHE_DIR")
+
+
+def check_gripper(name: str) -> str:
+    """Read a gripper's file and find which objects it wraps."""
+    from spiral_core import WrapCurve
+    from spiral_gripper.files.description import load_description
+    from spiral_gripper.files.shown import shown, shown_range
+
+    description = load_description(name)
+    curve = WrapCurve(description.gripper)
+    limit = shown(description.gripper.pressure_max, "Pa")
+    radii = shown_range(curve.radius_min, curve.radius_max)
+    return "; ".join((f"grips radii from {radii}, up to {limit}", *description.warnings))
+
+
+def check_grip(name: str) -> str:
+    """Wrap an object of middle radius, with contact and friction."""
+    from spiral_core import grip_window, lay_into_coil
+    from spiral_gripper.files.description import load_gripper
+    from spiral_gripper.files.shown import shown
+
+    gripper = load_gripper(name)
+    window = grip_window(lay_into_coil(gripper, _middle_radius(name)))
+    if window.onset_wrap is None:
+        raise ValueError(f"{name} holds no object of {shown(_middle_radius(name), 'm')}")
+    radius, onset = shown(_middle_radius(name), "m"), shown(window.onset_wrap, "Pa")
+    return f"{name} wraps an object of {radius} from {onset}"
+
+
+def check_node(name: str) -> str:
+    """Start a node and ask it to plan one wrap."""
+    if find_spec("spiral_gripper_ros") is None:
+        return "not installed: ROS 2 is on PyPI for Linux x86-64 with Python 3.10 to 3.13 only"
+    plan = import_module("spiral_gripper_ros.tools.one_answer").plan_by_new_node
+    return str(plan(name, _middle_radius(name)))
+
+
+def _middle_radius(name: str) -> float:
+    """Return the geometric mean of the radii that a gripper grips [m]."""
+    from spiral_core import WrapCurve
+    from spiral_gripper.files.description import load_gripper
+
+    curve = WrapCurve(load_gripper(name))
+    return math.sqrt(curve.radius_min * curve.radius_max)

@@ -68,8 +68,7 @@ COMMANDS: Final = MappingProxyType(
         "simulate": _Entry("ros.simulate", "Run the ROS 2 node with simulated hardware."),
         "inject": _Entry("ros.simulate", "Set the fault of a running simulation's regulator."),
         "studio": _Entry("ros.studio", "Show a gripper in the browser, in three dimensions."),
-        "doctor": _Entry("doctor", "Check the installation, the gripper files and ROS 2."),
-        "smoke": _Entry("ros.smoke", "Test the whole installation with one simulated grasp."),
+        "doctor": _Entry("doctor", "Check the installation, the gripper files and the ROS 2 node."),
     }
 )
 

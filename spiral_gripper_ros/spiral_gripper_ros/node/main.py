@@ -100,13 +100,13 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
 
     Only a request to configure waits for it.
     """
-    from spiral_gripper_ros.planning.compilation import Compilation, missing_kernels
+    from spiral_gripper.kernels import kernels_are_compiled
+    from spiral_gripper_ros.planning.compilation import Compilation
 
-    count = missing_kernels()
-    if count == 0:
+    if kernels_are_compiled():
         return
     node.get_logger().info(
-        f"compiling {count} numerical kernels, once for this installation: some 15 s or more"
+        "compiling the numerical kernels, once for this installation: some 15 s or more"
     )
     compilation = Compilation()
 

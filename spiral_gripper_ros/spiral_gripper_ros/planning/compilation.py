@@ -15,18 +15,9 @@ from importlib import import_module
 
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper import load_gripper
-from spiral_gripper.doctor.gripper import KernelCache, compile_kernels
 from spiral_gripper.files.catalog import available_grippers
+from spiral_gripper.kernels import compile_kernels
 from spiral_gripper_ros.planning.planner import GripperPlanner
-
-
-def missing_kernels() -> int:
-    """Return how many kernels are not compiled yet; 0 also if they cannot be cached."""
-    try:
-        found = KernelCache.here()
-    except RuntimeError:  # numba has found no folder that it may write to
-        return 0
-    return found.kernels - found.current
 
 
 class Compilation:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands that need ROS 2: a running node, the simulation, the smoke test."""
+"""Commands that need ROS 2: a running node, the simulation."""

@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: Apache-2.0
-"""One full grasp and release for ``spiral-gripper smoke``."""
