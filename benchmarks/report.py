@@ -28,11 +28,13 @@ class Page:
         path: the page.
         summary: the JSON file.
         program: what writes it with ``--page``.
+        shown: sections whose tables stand there, below the goals; the program prints all.
     """
 
     path: Path
     summary: Path
     program: str
+    shown: tuple[str, ...]
 
     @property
     def begin(self) -> str:
@@ -44,11 +46,24 @@ class Page:
         text = self.path.read_text(encoding="utf-8")
         before, rest = text.split(self.begin)
         after = rest.split(END)[1]
-        shown = self.begin + "\n\n" + markdown(summary) + END
-        self.path.write_text(before + shown + after, encoding="utf-8")
+        tables = self.begin + "\n\n" + self.markdown(summary) + END
+        self.path.write_text(before + tables + after, encoding="utf-8")
+
+    def markdown(self, summary: Mapping[str, Any]) -> str:
+        """Return machine, goals and the tables of the shown sections as Markdown."""
+        facts = ", ".join(f"{key} {value}" for key, value in summary["machine"].items())
+        tables = [summary["goals"]]
+        for name in self.shown:
+            tables += summary["sections"][name]["tables"]
+        return f"Machine: {facts}.\n\n" + "".join(markdown_table(table) for table in tables)
 
 
-PAGE = Page(ROOT / "docs" / "benchmarks.md", RESULTS / "summary.json", "python -m benchmarks")
+PAGE = Page(
+    ROOT / "docs" / "benchmarks.md",
+    RESULTS / "summary.json",
+    "python -m benchmarks",
+    shown=("contact_wraps", "held", "edges", "questions"),
+)
 
 
 def show(table: Table, console: Console) -> None:
@@ -86,15 +101,6 @@ def _strict(content: Any) -> Any:  # noqa: ANN401
     if isinstance(content, float) and not math.isfinite(content):
         return None
     return content
-
-
-def markdown(summary: Mapping[str, Any]) -> str:
-    """Return machine and tables of a summary as Markdown."""
-    facts = ", ".join(f"{key} {value}" for key, value in summary["machine"].items())
-    tables = [summary["goals"]]
-    for section in summary["sections"].values():
-        tables += section["tables"]
-    return f"Machine: {facts}.\n\n" + "".join(markdown_table(table) for table in tables)
 
 
 def markdown_table(table: Mapping[str, Any]) -> str:

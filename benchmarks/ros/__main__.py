@@ -12,7 +12,12 @@ from benchmarks.ros.goals import goal_table
 from benchmarks.ros.session import own_domain
 
 PROGRAM = "python -m benchmarks.ros"
-PAGE = Page(ROOT / "docs" / "node_benchmarks.md", RESULTS / "ros_summary.json", PROGRAM)
+PAGE = Page(
+    ROOT / "docs" / "node_benchmarks.md",
+    RESULTS / "ros_summary.json",
+    PROGRAM,
+    shown=("latency", "rate"),
+)
 SUITE = command.Suite(
     program=PROGRAM,
     description=__doc__,

@@ -136,7 +136,7 @@ def test_page_shows_the_summary() -> None:
     assert list(measured) == [name for name in command.SUITE.sections if name in measured]
     assert command.SUITE.sections.keys() == measured.keys()
     page = report.PAGE.path.read_text(encoding="utf-8")
-    assert report.markdown(summary) in page
+    assert report.PAGE.markdown(summary) in page
     assert (ROOT / "docs" / "figures" / "rod_accuracy.png").is_file()
 
 

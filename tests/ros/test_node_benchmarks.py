@@ -87,7 +87,7 @@ def test_the_usage_of_a_process_is_told():
 def test_page_shows_the_summary():
     summary = json.loads(command.PAGE.summary.read_text(encoding="utf-8"))
     assert list(summary["sections"]) == list(command.SUITE.sections)
-    assert report.markdown(summary) in command.PAGE.path.read_text(encoding="utf-8")
+    assert command.PAGE.markdown(summary) in command.PAGE.path.read_text(encoding="utf-8")
 
 
 def test_summary_does_not_name_the_machine():
