@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import report
 from benchmarks.ros import __main__ as command
 from benchmarks.ros import goals, rate
 from benchmarks.ros.effort import SMOKE
