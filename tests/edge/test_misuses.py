@@ -159,7 +159,6 @@ MISUSES = {
     "sweep design": "there is no command 'design'",
     P + "--jobs 0": "1<=x<=1024",
     P + "--jobs two": "--jobs",
-    P + "--scheduler tcp://127.0.0.1:1": "exclude each other",
     M + "--angles 1": "2<=x<=181",
     M + "--tube-radii 1.5": "--tube-radii",
     M + "--wall 1": 'write "1 mm" or "1 in"',

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where sweeps run: Ctrl-C ends the workers quietly, a Dask cluster answers alike."""
+"""Ctrl-C: at once, between two steps, and with worker processes."""
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -11,13 +10,6 @@ import sys
 import time
 
 import pytest
-
-from spiral_gripper.cli.main import run
-
-SWEEP = [
-    "sweep", "pareto", "--radius-min", "11 mm", "--radius-max", "30 mm",
-    "--tube", "3/8 in x 1/32 in", "--beta", "70 deg", "--beta", "80 deg",
-]  # fmt: skip
 
 
 def test_an_interrupt_ends_a_sweep_in_one_line() -> None:
@@ -43,26 +35,35 @@ def test_an_interrupt_ends_a_sweep_in_one_line() -> None:
     assert said == "spiral-gripper: interrupted\n"
 
 
-def test_a_dask_cluster_gives_the_same_answers(capsys: pytest.CaptureFixture[str]) -> None:
-    from distributed import LocalCluster
-
-    assert run([*SWEEP, "--json", "--jobs", "1"]) == 0
-    here = json.loads(capsys.readouterr().out)
-    with LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster:
-        assert run([*SWEEP, "--json", "--scheduler", cluster.scheduler_address]) == 0
-    assert json.loads(capsys.readouterr().out) == here
-
-
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tcp://:x"])
-def test_a_scheduler_that_does_not_answer_is_named(
-    address: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr("spiral_gripper.cli.workers.SCHEDULER_TIMEOUT", "0.5s")
-    assert run([*SWEEP, "--scheduler", address]) == 2
-    said = capsys.readouterr().err.splitlines()[-1]
-    assert said == f"spiral-gripper: no Dask scheduler answers at --scheduler {address}"
+@pytest.mark.slow
+def test_an_interrupted_sweep_prints_the_grips_that_are_done() -> None:
+    radii = [part for mm in range(20, 40) for part in ("--radius", f"{mm} mm")]
+    sweep = ["sweep", "grips", "paper_design_70", *radii, "--jobs", "1"]
+    process = started(*sweep)
+    assert process.stderr is not None
+    assert process.stderr.readline() == "solving ...\n"  # the first grip is done
+    process.send_signal(signal.SIGINT)
+    answer, said = process.communicate(timeout=300.0)
+    assert process.returncode == 1
+    assert " of 20 grips are done" in said
+    assert "20 mm" in answer
+    assert "39 mm" not in answer
 
 
-def test_one_place_to_work_is_enough(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run([*SWEEP, "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"]) == 2
-    assert "--jobs and --scheduler exclude each other" in capsys.readouterr().err
+def test_a_command_that_holds_nothing_ends_at_once() -> None:
+    process = started("grip", "paper_design_70", "--radius", "20 mm")
+    assert process.stderr is not None
+    assert "pulling" in process.stderr.readline()
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=10.0) == ("", "")
+    assert process.returncode == -signal.SIGINT
+
+
+def started(*command: str) -> subprocess.Popen[str]:
+    """Return a running command."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "spiral_gripper.cli.main", *command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )

@@ -22,12 +22,14 @@ from typing import Any, Final, NamedTuple
 import click
 
 from spiral_gripper.cli.group import Group, NoCommandError
-from spiral_gripper.cli.interrupt import interrupt
+from spiral_gripper.cli.workers import interrupt_between_steps
 
 NO_ANSWER: Final = 2
 # Commands that may show nothing at first, and the time after which a line says so [s].
 COMPUTING: Final = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
 PATIENCE: Final = 3.0
+# Commands that print what they have computed when they are interrupted.
+STEPWISE: Final = ("close", "sweep", "calibrate")
 # Garbage is collected after so many new objects: most come with the libraries, and stay.
 NEW_OBJECTS: Final = 200_000
 # Libraries that are not always installed: what needs them, and the extra that brings them.
@@ -147,7 +149,7 @@ def run(arguments: Sequence[str]) -> int:
 def main() -> None:
     """Run the command line of this process."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, interrupt)
+        _choose_interrupt(sys.argv[1] if sys.argv[1:] else "")
     gc.set_threshold(NEW_OBJECTS)
     atexit.register(gc.freeze)  # else Python looks through all objects once more before it ends
     patience = Timer(PATIENCE, _say_what_takes_long)
@@ -158,6 +160,17 @@ def main() -> None:
         sys.exit(run(sys.argv[1:]))
     finally:
         patience.cancel()
+
+
+def _choose_interrupt(command: str) -> None:
+    """Let Ctrl-C end a command that holds nothing at once, and one of many steps between two.
+
+    An exception while numba packs the result of a kernel would end in a segmentation fault.
+    """
+    if command in STEPWISE:
+        interrupt_between_steps()
+    elif command not in COMMANDS or not COMMANDS[command].module.startswith("ros."):
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _say_what_takes_long() -> None:

@@ -22,7 +22,7 @@ from spiral_gripper.cli.types import (
     plot_option,
     unit_vector,
 )
-from spiral_gripper.cli.workers import core_count, dask_cluster, process_pool, progress_bar
+from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
 
 MOST_ANGLES = 181
 MOST_JOBS = 1024
@@ -33,13 +33,8 @@ def sweep() -> None:
     """Compute many designs or grips at once."""
 
 
-def worker_options(function: Decorated) -> Decorated:
-    """Add ``--jobs`` and ``--scheduler``."""
-    function = click.option(
-        "--scheduler",
-        metavar="ADDRESS",
-        help='Use the Dask cluster at this address, such as "tcp://10.0.0.5:8786".',
-    )(function)
+def jobs_option(function: Decorated) -> Decorated:
+    """Add ``--jobs``."""
     return click.option(
         "--jobs",
         type=click.IntRange(1, MOST_JOBS),
@@ -80,7 +75,7 @@ def worker_options(function: Decorated) -> Decorated:
 @click.option(
     "--wall", type=LENGTH, default="1/32 in", show_default=True, help="Wall thickness of all tubes."
 )
-@worker_options
+@jobs_option
 @output_options
 @plot_option
 def feasibility(
@@ -90,7 +85,6 @@ def feasibility(
     tube_radii: int,
     wall: float,
     jobs: int | None,
-    scheduler: str | None,
     as_json: bool,
     plot: Path | None,
     **options: object,
@@ -120,7 +114,7 @@ def feasibility(
 
     beta_grid = np.linspace(min(betas), max(betas), angles)
     radius_grid = np.linspace(tube_radius_min, tube_radius_max, tube_radii)
-    with _workers(jobs, scheduler) as executor, progress_bar("solving", quiet=as_json) as progress:
+    with _workers(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
         result = feasibility_map(
             requirement,
             [float(beta) for beta in beta_grid],
@@ -142,18 +136,16 @@ def feasibility(
 
 @sweep.command()
 @requirement_options
-@worker_options
+@jobs_option
 @output_options
 @plot_option
-def pareto(
-    jobs: int | None, scheduler: str | None, as_json: bool, plot: Path | None, **options: object
-) -> None:
+def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object) -> None:
     """List the Pareto-optimal designs in pressure, strain and length."""
     requirement = requirement_from(options)
 
     from spiral_core.design.sweep import pareto_set, solve_points
 
-    with _workers(jobs, scheduler) as executor, progress_bar("solving", quiet=as_json) as progress:
+    with _workers(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
         points = solve_points(requirement, requirement.candidates(), executor, progress)
     best = pareto_set(points)
     if as_json:
@@ -202,7 +194,7 @@ def pareto(
     type=click.Path(dir_okay=False, path_type=Path),
     help="A .jsonl file with one line for each grip; grips found in it are not solved again.",
 )
-@worker_options
+@jobs_option
 @output_options
 @plot_option
 def grips(
@@ -212,18 +204,17 @@ def grips(
     directions: tuple[tuple[float, float, float], ...],
     results: Path | None,
     jobs: int | None,
-    scheduler: str | None,
     as_json: bool,
     plot: Path | None,
-) -> None:
+) -> int:
     """Close every GRIPPER on every object, with every friction and mount.
 
     --radius, --friction and --gravity-direction may be repeated. Forces are those at each grip's
-    recommended pressure after slow closing.
+    recommended pressure after slow closing. Ctrl-C prints the grips that are done; exit code 1.
     """
     if any(not 0.0 <= friction <= 10.0 for friction in frictions):
         raise click.UsageError("--friction must be from 0 to 10")
-    from spiral_core.grip.study import grip_cases, solve_cases
+    from spiral_core.grip.study import GripOutcome, grip_cases, solve_cases
     from spiral_core.wrap.gripper import STANDARD_GRAVITY
     from spiral_gripper.cli.gripper import described
     from spiral_gripper.reports.grip.study import StudyFile, case_as_dict, print_outcomes
@@ -235,26 +226,36 @@ def grips(
     designs = [described(name).gripper for name in grippers]
     cases = grip_cases(designs, radii, frictions or None, gravities or None)
     store = StudyFile(results, cases)
-    with _workers(jobs, scheduler) as executor, progress_bar("solving", quiet=as_json) as progress:
-        outcomes = solve_cases(cases, executor, progress, known=store.known, keep=store.keep)
+    done = dict(store.known)
+
+    def keep(number: int, outcome: GripOutcome) -> None:
+        done[number] = outcome
+        store.keep(number, outcome)
+
+    interrupted = False
+    try:
+        with _workers(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
+            solve_cases(cases, executor, progress, known=store.known, keep=keep)
+    except KeyboardInterrupt:
+        interrupted = True
+        click.echo(f"interrupted: {len(done)} of {len(cases)} grips are done", err=True)
+    cases = [cases[number] for number in sorted(done)]
+    outcomes = [done[number] for number in sorted(done)]
     if as_json:
         print_json([case_as_dict(*pair) for pair in zip(cases, outcomes, strict=True)])
     else:
         from rich.console import Console
 
         print_outcomes(cases, outcomes, Console())
-    if plot is not None:
+    if plot is not None and cases:
         from spiral_gripper.reports.grip.plots import study_accuracy, window_figure
 
         caption = study_accuracy(cases, outcomes)
         write_picture(window_figure(cases, outcomes, caption), plot)
+    return 1 if interrupted else 0
 
 
-def _workers(jobs: int | None, scheduler: str | None) -> AbstractContextManager[Executor | None]:
-    """Return a cluster or a pool of processes; none where one process is enough."""
-    if scheduler is not None:
-        if jobs is not None:
-            raise click.UsageError("--jobs and --scheduler exclude each other")
-        return dask_cluster(scheduler)
+def _workers(jobs: int | None) -> AbstractContextManager[Executor | None]:
+    """Return a pool of processes; None where one process is enough."""
     count = core_count() if jobs is None else jobs
     return nullcontext() if count == 1 else process_pool(count)
