@@ -25,7 +25,7 @@ def test_help_loads_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.count("Usage: spiral-gripper") == len(helps)
     loaded = set(done.stderr.split())
-    assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "rich", "pint"}
+    assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "rich"}
     light = {"spiral_core.lazy", "spiral_core.notice"}
     assert {name for name in loaded if name.startswith("spiral_core.")} == light
 

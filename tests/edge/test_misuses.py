@@ -46,7 +46,7 @@ MISUSES = {
     "shape prototype_p1": "'--pressure'",
     "shape prototype_p1 extra --pressure '8 psi'": "unexpected extra argument",
     "shape prototype_p1 --pressure 8": 'write "8 kPa" or "8 psi"',
-    "shape prototype_p1 --pressure '8 PSI'": 'did you mean "psi"?',
+    "shape prototype_p1 --pressure '8 pzi'": 'did you mean "psi"?',
     "shape prototype_p1 --pressure '8 psia'": "subtract 14.7 psi",
     "shape prototype_p1 --pressure '8 mm'": "is a length",
     "shape prototype_p1 --pressure 'eight psi'": "a pressure with its unit",

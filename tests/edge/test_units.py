@@ -4,9 +4,7 @@
 import math
 import subprocess
 import sys
-from decimal import Decimal
 
-import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -91,14 +89,14 @@ ANGLE = 'must be an angle with its unit, such as "60 deg"'
             ),
         ),
         (
-            "8 Psi",
+            "8 mpa",
             Dimension.PRESSURE,
-            f'pressure {PRESSURE} (there is no unit "Psi"; did you mean "psi"?), got \'8 Psi\'',
+            f'pressure {PRESSURE} (there is no unit "mpa"; did you mean "MPa"?), got \'8 mpa\'',
         ),
         (
             "5 MM",
             Dimension.LENGTH,
-            f'length {LENGTH} ("MM" is mol/m³, not a length; did you mean "mm"?), got \'5 MM\'',
+            f'length {LENGTH} (there is no unit "MM"; did you mean "mm"?), got \'5 MM\'',
         ),
         (
             "8 flurbs",
@@ -113,22 +111,17 @@ ANGLE = 'must be an angle with its unit, such as "60 deg"'
         (
             "8 lb/in^2",
             Dimension.PRESSURE,
-            f"pressure {PRESSURE} (\"lb/in^2\" is g/m², not a pressure), got '8 lb/in^2'",
+            f"pressure {PRESSURE} (\"lb/in^2\" is not a pressure), got '8 lb/in^2'",
         ),
         (
             "8 psi rad",
             Dimension.PRESSURE,
-            (f"pressure {PRESSURE} (\"psi rad\" is g·rad/m/s², not a pressure), got '8 psi rad'"),
+            (f"pressure {PRESSURE} (\"psi rad\" is not a pressure), got '8 psi rad'"),
         ),
         (
             "3 m/m",
             Dimension.ANGLE,
-            f"angle {ANGLE} (\"m/m\" is a pure number, not an angle), got '3 m/m'",
-        ),
-        (
-            "1 sr",
-            Dimension.ANGLE,
-            f"angle {ANGLE} (\"sr\" is rad², not an angle), got '1 sr'",
+            f"angle {ANGLE} (\"m/m\" is not an angle), got '3 m/m'",
         ),
         (
             "50 %",
@@ -148,7 +141,7 @@ ANGLE = 'must be an angle with its unit, such as "60 deg"'
         (
             "20 degC",
             Dimension.LENGTH,
-            f"length {LENGTH} (\"degC\" is K, not a length), got '20 degC'",
+            f"length {LENGTH} (there is no unit \"degC\"), got '20 degC'",
         ),
         (
             "9^9^9^9 m",
@@ -270,10 +263,10 @@ def test_number_with_anything_else_is_refused(text):
         parse_number(text)
 
 
-def test_the_package_imports_neither_pint_nor_yaml_until_they_are_needed():
+def test_the_package_imports_no_yaml_until_they_are_needed():
     program = (
         "import sys, spiral_gripper\n"
-        "heavy = {'pint', 'ruamel.yaml', 'numba', 'matplotlib'} & set(sys.modules)\n"
+        "heavy = {'ruamel.yaml', 'numba', 'matplotlib'} & set(sys.modules)\n"
         "sys.exit(f'imported at once: {heavy}' if heavy else 0)\n"
     )
     done = subprocess.run(
@@ -282,15 +275,31 @@ def test_the_package_imports_neither_pint_nor_yaml_until_they_are_needed():
     assert done.returncode == 0, done.stderr
 
 
-def test_the_usual_units_are_those_of_pint():
-    registry = pint.UnitRegistry(non_int_type=Decimal)
-    for dimension in Dimension:
-        for unit in dimension.usual_units:
-            value = registry.Quantity(Decimal(7), unit).to(dimension.si_unit).magnitude
-            assert parse_quantity(f"7 {unit}", dimension) == float(value), unit
+@pytest.mark.parametrize(
+    ("text", "dimension", "expected"),
+    [
+        ("1 kpa", Dimension.PRESSURE, 1e3),
+        ("1 PSI", Dimension.PRESSURE, PSI),
+        ("1 Bar", Dimension.PRESSURE, 1e5),
+        ("1 atm", Dimension.PRESSURE, 101325.0),
+        ("760 torr", Dimension.PRESSURE, 101325.0),
+        ("1 kN/m^2", Dimension.PRESSURE, 1e3),
+        ("1 kgf", Dimension.FORCE, 9.80665),
+        ("1 lb", Dimension.MASS, 0.45359237),
+        ("16 oz", Dimension.MASS, 0.45359237),
+        ("1 lbf", Dimension.FORCE, POUND_FORCE),
+        ("31.25 thou", Dimension.LENGTH, 7.9375e-4),
+        ("1 inch", Dimension.LENGTH, INCH),
+        ("1 turn/m", Dimension.CURVATURE, 2.0 * math.pi),
+        ("2 min", Dimension.TIME, 120.0),
+        ("1 psi/min", Dimension.PRESSURE_RATE, PSI / 60.0),
+    ],
+)
+def test_units_have_their_size(text, dimension, expected):
+    assert parse_quantity(text, dimension) == pytest.approx(expected, rel=1e-15)
 
 
-def test_a_second_process_compiles_no_kernel_and_loads_neither_pint_nor_linear_algebra():
+def test_a_second_process_compiles_no_kernel_and_loads_no_linear_algebra():
     code = """
 import sys
 from numba.core import event
@@ -298,7 +307,7 @@ from spiral_gripper.cli.main import run
 with event.install_recorder("numba:compile") as compiled:
     assert run(["wrap", "paper_design_70", "--radius", "20 mm"]) == 0
 print([record[1].data["dispatcher"] for record in compiled.buffer])
-print({"pint", "scipy.linalg"} & sys.modules.keys())
+print({"scipy.linalg"} & sys.modules.keys())
 """
     for _ in range(2):  # the first one may have to compile
         done = subprocess.run(

@@ -91,7 +91,7 @@ ROS_FREE = frozenset(
 
 CORE_LIBRARIES = {"numba", "numpy", "scipy"}
 EDGE_LIBRARIES = {
-    "click", "matplotlib", "numpy", "pint", "rich", "ruamel", "trimesh", "viser",
+    "click", "matplotlib", "numpy", "rich", "ruamel", "trimesh", "viser",
 }  # fmt: skip
 # Of the modules that know no ROS; a device's library is imported when the device is used.
 PLAIN_LIBRARIES = {"numpy", "pymodbus", "rich", "serial", "spiral_core", "spiral_gripper"}
@@ -205,7 +205,7 @@ def test_plain_logic_of_the_node_is_free_of_ros(module: str) -> None:
 @pytest.mark.parametrize(
     ("package", "heavy"),
     [
-        ("spiral_core", {"matplotlib", "numba", "pint", "scipy"}),
+        ("spiral_core", {"matplotlib", "numba", "scipy"}),
         ("spiral_gripper", {"matplotlib", "numba", "rclpy", "scipy"}),
     ],
 )

@@ -24,7 +24,6 @@ LIBRARIES = {
     "matplotlib": ("python3-matplotlib", "matplotlib"),
     "numba": ("python3-numba", "numba"),
     "numpy": ("python3-numpy", "numpy"),
-    "pint": ("python3-pint", "pint"),
     "pymodbus": ("python3-pymodbus", "pymodbus"),
     "rich": ("python3-rich", "rich"),
     "ruamel": ("python3-ruamel.yaml", "ruamel.yaml"),

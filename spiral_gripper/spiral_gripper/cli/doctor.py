@@ -17,7 +17,7 @@ import click
 from spiral_gripper.cli.output import print_json
 from spiral_gripper.cli.types import output_options
 
-LIBRARIES = ("numpy", "scipy", "numba", "pint", "ruamel.yaml", "matplotlib")
+LIBRARIES = ("numpy", "scipy", "numba", "ruamel.yaml", "matplotlib")
 PAGE = "docs/troubleshooting.md lists causes and remedies"
 
 

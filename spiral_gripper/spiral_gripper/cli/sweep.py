@@ -239,7 +239,7 @@ def grips(
     except KeyboardInterrupt:
         interrupted = True
         click.echo(f"interrupted: {len(done)} of {len(cases)} grips are done", err=True)
-    cases = [cases[number] for number in sorted(done)]
+    cases = tuple(cases[number] for number in sorted(done))
     outcomes = [done[number] for number in sorted(done)]
     if as_json:
         print_json([case_as_dict(*pair) for pair in zip(cases, outcomes, strict=True)])

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Quantities with units: text such as ``"4.7625 mm"`` to SI numbers.
 
-The grammar is deliberately narrower than pint's: one decimal number or one fraction ("3/16 in"),
-then a product of units with small whole exponents. Pint alone would read "1,5 mm" as 15 mm,
-"±3 mm" as 3 mm, and compute sums and powers.
+A quantity is one decimal number or one fraction ("3/16 in"), then a product of units with small
+whole exponents. The units are those of :data:`UNITS`: metric ones with their prefixes, and the
+inch-pound units of tubes, gauges and scales. A library of units costs a tenth of a second to load.
 """
 
 from __future__ import annotations
@@ -15,13 +15,12 @@ from decimal import Decimal
 from enum import Enum
 from functools import lru_cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Final
+
+import numpy as np
 
 from spiral_core import InvalidInputError
 from spiral_core.validation import require_finite
-
-if TYPE_CHECKING:
-    import pint
 
 PLAIN_NUMBER = "a plain finite number, such as 1.05 (no unit, no percent)"
 
@@ -33,9 +32,10 @@ _QUANTITY = re.compile(
     rf"(?P<number>{_NUMBER})(?:/(?P<divisor>0*[1-9][0-9]*))?\s*(?P<unit>[^\s0-9.,+/-].*)"
 )
 _SYMBOL = r"[A-Za-zµμ°%][A-Za-zµμ]*(?:_[A-Za-z0-9]+)*"
-_FACTOR = rf"{_SYMBOL}(?:(?:\^|\*\*)-?[1-9]|-?[2-4])?"
-_UNIT = re.compile(rf"{_FACTOR}(?:[ \t]*[*/·][ \t]*{_FACTOR}|[ \t]+{_FACTOR})*")
-_BARE_EXPONENT = re.compile(rf"(?P<symbol>{_SYMBOL})(?P<exponent>-?[2-4])(?![A-Za-z0-9_])")
+_FACTOR = re.compile(
+    rf"(?P<joint>^|[ \t]*[*/·][ \t]*|[ \t]+)(?P<symbol>{_SYMBOL})"
+    r"(?:(?:\^|\*\*)(?P<power>-?[1-9])|(?P<bare>-?[2-4])(?![A-Za-z0-9_]))?"
+)
 # Units of absolute pressure, and units that state gauge pressure explicitly.
 _GAUGE = "pressures are gauge pressures: "
 _REFERENCED = {
@@ -48,23 +48,58 @@ _REFERENCED = {
     "bar(g)": f'{_GAUGE}write "bar"',
     "kpag": f'{_GAUGE}write "kPa"',
 }
-_PSI, _DEGREE = "6894.757293168361336722673443", "0.01745329251994329576923690768"
-# The usual units in SI units, with all the digits that pint gives. Importing pint and building its
-# registry takes longer than many answers: only other units need it.
-_USUAL_FACTORS = MappingProxyType(
-    {
-        "mm": "0.001", "in": "0.0254", "cm": "0.01", "m": "1", "ft": "0.3048",
-        "kPa": "1e3", "psi": _PSI, "bar": "1e5", "mbar": "1e2", "MPa": "1e6", "Pa": "1",
-        "deg": _DEGREE, "rad": "1", "g/cm^3": "1e3", "kg/m^3": "1",
-        "m/s^2": "1", "standard_gravity": "9.80665", "N m^2": "1", "N mm^2": "1e-6",
-        "rad/m": "1", "deg/m": _DEGREE,
-        "g": "0.001", "kg": "1", "lb": "0.45359237", "oz": "0.028349523125",
-        "N": "1", "mN": "0.001", "kN": "1e3", "lbf": "4.4482216152605", "gram_force": "0.00980665",
-        "s": "1", "ms": "0.001", "min": "60",
-        "kPa/s": "1e3", "psi/s": _PSI, "bar/s": "1e5", "Pa/s": "1", "g/m": "0.001", "kg/m": "1",
-    }
-)  # fmt: skip
-_SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁴": "4"})
+_SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁴": "4", "μ": "µ"})
+
+# Unit, its size in SI units, exponents of meter, kilogram, second and radian. The first seven take
+# the prefixes below.
+_TABLE: Final = """
+m 1 1 0 0 0
+g 0.001 0 1 0 0
+s 1 0 0 1 0
+rad 1 0 0 0 1
+N 1 1 1 -2 0
+Pa 1 -1 1 -2 0
+bar 1e5 -1 1 -2 0
+in,inch,inches 0.0254 1 0 0 0
+ft,foot,feet 0.3048 1 0 0 0
+thou,mil 0.0000254 1 0 0 0
+deg,degree,degrees,° 0.01745329251994329576923690768 0 0 0 1
+turn 6.283185307179586476925286767 0 0 0 1
+lb 0.45359237 0 1 0 0
+oz 0.028349523125 0 1 0 0
+lbf 4.4482216152605 1 1 -2 0
+kgf 9.80665 1 1 -2 0
+gram_force,gf 0.00980665 1 1 -2 0
+psi 6894.757293168361336722673443 -1 1 -2 0
+atm 101325 -1 1 -2 0
+torr 133.3223684210526315789473684 -1 1 -2 0
+mmHg 133.322387415 -1 1 -2 0
+inHg 3386.38864034 -1 1 -2 0
+standard_gravity 9.80665 1 0 -2 0
+min,minute 60 0 0 1 0
+h 3600 0 0 1 0
+"""
+_PREFIXES: Final = "n 1e-9,µ 1e-6,u 1e-6,m 1e-3,c 1e-2,d 0.1,h 1e2,k 1e3,M 1e6,G 1e9"
+_PREFIXED: Final = 7
+# What a unit measures: exponents of meter, kilogram, second and radian.
+Exponents = tuple[int, ...]
+
+
+def _all_units() -> dict[str, tuple[Decimal, Exponents]]:
+    """Return the size of every unit in SI units, and what it measures."""
+    units = {}
+    for count, line in enumerate(_TABLE.split("\n")[1:-1]):
+        names, size, *exponents = line.split()
+        kind = tuple(int(exponent) for exponent in exponents)
+        units.update(dict.fromkeys(names.split(","), (Decimal(size), kind)))
+        if count < _PREFIXED:
+            for prefix, scale in (each.split() for each in _PREFIXES.split(",")):
+                units[f"{prefix}{names}"] = (Decimal(scale) * Decimal(size), kind)
+    return units
+
+
+UNITS: Final = MappingProxyType(_all_units())
+_RATIOS = frozenset({"%", "percent", "dB", "ppm"})
 
 
 class Dimension(Enum):
@@ -220,53 +255,51 @@ def _hint(text: object, dimension: Dimension) -> str:
     return f' (write "{text} {first}" or "{text} {second}" or whichever unit is meant)'
 
 
-@lru_cache(maxsize=256)
 def _si_factor(unit_text: str, dimension: Dimension) -> Decimal:
     """Return the SI value of one ``unit_text``."""
-    if unit_text in dimension.usual_units:
-        return Decimal(_USUAL_FACTORS[unit_text])
-    return _parsed_factor(unit_text, dimension)
-
-
-def _parsed_factor(unit_text: str, dimension: Dimension) -> Decimal:
-    """Return the SI value of any unit, by pint."""
     if unit_text.casefold() in _REFERENCED and dimension is Dimension.PRESSURE:
         raise _UnitProblemError(_REFERENCED[unit_text.casefold()])
-    text = unit_text.translate(_SUPERSCRIPTS)
-    if _UNIT.fullmatch(text) is None:
-        raise _UnitProblemError(f'"{unit_text}" is not a unit')
-    text = _BARE_EXPONENT.sub(r"\g<symbol>^\g<exponent>", text)
-    registry = _registry()
-    for symbol in re.findall(_SYMBOL, text):
-        if _base_units(symbol, dimension) == registry.dimensionless:
-            raise _UnitProblemError(f'"{symbol}" is a ratio, not {dimension.noun}')
-    base = _base_units(text, dimension)
-    if base != _base_units(dimension.si_unit, dimension):
-        raise _UnitProblemError(
-            f'"{unit_text}" is {_kind_of(base)}, not {dimension.noun}'
-            + _suggestion(unit_text, dimension, exact=True)
-        )
-    return Decimal(registry.Quantity(Decimal(1), text).to(dimension.si_unit).magnitude)
+    for ratio in re.findall(_SYMBOL, unit_text):
+        if ratio in _RATIOS:
+            raise _UnitProblemError(f'"{ratio}" is a ratio, not {dimension.noun}')
+    factor, kind = _unit(unit_text, dimension)
+    if kind != _unit(dimension.si_unit, dimension)[1]:
+        measured = next((d.noun for d in Dimension if _unit(d.si_unit, d)[1] == kind), "")
+        found = f"is {measured}, " if measured else "is "
+        suggestion = _suggestion(unit_text, dimension, exact=True)
+        raise _UnitProblemError(f'"{unit_text}" {found}not {dimension.noun}{suggestion}')
+    return factor
 
 
-def _kind_of(base: pint.Unit) -> str:
-    """Return what a unit that is reduced to base units measures."""
-    for dimension in Dimension:
-        if base == _base_units(dimension.si_unit, dimension):
-            return dimension.noun
-    return f"{base:~P}" or "a pure number"
+@lru_cache(maxsize=256)
+def _unit(unit_text: str, dimension: Dimension) -> tuple[Decimal, Exponents]:
+    """Return the SI value of a product of units, and what it measures."""
+    text, place = unit_text.translate(_SUPERSCRIPTS), 0
+    factors = []
+    while place < len(text):
+        found = _FACTOR.match(text, place)
+        if found is None or (place == 0) != (found["joint"] == ""):
+            raise _UnitProblemError(f'"{unit_text}" is not a unit')
+        power = int(found["power"] or found["bare"] or 1)
+        factors.append((found["symbol"], -power if "/" in found["joint"] else power))
+        place = found.end()
+    size, total = Decimal(1), np.zeros(4, dtype=int)
+    for symbol, power in factors:
+        factor, kind = _known(symbol, unit_text, dimension)
+        size *= factor**power
+        total += power * np.array(kind)
+    return size, tuple(total.tolist())
 
 
-def _base_units(text: str, dimension: Dimension) -> pint.Unit:
-    """Return a unit reduced to base units: radians stay, percent and the like reduce to none."""
-    from pint.errors import PintError
-
-    registry = _registry()
-    try:
-        return registry.get_root_units(registry.parse_units(text))[1]
-    except (PintError, ValueError):  # ValueError: "nan" is a number to pint
-        suggestion = _suggestion(text, dimension)
-        raise _UnitProblemError(f'there is no unit "{text}"{suggestion}') from None
+def _known(symbol: str, unit_text: str, dimension: Dimension) -> tuple[Decimal, Exponents]:
+    """Return a unit of the table; letters may be in the wrong case if only one can be meant."""
+    if symbol in UNITS:
+        return UNITS[symbol]
+    meant = [name for name in UNITS if name.casefold() == symbol.casefold()]
+    if len(meant) == 1 and len(symbol) > 1:
+        return UNITS[meant[0]]
+    suggestion = _suggestion(unit_text, dimension)
+    raise _UnitProblemError(f'there is no unit "{symbol}"{suggestion}')
 
 
 def _suggestion(unit_text: str, dimension: Dimension, exact: bool = False) -> str:
@@ -274,14 +307,3 @@ def _suggestion(unit_text: str, dimension: Dimension, exact: bool = False) -> st
     usual = {unit.casefold(): unit for unit in dimension.usual_units}
     matches = difflib.get_close_matches(unit_text.casefold(), usual, 1, 1.0 if exact else 0.6)
     return f'; did you mean "{usual[matches[0]]}"?' if matches else ""
-
-
-@lru_cache(maxsize=1)
-def _registry() -> pint.UnitRegistry[Any]:
-    """Return the one unit registry; building it takes a tenth of a second, so only when needed.
-
-    It computes in decimals, so that "0.95 g/cm^3" is 950.0 and not the float below it.
-    """
-    import pint
-
-    return pint.UnitRegistry(non_int_type=Decimal)
