@@ -25,8 +25,8 @@ from spiral_core import (
     stiffness_from_actuator,
     unloaded_shape_from_stretch,
 )
+from spiral_core.actuator.section import motion_at, section_path
 from spiral_core.actuator.section_law import section_stiffness
-from spiral_core.section.path import motion_at, section_path
 
 FIGURES = Path(__file__).parent / "figures"
 TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)

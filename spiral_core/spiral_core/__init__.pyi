@@ -1,31 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
+from spiral_core.actuator.actuation import FreeActuation as FreeActuation
+from spiral_core.actuator.actuation import MeasuredActuation as MeasuredActuation
+from spiral_core.actuator.actuator import ActuationModel as ActuationModel
 from spiral_core.actuator.actuator import Actuator as Actuator
 from spiral_core.actuator.actuator import CurvatureForm as CurvatureForm
 from spiral_core.actuator.actuator import PressureLaw as PressureLaw
+from spiral_core.actuator.actuator import UnloadedShape as UnloadedShape
+from spiral_core.actuator.actuator import Winding as Winding
+from spiral_core.actuator.actuator import windings_of as windings_of
 from spiral_core.actuator.curvature import (
     unloaded_shape_from_stretch as unloaded_shape_from_stretch,
 )
 from spiral_core.actuator.fibers import FiberAngles as FiberAngles
 from spiral_core.actuator.fibers import FiberState as FiberState
 from spiral_core.actuator.fibers import OneFamily as OneFamily
+from spiral_core.actuator.fibers import SingleFiber as SingleFiber
 from spiral_core.actuator.fibers import fiber_state as fiber_state
 from spiral_core.actuator.fibers import locking_stretch as locking_stretch
-from spiral_core.actuator.free import FreeActuation as FreeActuation
-from spiral_core.actuator.interface import ActuationModel as ActuationModel
-from spiral_core.actuator.interface import UnloadedShape as UnloadedShape
 from spiral_core.actuator.materials import Gent as Gent
 from spiral_core.actuator.materials import HyperelasticLaw as HyperelasticLaw
 from spiral_core.actuator.materials import InvariantDerivatives as InvariantDerivatives
 from spiral_core.actuator.materials import MooneyRivlin as MooneyRivlin
 from spiral_core.actuator.materials import NeoHookean as NeoHookean
 from spiral_core.actuator.materials import Yeoh as Yeoh
-from spiral_core.actuator.measured import MeasuredActuation as MeasuredActuation
-from spiral_core.actuator.pressure import energy_from_stretch as energy_from_stretch
-from spiral_core.actuator.pressure import pressure_from_stretch as pressure_from_stretch
-from spiral_core.actuator.single_fiber import SingleFiber as SingleFiber
 from spiral_core.actuator.tube import Tube as Tube
-from spiral_core.actuator.winding import Winding as Winding
-from spiral_core.actuator.winding import windings_of as windings_of
+from spiral_core.actuator.uniform_law import energy_from_stretch as energy_from_stretch
+from spiral_core.actuator.uniform_law import pressure_from_stretch as pressure_from_stretch
 from spiral_core.calibration.fit import calibrate as calibrate
 from spiral_core.calibration.identifiability import WeakDirection as WeakDirection
 from spiral_core.calibration.identifiability import weak_directions as weak_directions

@@ -17,7 +17,7 @@ from spiral_core import (
     PressureLaw,
     Tube,
 )
-from spiral_core.actuator.volume import initial_volume_slope
+from spiral_core.actuator.fibers import initial_volume_slope
 
 # The same examples in every run, and no wall clock: a failure repeats.
 repeatable = settings(derandomize=True, deadline=None, database=None, max_examples=150)

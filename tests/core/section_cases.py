@@ -23,7 +23,7 @@ from spiral_core import (
     Yeoh,
 )
 from spiral_core.actuator.curve import ActuationCurve
-from spiral_core.section.path import motion_at
+from spiral_core.actuator.section import motion_at
 
 LAWS = (
     NeoHookean(c1=145.0e3),

@@ -32,10 +32,8 @@ from spiral_core import (
     pressure_from_stretch,
 )
 from spiral_core.actuator.curve import clustered_nodes
-from spiral_core.actuator.fibers import fiber_derivatives
-from spiral_core.actuator.pressure import invariants_from_derivatives
-from spiral_core.actuator.uniform_law import SINGULARITY_MARGIN
-from spiral_core.actuator.volume import largest_volume_stretch
+from spiral_core.actuator.fibers import fiber_derivatives, largest_volume_stretch
+from spiral_core.actuator.uniform_law import SINGULARITY_MARGIN, invariants_from_derivatives
 
 SOFTENING = Yeoh(c1=145.0e3, c2=-30.0e3, c3=3.0e3)
 

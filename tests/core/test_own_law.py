@@ -18,7 +18,7 @@ from spiral_core import (
     NeoHookean,
     PressureLaw,
 )
-from spiral_core.section.path import section_path
+from spiral_core.actuator.section import section_path
 
 both_laws = pytest.mark.parametrize("law", PressureLaw)
 

@@ -38,9 +38,8 @@ from spiral_core import (
     locking_stretch,
     pressure_from_stretch,
 )
-from spiral_core.actuator.fibers import fiber_derivatives
-from spiral_core.actuator.pressure import invariants_from_derivatives
-from spiral_core.actuator.volume import largest_volume_stretch
+from spiral_core.actuator.fibers import fiber_derivatives, largest_volume_stretch
+from spiral_core.actuator.uniform_law import invariants_from_derivatives
 
 
 @dataclasses.dataclass(frozen=True)

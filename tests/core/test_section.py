@@ -27,8 +27,8 @@ from spiral_core import (
     pressure_from_stretch,
     unloaded_shape_from_stretch,
 )
+from spiral_core.actuator.section import motion_at, section_path
 from spiral_core.actuator.section_law import section_curve
-from spiral_core.section.path import motion_at, section_path
 
 
 @pytest.mark.parametrize("pair", [(88.0, 60.0), (90.0, 70.0), (75.0, 50.0), (65.0, -65.0)])

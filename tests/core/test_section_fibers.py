@@ -24,11 +24,9 @@ from spiral_core import (
     pressure_from_stretch,
     unloaded_shape_from_stretch,
 )
+from spiral_core.actuator import section as section_module
 from spiral_core.actuator.curvature import longest_stretch
-from spiral_core.section import path
-from spiral_core.section.closure import closures
-from spiral_core.section.fiber_set import Array, FiberSet
-from spiral_core.section.path import section_path
+from spiral_core.actuator.section import Array, FiberSet, closures, section_path
 
 pytestmark = pytest.mark.long
 
@@ -57,7 +55,7 @@ def test_the_end_of_a_steep_fibers_path_is_found_in_few_states(
         rounds.append(len(strains))
         return closures(fibers, strains)
 
-    monkeypatch.setattr(path, "closures", counted)
+    monkeypatch.setattr(section_module, "closures", counted)
     fibers = section(88.0, 60.0, gamma=-60.0).fiber_set
     found = section_path.__wrapped__(fibers)
     assert len(rounds) < 30

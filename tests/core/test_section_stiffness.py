@@ -15,10 +15,8 @@ from spiral_core import (
     InvalidInputError,
     Tube,
 )
+from spiral_core.actuator.section import closures, invariant_excess, motion_at, ring_at
 from spiral_core.actuator.section_law import section_curve, section_stiffness
-from spiral_core.section.closure import closures
-from spiral_core.section.path import motion_at
-from spiral_core.section.ring import invariant_excess, ring_at
 from spiral_core.wrap.gripper import stiffness_from_actuator
 
 pytestmark = pytest.mark.long

@@ -11,8 +11,8 @@ from core.actuator_cases import degrees, extending_pairs, fiber_pairs, fractions
 from hypothesis import given
 
 from spiral_core import FiberAngles, InvalidInputError, fiber_state, locking_stretch
-from spiral_core.actuator.fibers import fiber_derivatives
-from spiral_core.actuator.volume import (
+from spiral_core.actuator.fibers import (
+    fiber_derivatives,
     initial_volume_slope,
     largest_volume_stretch,
     require_extending,

@@ -16,18 +16,16 @@ from repo.source_tree import ROOT, imports, internal_imports, modules
 CORE_FOLDERS = {
     "": set(),
     "numerics": {""},
-    "section": {"", "numerics"},
-    "actuator": {"", "numerics", "section"},
+    "actuator": {"", "numerics"},
     "rod": {"", "numerics"},
     "rod.contact": {"", "numerics", "rod"},
     "rod.motion": {"", "numerics", "rod", "rod.contact"},
-    "wrap": {"", "numerics", "section", "actuator", "rod"},
+    "wrap": {"", "numerics", "actuator", "rod"},
     "grip": {"", "rod", "rod.contact", "wrap"},
-    "design": {"", "numerics", "section", "actuator", "rod", "wrap", "grip"},
+    "design": {"", "numerics", "actuator", "rod", "wrap", "grip"},
     "closing": {
         "",
         "numerics",
-        "section",
         "actuator",
         "rod",
         "rod.contact",
@@ -35,7 +33,7 @@ CORE_FOLDERS = {
         "wrap",
         "grip",
     },
-    "calibration": {"", "numerics", "section", "actuator", "rod", "rod.motion", "wrap"},
+    "calibration": {"", "numerics", "actuator", "rod", "rod.motion", "wrap"},
 }
 # The same for spiral_gripper; "" holds its public names.
 EDGE_FOLDERS = {

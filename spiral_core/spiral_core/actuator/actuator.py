@@ -1,19 +1,86 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The actuator: a tube, its fibers, its elastomer, and the choices of model that go with them."""
+"""The actuator: tube, fibers, elastomer, choices of model; its unloaded shape and its winding."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Protocol, runtime_checkable
 
-from spiral_core.actuator.fibers import FiberAngles, OneFamily
+from spiral_core.actuator.fibers import (
+    FiberAngles,
+    OneFamily,
+    SingleFiber,
+    check_single_fibers,
+    family_angles,
+    fiber_set_of,
+)
 from spiral_core.actuator.materials import HyperelasticLaw
-from spiral_core.actuator.single_fiber import SingleFiber, check_single_fibers, fiber_set_of
+from spiral_core.actuator.section import FiberSet
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
-from spiral_core.errors import InvalidInputError
-from spiral_core.section.fiber_set import FiberSet
-from spiral_core.validation import require_positive
+from spiral_core.errors import ActuationLimit, InvalidInputError
+from spiral_core.validation import require_finite, require_positive
+
+
+@dataclass(frozen=True, slots=True)
+class UnloadedShape:
+    """The uniform shape an actuator takes when nothing loads it.
+
+    In the material frame (x tangent, y towards the straight fiber) its strain vector is
+    (torsion, 0, curvature); see ``docs/conventions.md``.
+
+    Args:
+        curvature: curvature per length of ``backbone_length`` [1/m]; positive bends towards y.
+        torsion: torsion, the same as the twist rate of the material frame [1/m]; positive is
+            right-handed.
+        backbone_length: length of the backbone that carries this shape [m], > 0.
+        stretch: axial stretch of the tube (1 at rest), or None where a model does not know it.
+
+    Raises:
+        InvalidInputError: a value is not finite, or a length or stretch is not positive.
+
+    Example:
+        >>> UnloadedShape(curvature=20.0, torsion=-10.0, backbone_length=0.36).stretch is None
+        True
+    """
+
+    curvature: float
+    torsion: float
+    backbone_length: float
+    stretch: float | None = None
+
+    def __post_init__(self) -> None:
+        require_finite("curvature", self.curvature)
+        require_finite("torsion", self.torsion)
+        require_positive("backbone_length", self.backbone_length)
+        if self.stretch is not None:
+            require_positive("stretch", self.stretch)
+
+
+@runtime_checkable
+class ActuationModel(Protocol):
+    """A model from pressure to unloaded shape: mechanical, or interpolating measured data."""
+
+    @property
+    def pressure_limit(self) -> float:
+        """Largest gauge pressure the model answers for [Pa]."""
+        ...
+
+    @property
+    def limit(self) -> ActuationLimit:
+        """The reason for ``pressure_limit``."""
+        ...
+
+    def unloaded_shape(self, pressure: float) -> UnloadedShape:
+        """Return the unloaded shape at a gauge pressure [Pa], 0 <= pressure <= pressure_limit.
+
+        Raises:
+            InvalidInputError: the pressure is negative or not finite.
+            ActuationLimitError: the pressure is past ``pressure_limit``.
+        """
+        ...
 
 
 class PressureLaw(Enum):
@@ -166,3 +233,56 @@ def _require_type(field: str, value: object, expected: type) -> None:
     """Raise InvalidInputError unless ``value`` is an instance of ``expected``."""
     if not isinstance(value, expected):
         raise InvalidInputError(field, value, f"a {expected.__name__}")
+
+
+@dataclass(frozen=True, slots=True)
+class Winding:
+    """One wound fiber, laid on the outside of the tube at rest.
+
+    Args:
+        angle: from the tube's axis [rad]; positive is right-handed.
+        pitch: advance along the tube per turn [m], > 0.
+        turns: turns over the length of the actuator.
+        fiber_length: length of one fiber, without what is tied off [m].
+    """
+
+    angle: float
+    pitch: float
+    turns: float
+    fiber_length: float
+
+    @property
+    def hand(self) -> str:
+        """Which way it winds: ``"right"`` or ``"left"``."""
+        return "right" if self.angle > 0.0 else "left"
+
+
+def windings_of(actuator: Actuator) -> tuple[Winding, ...]:
+    r"""Return the windings of an actuator's families, one or two.
+
+    .. math:: p = \frac{2 \pi r_o}{|\tan\varphi|}, \qquad N = L / p, \qquad
+        \ell = L / |\cos\varphi|
+
+    on the outer radius :math:`r_o`, where the fibers lie. Where several fibers of a family are
+    wound side by side, each has this pitch. Exactly at 90 degrees, which cannot be wound but may
+    be computed with, the pitch vanishes and the turns are as many as the float of pi/2 allows.
+
+    Args:
+        actuator: the actuator.
+
+    Example:
+        >>> from spiral_core import FiberAngles, NeoHookean, Tube
+        >>> tube = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.361)
+        >>> fibers = FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0))
+        >>> first, second = windings_of(Actuator(tube, fibers, NeoHookean(c1=145.0e3)))
+        >>> round(second.pitch * 1e3, 2), round(second.turns, 1), second.hand
+        (12.71, 28.4, 'right')
+    """
+    return tuple(_winding(actuator, angle) for angle in family_angles(actuator.fibers))
+
+
+def _winding(actuator: Actuator, angle: float) -> Winding:
+    length = actuator.tube.length
+    around = 2.0 * math.pi * actuator.tube.outer_radius
+    pitch = around / abs(math.tan(angle))
+    return Winding(angle, pitch, length / pitch, length / abs(math.cos(angle)))

@@ -21,11 +21,10 @@ from __future__ import annotations
 
 import math
 
-from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
+from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw, UnloadedShape
 from spiral_core.actuator.fibers import fiber_state, locking_stretch
-from spiral_core.actuator.interface import UnloadedShape
+from spiral_core.actuator.section import ShapePath, section_path
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
-from spiral_core.section.path import ShapePath, section_path
 from spiral_core.validation import require_finite
 
 
@@ -83,7 +82,7 @@ def unloaded_shape_from_section(
 
     Args:
         actuator: whose fibers the path belongs to.
-        path: :func:`spiral_core.section.path.section_path` of its fibers.
+        path: :func:`spiral_core.actuator.section.section_path` of its fibers.
         far_strain: change of the squared length of the far side's line, at most the path's limit.
     """
     stretch = path.stretch_at(far_strain)

@@ -18,12 +18,11 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from spiral_core.actuator.actuator import Actuator, CurvatureForm
-from spiral_core.actuator.interface import UnloadedShape
+from spiral_core.actuator.actuator import Actuator, CurvatureForm, UnloadedShape
+from spiral_core.actuator.section import ShapePath
 from spiral_core.errors import ActuationLimit, InvalidInputError
 from spiral_core.numerics.panels import Panels, rising_root
 from spiral_core.numerics.roots import first_sign_change
-from spiral_core.section.path import ShapePath
 
 # Sizes at which the pressure is tabulated: brackets for the inverse, and where it stops rising.
 # Enough to show every minimum of the slope for laws of up to three constants.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""Kinematics of a tube wound with two families of fibers that cannot stretch.
+r"""Fibers that cannot stretch: wound families, single ones, and the motion they leave a tube.
 
 The wall maps an unstretched line element (axial, hoop) by :math:`\lambda_1` along the axis,
 :math:`\lambda_2` around it, and a shear :math:`g = \lambda_2 \omega` of the hoop direction per
@@ -8,6 +8,15 @@ axial length. A fiber at angle :math:`\varphi` from the axis keeps its length wh
 .. math:: \lambda_1^2 \cos^2\varphi + (\lambda_2 \sin\varphi + g \cos\varphi)^2 = 1
 
 The derivation, and the branch taken, is in ``docs/derivations/actuator.md``.
+
+Pressure does work only where the volume grows. At rest the volume grows with the stretch when
+
+.. math:: v'(1) = 1 + 2 \cot\alpha \cot\beta > 0
+
+so families of one handedness always extend, and families of opposite handedness do when
+:math:`|\tan\alpha \tan\beta| > 2` (for a symmetric pair: beyond the magic angle, 54.7 degrees).
+The proof is in ``docs/derivations/actuator.md``. Single fibers run along the tube
+and make it bend, or bend and coil.
 """
 
 from __future__ import annotations
@@ -16,7 +25,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from spiral_core.actuator.section import FiberSet, family_slope
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
+from spiral_core.numerics.roots import last_positive
 from spiral_core.validation import require_in_range, require_positive
 
 # Rotation and hoop stretch come from dividing by sin(alpha - beta), which magnifies rounding by its
@@ -235,3 +246,174 @@ def fiber_derivatives(fibers: FiberAngles, stretch: float) -> FiberDerivatives:
         (change_b * sin_alpha - change_a * sin_beta) / crossing,
         (slope_b * sin_alpha - slope_a * sin_beta) / crossing,
     )
+
+
+def volume_slope(stretch: float, derivatives: FiberDerivatives) -> float:
+    r"""Return dv / d lambda_1 of the enclosed volume over its value at rest.
+
+    .. math:: v = \lambda_1 \lambda_2^2
+
+    Args:
+        stretch: axial stretch.
+        derivatives: hoop stretch and derivative at that stretch.
+
+    Example:
+        >>> fibers = FiberAngles(alpha=math.radians(90.0), beta=math.radians(60.0))
+        >>> round(volume_slope(1.2, fiber_derivatives(fibers, 1.2)), 12)
+        1.0
+    """
+    return derivatives.hoop * (derivatives.hoop + 2.0 * stretch * derivatives.hoop_prime)
+
+
+def initial_volume_slope(fibers: FiberAngles) -> float:
+    r"""Return dv/d lambda_1 at rest, :math:`1 + 2 \cot\alpha \cot\beta`.
+
+    Example:
+        >>> fibers = FiberAngles(alpha=math.radians(45.0), beta=math.radians(-45.0))
+        >>> round(initial_volume_slope(fibers), 12)
+        -1.0
+    """
+    return 1.0 + 2.0 / (math.tan(fibers.alpha) * math.tan(fibers.beta))
+
+
+def require_extending(fibers: FiberAngles) -> None:
+    """Raise InvalidInputError unless pressure extends a tube with these fibers.
+
+    Example:
+        >>> require_extending(FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)))
+    """
+    slope = initial_volume_slope(fibers)
+    if slope > 0.0:
+        return
+    raise InvalidInputError(
+        "fibers",
+        fibers.degrees,
+        "a pair that extends under pressure: two angles of the same handedness, or of opposite "
+        f"handedness with |tan(alpha) tan(beta)| > 2 (here {2.0 / (1.0 - slope):.6g}, "
+        "so pressure would shorten the tube)",
+    )
+
+
+def largest_volume_stretch(fibers: FiberAngles) -> float | None:
+    """Return the stretch at which the enclosed volume is largest, or None if it only grows.
+
+    Only families of opposite handedness have such a stretch, and then exactly one: there the
+    pressure diverges, because no volume is left to gain.
+
+    Args:
+        fibers: a pair that extends under pressure.
+
+    Returns:
+        The stretch to the last float at which the volume still grows; None if it grows up to
+        fiber locking.
+
+    Example:
+        >>> fibers = FiberAngles(alpha=math.radians(60.0), beta=math.radians(-60.0))
+        >>> round(largest_volume_stretch(fibers), 9)  # 2 / sqrt(3): the fibers at the magic angle
+        1.154700538
+    """
+    if fibers.alpha * fibers.beta > 0.0:
+        return None
+
+    def slope(stretch: float) -> float:
+        return volume_slope(stretch, fiber_derivatives(fibers, stretch))
+
+    # At locking itself the derivatives do not exist; four units of rounding below it they do.
+    end = locking_stretch(fibers) * (1.0 - 4.0 * math.ulp(1.0))
+    return None if slope(end) > 0.0 else last_positive(slope, 1.0, end)
+
+
+# Nearer to 90 degrees than this the fiber's pitch is a few wall thicknesses: it is a hoop winding.
+LARGEST_ANGLE = math.radians(80.0)
+# Angles that differ by less are the same; a fiber that crosses a family at less is one of it.
+SAME_ANGLE = 1e-9
+SMALLEST_SINGLE_CROSSING = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class SingleFiber:
+    """One fiber glued along the tube.
+
+    Args:
+        angle: gamma, from the tube's axis [rad]; 0 is straight, positive is right-handed; at most
+            80 degrees.
+        position: where it leaves the base, as an angle around the tube [rad]; of two fibers only
+            the difference counts, as the frame's y points half-way between them.
+
+    Raises:
+        InvalidInputError: an angle is out of range.
+
+    Example:
+        >>> SingleFiber().angle, SingleFiber(angle=0.2).position
+        (0.0, 0.0)
+    """
+
+    angle: float = 0.0
+    position: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_in_range("angle", self.angle, -LARGEST_ANGLE, LARGEST_ANGLE)
+        require_in_range("position", self.position, -2.0 * math.pi, 2.0 * math.pi)
+
+
+def check_single_fibers(families: FiberAngles | OneFamily, fibers: tuple[SingleFiber, ...]) -> None:
+    """Raise InvalidInputError unless single fibers leave the tube a motion, and a uniform one."""
+    if not fibers:
+        return
+    angles = [fiber.angle for fiber in fibers]
+    degrees = ", ".join(f"{math.degrees(angle):.6g}" for angle in angles) + " degrees"
+    if max(angles) - min(angles) > SAME_ANGLE:
+        raise InvalidInputError(
+            "single_fibers", degrees, "at one angle: fibers that cross leave no uniform shape"
+        )
+    for family in family_angles(families):
+        if abs(math.sin(family - angles[0])) < SMALLEST_SINGLE_CROSSING:
+            raise InvalidInputError(
+                "single_fibers", degrees, "at another angle than the wound families, or left out"
+            )
+    if len(fibers) > 2:
+        raise InvalidInputError(
+            "single_fibers", len(fibers), "at most 2: three hold the section on all sides"
+        )
+    spread = math.degrees(_spread(fibers))
+    if len(fibers) == 2 and not 0.1 <= spread <= 170.0:
+        raise InvalidInputError(
+            "single_fibers",
+            f"{spread:.6g} degrees apart",
+            "two fibers 0.1 to 170 degrees apart: nearer they are one, opposite ones let the tube "
+            "neither stretch nor bend",
+        )
+
+
+def family_angles(families: FiberAngles | OneFamily) -> tuple[float, ...]:
+    """Return the angles of the wound families [rad]."""
+    if isinstance(families, OneFamily):
+        return (families.angle,)
+    return families.alpha, families.beta
+
+
+def fiber_set_of(
+    families: FiberAngles | OneFamily,
+    fibers: tuple[SingleFiber, ...],
+    single_radius: float,
+    wall_ratio: float | None,
+) -> FiberSet:
+    """Return the fibers as the section's kinematics takes them.
+
+    Args:
+        families: the wound ones.
+        fibers: the single ones.
+        single_radius: distance of the single fibers over that of the wound ones.
+        wall_ratio: inner radius over that of the wound ones; None for a thin wall.
+    """
+    tangent = math.tan(fibers[0].angle) if fibers else 0.0
+    slopes = tuple(family_slope(angle, tangent) for angle in family_angles(families))
+    if not fibers:
+        return FiberSet(slopes, half_spread=None, wall_ratio=wall_ratio)
+    return FiberSet(slopes, tangent, 0.5 * _spread(fibers), single_radius, wall_ratio)
+
+
+def _spread(fibers: tuple[SingleFiber, ...]) -> float:
+    """Return the angle between two single fibers around the tube [rad], 0 for one."""
+    apart = abs(fibers[-1].position - fibers[0].position) % (2.0 * math.pi)
+    return min(apart, 2.0 * math.pi - apart)

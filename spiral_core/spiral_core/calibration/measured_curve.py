@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from spiral_core.actuator.actuation import MeasuredActuation
 from spiral_core.actuator.fibers import FiberAngles
-from spiral_core.actuator.measured import MeasuredActuation
 from spiral_core.calibration.readings import BendReading, Reading, TwistReading
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_positive

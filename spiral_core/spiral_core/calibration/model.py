@@ -10,8 +10,8 @@ from enum import Enum
 from functools import lru_cache
 from typing import Any, cast
 
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.actuator import Actuator, PressureLaw
-from spiral_core.actuator.free import FreeActuation
 from spiral_core.actuator.materials import Gent, HyperelasticLaw, MooneyRivlin, NeoHookean, Yeoh
 from spiral_core.brief import brief_repr
 from spiral_core.calibration.readings import ExtensionReading, Reading, TwistReading

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from spiral_core.actuator.interface import UnloadedShape
+from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.calibration.model import Trial
 from spiral_core.calibration.readings import (
     BendReading,

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.actuator import Actuator
-from spiral_core.actuator.free import FreeActuation
 from spiral_core.brief import brief_repr
 from spiral_core.calibration.model import CalibrationModel
 from spiral_core.calibration.predict import measured_values

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spiral_core.actuator.fibers import OneFamily, locking_stretch
-from spiral_core.actuator.pressure import pressures_from_stretches
+from spiral_core.actuator.uniform_law import pressures_from_stretches
 from spiral_core.calibration.model import CalibrationModel, Trial, actuation_of
 from spiral_core.calibration.problem import difference_jacobian
 from spiral_core.calibration.readings import BendReading, ExtensionReading, Reading

@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.fibers import FiberAngles, fiber_state
-from spiral_core.actuator.free import FreeActuation
 from spiral_core.brief import brief_repr
 from spiral_core.closing.course import PressureCourse
 from spiral_core.errors import InvalidInputError, SolverError

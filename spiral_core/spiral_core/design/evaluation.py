@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.design.helix_estimate import (
     GripFigures,
     helix_grip,

@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.curve import clustered_nodes
-from spiral_core.actuator.free import FreeActuation
 from spiral_core.errors import NotGrippableError
 from spiral_core.numerics.roots import first_sign_change, minimum
 from spiral_core.wrap.helix import helix_from_curvature

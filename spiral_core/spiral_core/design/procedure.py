@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from spiral_core.actuator.winding import windings_of
+from spiral_core.actuator.actuator import windings_of
 from spiral_core.design.evaluation import (
     Estimate,
     Evaluation,

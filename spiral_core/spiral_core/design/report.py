@@ -6,8 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from spiral_core.actuator.actuator import Actuator
-from spiral_core.actuator.winding import Winding
+from spiral_core.actuator.actuator import Actuator, Winding
 from spiral_core.brief import brief_repr
 from spiral_core.design.evaluation import Evaluation
 from spiral_core.design.helix_estimate import GripFigures

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
-from spiral_core.actuator.fibers import FiberAngles
+from spiral_core.actuator.fibers import FiberAngles, SingleFiber, check_single_fibers
 from spiral_core.actuator.materials import HyperelasticLaw
-from spiral_core.actuator.single_fiber import SingleFiber, check_single_fibers
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError

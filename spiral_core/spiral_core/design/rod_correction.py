@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.design.helix_estimate import GripFigures, helix_radius, helix_stretch, turn_spacing
 from spiral_core.design.requirement import Candidate, DesignRequirement
 from spiral_core.errors import NoCoilError, SolverError

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.design.evaluation import Estimate, Evaluation
 from spiral_core.design.helix_estimate import GripFigures, helix_radius
 from spiral_core.design.margin import Constraint, Margin

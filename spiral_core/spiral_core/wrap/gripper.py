@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core.actuator.actuator import Actuator, PressureLaw
-from spiral_core.actuator.free import FreeActuation
-from spiral_core.actuator.interface import ActuationModel, UnloadedShape
+from spiral_core.actuator.actuation import FreeActuation
+from spiral_core.actuator.actuator import ActuationModel, Actuator, PressureLaw, UnloadedShape
 from spiral_core.actuator.section_law import section_stiffness
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr

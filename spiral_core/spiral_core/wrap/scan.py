@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiral_core.actuator.interface import UnloadedShape
+from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.errors import InvalidInputError, NoCoilError
 from spiral_core.rod._continuation import solve_uniform
 from spiral_core.rod._mesh import element_count

@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from spiral_core.actuator.interface import UnloadedShape
+from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.brief import brief_repr
 from spiral_core.rod.types import RodState, RodStiffness, Vector
 from spiral_core.validation import require_finite, require_positive

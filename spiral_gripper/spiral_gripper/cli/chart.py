@@ -144,7 +144,7 @@ def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Pat
     _require_output(as_json, plot)
     if len(pressures) > 3 or any(pressure < 0.0 for pressure in pressures):
         raise click.UsageError("--pressure may be given up to three times, and not below 0")
-    from spiral_core.actuator.free import FreeActuation
+    from spiral_core.actuator.actuation import FreeActuation
 
     description = described(gripper)
     actuator = description.actuator

@@ -8,7 +8,7 @@ import math
 from enum import Enum
 from typing import Any
 
-from spiral_core.actuator.winding import Winding
+from spiral_core.actuator.actuator import Winding
 from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.margin import Margin
 from spiral_core.design.report import Design, DesignReport

@@ -12,15 +12,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
 
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.actuator import Actuator
-from spiral_core.actuator.free import FreeActuation
+from spiral_core.actuator.section import Ring, motion_at, section_path
 from spiral_core.actuator.tube import Tube
 from spiral_core.calibration.uncertainty import RadiusPressure
 from spiral_core.design.charts import DesignSpace, PressureRange, RegimeChart
 from spiral_core.design.report import DesignReport
 from spiral_core.design.sweep import FeasibilityMap, SweepPoint
-from spiral_core.section.path import motion_at, section_path
-from spiral_core.section.ring import Ring
 from spiral_gripper.files.shown import axis_label, in_units, reworded, shown
 from spiral_gripper.reports.style import (
     COLORS,

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from spiral_core.actuator.interface import UnloadedShape
+from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.types import RodState
 from spiral_core.wrap.gripper import Gripper

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from spiral_core.actuator.actuator import Actuator
-from spiral_core.actuator.winding import Winding, windings_of
+from spiral_core.actuator.actuator import Actuator, Winding, windings_of
 from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.report import Design, DesignReport, DesignStep, Relaxation
 from spiral_core.design.sweep import SweepPoint

@@ -11,8 +11,7 @@ import numpy as np
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
-from spiral_core.actuator.actuator import Actuator
-from spiral_core.actuator.winding import windings_of
+from spiral_core.actuator.actuator import Actuator, windings_of
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Array
 from spiral_gripper.files.storage import write_file

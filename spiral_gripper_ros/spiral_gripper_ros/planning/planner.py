@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 from typing import NoReturn
 
-from spiral_core.actuator.interface import UnloadedShape
+from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.errors import SpiralError
 from spiral_core.rod.types import RodState, Vector
 from spiral_core.wrap.curve import WrapCurve

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from spiral_core.actuator.interface import ActuationModel, UnloadedShape
+from spiral_core.actuator.actuator import ActuationModel, UnloadedShape
 from spiral_core.errors import ActuationLimit, NotGrippableError, SolverError
 from spiral_core.rod.types import RodState
 from spiral_core.validation import require_positive
