@@ -180,7 +180,7 @@ class NotGrippableError(SpiralError):
 
     Example:
         >>> print(NotGrippableError(0.005, "too thin for the pressure limit", -0.004, 0.009))
-        radius 0.005 m cannot be gripped: too thin for the pressure limit (margin -0.004); \
+        radius 0.005 m cannot be gripped: too thin for the pressure limit; \
 the nearest grippable radius is 0.009 m
     """
 
@@ -194,11 +194,10 @@ the nearest grippable radius is 0.009 m
         self.nearest_radius = nearest_radius
 
     def __str__(self) -> str:
-        reason = f"{self.constraint} (margin {self.margin:.6g})"
         nearest = self.nearest_radius
         if nearest is None:
-            return f"the object cannot be gripped: {reason}"
-        text = f"radius {self.radius:.6g} m cannot be gripped: {reason}"
+            return f"the object cannot be gripped: {self.constraint}"
+        text = f"radius {self.radius:.6g} m cannot be gripped: {self.constraint}"
         inward = rounded_up if nearest > self.radius else rounded_down
         return f"{text}; the nearest grippable radius is {inward(nearest, 6):.6g} m"
 

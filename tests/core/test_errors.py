@@ -105,7 +105,7 @@ def test_not_grippable_names_the_nearest_that_is() -> None:
     )
     assert "the nearest grippable radius is 0.009 m" in str(error)
     assert str(NotGrippableError(0.005, "too short", -0.004, None)) == (
-        "the object cannot be gripped: too short (margin -0.004)"
+        "the object cannot be gripped: too short"
     )
 
 

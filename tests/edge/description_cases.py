@@ -82,10 +82,10 @@ WRONG_VALUES = {
         ),
     ),
     "unknown unit": (
-        ("16 psi", "16 Psi"),
+        ("16 psi", "16 pzi"),
         (
-            f'17:17: limits.pressure_max must be {PRESSURE} (there is no unit "Psi"; '
-            'did you mean "psi"?), got 16 Psi'
+            f'17:17: limits.pressure_max must be {PRESSURE} (there is no unit "pzi"; '
+            'did you mean "psi"?), got 16 pzi'
         ),
     ),
     "unit of another dimension": (
@@ -101,7 +101,7 @@ WRONG_VALUES = {
     ),
     "temperature": (
         ("500 mm", "20 degC"),
-        f'5:11: tube.length must be {LENGTH} ("degC" is K, not a length), got 20 degC',
+        f'5:11: tube.length must be {LENGTH} (there is no unit "degC"), got 20 degC',
     ),
     "a list for a quantity": (
         ("500 mm", "[500, mm]"),

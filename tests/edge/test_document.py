@@ -14,7 +14,7 @@ FILE = "mine.yaml"
 
 def problems_of(text):
     try:
-        document = read_document(text, FILE, FIELDS)
+        document = read_document(text, FILE, FIELDS, ["name"])
     except DescriptionError as error:
         return list(error.problems)
     return document.problems
@@ -108,7 +108,8 @@ def test_long_values_are_quoted_on_one_short_line():
             [
                 (
                     "mine.yaml: this file cannot be read: "
-                    "it is empty, and must hold the fields name, tube, mount"
+                    "it is empty, and must hold fields such as name; "
+                    "`spiral-gripper grippers show paper_design_70` prints one to begin with"
                 )
             ],
         ),
@@ -117,7 +118,8 @@ def test_long_values_are_quoted_on_one_short_line():
             [
                 (
                     "mine.yaml: this file cannot be read: "
-                    "it is empty, and must hold the fields name, tube, mount"
+                    "it is empty, and must hold fields such as name; "
+                    "`spiral-gripper grippers show paper_design_70` prints one to begin with"
                 )
             ],
         ),
@@ -126,7 +128,8 @@ def test_long_values_are_quoted_on_one_short_line():
             [
                 (
                     "mine.yaml: this file cannot be read: "
-                    "it holds only - name, and must hold the fields name, tube, mount"
+                    "it holds only - name, and must hold fields such as name; "
+                    "`spiral-gripper grippers show paper_design_70` prints one to begin with"
                 )
             ],
         ),

@@ -34,14 +34,14 @@ def not_grippable(
     What ends the coiled range at the nearest radius that can be gripped is the reason.
     """
     ends = [end for branch in branches for end in branch.ends]
-    nearest, kind = min(ends, key=lambda end: abs(end[0].object_radius - radius))
-    radii = [wrap.object_radius for wrap, _ in ends]
-    if radius > max(radii):
-        word = "too thick"
-    elif radius < min(radii):
-        word = "too thin"
+    ends.sort(key=lambda end: end[0].object_radius)
+    if radius > ends[-1][0].object_radius:
+        word, (nearest, kind) = "too thick", ends[-1]
+    elif radius < ends[0][0].object_radius:
+        word, (nearest, kind) = "too thin", ends[0]
     else:
         word = "between two parts of the grippable range"
+        nearest, kind = min(ends, key=lambda end: abs(end[0].object_radius - radius))
     return NotGrippableError(
         radius,
         f"{word} {_reason(kind, nearest, gripper)}",

@@ -18,6 +18,7 @@ from spiral_gripper.cli.types import (
     PRESSURE,
     gripper_argument,
     mount_options,
+    note_unit,
     object_options,
     output_options,
     plot_option,
@@ -225,6 +226,7 @@ def described(name_or_path: str) -> GripperDescription:
     from spiral_gripper.files.description import load_description
 
     description = load_description(name_or_path)
+    note_unit(description.written["limits.pressure_max"], "PRESSURE")
     for warning in description.warnings:
         click.echo(f"warning: {warning}", err=True)
     return description

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Final, TypeVar
 
 import click
@@ -113,6 +114,13 @@ class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
             self.fail(f"its name must end in {', '.join(self.suffixes)}, got {value!r}", param, ctx)
         if not path.parent.is_dir():
             self.fail(f"there is no folder {str(path.parent)!r}", param, ctx)
+        if not path.exists():
+            try:
+                TemporaryFile(dir=path.parent).close()
+            except OSError as error:
+                from spiral_gripper.files.storage import reason_of
+
+                self.fail(f"{path.parent} takes no files: {reason_of(error)}", param, ctx)
         if path.exists() and not path.is_file():
             self.fail(f"{path} is not a plain file", param, ctx)
         if self.new and path.exists():
@@ -133,6 +141,13 @@ def _note(
     from spiral_gripper.cli.sentences import TypedValue
 
     ctx.obj.setdefault(str(param.name), []).append(TypedValue(value, text, dimension))
+
+
+def note_unit(text: str, dimension: str) -> None:
+    """Show quantities in the unit of a text, such as a file's, unless another one was typed."""
+    context = click.get_current_context()
+    (command,) = context.command.params[:1]
+    _note(math.nan, text, dimension, command, context)
 
 
 def typed(name: str) -> str:

@@ -30,7 +30,7 @@ from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_gripper.files.catalog import find_description, read_description_text
 from spiral_gripper.files.document import Document, read_document
 from spiral_gripper.files.errors import DescriptionError, ProblemKind
-from spiral_gripper.files.fields import FIELDS, LAWS, Vector, constants_of
+from spiral_gripper.files.fields import FIELDS, LAWS, REQUIRED, Vector, constants_of
 from spiral_gripper.files.plausibility import warnings_of_description, warnings_of_pressure
 from spiral_gripper.files.stiffness import rod_stiffness
 from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
@@ -128,7 +128,7 @@ def parse_description(text: str, source: Path) -> GripperDescription:
     Raises:
         DescriptionError: the text cannot be used; the error holds every problem with its place.
     """
-    document = read_document(text, str(source), FIELDS)
+    document = read_document(text, str(source), FIELDS, REQUIRED)
     values = read_values(document)
     _check_parts(values, document)
     try:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from spiral_gripper.files.errors import DescriptionError, Problem, ProblemKind
 
 if TYPE_CHECKING:
+    from ruamel.yaml.error import MarkedYAMLError
     from ruamel.yaml.nodes import MappingNode, Node
 
 _LONGEST_QUOTE = 60
@@ -68,13 +69,16 @@ class Document:
             raise DescriptionError(self.problems)
 
 
-def read_document(text: str, file: str, fields: Collection[str]) -> Document:
+def read_document(
+    text: str, file: str, fields: Collection[str], required: Collection[str] = ()
+) -> Document:
     """Return the entries of a YAML text; unknown and repeated fields are noted as problems.
 
     Args:
         text: the file's text.
         file: the file's name for messages.
         fields: the dotted names allowed; what stands before a dot is a section.
+        required: those that a file must have, for the message about a file without any.
 
     Raises:
         DescriptionError: the text is empty, is not YAML, or is not a mapping of fields.
@@ -93,7 +97,8 @@ def read_document(text: str, file: str, fields: Collection[str]) -> Document:
         _walk(root, "", document, fields)
         return document
     found = "is empty" if root is None else f"holds only {_entry(root).raw}"
-    reason = f"it {found}, and must hold the fields {', '.join(_members('', fields))}"
+    advice = "`spiral-gripper grippers show paper_design_70` prints one to begin with"
+    reason = f"it {found}, and must hold fields such as {', '.join(required)}; {advice}"
     raise DescriptionError([Problem(ProblemKind.UNREADABLE, file, None, None, "", None, reason)])
 
 
@@ -113,6 +118,9 @@ def _compose(text: str, file: str) -> Node | None:
         if mark is not None:
             line, column = mark.line + 1, mark.column + 1
         reason = " ".join(part for part in (error.context, error.problem) if part)
+        place = _missing_colon(error, text.splitlines())
+        if place is not None:
+            (line, column), reason = place, "a colon is missing here"
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         reason = f"character {error.position} is not allowed: {error.reason}"
@@ -122,6 +130,22 @@ def _compose(text: str, file: str) -> Node | None:
         reason = str(error)
     reason = " ".join(reason.split())
     raise DescriptionError([Problem(ProblemKind.NOT_YAML, file, line, column, "", None, reason)])
+
+
+def _missing_colon(error: MarkedYAMLError, lines: list[str]) -> tuple[int, int] | None:
+    """Return the line and column after a key without its colon; None if that is not the problem."""
+    if error.problem == "could not find expected ':'" and error.context_mark is not None:
+        line = error.context_mark.line
+    elif error.problem == "mapping values are not allowed here" and error.problem_mark is not None:
+        mark = error.problem_mark
+        if mark.line == 0 or ":" in lines[mark.line][: mark.column]:
+            return None
+        line = mark.line - 1
+        while line > 0 and not lines[line].strip():
+            line -= 1
+    else:
+        return None
+    return line + 1, len(lines[line].rstrip()) + 1
 
 
 def _walk(node: MappingNode, section: str, document: Document, fields: Collection[str]) -> None:
@@ -179,6 +203,8 @@ def _advice(name: str, section: str, fields: Collection[str]) -> str:
     nearest = get_close_matches(key, _members(section, fields), n=1)
     if name in fields:  # written with its dot
         return f"write {' in the section '.join(reversed(name.split('.')))}"
+    if key.endswith("diameter") and f"{section}.{key[:-8]}radius" in fields:
+        return f"give {section}.{key[:-8]}radius, half of it"
     if elsewhere:
         return f"did you mean {elsewhere[0]}?"
     if nearest:

@@ -147,6 +147,7 @@ FIELDS: Final = MappingProxyType(
     }
 )
 
+REQUIRED: Final = tuple(name for name, field in FIELDS.items() if field.required)
 CONSTANTS: Final = tuple(
     dict.fromkeys(constant.name for law in LAWS.values() for constant in dataclasses.fields(law))
 )

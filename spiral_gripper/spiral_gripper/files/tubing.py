@@ -27,6 +27,8 @@ from spiral_gripper.files.values import (
 )
 
 SIZE_REQUIREMENT: Final = 'bore and wall with their units, such as "3/8 in x 1/32 in"'
+# A wall thicker than this many bore radii has most likely changed places with the bore.
+LARGEST_WALL: Final = 4.0
 _SIZES: Final = "sizes"
 _REQUIRED: Final = ("name", "material.law", "material.density")
 _LAW: Final = "model.pressure_law"
@@ -92,7 +94,7 @@ def parse_tubing(text: str, source: Path) -> Tubing:
     Raises:
         DescriptionError: the text cannot be used; the error holds every problem with its place.
     """
-    document = read_document(text, str(source), _FIELDS)
+    document = read_document(text, str(source), _FIELDS, (*_REQUIRED, _SIZES))
     sizes = _read_sizes(document)
     values = read_entries(document, (name for name in document.entries if name != _SIZES))
     check_constants(document, values.get("material.law"))
@@ -126,7 +128,7 @@ def parse_tube_size(text: str) -> TubeSize:
     if not separator:
         raise InvalidInputError("tube size", text, SIZE_REQUIREMENT)
     try:
-        return TubeSize(
+        size = TubeSize(
             " ".join(text.split()),
             inner_radius=0.5 * parse_quantity(bore, Dimension.LENGTH),
             wall_thickness=parse_quantity(wall, Dimension.LENGTH),
@@ -135,6 +137,10 @@ def parse_tube_size(text: str) -> TubeSize:
         raise InvalidInputError(
             "tube size", text, f"{SIZE_REQUIREMENT} ({error.field} must be {error.requirement})"
         ) from None
+    if size.wall_thickness > LARGEST_WALL * size.inner_radius:
+        swapped = f'bore before wall, and such a wall is none (did you mean "{wall} x {bore}"?)'
+        raise InvalidInputError("tube size", text, swapped)
+    return size
 
 
 def _read_sizes(document: Document) -> tuple[tuple[Entry, TubeSize], ...]:
