@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulator's shape in time: the rod's motion from question to question, and as published."""
 
+import queue
+import threading
+
 import numpy as np
 import pytest
-from ros.simulation_harness import QUIET, RADIUS, Observer, RunningSimulator
+from ros.simulation_harness import QUIET, RADIUS, Observer, RunningSimulator, seconds
 
 from spiral_core import SpiralError, inertia_of, solve_motion
 from spiral_core.grip.setup import LEAST_ELEMENTS, free_problem
 from spiral_gripper import load_gripper
-from spiral_gripper_ros.planning.moving_tube import MovingTube, TubeQuestion
+from spiral_gripper_ros.simulation.moving_tube import MovingTube, SteppedTube, TubeQuestion
+from spiral_gripper_ros.simulation.pacing import LONGEST_STEP
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
-from spiral_gripper_ros.simulation.tube_motion import LONGEST_GAP, SteppedTube
 
 PRESSURE, RISE = 4.0e4, 0.2
 
@@ -31,14 +34,31 @@ def test_answers_are_the_motion_of_the_free_tube(gripper):
     np.testing.assert_allclose(shapes, motion.positions, atol=1e-9)
 
 
-def test_a_tube_that_was_not_asked_for_rests(gripper):
-    tube = SteppedTube()
-    for time, pressure in ((0.0, 0.0), (0.1, PRESSURE)):
-        moving = tube.answer(TubeQuestion(gripper, time, pressure))
-    rests = tube.answer(TubeQuestion(gripper, 0.2 + LONGEST_GAP, PRESSURE))
-    fresh = SteppedTube().answer(TubeQuestion(gripper, 0.0, PRESSURE))
-    np.testing.assert_allclose(rests.positions, fresh.positions, atol=1e-9)
-    assert np.abs(rests.positions - moving.positions).max() > 0.01
+@pytest.mark.parametrize("period", [0.05, 1.0])
+@pytest.mark.parametrize("calls", [1, 7, 40])
+def test_a_tube_that_takes_long_to_compute_moves_more_slowly_and_skips_nothing(
+    gripper, period, calls
+):
+    """An answer takes so many calls: the steps of the tube's own time stay as short as usual."""
+    questions, answered = queue.Queue(), threading.Semaphore(0)
+
+    def ask(question):
+        questions.put(question)
+        answered.acquire()
+
+    tube, now, times = MovingTube(gripper, ask), 0.0, []
+    for _ in range(10):
+        for _ in range(calls):
+            tube.follow(now, PRESSURE)
+            now += period
+        assert tube.is_computing
+        times.append(questions.get(timeout=60.0).time)
+        answered.release()
+        while tube.is_computing:
+            pass
+    tube.end()
+    longest = max(LONGEST_STEP, period)
+    np.testing.assert_allclose(np.diff(times), min(calls * period, longest), atol=1e-9)
 
 
 def test_a_pressure_that_cannot_be_is_no_shape_and_the_next_one_is(gripper):
@@ -73,19 +93,20 @@ def test_the_published_shape_lags_behind_and_swings():
         return np.subtract(tip, first) @ way / (way @ way)
 
     def swings_beyond():
-        """Command a pressure that jumps every 40 shapes; look at those that came since."""
+        """Command a pressure that jumps every two seconds of simulated time, and look."""
         heard, observer.shapes[:] = list(observer.shapes), []
-        counted[0] += len(heard)
         if heard:
-            observer.command(PRESSURE if counted[0] // 40 % 2 else 0.0)
+            times.append(seconds(heard[-1].header.stamp))
+            observer.command(PRESSURE if times[-1] % 4.0 < 2.0 else 0.0)
         tips = [shape.poses[-1].position for shape in heard]
         return any(along((tip.x, tip.y, tip.z)) > 1.2 for tip in tips)
 
-    counted = [0]
+    times = []
     assert max(along(still.shape(p).tip_position) for p in np.linspace(0.0, PRESSURE, 21)) < 1.01
     with RunningSimulator(namespace, parameters) as simulator:
         observer.wait_for_simulator()
         observer.wait_until(swings_beyond, "the tube to swing beyond where it rests")
+        assert times[-1] - times[0] < 8.0  # simulated, however slow the machine is
         assert simulator.stop() == 0, simulator.log()
         assert "Traceback" not in simulator.log()
     observer.close()

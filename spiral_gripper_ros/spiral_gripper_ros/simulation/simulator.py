@@ -16,7 +16,7 @@ from rosgraph_msgs.msg import Clock
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.grip_worker import GripProcess
-from spiral_gripper_ros.planning.moving_tube import MovingTube
+from spiral_gripper_ros.simulation.moving_tube import MovingTube
 from spiral_gripper_ros.simulation.object_hold import ObjectHold
 from spiral_gripper_ros.simulation.pacing import STEP, Pacing, RateGate
 from spiral_gripper_ros.simulation.radius_node import RadiusNode
@@ -47,10 +47,10 @@ class Simulator:
         process, pool = GripProcess(), ThreadPoolExecutor(1, thread_name_prefix="grips")
         hold = ObjectHold(gripper.gripper, process.answer, pool)
         self._regulator.context.on_shutdown(process.end)
-        tube = MovingTube(gripper.gripper) if values["shape_in_time"] else None
-        if tube is not None:
-            self._regulator.context.on_shutdown(tube.end)
-        self._truth = Truth(self._regulator, gripper, hold, tube)
+        self._tube = MovingTube(gripper.gripper) if values["shape_in_time"] else None
+        if self._tube is not None:
+            self._regulator.context.on_shutdown(self._tube.end)
+        self._truth = Truth(self._regulator, gripper, hold, self._tube)
         self._telling = RateGate()
         publishes_clock = bool(values["publish_clock"])
         self._pacing = Pacing(publishes_clock)
@@ -66,6 +66,8 @@ class Simulator:
             executor.add_node(node)
 
     def _on_tick(self) -> None:
+        if self._waits_for_shape():
+            return
         duration = self._pacing.step(self._reading())
         now, stamp = self._pacing.now, self._stamp()
         if self._clock is not None:
@@ -81,6 +83,15 @@ class Simulator:
                 number(self._regulator.values, "object_load"),
                 self._regulator.header(stamp),
             )
+
+    def _waits_for_shape(self) -> bool:
+        """Return whether time stops because the shape to publish next is still computed.
+
+        Only where this simulator is the source of time: another clock goes on.
+        """
+        if self._clock is None or self._tube is None or not self._tube.is_computing:
+            return False
+        return self._telling.is_due(self._pacing.now + STEP)
 
     def _reading(self) -> float:
         """Return what the clock reads that time follows [s]: /clock, or one that never leaps."""

@@ -14,7 +14,7 @@ from std_msgs.msg import Float64, String
 
 from spiral_core.rod.types import RodState
 from spiral_gripper_ros.messages.conversions import backbone_to_msg
-from spiral_gripper_ros.planning.moving_tube import MovingTube
+from spiral_gripper_ros.simulation.moving_tube import MovingTube
 from spiral_gripper_ros.simulation.object_hold import ObjectHold
 from spiral_gripper_ros.simulation.simulated_gripper import Grip, SimulatedGripper
 
