@@ -18,6 +18,12 @@ from spiral_core.rod.contact._newton import UNSTABLE, Solution
 from spiral_core.rod.contact.problem import Clamped, ContactProblem, Free, Guided
 from spiral_core.rod.types import Array
 
+# Loads bend a rod to no side if what is across it, of them all, is at most this fraction.
+NO_SIDE = 1e-6
+# Then it is bent by this angle while they come on [rad]: by its rest strain, or towards its y axis.
+TRACE = 1e-2
+TOWARDS_Y = (0.0, 0.0, 1.0)
+
 
 def straight(problem: ContactProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
     """Return the straight unloaded rod, and its problem: no loads, no rest strain."""
@@ -57,6 +63,35 @@ def straight(problem: ContactProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
         rest_energy=0.0,
     )
     return x, first
+
+
+def loaded(arrays: Arrays, first: Arrays, x: Iterate) -> Arrays:
+    """Return the problem with its loads and no rest strain, to go by from the straight rod.
+
+    A column that its loads bend to no side has a trace of the rest strain, or without one bends
+    towards the y axis of its sections: that decides to which side it buckles, not rounding.
+    """
+    own = first.own.copy()
+    if _is_column(arrays, x):
+        moment = arrays.own[:, 4, 0] if arrays.own[:, 4, 0].any() else np.array([TOWARDS_Y])
+        scale = arrays.bending / arrays.length / np.sqrt(np.sum(moment**2, axis=1)).max()
+        own[:, 4, 0] = TRACE * scale * moment
+    return replace(arrays, own=own, rest_energy=first.rest_energy)
+
+
+def _is_column(arrays: Arrays, straight: Iterate) -> bool:
+    """Return whether loads compress the straight rod and bend it to no side; its tip is free."""
+    if not arrays.end_free[1].any(axis=1).all():
+        return False
+    along = matrices(straight.q[:1])[0][:, 0]
+    forces = arrays.nodal[:, 3:].copy()
+    forces[1:] += arrays.half
+    forces[:-1] += arrays.half
+    axial = forces @ along
+    sideways = np.abs(forces - np.outer(axial, along)).sum()
+    sideways += np.abs(arrays.nodal[:, :3]).sum() / arrays.length
+    compressed = float(np.cumsum(axial[::-1]).min()) < 0.0
+    return compressed and float(sideways) <= NO_SIDE * float(np.abs(axial).sum())
 
 
 def _from_tip(problem: ContactProblem) -> tuple[Array, Array]:

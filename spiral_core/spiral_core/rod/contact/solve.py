@@ -38,7 +38,7 @@ from spiral_core.rod.contact._mesh import (
 )
 from spiral_core.rod.contact._newton import CONVERGED
 from spiral_core.rod.contact._results import PathLog, point_of_state, state_from_point
-from spiral_core.rod.contact._start import from_centerline, halved, straight, unsolved
+from spiral_core.rod.contact._start import from_centerline, halved, loaded, straight, unsolved
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import ContactProblem, require_alike
 from spiral_core.rod.contact.state import ContactEvent, ContactPath, ContactState, ContactStatus
@@ -310,11 +310,10 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
         if not gap.min() > -1e-3 * max(arrays.radius, 1e-3 * arrays.length):
             status = ContactStatus.INSIDE_OBSTACLE
             return state_from_point(tried(here), 0, status)
-    loaded = replace(arrays, own=first.own, rest_energy=first.rest_energy)
     log = PathLog()
     spent = 0
     largest = FRICTION_INCREMENT if _rubs(arrays.obstacles) else 1.0
-    for end in (loaded, arrays):
+    for end in (loaded(arrays, first, x), arrays):
         reached, _, used = _travel(here, None, end, (SMALLEST_INCREMENT, largest), False, 0, log)
         spent += used
         if reached is None:
