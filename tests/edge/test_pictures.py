@@ -22,10 +22,8 @@ from spiral_core import (
 from spiral_gripper import load_description, plot
 from spiral_gripper.cli.main import run
 from spiral_gripper.reports.shaded import (
-    FIBER_COLOR,
     OBJECT_RINGS,
     draw_surfaces,
-    tube_surface,
     turned_surface,
 )
 from spiral_gripper.reports.shape_plots import shape_figure
@@ -81,18 +79,6 @@ def test_a_picture_is_to_scale_in_millimeters_and_shows_the_front_only():
     # Half of the side's triangles face the viewer; the caps are seen from their edge.
     whole = len(cylinder(0.0, 0.02).triangles)
     assert len(faces.get_paths()) == pytest.approx(0.5 * whole, rel=0.05)
-
-
-def test_the_straight_fiber_is_a_dark_line_along_the_tube(state):
-    surface = tube_surface(state, RADIUS)
-    dark = (surface.colors == to_rgb(FIBER_COLOR)).all(axis=1)
-    x, y, z, w = state.orientations.T
-    towards = np.column_stack((2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)))
-    centers = surface.triangles[dark].mean(axis=1)
-    nearest = np.argmin(np.linalg.norm(centers[:, None] - state.positions, axis=2), axis=1)
-    sideways = np.einsum("ij,ij->i", centers - state.positions[nearest], towards[nearest])
-    assert sideways.min() > 0.9 * RADIUS
-    assert set(nearest) >= set(range(1, len(state.positions) - 1))
 
 
 def test_a_shape_has_the_outline_of_its_object_or_none(state):

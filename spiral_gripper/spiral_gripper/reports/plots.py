@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from textwrap import wrap
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -60,9 +61,9 @@ def design_figure(report: DesignReport) -> Figure:
         limit = float(in_units(wanted.pressure_max, "Pa"))
         axes.axhline(limit, color=COLORS[2], ls="--", label="pressure limit")
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
-    axes.set_ylim(bottom=0.0)
-    figure.suptitle(reworded(report.design.sentence))
-    figure.legend(loc="outside right upper")
+    axes.set_ylim(bottom=0.0, top=1.08 * axes.get_ylim()[1])
+    figure.suptitle("\n".join(wrap(reworded(report.design.sentence), 64)))
+    figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
@@ -167,6 +168,9 @@ def feasibility_figure(result: FeasibilityMap) -> Figure:
     figure.colorbar(mesh, ax=axes, label="room on the nearest limit [%]")
     if percent.min() < 0.0 < percent.max():
         axes.contour(betas, radii, percent.T, levels=[0.0], colors="black", linewidths=1.2)
+        axes.plot([], [], color="black", label="limit of feasibility")
+        axes.legend(loc="lower right", frameon=True, fontsize=6.5)
+    axes.set_title("where designs exist: blue, all limits are met")
     axes.set(xlabel="fiber angle β [deg]", ylabel=axis_label("tube's bore radius", "m"))
     axes.grid(visible=False)
     return figure
@@ -185,6 +189,7 @@ def pareto_figure(points: Sequence[SweepPoint], best: Sequence[SweepPoint]) -> F
         sizes = [150.0 * (point.length or 0.0) for point in chosen]
         axes.scatter(strains, pressures, s=sizes, color=color, label=label, edgecolor="white")
     axes.set(xlabel="strain at the smallest object [%]", ylabel=axis_label("pressure there", "Pa"))
+    axes.set_title(f"{len(best)} Pareto-optimal designs")
     figure.legend(loc="outside right upper", title="area: length")
     return figure
 

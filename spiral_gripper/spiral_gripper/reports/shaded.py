@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from spiral_core.rod.types import Array, Vector
 from spiral_gripper.files.shown import in_units
 from spiral_gripper.reports.meshes import SIDES, Mesh, Solved, tube_mesh, turned_mesh
 
-TUBE_COLOR, FIBER_COLOR, OBJECT_COLOR = "#c8553d", "#40201a", "#9dbfc9"
+TUBE_COLOR, OBJECT_COLOR = "#c8553d", "#9dbfc9"
 # Rings along an object: faces as short as the tube's, so that they are drawn in the right order.
 OBJECT_RINGS = 90
 # Light from above the viewer's left shoulder (right, up, towards the viewer).
@@ -34,13 +35,8 @@ class Surface(NamedTuple):
 
 
 def tube_surface(state: Solved, radius: float) -> Surface:
-    """Return a tube of this outer radius [m], its straight fiber dark."""
-    mesh = tube_mesh(state, radius)
-    surface = _surface(mesh, TUBE_COLOR)
-    on_side = mesh.faces.max(axis=1) < len(state.positions) * SIDES
-    fiber = on_side & np.isin(mesh.faces % SIDES, (0, 1, SIDES - 1)).all(axis=1)
-    surface.colors[fiber] = to_rgb(FIBER_COLOR)
-    return surface
+    """Return a tube of this outer radius [m]."""
+    return _surface(tube_mesh(state, radius), TUBE_COLOR)
 
 
 def turned_surface(ends: Array, radii: Array) -> Surface:
@@ -76,6 +72,16 @@ def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector
     room = 0.04 * float((high - low).max())
     axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
     axes.set_aspect("equal", adjustable="box")
+
+
+def same_scale(views: Sequence[Axes]) -> None:
+    """Let views side by side show as much to the right and upwards as the largest of them."""
+    for limits in ("xlim", "ylim"):
+        ends = [getattr(axes, f"get_{limits}")() for axes in views]
+        half = 0.5 * max(high - low for low, high in ends)
+        for axes, (low, high) in zip(views, ends, strict=True):
+            middle = 0.5 * (low + high)
+            axes.set(**{limits: (middle - half, middle + half)})
 
 
 def _surface(mesh: Mesh, color: str) -> Surface:

@@ -12,7 +12,7 @@ from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.meshes import Solved
-from spiral_gripper.reports.shaded import draw_surfaces, tube_surface
+from spiral_gripper.reports.shaded import draw_surfaces, same_scale, tube_surface
 from spiral_gripper.reports.style import COLORS, paper_style
 
 # Points on the rim of a drawn cylinder.
@@ -47,14 +47,15 @@ def shape_figure(
     """
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
     figure.suptitle(title, wrap=True)
-    for number, (name, right, up) in enumerate(VIEWS):
-        axes = figure.add_subplot(1, 2, 1 + number)
+    views = [figure.add_subplot(1, 2, number) for number in (1, 2)]
+    for number, (axes, (name, right, up)) in enumerate(zip(views, VIEWS, strict=True)):
         draw_surfaces(axes, [tube_surface(state, outer_radius)], right, up)
         if placement is not None:
             rims = in_units(_rims(placement) @ np.array((right, up)).T, "m")
             _draw_outline(axes, rims, label=None if number else "object (contact not solved)")
         axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
         axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
+    same_scale(views)
     if placement is not None:
         figure.legend(loc="outside lower center")
     return figure

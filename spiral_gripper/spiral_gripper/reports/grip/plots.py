@@ -22,6 +22,7 @@ from spiral_gripper.reports.shaded import (
     OBJECT_RINGS,
     Surface,
     draw_surfaces,
+    same_scale,
     tube_surface,
     turned_surface,
 )
@@ -63,8 +64,10 @@ def grip_figure(grip: Grip, title: str, pressure: float | None = None) -> Figure
     draw_forces(axes, grip)
     axes.legend(loc="upper left", fontsize=6.5)
     point = grip.window.at(grip.recommended_pressure() if pressure is None else pressure)
-    for number, view in enumerate(VIEWS, start=1):
-        draw_coil(right.add_subplot(1, 2, number), point, view)
+    views = [right.add_subplot(1, 2, number) for number in (1, 2)]
+    for each, view in zip(views, VIEWS, strict=True):
+        draw_coil(each, point, view)
+    same_scale(views)
     right.suptitle(f"{shown(point.pressure, 'Pa')}: {point.regime.value}")
     return figure
 
@@ -86,8 +89,9 @@ def draw_forces(axes: Axes, grip: Grip) -> None:
         axes.plot(
             pressures,
             in_units(grip.force(pull), "N"),
-            "o-",
-            ms=3,
+            "os^"[number % 3] + ("-", "--")[number > 1],
+            ms=4 - number % 3,
+            lw=1.8 - 0.4 * min(number, 2),
             color=COLORS[number],
             label=_LABELS[pull],
         )
@@ -120,6 +124,8 @@ def shade_window(axes: Axes, grip: Grip) -> None:
         (curling, end, CURLING_COLOR, "end curls"),
     ):
         low, high = in_units(ends, "Pa")
+        if not low < high:
+            continue
         axes.axvspan(low, high, color=color, alpha=0.2, lw=0.0, label=label)
     tip = grip.setup.tip_pressure
     if tip is not None:
