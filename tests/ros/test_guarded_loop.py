@@ -4,8 +4,7 @@
 import pytest
 from rclpy.executors import ExternalShutdownException
 
-from spiral_gripper_ros.node.guarded_loop import LONGEST_FAILURE, GuardedLoop
-from spiral_gripper_ros.runtime.guards import ErrorLog
+from spiral_gripper_ros.process.guards import LONGEST_FAILURE, ErrorLog, GuardedLoop
 
 
 class Logger:

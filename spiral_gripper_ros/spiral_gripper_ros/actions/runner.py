@@ -17,7 +17,7 @@ from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import shown_regime
 from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
-from spiral_gripper_ros.runtime.guards import log_on_error
+from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.guards import report as report_exception
 from spiral_gripper_ros.runtime.runtime import Runtime
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 from rclpy.node import Node
 
 from spiral_gripper_ros.messages.diagnostics import Health, diagnostics_to_msg
+from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.control_clock import STEADY
-from spiral_gripper_ros.runtime.guards import log_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 # Of real time [s] (REP-107): a simulated clock that stands still must not go unnoticed.

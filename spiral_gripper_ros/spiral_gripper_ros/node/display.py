@@ -20,7 +20,7 @@ from spiral_gripper_ros.planning.grip_figures import GripFigures, TubeShape
 from spiral_gripper_ros.planning.grip_follower import InUse
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.planner import GripShape, WrapPlan
-from spiral_gripper_ros.runtime.guards import log_on_error
+from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 # A display forgets the markers of a node that is gone after so many periods without new ones.

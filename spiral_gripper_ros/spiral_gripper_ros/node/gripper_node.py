@@ -23,11 +23,8 @@ from spiral_gripper_ros.node.proposed_gripper import ProposedGripper
 from spiral_gripper_ros.node.services import Services
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.parameters.table import number
-from spiral_gripper_ros.runtime.guards import (
-    answer_impossible_transitions,
-    guarded_transition,
-    vent_on_error,
-)
+from spiral_gripper_ros.process.guards import ErrorLog, guard_services
+from spiral_gripper_ros.runtime.guards import guarded_transition, vent_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 NODE_NAME = "spiral_gripper"
@@ -45,10 +42,11 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(NODE_NAME, **options)
-        answer_impossible_transitions(self)
+        errors = ErrorLog(self.get_logger())
+        guard_services(self, errors)
         self._proposed = ProposedGripper()
         self._declared = DeclaredParameters(self, self._on_change, judge=self._proposed.refusal)
-        self.runtime = Runtime(self, self._declared.values())
+        self.runtime = Runtime(self, self._declared.values(), errors)
         self.goals = GoalServers(self, self.runtime)
         self._display = Display(self, self.runtime)
         self._served = Services(self, self.runtime)

@@ -19,8 +19,9 @@ from spiral_gripper_ros.messages.conversions import frame_problem, vector_from_m
 from spiral_gripper_ros.messages.qos import LATEST, NEWEST
 from spiral_gripper_ros.parameters.spec import gravity_problem
 from spiral_gripper_ros.parameters.table import measured_scale, number
+from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.control_clock import STEADY
-from spiral_gripper_ros.runtime.guards import log_on_error, vent_on_error
+from spiral_gripper_ros.runtime.guards import vent_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 # How often latched publishers of gravity are looked for [s].

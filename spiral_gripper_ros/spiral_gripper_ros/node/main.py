@@ -12,8 +12,8 @@ from spiral_gripper_ros.process.stop_signals import Parent
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.node.gripper_node import GripperNode
-    from spiral_gripper_ros.node.guarded_loop import GuardedLoop
     from spiral_gripper_ros.parameters.spec import ParameterSpec
+    from spiral_gripper_ros.process.guards import GuardedLoop
     from spiral_gripper_ros.process.stop_signals import StopSignals
 
 # The interpreter lets another thread run after this time [s] instead of 5 ms: a question that is
@@ -62,7 +62,7 @@ class NodeProgram:
         from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
         from spiral_gripper_ros.node.garbage import GarbageFreezer
-        from spiral_gripper_ros.node.guarded_loop import GuardedLoop
+        from spiral_gripper_ros.process.guards import GuardedLoop
 
         signals.defer()
         executor, memory = SingleThreadedExecutor(), GarbageFreezer()

@@ -16,7 +16,7 @@ from spiral_gripper_ros.actions.gripper_command import wrapped_diameter
 from spiral_gripper_ros.messages.conversions import pose_along
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
-from spiral_gripper_ros.runtime.guards import log_on_error
+from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 BASE = "gripper_base"

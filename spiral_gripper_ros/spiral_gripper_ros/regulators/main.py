@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from spiral_gripper_ros.process.stop_signals import StopSignals
     from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
 
-# How long the executor may sleep before it looks whether it was asked to stop [s].
-LONGEST_SLEEP = 0.05
 # Between attempts to send the last vent [s].
 VENT_PAUSE = 0.1
 
@@ -55,12 +53,15 @@ class RegulatorProgram:
         """Pass commands on until a stop is requested; 1 if the last vent was not answered."""
         from rclpy.executors import SingleThreadedExecutor
 
+        from spiral_gripper_ros.process.guards import GuardedLoop
+
         executor = SingleThreadedExecutor()
         executor.add_node(node)
+        loop = GuardedLoop(node.errors, executor)
         try:
             signals.defer()
             while not signals.requested:
-                executor.spin_once(timeout_sec=LONGEST_SLEEP)
+                loop.turn()
         finally:
             signals.defer()
             vented = node.adapter.vent(lambda: time.sleep(VENT_PAUSE))

@@ -16,6 +16,7 @@ from std_msgs.msg import Float64, Header
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.parameters.table import number
+from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.regulators.adapter import Link, RegulatorAdapter
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import PressureDevice
@@ -52,6 +53,8 @@ class RegulatorNode(Node):  # type: ignore[misc]
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(REGULATOR_NODE, **options)
+        self.errors = ErrorLog(self.get_logger())
+        guard_services(self, self.errors)
         declared = DeclaredParameters(self, lambda names: None, table=REGULATOR_PARAMETERS)
         self.values = declared.values()
         require_timely(self.values)

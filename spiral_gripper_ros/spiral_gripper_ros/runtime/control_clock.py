@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from spiral_gripper_ros.runtime.guards import ErrorLog, log_on_error
+from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 

@@ -23,10 +23,10 @@ from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
 from spiral_gripper_ros.planning.planner import NoPlanner, WrapPlan
+from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
 from spiral_gripper_ros.runtime.background import Background
 from spiral_gripper_ros.runtime.control_clock import ControlClock
 from spiral_gripper_ros.runtime.event_log import EventLog
-from spiral_gripper_ros.runtime.guards import ErrorLog, log_on_error
 from spiral_gripper_ros.runtime.outputs import Outputs
 
 NOT_CONFIGURED = "the node has no gripper yet: configure it first"
@@ -40,6 +40,7 @@ class Runtime:
     Args:
         node: the ROS node whose publishers, clock and logger are used.
         values: of the node's parameters.
+        errors: where exceptions are noted.
 
     Attributes:
         values: of the parameters, now.
@@ -58,13 +59,15 @@ class Runtime:
         on_published: called after each publication of a command and its status.
     """
 
-    def __init__(self, node: LifecycleNode, values: Mapping[str, ParameterValue]) -> None:
+    def __init__(
+        self, node: LifecycleNode, values: Mapping[str, ParameterValue], errors: ErrorLog
+    ) -> None:
         self.values = values
         self.loaded: LoadedGripper | None = None
         self.gravity: tuple[float, ...] = ()
         self.limits = self._limits()
         self.control: GripControl[WrapPlan] = GripControl(self.limits)
-        self.errors = ErrorLog(node.get_logger())
+        self.errors = errors
         self.clock = ControlClock(node, self.errors)
         self.outputs = Outputs(node, str(values["frame_id"]))
         self.background = Background()

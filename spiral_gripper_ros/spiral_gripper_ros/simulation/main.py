@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from spiral_gripper_ros.process.stop_signals import StopSignals
     from spiral_gripper_ros.simulation.simulator import Simulator
 
-# How long the executor may sleep before it looks whether it was asked to stop [s].
-LONGEST_SLEEP = 0.05
 
 ABOUT = """\
 A simulated regulator, gripper and source of radii: the node without hardware.
@@ -55,10 +53,13 @@ class SimulatorProgram:
 
     def spin(self, simulator: Simulator, signals: StopSignals) -> int:
         """Simulate until a stop is requested."""
+        from spiral_gripper_ros.process.guards import GuardedLoop
+
         signals.defer()
+        loop = GuardedLoop(simulator.errors, simulator.executor)
         try:
             while not signals.requested:
-                simulator.executor.spin_once(timeout_sec=LONGEST_SLEEP)
+                loop.turn()
         finally:
             simulator.executor.shutdown()
         return 0

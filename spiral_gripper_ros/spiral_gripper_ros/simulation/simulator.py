@@ -16,6 +16,7 @@ from rosgraph_msgs.msg import Clock
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.grip_worker import GripProcess
+from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.simulation.moving_tube import MovingTube
 from spiral_gripper_ros.simulation.object_hold import ObjectHold
 from spiral_gripper_ros.simulation.pacing import STEP, Pacing, RateGate
@@ -62,7 +63,9 @@ class Simulator:
         )
         self.nodes = (self._regulator, self._radii)
         self.executor = executor
+        self.errors = ErrorLog(self._regulator.get_logger())
         for node in self.nodes:
+            guard_services(node, self.errors)
             executor.add_node(node)
 
     def _on_tick(self) -> None:

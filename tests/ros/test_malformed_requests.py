@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Requests that rclpy's own services raise at are refused, and end no process."""
+
+import pytest
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from ros.harness import RunningNode
+
+PROGRAMS = {
+    "spiral_gripper": "spiral_gripper_ros.node.main",
+    "regulator": "spiral_gripper_ros.regulators.main",
+    "simulated_regulator": "spiral_gripper_ros.simulation.main",
+    "radius_source": "spiral_gripper_ros.simulation.main",
+}
+OF_NO_TYPE = Parameter(name="pressure_cap", value=ParameterValue(type=99))
+USABLE = Parameter(
+    name="start_type_description_service",
+    value=ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=False),
+)
+BURST = 25  # more than the exceptions in a row that end a process
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_values_of_no_type_are_refused_and_the_process_goes_on(name, namespace, client):
+    with RunningNode(namespace, module=PROGRAMS[name]) as process:
+        both = SetParameters.Request(parameters=[USABLE, OF_NO_TYPE])
+        for _ in range(BURST):
+            results = client.call(SetParameters, f"{name}/set_parameters", both).results
+            assert [result.successful for result in results] == [False, False]
+            assert "99" in results[1].reason
+        atomic = SetParametersAtomically.Request(parameters=[OF_NO_TYPE])
+        service = f"{name}/set_parameters_atomically"
+        assert not client.call(SetParametersAtomically, service, atomic).result.successful
+        assert process.running
+        log = process.log()
+        assert log.count("set_parameters refused: ") == 1
+        assert "Traceback" not in log
+
+
+def test_a_burst_of_them_and_of_impossible_transitions_lets_a_grip_go_on(active):
+    active.wrap(0.02)
+    pressure = active.pressures[-1]
+    active.pressures.clear()
+    request = SetParameters.Request(parameters=[OF_NO_TYPE])
+    change = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CREATE))
+    for _ in range(BURST):
+        answer = active.call(SetParameters, "spiral_gripper/set_parameters", request)
+        assert not answer.results[0].successful
+        assert not active.call(ChangeState, "spiral_gripper/change_state", change).success
+    active.hear_more()
+    assert set(active.pressures) == {pressure}
