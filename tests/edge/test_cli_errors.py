@@ -176,6 +176,6 @@ def test_defects_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise ZeroDivisionError("a defect")
 
-    monkeypatch.setattr("spiral_gripper.reports.shape_document.solve_shape", broken)
+    monkeypatch.setattr("spiral_gripper.reports.wrap_document.solve_shape", broken)
     with pytest.raises(ZeroDivisionError, match="a defect"):
         run(["shape", "prototype_p1", "--pressure", "5 kPa"])

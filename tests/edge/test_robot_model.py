@@ -12,7 +12,7 @@ from spiral_core import NotGrippableError, WrapCurve
 from spiral_gripper import load_gripper
 from spiral_gripper.cli.main import run
 from spiral_gripper.reports.robot_model import covering_spheres, model_as_yaml, solve_model
-from spiral_gripper.reports.shape_document import solve_shape
+from spiral_gripper.reports.wrap_document import solve_shape
 
 RADIUS = 0.02
 URDF = ROOT / "spiral_gripper_ros/urdf"

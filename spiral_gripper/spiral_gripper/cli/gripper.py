@@ -47,7 +47,8 @@ def shape(
     GRIPPER is the name of a shipped gripper or the path of a description file. Positions are in
     the base frame: the tube leaves the base along +x, +y points towards the straight fiber.
     """
-    from spiral_gripper.reports.shape_document import shape_as_dict, shape_rows, solve_shape
+    from spiral_gripper.reports.fields import document_of, rows_of
+    from spiral_gripper.reports.wrap_document import SHAPE, solve_shape
 
     description = described(gripper)
     mount = mounted(description.gripper, options)
@@ -55,9 +56,9 @@ def shape(
     title = f"{mount.name} at {typed('pressure')}"
     solved = solve_shape(mount, pressure)
     if as_json:
-        print_json(shape_as_dict(solved))
+        print_json(document_of(SHAPE, solved))
     else:
-        print_rows(title, shape_rows(solved))
+        print_rows(title, rows_of(SHAPE, solved))
     if plot is not None:
         from spiral_gripper.reports.shape_plots import shape_figure
 
@@ -87,13 +88,13 @@ def wrap(
     if (radius is None) == (profile is None):
         raise click.UsageError("give either --radius or --profile")
     from spiral_gripper.files.shown import shown
+    from spiral_gripper.reports.fields import document_of, rows_of
     from spiral_gripper.reports.wrap_document import (
+        WRAP,
         profile_as_dict,
         profile_rows,
         solve_profile,
         solve_wrap,
-        wrap_as_dict,
-        wrap_rows,
     )
 
     description = described(gripper)
@@ -102,7 +103,7 @@ def wrap(
         if pressure is not None:
             require_pressure(description, pressure, typed("pressure"))
         wrapped = solve_wrap(mount, radius, pressure)
-        document, rows = wrap_as_dict(wrapped), wrap_rows(wrapped)
+        document, rows = document_of(WRAP, wrapped), rows_of(WRAP, wrapped)
         state, placement = wrapped.wrap.state, wrapped.placement
         title = f"{mount.name} around {typed('radius')}, at {shown(wrapped.wrap.pressure, 'Pa')}"
     else:
@@ -177,7 +178,8 @@ def grip(
         raise click.UsageError("give either --radius or --profile")
     if friction is not None and not 0.0 <= friction <= 10.0:
         raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
-    from spiral_gripper.reports.grip.document import GripQuestion, grip_as_dict, solve_question
+    from spiral_gripper.reports.grip.document import GripQuestion, solve_question
+    from spiral_gripper.reports.grip.rows import grip_as_dict, grip_rows, print_forces
 
     description = described(gripper)
     for pressure, text in zip(pressures, typed_all("pressures") if pressures else (), strict=True):
@@ -195,8 +197,6 @@ def grip(
         print_json(grip_as_dict(solved))
     else:
         from rich.console import Console
-
-        from spiral_gripper.reports.grip.rows import grip_rows, print_forces
 
         print_rows(f"{mount.name}, will it hold?", grip_rows(solved))
         print_forces(solved, Console())

@@ -12,7 +12,7 @@ import numpy as np
 from spiral_core.rod.types import Array, RodState
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper.reports.shape_document import solve_shape
+from spiral_gripper.reports.wrap_document import solve_shape
 
 # Shapes from 0 Pa to the wrap's pressure whose hull is the swept volume.
 SWEPT_SHAPES = 17

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A wrap as rows for people and as plain data for programs; object profiles from CSV."""
+"""Shapes and wraps: solved, and as tables of fields; object profiles from CSV."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ import csv
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
+from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.types import RodState
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
@@ -21,9 +23,39 @@ from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper.files.storage import read_text
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 from spiral_gripper.reports.design_document import plain
+from spiral_gripper.reports.fields import Field, rows_of
 
 _HEADER = re.compile(r"\s*(?P<name>\w+)\s*\[(?P<unit>[^\]]+)\]\s*")
 HEADER_REQUIREMENT = 'of columns with units, such as "position [mm], radius [mm]"'
+
+
+@dataclass(frozen=True, slots=True)
+class SolvedShape:
+    """A gripper at one pressure, coiled or not.
+
+    Args:
+        gripper: as it is mounted.
+        pressure: gauge pressure [Pa].
+        unloaded_shape: what it would be unloaded.
+        state: its certified shape.
+    """
+
+    gripper: Gripper
+    pressure: float
+    unloaded_shape: UnloadedShape
+    state: RodState
+
+
+def solve_shape(gripper: Gripper, pressure: float) -> SolvedShape:
+    """Return the shape of a gripper at a pressure [Pa].
+
+    Raises:
+        InvalidInputError: the pressure is not in [0, the gripper's ``pressure_max``].
+        SolverError: the shape could not be certified.
+    """
+    rest = gripper.unloaded_shape(pressure)
+    state = solve_rod(gripper.rod(rest), gripper.load(rest))
+    return SolvedShape(gripper, pressure, rest, state)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +64,7 @@ class SolvedWrap:
 
     Args:
         gripper: as it is mounted.
+        radius: of the cylinder, as it was asked for [m].
         wrap: the perfect wrap.
         placement: where the object lies, and how well the free coil fits it.
         snaps: pressures at which the tube snaps on the way to the wrap [Pa].
@@ -42,6 +75,7 @@ class SolvedWrap:
     """
 
     gripper: Gripper
+    radius: float
     wrap: Wrap
     placement: ObjectPlacement
     snaps: tuple[float, ...]
@@ -90,6 +124,7 @@ def solve_wrap(gripper: Gripper, radius: float, pressure: float | None) -> Solve
         )
     return SolvedWrap(
         gripper,
+        radius,
         wrap,
         place_object(wrap),
         tuple(snap for snap in curve.snap_pressures if snap < wrap.pressure),
@@ -113,73 +148,91 @@ def solve_profile(gripper: Gripper, path: Path) -> SolvedProfile:
     return SolvedProfile(gripper, wrap, (curve.radius_min, curve.radius_max), state)
 
 
-def wrap_rows(solved: SolvedWrap) -> list[tuple[str, str]]:
-    """Return the figures of a wrap as names and texts."""
-    wrap, placement = solved.wrap, solved.placement
-    rows = [
-        ("object radius", shown(wrap.object_radius, "m")),
-        ("pressure of the perfect wrap", shown(wrap.pressure, "Pa")),
-        ("turns", f"{wrap.turns:.3g}, required {solved.gripper.turns_required:.3g}"),
-        ("gripper length they need", _length(wrap.gripper_length_needed)),
-        ("object length they cover", _length(wrap.object_length_needed)),
-        (
-            "stretch",
-            "" if wrap.unloaded_shape.stretch is None else f"{wrap.unloaded_shape.stretch:.5g}",
-        ),
-        ("object's middle at (x, y, z)", ", ".join(shown(x, "m") for x in placement.center)),
-        ("along", "({:.3f}, {:.3f}, {:.3f})".format(*placement.axis)),
-        ("free coil off the object by up to", shown(placement.largest_gap, "m")),
-        ("grips radii", shown_range(*solved.radius_range)),
-        ("stable", "yes, certified" if wrap.state.stable else "no"),
-    ]
-    if solved.snaps:
-        rows.append(("tube snaps on the way at", ", ".join(shown(p, "Pa") for p in solved.snaps)))
-    if solved.pressure is not None and solved.regime is not None:
-        rows.append((f"at {shown(solved.pressure, 'Pa')}", solved.regime.value))
-        if solved.regime is not WrapRegime.OVERHANG and solved.line_force is not None:
-            rows.append(("normal force per length there", shown(solved.line_force, "N/m")))
-    return rows
+def _regime(solved: SolvedWrap) -> str | None:
+    return None if solved.regime is None else solved.regime.value
 
 
-def wrap_as_dict(solved: SolvedWrap) -> dict[str, Any]:
-    """Return a wrap for programs, in SI."""
-    wrap = solved.wrap
-    return {
-        "gripper": solved.gripper.name,
-        "object_radius": wrap.object_radius,
-        "pressure": wrap.pressure,
-        "turns": wrap.turns,
-        "turns_required": solved.gripper.turns_required,
-        "gripper_length_needed": wrap.gripper_length_needed,
-        "object_length_needed": wrap.object_length_needed,
-        "stretch": wrap.unloaded_shape.stretch,
-        "object_axis": list(solved.placement.axis),
-        "object_center": list(solved.placement.center),
-        "largest_gap": solved.placement.largest_gap,
-        "snap_pressures": list(solved.snaps),
-        "radius_range": list(solved.radius_range),
-        "stable": wrap.state.stable,
-        "at_pressure": solved.pressure,
-        "regime": plain(solved.regime),
-        "line_force": solved.line_force,
-    }
+def _line_force(solved: SolvedWrap) -> str | None:
+    if solved.line_force is None or solved.regime is WrapRegime.OVERHANG:
+        return None
+    return shown(solved.line_force, "N/m")
+
+
+def _stable(solved: SolvedShape | SolvedWrap) -> str:
+    state = solved.wrap.state if isinstance(solved, SolvedWrap) else solved.state
+    return "yes, certified" if state.stable else "no"
+
+
+def _stretch(shape: UnloadedShape) -> str:
+    return "" if shape.stretch is None else f"{shape.stretch:.5g}"
+
+
+SHAPE: Final = (
+    Field("gripper", "", "gripper.name"),
+    Field("pressure", "", "pressure"),
+    Field("gravity", "", "gripper.gravity"),
+    Field("", "tip (x, y, z)", lambda solved: tuple(solved.state.tip_position), "m"),
+    Field("curvature", "curvature, torsion unloaded", "unloaded_shape.curvature", lambda solved: (
+        f"{solved.unloaded_shape.curvature:.4g}, {solved.unloaded_shape.torsion:.4g} /m"
+    )),
+    Field("torsion", "", "unloaded_shape.torsion"),
+    Field("stretch", "stretch", "unloaded_shape.stretch", lambda solved: (
+        _stretch(solved.unloaded_shape)
+    )),
+    Field("backbone_length", "length", "unloaded_shape.backbone_length", "m"),
+    Field("status", "", "state.status"),
+    Field("stable", "stable", "state.stable", _stable),
+    Field("discretization_error", "discretization error", "state.discretization_error", "m"),
+    Field("folds", "folds passed on the way", "state.folds"),
+    Field("arc_lengths", "", "state.arc_lengths"),
+    Field("positions", "", "state.positions"),
+    Field("orientations", "", "state.orientations"),
+)  # fmt: skip
+WRAP: Final = (
+    Field("gripper", "", "gripper.name"),
+    Field("object_radius", "object radius", "radius", "m"),
+    Field("pressure", "pressure of the perfect wrap", "wrap.pressure", "Pa"),
+    Field("turns", "turns", "wrap.turns", lambda solved: (
+        f"{solved.wrap.turns:.3g}, required {solved.gripper.turns_required:.3g}"
+    )),
+    Field("turns_required", "", "gripper.turns_required"),
+    Field("gripper_length_needed", "gripper length they need", "wrap.gripper_length_needed", "m"),
+    Field("object_length_needed", "object length they cover", "wrap.object_length_needed", "m"),
+    Field("stretch", "stretch", "wrap.unloaded_shape.stretch", lambda solved: (
+        _stretch(solved.wrap.unloaded_shape)
+    )),
+    Field("object_center", "object's middle at (x, y, z)", "placement.center", "m"),
+    Field("object_axis", "along", "placement.axis", lambda solved: (
+        "({:.3f}, {:.3f}, {:.3f})".format(*solved.placement.axis)
+    )),
+    Field("largest_gap", "free coil off the object by up to", "placement.largest_gap", "m"),
+    Field("radius_range", "grips radii", "radius_range", lambda solved: (
+        shown_range(*solved.radius_range)
+    )),
+    Field("stable", "stable", "wrap.state.stable", _stable),
+    Field("snap_pressures", lambda solved: "tube snaps on the way at" if solved.snaps else "",
+          "snaps", "Pa"),
+    Field("at_pressure", "", "pressure"),
+    Field("regime", lambda solved: f"at {shown(solved.pressure or 0.0, 'Pa')}", "regime", _regime),
+    Field("line_force", "normal force per length there", "line_force", _line_force),
+)  # fmt: skip
+PROFILE: Final = (
+    Field("", "coil from, to", lambda solved: (solved.wrap.start, solved.wrap.end), "m"),
+    Field("", "radii there", "wrap", lambda solved: (
+        f"{shown(solved.wrap.radius_min, 'm')} to {shown(solved.wrap.radius_max, 'm')}"
+    )),
+    Field("", "pressure (of the thinnest place)", "wrap.pressure", "Pa"),
+    Field("", "pressure of the mean radius", "wrap.pressure_of_mean", "Pa"),
+    Field("", "pressure of the thickest place", "wrap.pressure_of_thickest", "Pa"),
+)  # fmt: skip
 
 
 def profile_rows(solved: SolvedProfile) -> list[tuple[str, str]]:
     """Return the figures of a profile's wrap as names and texts."""
-    wrap = solved.wrap
-    rows = [
-        ("coil from, to", f"{shown(wrap.start, 'm')}, {shown(wrap.end, 'm')}"),
-        ("radii there", f"{shown(wrap.radius_min, 'm')} to {shown(wrap.radius_max, 'm')}"),
-        ("pressure (of the thinnest place)", shown(wrap.pressure, "Pa")),
-        ("pressure of the mean radius", shown(wrap.pressure_of_mean, "Pa")),
-        ("pressure of the thickest place", shown(wrap.pressure_of_thickest, "Pa")),
-    ]
-    rows += [
+    return rows_of(PROFILE, solved) + [
         (f"at {shown(s.position, 'm')}", f"radius {shown(s.radius, 'm')}: {s.regime.value}")
-        for s in wrap.stations[::5]
+        for s in solved.wrap.stations[::5]
     ]
-    return rows
 
 
 def profile_as_dict(solved: SolvedProfile) -> dict[str, Any]:
@@ -227,7 +280,3 @@ def _scales(header: list[str], path: Path) -> tuple[float, float]:
         raise InvalidInputError(f"{path}: header", ", ".join(header), HEADER_REQUIREMENT)
     position, radius = (parse_quantity(f"1 {unit}", Dimension.LENGTH) for _, unit in found)
     return position, radius
-
-
-def _length(value: float | None) -> str:
-    return "" if value is None else shown(value, "m")

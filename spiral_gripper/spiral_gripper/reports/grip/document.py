@@ -6,17 +6,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from spiral_core.errors import NotGrippableError
 from spiral_core.grip.grip import Grip, solve_grip
-from spiral_core.grip.holding import HoldingForce, Pull, holding_forces, is_twist
+from spiral_core.grip.holding import HoldingForce, Pull, holding_forces
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
 from spiral_core.grip.window import GripWindow, follow_loss, grip_window
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper.reports.design_document import plain
 from spiral_gripper.reports.wrap_document import read_profile
 
 
@@ -138,79 +136,6 @@ def _require_held(window: GripWindow, pressures: Sequence[float]) -> None:
             raise NotGrippableError(radius, reason, window.top - pressure, None)
 
 
-def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
-    """Return a grip for programs, in SI."""
-    question, grip, point = solved.question, solved.grip, solved.point
-    window, setup = grip.window, grip.setup
-    names = {pull: _name(pull) for pull in grip.forces}
-    document: dict[str, Any] = {
-        "gripper": setup.gripper.name,
-        "object_radius": setup.obstacle.shape.feature_radius,
-        "object_center": list(setup.obstacle.position),
-        "object_axis": setup.axis.tolist(),
-        "friction": setup.obstacle.friction,
-        "closing": setup.closing.name.lower(),
-        "elements": setup.element_count,
-        "tip_criterion": setup.tip_pressure,
-        "onset_wrap": window.onset_wrap,
-        "onset_curling": window.onset_curling,
-        "loss": window.loss,
-        "end": window.end.name.lower(),
-        "after_loss": _after_loss(solved),
-        "lift_off": window.lift_off,
-        "recommended_range": list(grip.recommended_range),
-        "range_end": grip.range_end.name.lower(),
-        "recommended_pressure": solved.recommended,
-        "refusal": solved.refusal,
-        "pressures": grip.pressures.tolist(),
-        "contact_length": grip.contact_length.tolist(),
-        "turns": [each.turns for each in grip.points],
-        "normal_force": grip.normal_force.tolist(),
-        "contact_pressure": grip.contact_pressure.tolist(),
-        "base_reaction": [each.base_reaction.tolist() for each in grip.points],
-        "at_pressure": {
-            "pressure": point.pressure,
-            "arc_length": point.state.arc_lengths.tolist(),
-            "line_force": point.line_force.tolist(),
-            "positions": point.state.positions.tolist(),
-            **{name: solved.held[pull].force for pull, name in names.items()},
-        },
-    }
-    if solved.mark is not None:
-        document["profile_position"] = solved.mark
-    for pull, name in names.items():
-        document[name] = grip.force(pull).tolist()
-        document[f"{name}_displacement"] = [each.displacement for each in grip.forces[pull]]
-        document[f"{name}_stiffness"] = [each.stiffness for each in grip.forces[pull]]
-        document[f"{name}_end"] = [each.end.name.lower() for each in grip.forces[pull]]
-        document[f"{name}_is_lower_bound"] = [each.is_lower_bound for each in grip.forces[pull]]
-        if not is_twist(pull):
-            diameter = 2.0 * float(setup.obstacle.shape.feature_radius)
-            near = [each.within(diameter) for each in grip.forces[pull]]
-            document[f"{name}_within_diameter"] = near
-    if question.payload is not None:
-        document["payload"] = question.payload
-        document["payload_ratio"] = grip.payload_ratio(question.payload).tolist()
-    checked: dict[str, Any] = plain(document)
-    return checked
-
-
-def _after_loss(solved: SolvedGrip) -> dict[str, float | bool] | None:
-    """Return what is left of a grip after its loss, as plain data."""
-    rest = solved.rest
-    if rest is None:
-        return None
-    forces = {_name(pull): held.force for pull, held in solved.rest_held.items()}
-    return {
-        "pressure": rest.pressure,
-        "wrapped": rest.is_wrapped,
-        "contact_length": rest.contact_length,
-        "turns": rest.turns,
-        "normal_force": rest.normal_force,
-        **forces,
-    }
-
-
 def _setup(question: GripQuestion) -> tuple[GripSetup, float | None]:
     """Return the setup, and the place on the profile's axis in the coil's middle [m]."""
     closing = Closing.FRICTIONLESS if question.frictionless else Closing.SLOW
@@ -225,13 +150,3 @@ def _setup(question: GripQuestion) -> tuple[GripSetup, float | None]:
     radius = float(question.radius or 0.0)
     setup = lay_into_coil(question.gripper, radius, friction=question.friction, closing=closing)
     return setup, None
-
-
-def _name(pull: Pull) -> str:
-    """Return the key of what is held against a pull."""
-    return f"holding_{'torque' if is_twist(pull) else 'force'}_{pull.name.lower()}"
-
-
-def unit_of(pull: Pull) -> str:
-    """Return the SI unit of what is held against a pull."""
-    return "N m" if is_twist(pull) else "N"

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A grip for people: rows of figures, and tables of forces against pressure."""
+"""A grip as a table of fields, and tables of its forces against pressure."""
 
 from __future__ import annotations
 
 import math
+from typing import Any, Final
 
 import numpy as np
 from rich.console import Console
@@ -17,7 +18,9 @@ from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Array
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper.files.shown import axis_label, number, reworded, shown
-from spiral_gripper.reports.grip.document import SolvedGrip, unit_of
+from spiral_gripper.reports.design_document import plain
+from spiral_gripper.reports.fields import Field, document_of, rows_of
+from spiral_gripper.reports.grip.document import SolvedGrip
 
 # Where a pull is to, in few words.
 _PULLS = {
@@ -35,52 +38,16 @@ IN_A_TABLE = 4
 
 def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
     """Return the figures of a grip as names and texts."""
-    grip, point = solved.grip, solved.point
-    setup = grip.setup
-    rows = [
-        ("object radius", _radius(solved)),
-        ("friction coefficient", f"{setup.obstacle.friction:.3g}"),
-        ("how it closes", setup.closing.value),
-        *_window_rows(solved),
+    diameter = 2.0 * float(solved.grip.setup.obstacle.shape.feature_radius)
+    rows = rows_of(GRIP, solved)
+    place = next(number for number, (name, _) in enumerate(rows) if name.startswith("object's"))
+    held = [
+        (f"  holds {_PULLS[pull]}", _held(solved.held[pull], diameter))
+        for pull in solved.grip.forces
     ]
-    if solved.refusal is not None:
-        rows.append(("NOT HELD", reworded(solved.refusal)))
-    low, high = (shown(pressure, "Pa") for pressure in grip.recommended_range)
-    rows += [
-        ("recommended range", f"{low} to {high}: {grip.range_end.value}"),
-        ("recommended pressure", _recommended(solved)),
-        (f"at {shown(point.pressure, 'Pa')}", point.regime.value),
-        ("  in contact", f"{shown(point.contact_length, 'm')}, {point.turns:.3g} turns"),
-        ("  presses with", f"{shown(point.normal_force, 'N', 3)} in all"),
-        ("  pressure on the object", f"up to about {shown(point.contact_pressure, 'Pa')}"),
-        ("  mount carries", _reaction(point)),
-    ]
-    diameter = 2.0 * float(setup.obstacle.shape.feature_radius)
-    rows += [(f"  holds {_PULLS[pull]}", _held(held, diameter)) for pull, held in _found(solved)]
     if solved.question.payload is not None:
-        rows.append(_payload_row(solved, solved.question.payload))
-    return [*rows, *_place_rows(solved)]
-
-
-def _window_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
-    """Return what the rising pressure does."""
-    window = solved.grip.window
-    rows = [
-        ("wrapped from", _against_tip(solved.grip)),
-        ("end curls from", _or_not(window.onset_curling)),
-    ]
-    free = window.points[-1].regime is WrapRegime.OVERHANG
-    if window.lift_off is not None:
-        rest = "the tip hangs free from there on" if free else "the tip touches again above it"
-        rows.append(("tip lifts off at", f"{shown(window.lift_off, 'Pa')}; {rest}"))
-    end = f"{_or_not(window.loss)} ({window.end.value})"
-    if window.loss is None and free:
-        left = shown(window.points[-1].contact_length, "m")
-        end = f"{end}; without a snap, {left} still in contact at {shown(window.top, 'Pa')}"
-    rows.append(("lost at", end))
-    if solved.rest is not None:
-        rows.append(("  after that", _remaining(solved, solved.rest)))
-    return rows
+        held.append(_payload_row(solved, solved.question.payload))
+    return [*rows[:place], *held, *rows[place:]]
 
 
 def print_forces(solved: SolvedGrip, console: Console) -> None:
@@ -127,11 +94,6 @@ def _force_table(grip: Grip, pulls: list[Pull], *, contact: bool) -> Table:
     return table
 
 
-def _found(solved: SolvedGrip) -> list[tuple[Pull, HoldingForce]]:
-    """Return what holds at the point shown, in the order asked."""
-    return [(pull, solved.held[pull]) for pull in solved.grip.forces]
-
-
 def _payload_row(solved: SolvedGrip, payload: float) -> tuple[str, str]:
     """Return how many times over a payload is held."""
     held = solved.held[Pull.DOWN]
@@ -139,18 +101,6 @@ def _payload_row(solved: SolvedGrip, payload: float) -> tuple[str, str]:
     ratio = held.force / (payload * gravity)
     text = "not known" if math.isnan(ratio) else f"{_mark(held)}{ratio:.2f} x held"
     return f"  payload {shown(payload, 'kg')}", f"{text}, {PAYLOAD_SAFETY:g} wanted"
-
-
-def _place_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
-    """Return where the object lies."""
-    setup = solved.grip.setup
-    name = "object's middle at (x, y, z)"
-    if solved.mark is not None:
-        name = f"object's {shown(solved.mark, 'm')} mark at (x, y, z)"
-    return [
-        (name, ", ".join(shown(x, "m") for x in setup.obstacle.position)),
-        ("along", "({:.3f}, {:.3f}, {:.3f})".format(*setup.axis)),
-    ]
 
 
 def _radius(solved: SolvedGrip) -> str:
@@ -190,8 +140,11 @@ def _reaction(point: GripPoint) -> str:
     return f"{shown(_size(force), 'N', 3)}, {shown(_size(moment), 'N m', 3)}"
 
 
-def _remaining(solved: SolvedGrip, rest: GripPoint) -> str:
+def _remaining(solved: SolvedGrip) -> str | None:
     """Return what is left of a grip after its loss."""
+    rest = solved.rest
+    if rest is None:
+        return None
     before = shown(solved.grip.window.points[-1].contact_length, "m")
     holds = ", ".join(
         f"{_mark(held)}{_value(held.force, pull)} {_PULLS[pull]}"
@@ -238,3 +191,166 @@ def _value(force: float, pull: Pull) -> str:
 
 def _size(vector: Array) -> float:
     return float(np.linalg.norm(vector))
+
+
+def _name(pull: Pull) -> str:
+    """Return the key of what is held against a pull."""
+    return f"holding_{'torque' if is_twist(pull) else 'force'}_{pull.name.lower()}"
+
+
+def unit_of(pull: Pull) -> str:
+    """Return the SI unit of what is held against a pull."""
+    return "N m" if is_twist(pull) else "N"
+
+
+def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
+    """Return a grip for programs, in SI."""
+    question, grip, point = solved.question, solved.grip, solved.point
+    diameter = 2.0 * float(grip.setup.obstacle.shape.feature_radius)
+    document = document_of(GRIP, solved)
+    document["at_pressure"] = plain(
+        {
+            "pressure": point.pressure,
+            "arc_length": point.state.arc_lengths,
+            "line_force": point.line_force,
+            "positions": point.state.positions,
+            **{_name(pull): solved.held[pull].force for pull in grip.forces},
+        }
+    )
+    if solved.mark is not None:
+        document["profile_position"] = solved.mark
+    for pull, found in grip.forces.items():
+        for suffix, figures in {
+            "": [each.force for each in found],
+            "_displacement": [each.displacement for each in found],
+            "_stiffness": [each.stiffness for each in found],
+            "_end": [each.end for each in found],
+            "_is_lower_bound": [each.is_lower_bound for each in found],
+        }.items():
+            document[_name(pull) + suffix] = plain(figures)
+        if not is_twist(pull):
+            near = [each.within(diameter) for each in found]
+            document[f"{_name(pull)}_within_diameter"] = plain(near)
+    if question.payload is not None:
+        document["payload"] = question.payload
+        document["payload_ratio"] = plain(grip.payload_ratio(question.payload))
+    return document
+
+
+def _after_loss(solved: SolvedGrip) -> dict[str, float | bool] | None:
+    """Return what is left of a grip after its loss, as plain data."""
+    rest = solved.rest
+    if rest is None:
+        return None
+    forces = {_name(pull): held.force for pull, held in solved.rest_held.items()}
+    return {
+        "pressure": rest.pressure,
+        "wrapped": rest.is_wrapped,
+        "contact_length": rest.contact_length,
+        "turns": rest.turns,
+        "normal_force": rest.normal_force,
+        **forces,
+    }
+
+
+def _lift_off(solved: SolvedGrip) -> str | None:
+    """Return where the tip lifts off, and what follows."""
+    window = solved.grip.window
+    if window.lift_off is None:
+        return None
+    free = window.points[-1].regime is WrapRegime.OVERHANG
+    rest = "the tip hangs free from there on" if free else "the tip touches again above it"
+    return f"{shown(window.lift_off, 'Pa')}; {rest}"
+
+
+def _lost(solved: SolvedGrip) -> str:
+    """Return where the grip is lost."""
+    window = solved.grip.window
+    end = f"{_or_not(window.loss)} ({window.end.value})"
+    if window.loss is None and window.points[-1].regime is WrapRegime.OVERHANG:
+        left = shown(window.points[-1].contact_length, "m")
+        return f"{end}; without a snap, {left} still in contact at {shown(window.top, 'Pa')}"
+    return end
+
+
+def _range(solved: SolvedGrip) -> str:
+    low, high = (shown(pressure, "Pa") for pressure in solved.grip.recommended_range)
+    return f"{low} to {high}: {solved.grip.range_end.value}"
+
+
+def _center_label(solved: SolvedGrip) -> str:
+    mark = "middle" if solved.mark is None else f"{shown(solved.mark, 'm')} mark"
+    return f"object's {mark} at (x, y, z)"
+
+
+GRIP: Final = (
+    Field("gripper", "", "grip.setup.gripper.name"),
+    Field(
+        "object_radius",
+        "object radius",
+        "grip.setup.obstacle.shape.feature_radius",
+        _radius,
+    ),
+    Field("friction", "friction coefficient", "grip.setup.obstacle.friction"),
+    Field("closing", "how it closes", "grip.setup.closing", lambda s: s.grip.setup.closing.value),
+    Field("elements", "", "grip.setup.element_count"),
+    Field("tip_criterion", "", "grip.setup.tip_pressure"),
+    Field("onset_wrap", "wrapped from", "grip.window.onset_wrap", lambda s: _against_tip(s.grip)),
+    Field(
+        "onset_curling",
+        "end curls from",
+        "grip.window.onset_curling",
+        lambda s: _or_not(s.grip.window.onset_curling),
+    ),
+    Field("lift_off", "tip lifts off at", "grip.window.lift_off", _lift_off),
+    Field("loss", "lost at", "grip.window.loss", _lost),
+    Field("end", "", "grip.window.end"),
+    Field("after_loss", "  after that", _after_loss, _remaining),
+    Field("refusal", "NOT HELD", "refusal", lambda s: s.refusal and reworded(s.refusal)),
+    Field("recommended_range", "recommended range", "grip.recommended_range", _range),
+    Field("range_end", "", "grip.range_end"),
+    Field(
+        "recommended_pressure",
+        "recommended pressure",
+        "recommended",
+        _recommended,
+    ),
+    Field("pressures", "", "grip.pressures"),
+    Field("contact_length", "", "grip.contact_length"),
+    Field("turns", "", lambda s: [each.turns for each in s.grip.points]),
+    Field("normal_force", "", "grip.normal_force"),
+    Field("contact_pressure", "", "grip.contact_pressure"),
+    Field("base_reaction", "", lambda s: [each.base_reaction for each in s.grip.points]),
+    Field(
+        "",
+        lambda s: f"at {shown(s.point.pressure, 'Pa')}",
+        "point.regime",
+        lambda s: s.point.regime.value,
+    ),
+    Field(
+        "",
+        "  in contact",
+        "point",
+        lambda s: f"{shown(s.point.contact_length, 'm')}, {s.point.turns:.3g} turns",
+    ),
+    Field(
+        "",
+        "  presses with",
+        "point.normal_force",
+        lambda s: f"{shown(s.point.normal_force, 'N', 3)} in all",
+    ),
+    Field(
+        "",
+        "  pressure on the object",
+        "point.contact_pressure",
+        lambda s: f"up to about {shown(s.point.contact_pressure, 'Pa')}",
+    ),
+    Field("", "  mount carries", "point.base_reaction", lambda s: _reaction(s.point)),
+    Field("object_center", _center_label, "grip.setup.obstacle.position", "m"),
+    Field(
+        "object_axis",
+        "along",
+        "grip.setup.axis",
+        lambda s: "({:.3f}, {:.3f}, {:.3f})".format(*s.grip.setup.axis),
+    ),
+)

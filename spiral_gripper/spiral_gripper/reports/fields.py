@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A result as a table of fields, from which its rows for people and its JSON are made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from operator import attrgetter
+from typing import Any, NamedTuple, TypeAlias
+
+from spiral_gripper.files.shown import shown
+from spiral_gripper.reports.design_document import plain
+
+# From a result to something; an attribute's dotted name stands for its value.
+Getter: TypeAlias = Callable[[Any], Any]
+
+
+class Field(NamedTuple):
+    """One figure of a result.
+
+    Attributes:
+        key: in JSON; empty for what only people see.
+        label: of the row; empty for what only programs see.
+        get: dotted name of the attribute, or a function of the result.
+        show: the figure's SI unit, or a function from the result to the row's text; a row without
+            text is left out.
+    """
+
+    key: str
+    label: str | Callable[[Any], str]
+    get: str | Getter
+    show: str | Callable[[Any], str | None] = "1"
+
+    def value(self, result: object) -> Any:  # noqa: ANN401
+        """Return the figure in SI."""
+        return attrgetter(self.get)(result) if isinstance(self.get, str) else self.get(result)
+
+    def text(self, result: object) -> str | None:
+        """Return the row's text; a figure that does not exist has an empty one."""
+        if not isinstance(self.show, str):
+            return self.show(result)
+        value = self.value(result)
+        figures = value if isinstance(value, tuple) else () if value is None else (value,)
+        return ", ".join(shown(float(figure), self.show) for figure in figures)
+
+
+def rows_of(fields: Sequence[Field], result: object) -> list[tuple[str, str]]:
+    """Return the rows of a result: names and texts."""
+    found = []
+    for field in fields:
+        label = field.label if isinstance(field.label, str) else field.label(result)
+        if label and (text := field.text(result)) is not None:
+            found.append((label, text))
+    return found
+
+
+def document_of(fields: Sequence[Field], result: object) -> dict[str, Any]:
+    """Return a result for programs, in SI."""
+    return {field.key: plain(field.value(result)) for field in fields if field.key}
