@@ -51,10 +51,12 @@ from spiral_core.calibration.swing import SwingFit as SwingFit
 from spiral_core.calibration.swing import SwingReading as SwingReading
 from spiral_core.calibration.swing import fit_swing as fit_swing
 from spiral_core.calibration.uncertainty import RadiusPressure as RadiusPressure
+from spiral_core.calibration.uncertainty import RivalPressure as RivalPressure
 from spiral_core.calibration.uncertainty import pressure_uncertainty as pressure_uncertainty
 from spiral_core.calibration.uncertainty import (
     pressure_uncertainty_by_draws as pressure_uncertainty_by_draws,
 )
+from spiral_core.calibration.uncertainty import rival_fits as rival_fits
 from spiral_core.closing.close import RateAdvice as RateAdvice
 from spiral_core.closing.close import TimedClosing as TimedClosing
 from spiral_core.closing.close import advise_rate as advise_rate

@@ -4,6 +4,8 @@
 ``benchmarks/calibration_coverage.py`` runs the same study with more laws and more tests.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from core.calibration_cases import LAWS, PRESSURES, actuator, extensions
@@ -77,15 +79,15 @@ def test_profile_is_open_where_the_readings_bound_nothing():
     assert high > 20.0 * low
 
 
-def test_profile_does_not_answer_for_a_robust_fit():
+def test_profile_of_a_robust_fit_is_that_of_the_others():
     truth = actuator(LAWS[0])
-    fit = calibrate(
-        CalibrationModel(truth),
-        extensions(truth, PRESSURES, noise=np.random.default_rng(3)),
-        robust=True,
-    )
-    with pytest.raises(ValueError, match="least squares"):
-        profile_interval(fit, "c1")
+    readings = extensions(truth, PRESSURES, noise=np.random.default_rng(3))
+    spoiled = [*readings[:5], replace(readings[5], extension=0.05), *readings[6:]]
+    fit = calibrate(CalibrationModel(truth), spoiled, robust=True)
+    others = calibrate(CalibrationModel(truth), [*readings[:5], *readings[6:]])
+    assert fit.excluded == (5,)
+    assert fit.interval("c1") == pytest.approx(others.interval("c1"), rel=1e-6)
+    assert profile_interval(fit, "c1") == pytest.approx(profile_interval(others, "c1"), rel=1e-6)
 
 
 def test_a_level_of_one_or_zero_is_refused():

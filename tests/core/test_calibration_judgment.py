@@ -27,7 +27,8 @@ from spiral_core import (
     weak_directions,
 )
 from spiral_core.calibration.identifiability import CONDITION_MAX, condition_indices
-from spiral_core.calibration.predict import predict
+from spiral_core.calibration.outliers import outliers
+from spiral_core.calibration.predict import contradictions, predict
 
 
 def noisy(truth, seed=4):
@@ -97,9 +98,86 @@ def test_readings_that_go_the_wrong_way_are_refused():
             calibrate(CalibrationModel(truth), readings)
         assert caught.value.field == quantity
     assert rates[0] != 0.0
-    # Noise about zero may go either way.
+    # Noise about zero may go either way; one reading far below it may not.
     small = [replace(r, extension=-0.1 * r.error, error=10.0) for r in noisy(truth)]
     calibrate(CalibrationModel(truth), [*small, *noisy(truth)])
+    one = noisy(truth)
+    one[4] = replace(one[4], extension=-one[4].extension)
+    for robust in (False, True):
+        with pytest.raises(InvalidInputError, match="check the sign"):
+            calibrate(CalibrationModel(truth), one, robust=robust)
+
+
+@pytest.mark.parametrize(("apart", "refused"), [(2.0e-3, False), (3.5e-3, True)])
+def test_readings_at_one_pressure_that_are_far_apart_are_refused(apart, refused):
+    truth = actuator(LAWS[0])
+    readings = noisy(truth)
+    readings.append(replace(readings[5], extension=readings[5].extension + apart))
+    found = contradictions(CalibrationModel(truth).trial((130.0e3,)), readings)
+    assert [one.places for one in found] == ([(5, 12)] if refused else [])
+    if refused:
+        with pytest.raises(InvalidInputError, match="at one pressure they are"):
+            calibrate(CalibrationModel(truth), readings)
+        assert 12 in calibrate(CalibrationModel(truth), readings, robust=True).outliers
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize(
+    ("off", "robust"),
+    [
+        ({}, False),
+        ({7: 6.0}, False),
+        ({2: 15.0}, False),
+        ({2: 15.0}, True),
+        ({3: 9.0, 8: 9.0}, True),
+    ],
+)
+def test_readings_that_chance_does_not_explain_are_named(off, sign, robust):
+    truth = actuator(LAWS[0])
+    clean = noisy(truth, 7)
+    readings = [
+        replace(r, extension=r.extension + sign * off.get(k, 0.0) * r.error)
+        for k, r in enumerate(clean)
+    ]
+    fit = calibrate(CalibrationModel(truth), readings, robust=robust)
+    assert set(fit.outliers) == off.keys()
+    assert fit.excluded == (fit.outliers if robust else ())
+    standardized = fit.standardized_residuals
+    for k, size in off.items():
+        assert -sign * standardized[k] > (0.5 * size if len(off) == 1 or robust else 0.0)
+    if robust:
+        others = [r for k, r in enumerate(clean) if k not in off]
+        same = calibrate(CalibrationModel(truth), others)
+        assert fit.interval("c1") == pytest.approx(same.interval("c1"), rel=1e-6)
+        assert fit.degrees_of_freedom == same.degrees_of_freedom
+
+
+def test_standardized_residuals_are_those_of_fits_to_the_others():
+    truth = actuator(LAWS[1])
+    readings = noisy(truth)
+    fit = calibrate(CalibrationModel(truth), readings)
+    for k in (0, 5, 11):
+        others = calibrate(CalibrationModel(truth), [*readings[:k], *readings[k + 1 :]])
+        (predicted,) = predict(others.model.trial(others.values.tolist()), [readings[k]])
+        row = fit.jacobian[k] * readings[k].error
+        error = np.hypot(
+            readings[k].error * others.error_scale, np.sqrt(row @ others.covariance @ row)
+        )
+        # The fit to the others is that of the linearized model.
+        expected = (predicted - readings[k].extension) / error
+        assert fit.standardized_residuals[k] == pytest.approx(expected, rel=0.02)
+
+
+def test_chance_alone_names_readings_in_one_of_a_hundred_tests():
+    # The linear model of the fit itself: 400 tests in the time of one fit.
+    noise = np.random.default_rng(5)
+    jacobian, owners = np.linspace(0.1, 1.0, 12)[:, None], np.arange(12)
+    named = sum(
+        bool(outliers(noise.standard_normal(12), jacobian, owners, trust_stated=trust))
+        for _ in range(200)
+        for trust in (False, True)
+    )
+    assert named <= 16  # 2 % of 400 (either test may err), + 3 standard deviations
 
 
 def test_scatter_is_judged_by_what_was_stated():

@@ -6,14 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.calibration_cases import LAWS, PRESSURES, extensions, spiral
+from core.calibration_cases import LAWS, PRESSURES, TUBE, extensions, spiral
 
 from spiral_core import (
+    BendReading,
     CalibrationModel,
+    CurvatureForm,
     InvalidInputError,
     MooneyRivlin,
     NeoHookean,
     NotGrippableError,
+    WrapCurve,
     calibrate,
     gripper_from_actuator,
     pressure_uncertainty,
@@ -60,6 +63,31 @@ def test_a_combination_nobody_knows_does_not_widen_the_pressure():
     assert fit.standard_errors[0] > 0.2 * abs(fit.value("c1"))
     (result,) = pressure_uncertainty(fit, (0.02,))
     assert result.standard_error < 0.02 * result.pressure
+
+
+@pytest.mark.parametrize("truth_form", CurvatureForm)
+def test_the_interval_covers_what_the_readings_cannot_tell_apart(truth_form):
+    fitted_form = next(form for form in CurvatureForm if form is not truth_form)
+    known = replace(spiral(NeoHookean(c1=145.0e3)), curvature_form=fitted_form)
+    truth = replace(known, curvature_form=truth_form)
+    gripper = gripper_from_actuator("g", truth, density=950.0, pressure_max=110.0e3)
+    noise, shape = np.random.default_rng(5), gripper.unloaded_shape
+    readings = []
+    for pressure in PRESSURES:
+        bend = shape(pressure).curvature * shape(pressure).backbone_length
+        bend += 0.05 * noise.standard_normal()
+        readings.append(BendReading(pressure, bend, TUBE.length, 0.05))
+    fit = calibrate(CalibrationModel(known, gripper=gripper), readings)
+    (result,) = pressure_uncertainty(fit, (0.02,))
+    true = WrapCurve(gripper).pressure_from_radius(0.02)
+    assert not result.own_interval.low <= true <= result.own_interval.high
+    assert result.interval.low <= true <= result.interval.high
+    (rival,) = result.rivals
+    assert truth_form.value in rival.law
+    assert rival.interval.low <= true <= rival.interval.high
+    assert rival.pressure == pytest.approx(true, rel=0.02)
+    (alone,) = pressure_uncertainty(fit, (0.02,), rivals=())
+    assert alone.interval == result.own_interval
 
 
 def test_less_noise_narrows_the_interval_in_proportion():

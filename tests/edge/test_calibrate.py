@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From files to a calibration: the run, what it refuses and doubts, and its pictures."""
 
+import json
 import re
 from pathlib import Path
 
@@ -78,7 +79,7 @@ def test_a_rubber_of_another_stiffness_is_fitted_and_named(folder, factor):
     assert result.exit_code == 0, result.output
     (warning,) = [line for line in result.output.splitlines() if "modulus" in line]
     assert warning.startswith("warning: the fitted rubber's modulus is ")
-    assert ("taken for" in warning) == (factor in (0.15, 6.0, 8.0))
+    assert ("taken for" in warning) == (factor != 0.15)  # the file is in psi
     assert "(--section-length)" in warning
     c1 = load_description(folder / "mine_calibrated.yaml").actuator.material.c1
     assert c1 == pytest.approx(TRUE_C1 * factor, rel=0.05)
@@ -132,7 +133,40 @@ def test_the_report_warns_of_weak_directions_bounds_and_outliers(folder):
     _, measurements, choice = fitted(folder, laws=("mooney_rivlin",))
     assert any("c1 and c2 cannot be told apart" in line for line in warnings_of(choice.best))
     (outlier,) = outlier_warnings(choice.best, [measurements])
-    assert f"bench.csv:6: the reading at {5 * PSI * 1e-3:.4g} kPa" in outlier
+    assert f"bench.csv:6: the reading at {5 * PSI * 1e-3:.4g} kPa is " in outlier
+    assert "leave it out with --robust" in outlier
+    robust = run(folder, "--law", "neo_hookean", "--robust", "--no-save", "--json")
+    document = json.loads(robust.output)
+    assert document["left_out"] == document["outliers"] == [4]
+    assert document["standardized_residuals"][4] < -10.0
+    (outlier,) = document["warnings"]
+    assert "bench.csv:6" in outlier
+    assert "--robust left it out" in outlier
+
+
+@pytest.mark.parametrize(
+    ("change", "exit_code", "said"),
+    [
+        (lambda rows: [*rows, rows[4]], 0, "copies of other readings: {file}:16 (of {file}:5)"),
+        (
+            lambda rows: [*rows, rows[4].replace(",", ",1", 1)], 2,
+            "{file}:5: \"extension\": must be alike: at one pressure",
+        ),
+        (
+            lambda rows: [row.replace(",", ",-", 1) if row == rows[4] else row for row in rows], 2,
+            "{file}:5: \"extension\": must be positive for these fibers",
+        ),
+        (lambda rows: rows[:2], 2, "at least 2, to fit c1 and judge the errors"),
+    ],
+    ids=["copy", "far apart", "wrong sign", "one row"],
+)  # fmt: skip
+def test_readings_that_contradict_are_refused_and_copies_named(folder, change, exit_code, said):
+    file = folder / "bench.csv"
+    head, *rows = bench_test().splitlines()
+    file.write_text("\n".join([head, *change(["", *rows])[1:]]) + "\n")
+    result = run(folder, "--law", "neo_hookean", "--no-save")
+    assert result.exit_code == exit_code, result.output
+    assert said.format(file=file) in result.output
 
 
 def test_a_forgotten_section_length_makes_a_modulus_that_is_doubted(folder):

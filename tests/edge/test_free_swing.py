@@ -62,7 +62,7 @@ def changed(folder: Path, old: str, new: str) -> Path:
         ("displacement [mm]", "displacement [in]", "check the unit"),
         ("displacement [mm]", "extension [mm]", '"displacement": is missing'),
         ("displacement_error [mm]", "arc_length [mm]", '"displacement_error": is missing'),
-        ("displacement_error [mm]", "arc_length [mm]", "is of no free swing"),
+        ("displacement_error [mm]", "arc_length [mm]", "does not belong to a free swing"),
         ("1.04,", "1.00,", "holds a time twice"),
         ("1.04,", ",", "is blank"),
         ("1.04,", "abc,", ":4: column 1"),

@@ -109,18 +109,27 @@ BAD_FILES = {
     "infinite": (f"{HEADER}\ninf,4,0.2\n", 2, 1, "must be a plain number"),
     "decimal comma": (f'{HEADER}\n20,"4,5",0.2\n', 2, 2, "must be a plain number"),
     "overflow": (f"{HEADER}\n1e400,4,0.2\n", 2, 1, "must be a plain number"),
-    "negative pressure": (f"{HEADER}\n-20,4,0.2\n", 2, 1, "non-negative"),
-    "zero error": (f"{HEADER}\n20,4,0\n", 2, 3, "a positive finite number"),
-    "blank error": (f"{HEADER}\n20,4,\n", 2, 3, "a positive finite number"),
+    "negative pressure": (f"{HEADER}\n-20,4,0.2\n", 2, 1, "number, got -20 kPa"),
+    "zero error": (f"{HEADER}\n20,4,0\n", 2, 3, "a positive finite number, got 0 mm"),
+    "blank error": (f"{HEADER}\n20,4,\n", 2, 3, "positive finite number and is blank"),
     "blank pressure": (f"{HEADER}\n,4,0.2\n", 2, 1, "is blank, but extension requires it"),
     "blank row": (f"{HEADER}\n20,,\n", 2, 2, "holds no measurement"),
     "short row": (f"{HEADER}\n20,4,0.2\n40,9\n", 3, None, "has 2 cells, but the header has 3"),
-    "long row": (f"{HEADER}\n20,4,0.2,7\n", 2, None, "has 4 cells, but the header has 3"),
+    "long row": (
+        f"{HEADER}\n20,4,0.2,7\n", 2, None, "decimals follow a point (4.5), not a comma",
+    ),
     "open quote": (f'{HEADER}\n20,"4,0.2\n', 2, None, "not a line of comma-separated values"),
-    "no unit": ("pressure,extension [mm],extension_error [mm]\n", 1, 1, "has no unit"),
+    "no unit": (
+        "pressure,extension [mm],extension_error [mm]\n", 1, 1, 'or --unit "pressure=kPa"',
+    ),
     "unknown unit": (
         "pressure [kpsi2],extension [mm],extension_error [mm]\n", 1, 1, "unit of pressure",
     ),
+    "pounds": (
+        "pressure [pounds],extension [mm],extension_error [mm]\n", 1, 1,
+        "must have a unit of pressure",
+    ),
+    "lower case": ("pressure [kpa],extension [mm],extensio_error [mm]\n", 1, 3, "or --ignore it"),
     "unit of another kind": (
         "pressure [mm],extension [mm],extension_error [mm]\n", 1, 1, "unit of pressure",
     ),

@@ -43,8 +43,10 @@ PSI = 6.894757293168361
         (100.0, 1.0, "kPa taken for bar"),
         (PSI / 100.0, 1.0, "bar taken for psi"),
         (100.0 / PSI, 1.0, "psi taken for bar"),
-        (1.0, 1.0 / 25.4, "inches taken for mm"),
-        (1.0, 25.4, "mm taken for inches"),
+        (1.0, 1.0 / 25.4, "in taken for mm"),
+        (1.0, 25.4, "mm taken for in"),
+        (1.0, 0.1, "cm taken for mm"),
+        (1.0, 0.001, "m taken for mm"),
     ],
 )
 def test_mix_ups_of_units_are_named(pressure, response, expected):
@@ -53,9 +55,12 @@ def test_mix_ups_of_units_are_named(pressure, response, expected):
         replace(r, pressure=r.pressure * pressure, extension=r.extension * response)
         for r in noisy(truth)
     ]
-    found = possible_mix_ups(Trial(FreeActuation(truth), None), readings)
-    # Another mix-up may do nearly as well.
-    assert (expected in found) if expected else (found == [])
+    _, _, stated = (expected or "").partition(" taken for ")
+    column = "pressure" if response == 1.0 else "extension"
+    found = possible_mix_ups(
+        Trial(FreeActuation(truth), None), readings, {column: stated or "kPa"} if expected else {}
+    )
+    assert found[:1] == ([expected] if expected else [])
 
 
 @pytest.mark.parametrize("degrees_for_radians", [True, False])
@@ -66,9 +71,9 @@ def test_mix_ups_of_angles_are_named(degrees_for_radians):
         BendReading(p, factor * FreeActuation(truth).unloaded_shape(p).curvature * 0.2, 0.2, 0.01)
         for p in PRESSURES
     ]
-    found = possible_mix_ups(Trial(FreeActuation(truth), None), readings)
-    name = "degrees taken for radians" if degrees_for_radians else "radians taken for degrees"
-    assert found == [name]
+    true, stated = ("deg", "rad") if degrees_for_radians else ("rad", "deg")
+    found = possible_mix_ups(Trial(FreeActuation(truth), None), readings, {"bend_angle": stated})
+    assert found == [f"{true} taken for {stated}"]
 
 
 def test_shapes_and_grips_reveal_mix_ups_too():
@@ -86,9 +91,10 @@ def test_shapes_and_grips_reveal_mix_ups_too():
         )
         for p in (30.0e3, 60.0e3, 90.0e3)
     ]
-    assert possible_mix_ups(trial, grips) == ["psi taken for kPa"]
-    assert possible_mix_ups(trial, shapes) == ["mm taken for inches"]
-    assert possible_mix_ups(trial, [replace(g, pressure=g.pressure * PSI) for g in grips]) == []
+    assert possible_mix_ups(trial, grips, {}) == ["psi taken for kPa"]
+    assert possible_mix_ups(trial, shapes, {"x": "in"}) == ["mm taken for in"]
+    right = [replace(g, pressure=g.pressure * PSI) for g in grips]
+    assert possible_mix_ups(trial, right, {}) == []
 
 
 @pytest.mark.parametrize("factor", [0.1, 0.4, 1.0, 4.0, 6.9, 20.0])
@@ -110,6 +116,6 @@ def test_what_no_elastomer_gives_is_told(factor):
 def test_a_forgotten_section_length_is_among_the_explanations():
     described = actuator(NeoHookean(c1=145.0e3))
     readings = [replace(r, section_length=0.361) for r in noisy(described)]  # 0.1 m in fact
-    found = other_explanations(Trial(FreeActuation(described), None), readings)
+    found = other_explanations(Trial(FreeActuation(described), None), readings, {})
     assert found[-1].startswith("a measured section of ")
     assert float(found[-1].split()[4]) == pytest.approx(100.0, rel=0.05)

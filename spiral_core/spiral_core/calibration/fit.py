@@ -11,25 +11,22 @@ import numpy as np
 
 from spiral_core.calibration.identifiability import require_seen
 from spiral_core.calibration.model import CalibrationModel, actuation_of
+from spiral_core.calibration.outliers import Scatter, outliers, scatter_of
 from spiral_core.calibration.predict import (
+    contradictions,
     effective_errors,
     measured_values,
-    require_possible_signs,
 )
-from spiral_core.calibration.problem import EXACT, Problem, Solution
+from spiral_core.calibration.problem import Problem, Solution
 from spiral_core.calibration.readings import Reading, ShapeReading
-from spiral_core.calibration.result import Calibration, Scatter, scatter_of
+from spiral_core.calibration.result import Calibration
 from spiral_core.calibration.start import starting_values
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
 from spiral_core.rod.types import Array
 
-# Rounds in which errors that depend on the model's slope, or the robust scale, settle; each changes
+# Rounds in which errors that depend on the model's slope, or the outliers, settle; each changes
 # them far less than the one before, and readings do not carry more than two digits of an error.
 ROUNDS = 4
-# Huber's constant: 95 % of the efficiency of least squares where there are no outliers.
-HUBER = 1.345
-# Median absolute deviation of a normal distribution, in standard deviations.
-NORMAL_MEDIAN = 0.6744897501960817
 
 
 def calibrate(
@@ -44,7 +41,7 @@ def calibrate(
     Args:
         model: what is known, and what to fit.
         readings: what was measured; more components than parameters.
-        robust: whether a few outliers may be among them: Huber's loss in place of squares.
+        robust: whether to leave out the readings that chance does not explain, at most a third.
         start: values to start from; None takes those of the model's actuator.
 
     Returns:
@@ -52,14 +49,14 @@ def calibrate(
         parameters apart.
 
     Raises:
-        InvalidInputError: too few readings, readings that turn or bend the other way than the
-            actuator can, readings that do not depend on a parameter, or a reading that needs a
-            gripper without one.
+        InvalidInputError: too few readings, readings that go the other way than the actuator can
+            or (unless ``robust``) lie far apart at one pressure, readings that do not depend on a
+            parameter, or a reading that needs a gripper without one.
         ActuationLimitError: the readings' pressures are past what any start reaches.
         SolverError: the fit did not converge.
 
-    Source: G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989, ch. 2 and 5; P. J. Huber,
-    Robust Statistics, 1981, ch. 7 (covariance of the robust fit).
+    Source: G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989, ch. 2 and 5; outliers:
+    :mod:`spiral_core.calibration.outliers`.
 
     Example:
         >>> import math
@@ -86,7 +83,10 @@ def calibrate(
         first = model.trial(values)
     except InvalidInputError as error:
         raise _held_or(error, model) from None
-    require_possible_signs(first, readings)
+    for one in contradictions(first, readings, repeats=not robust):
+        at = readings[one.places[0]].pressure
+        read = " and ".join(f"{value:.6g}" for value in one.values)
+        raise InvalidInputError(one.quantity, f"{read} (SI) at {at:.6g} Pa", one.reason)
     errors = effective_errors(first, readings)
     problem = Problem(model, readings, errors)
     try:
@@ -94,15 +94,18 @@ def calibrate(
     except SolverError as error:
         raise _held_or(error, model) from None
     weighing = any(reading.pressure_error > 0.0 for reading in readings)
+    excluded: tuple[int, ...] = ()
+    full = problem
     for _ in range(ROUNDS if weighing or robust else 0):
         trial = model.trial(solution.values.tolist())
-        problem = replace(
-            problem,
-            errors=effective_errors(trial, readings),
-            huber_scale=HUBER * _robust_scale(solution) if robust else None,
-        )
-        solution = problem.solve(solution.values.tolist())
-    calibration = _calibration(problem, solution)
+        full = replace(problem, errors=effective_errors(trial, readings))
+        found = _outliers(full, solution.values) if robust else ()
+        settled = not weighing and set(found) == set(excluded)
+        excluded = found
+        if settled:
+            break
+        solution = full.without(excluded).solve(solution.values.tolist())
+    calibration = _calibration(full, solution, excluded)
     require_seen(calibration)
     return calibration
 
@@ -125,7 +128,7 @@ def _require_enough(model: CalibrationModel, readings: Sequence[Reading]) -> Non
         raise InvalidInputError(
             "readings",
             f"{count} measured values",
-            f"more measured values than the {len(model.names)} parameters ({names})",
+            f"at least {len(model.names) + 1}, to fit {names} and judge the errors",
         )
     # Repeats at one pressure tell how they scatter, not another parameter.
     told = {
@@ -142,49 +145,37 @@ def _require_enough(model: CalibrationModel, readings: Sequence[Reading]) -> Non
         )
 
 
-def _robust_scale(solution: Solution) -> float:
-    """Return the residuals' standard deviation judged by their median size."""
-    residuals = solution.residuals
-    freedom = len(residuals) - len(solution.values)
-    # Residuals of a fit are smaller than the errors behind them: the usual count corrects it.
-    correction = len(residuals) / freedom
-    scale = float(np.median(np.abs(residuals))) / NORMAL_MEDIAN * math.sqrt(correction)
-    return max(scale, EXACT)
+def _outliers(problem: Problem, values: Array) -> tuple[int, ...]:
+    """Return the readings that chance does not explain at a solution."""
+    counts = [len(reading.measured) for reading in problem.readings]
+    owners = np.repeat(np.arange(len(counts)), counts)
+    residuals, jacobian = problem.residuals(values), problem.jacobian(values)
+    return outliers(residuals, jacobian, owners, trust_stated=False)
 
 
-def _calibration(problem: Problem, solution: Solution) -> Calibration:
-    """Return the result with its covariance."""
+def _calibration(problem: Problem, solution: Solution, excluded: tuple[int, ...]) -> Calibration:
+    """Return the result with its covariance; readings that were left out have residuals too."""
     freedom = len(solution.residuals) - len(solution.values)
-    variance = _error_variance(problem, solution, freedom)
+    variance = float(solution.residuals @ solution.residuals) / freedom
     small = scatter_of(math.sqrt(variance), freedom) is Scatter.TOO_SMALL
     accepted = 1.0 if small else variance  # by which the stated errors are scaled, squared
-    values = solution.values.tolist()
+    values = solution.values
     active = zip(problem.model.names, solution.active, strict=True)
     return Calibration(
         model=problem.model,
         readings=problem.readings,
-        values=solution.values,
+        values=values,
         covariance=accepted * inverse_information(solution.jacobian),
         degrees_of_freedom=freedom,
-        residuals=solution.residuals,
+        residuals=problem.residuals(values) if excluded else solution.residuals,
         errors=problem.errors,
-        jacobian=solution.jacobian,
+        jacobian=problem.jacobian(values) if excluded else solution.jacobian,
         error_scale=math.sqrt(variance),
         at_bound=tuple(name for name, hit in active if hit),
-        robust=problem.huber_scale is not None,
-        actuation=actuation_of(problem.model.actuator_from(values)),
-        gripper=problem.model.trial(values).gripper,
+        excluded=excluded,
+        actuation=actuation_of(problem.model.actuator_from(values.tolist())),
+        gripper=problem.model.trial(values.tolist()).gripper,
     )
-
-
-def _error_variance(problem: Problem, solution: Solution, freedom: int) -> float:
-    r"""Return s^2, for Huber's loss :math:`\frac{\sum\psi^2/(m-p)}{(\sum\psi'/m)^2}`."""
-    residuals: Array = solution.residuals
-    if problem.huber_scale is None:
-        return float((residuals**2).sum()) / freedom
-    limited = np.clip(residuals, -problem.huber_scale, problem.huber_scale)
-    inside = float(np.mean(np.abs(residuals) <= problem.huber_scale))
-    return float(np.sum(limited**2)) / (freedom * inside * inside)
 
 
 def inverse_information(jacobian: Array) -> Array:

@@ -77,7 +77,7 @@ def require_seen(calibration: Calibration) -> None:
     names = [name for name in calibration.names if name not in calibration.at_bound]
     columns = [calibration.index(name) for name in names]
     scales = np.array(calibration.model.scales())[columns] / max(calibration.error_scale, 1.0)
-    effects = calibration.jacobian[:, columns] * scales
+    effects = calibration.jacobian[calibration.fitted][:, columns] * scales
     if not names:
         return
     _, singular, directions = np.linalg.svd(effects, full_matrices=False)
@@ -131,8 +131,9 @@ def weak_directions(calibration: Calibration) -> tuple[WeakDirection, ...]:
 
 def _directions(calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
     """Return singular values and right vectors of the Jacobian with columns of length one."""
-    lengths = np.linalg.norm(calibration.jacobian, axis=0)
-    scaled = calibration.jacobian / np.where(lengths > 0.0, lengths, 1.0)
+    jacobian = calibration.jacobian[calibration.fitted]
+    lengths = np.linalg.norm(jacobian, axis=0)
+    scaled = jacobian / np.where(lengths > 0.0, lengths, 1.0)
     _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
     return singular, directions
 

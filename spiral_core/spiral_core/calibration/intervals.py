@@ -14,14 +14,16 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from spiral_core.calibration.outliers import Scatter
 from spiral_core.calibration.problem import Problem
 from spiral_core.calibration.result import (
     DEFAULT_LEVEL,
     Calibration,
     Interval,
-    Scatter,
 )
-from spiral_core.errors import InvalidInputError, SpiralError
+from spiral_core.errors import SpiralError
 
 # The interval's end is sought up to this many linear half widths away; farther out it is open.
 FARTHEST = 20.0
@@ -33,7 +35,7 @@ def profile_interval(calibration: Calibration, name: str, level: float = DEFAULT
     """Return the profile-likelihood interval of one parameter.
 
     Args:
-        calibration: a fit by least squares.
+        calibration: the fit.
         name: of the parameter.
         level: confidence level, in (0, 1).
 
@@ -41,14 +43,11 @@ def profile_interval(calibration: Calibration, name: str, level: float = DEFAULT
         The interval; an end that the readings do not bound is infinite, or the model's bound.
 
     Raises:
-        InvalidInputError: there is no such parameter, ``level`` is not in (0, 1), or the fit was
-            robust, whose loss has no such profile.
+        InvalidInputError: there is no such parameter, or ``level`` is not in (0, 1).
 
     Source: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications, 1988,
     ch. 6.
     """
-    if calibration.robust:
-        raise InvalidInputError("calibration", "a robust fit", "a fit by least squares")
     return Interval(
         _end(calibration, name, level, -1.0),
         _end(calibration, name, level, 1.0),
@@ -88,6 +87,7 @@ def _end(calibration: Calibration, name: str, level: float, side: float) -> floa
 def _rise(calibration: Calibration, k: int, value: float) -> float:
     """Return how much the cost rises with one parameter held and the others fitted again."""
     problem = Problem(calibration.model, calibration.readings, calibration.errors)
+    problem = problem.without(calibration.excluded)
     # Where the others would be if the model were linear: constants that only their sum is known of
     # must move together, or there is no actuator to start from.
     column = calibration.covariance[:, k] / calibration.covariance[k, k]
@@ -96,5 +96,5 @@ def _rise(calibration: Calibration, k: int, value: float) -> float:
         residuals = problem.solve(start.tolist(), held={k: value}).residuals
     except SpiralError:  # no actuator has this value: infinitely unlikely
         return math.inf
-    least = float(calibration.residuals @ calibration.residuals)
+    least = float(np.sum(calibration.residuals[calibration.fitted] ** 2))
     return float(residuals @ residuals) - least

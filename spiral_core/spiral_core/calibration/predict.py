@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,7 +34,17 @@ from spiral_core.wrap.wrap import wrapped_radius
 # small that the slope, which only weighs a stated error, is good to a thousandth.
 PRESSURE_STEP = 1e-3
 # Standard errors by which readings may go the wrong way: noise about zero does not go farther.
-CONTRADICTION = 3.0
+CONTRADICTION = 4.0
+# Standard errors of their difference by which readings at one pressure may differ: more than
+# repeats whose errors were stated three times too small ever do.
+FAR_APART = 10.0
+_NAMES: dict[type[Reading], str] = {
+    ExtensionReading: "extension",
+    TwistReading: "twist",
+    BendReading: "bend_angle",
+    ShapeReading: "position",
+    GripReading: "object_radius",
+}
 _DIRECTIONS: dict[type[Reading], tuple[str, str]] = {
     ExtensionReading: ("extension", "pressure lengthens this actuator; check the sign"),
     TwistReading: (
@@ -87,32 +98,91 @@ def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
     return np.array([value for values in components for value in values], dtype=np.float64)
 
 
-def require_possible_signs(trial: Trial, readings: Sequence[Reading]) -> None:
-    """Refuse readings that go the other way than the actuator can, whatever its constants.
+class Contradiction(NamedTuple):
+    """Readings that no constants bring together.
 
-    Constants change how far it extends, twists and bends, not in which direction: a fit to such
-    readings would only end at an infinite stiffness.
+    Attributes:
+        places: of the readings.
+        quantity: what they measured.
+        values: what they read, in SI units.
+        reason: what would be right.
+    """
+
+    places: tuple[int, ...]
+    quantity: str
+    values: tuple[float, ...]
+    reason: str
+
+
+def contradictions(
+    trial: Trial, readings: Sequence[Reading], *, repeats: bool = True
+) -> list[Contradiction]:
+    """Return the readings that contradict the actuator, or each other, whatever its constants.
+
+    Constants change how far it extends, twists and bends, not in which direction, and give one
+    response to one pressure.
 
     Args:
         trial: any choice of the parameters.
         readings: the readings.
+        repeats: whether readings at one pressure are compared.
 
-    Raises:
-        InvalidInputError: the readings of one kind contradict the direction by more than
-            :data:`CONTRADICTION` standard errors.
+    Returns:
+        Readings that go the wrong way by more than :data:`CONTRADICTION` standard errors, one by
+        one or all of a kind together; and pairs at one pressure that are more than
+        :data:`FAR_APART` standard errors apart.
     """
+    found = []
     for kind, (quantity, hint) in _DIRECTIONS.items():
-        chosen = [one for one in readings if isinstance(one, kind)]
-        expected = predict(trial, chosen)
+        places = [k for k, one in enumerate(readings) if isinstance(one, kind)]
+        chosen = [readings[k] for k in places]
         errors = np.array([one.error for one in chosen])
+        expected, measured = predict(trial, chosen), measured_values(chosen)
+        signs = "negative" if expected.sum() < 0.0 else "positive"
+        reason = f"{signs} for these fibers ({hint})"
+        ways = np.sign(expected) * measured / errors
         # The factor that would meet them best, over its standard error.
         weight = float(np.linalg.norm(expected / errors))
-        agreement = float(expected / errors @ (measured_values(chosen) / errors))
-        if agreement < -CONTRADICTION * weight:
-            signs = ("positive", "negative") if expected.sum() > 0.0 else ("negative", "positive")
-            raise InvalidInputError(
-                quantity, f"{signs[1]} values", f"{signs[0]} for these fibers ({hint})"
+        together = float(expected / errors @ (measured / errors)) < -CONTRADICTION * weight
+        for k, way in zip(places, ways.tolist(), strict=True):
+            if way < -(0.0 if together else CONTRADICTION):
+                found.append(Contradiction((k,), quantity, readings[k].measured, reason))
+    return found + (_far_apart(trial, readings) if repeats else [])
+
+
+def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]:
+    """Return pairs of readings of the same that differ by far more than their errors."""
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for k, one in enumerate(readings):
+        of = getattr(one, "section_length", None), getattr(one, "arc_length", None)
+        groups.setdefault((type(one), one.pressure, *of), []).append(k)
+    found = []
+    for places in groups.values():
+        if len(places) < 2:
+            continue
+        values = np.array([readings[k].measured for k in places])
+        errors = effective_errors(trial, [readings[k] for k in places]).reshape(values.shape)
+        low, high = values.argmin(axis=0), values.argmax(axis=0)
+        columns = np.arange(values.shape[1])
+        apart = (values[high, columns] - values[low, columns]) / np.hypot(
+            errors[high, columns], errors[low, columns]
+        )
+        worst = int(np.argmax(apart))
+        if apart[worst] > FAR_APART:
+            pair = int(low[worst]), int(high[worst])
+            reason = (
+                f"alike: at one pressure they are {apart[worst]:.3g} standard errors of their "
+                "difference apart; state the error that repeats show, or fit without outliers"
             )
+            found.append(
+                Contradiction(
+                    tuple(places[k] for k in pair),
+                    _NAMES[type(readings[places[0]])],
+                    tuple(float(values[k, worst]) for k in pair),
+                    reason,
+                )
+            )
+    return found
 
 
 def measured_values(readings: Sequence[Reading]) -> Array:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 r"""The nonlinear least-squares problem of a calibration, in scaled parameters.
 
-.. math:: \min_x \sum_i \rho\!\left(\frac{y_i(x) - y_i}{\sigma_i}\right), \qquad
+.. math:: \min_x \sum_i \left(\frac{y_i(x) - y_i}{\sigma_i}\right)^2, \qquad
     x_k = \text{value}_k / \text{scale}_k
 
 by scipy's trust-region reflective method. A trial that makes no actuator, or one whose limit lies
@@ -80,13 +80,18 @@ class Problem:
         model: what is fitted.
         readings: what was measured.
         errors: (m,) standard error of each component.
-        huber_scale: residual beyond which the loss grows only linearly; None for least squares.
     """
 
     model: CalibrationModel
     readings: tuple[Reading, ...]
     errors: Array
-    huber_scale: float | None = None
+
+    def without(self, excluded: Sequence[int]) -> Problem:
+        """Return the problem without some readings, by their places."""
+        counts = [len(reading.measured) for reading in self.readings]
+        kept = np.repeat([k not in excluded for k in range(len(counts))], counts)
+        readings = tuple(one for k, one in enumerate(self.readings) if k not in excluded)
+        return Problem(self.model, readings, self.errors[kept])
 
     def residuals(self, values: Array) -> Array:
         """Return (m,) predicted minus measured over the error.
@@ -127,8 +132,6 @@ class Problem:
             jac=partial(self._jacobian, split),
             bounds=(split.low, split.high),
             x_scale="jac",
-            loss="linear" if self.huber_scale is None else "huber",
-            f_scale=1.0 if self.huber_scale is None else self.huber_scale,
             ftol=TOLERANCE,
             xtol=TOLERANCE,
             gtol=TOLERANCE,
@@ -168,8 +171,6 @@ class Problem:
         is left that the parameters could remove (the relative offset of Bates and Watts).
         """
         residuals = solution.residuals
-        if self.huber_scale is not None:
-            residuals = np.clip(residuals, -self.huber_scale, self.huber_scale)
         moving = [k for k in free if not solution.active[k]]
         columns = solution.jacobian[:, [free.index(k) for k in moving]]
         scaled = columns * np.array(self.model.scales())[moving]
@@ -181,6 +182,15 @@ class Problem:
         left = float(np.linalg.norm(residuals - base @ parts))
         if removable > max(OFFSET_MAX * left, EXACT * math.sqrt(len(residuals))):
             raise SolverError(CalibrationStatus.STUCK, removable, solution.evaluations)
+
+    def jacobian(self, values: Array) -> Array:
+        """Return (m, p) derivatives of the residuals by the parameters, in their own units."""
+        scales = np.array(self.model.scales())
+        jacobian: Array = (
+            difference_jacobian(lambda x: self._residuals_or_nan(x * scales), values / scales)
+            / scales
+        )
+        return jacobian
 
     def _residuals_or_nan(self, values: Array) -> Array:
         """Return the residuals, or NaN throughout where there are none: the step is shortened."""

@@ -12,15 +12,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.actuator import Actuator
 from spiral_core.brief import brief_repr
 from spiral_core.calibration.model import CalibrationModel
+from spiral_core.calibration.outliers import Scatter, deleted, outliers, scatter_of
 from spiral_core.calibration.predict import measured_values
 from spiral_core.calibration.readings import Reading
 from spiral_core.errors import InvalidInputError
@@ -29,26 +30,6 @@ from spiral_core.validation import require_in_range
 from spiral_core.wrap.gripper import Gripper
 
 DEFAULT_LEVEL = 0.95
-
-
-# Scatter less probable than this, by the stated errors, is no accident.
-IMPROBABLE = 1e-3
-# Scatter that is larger than stated by less than this factor is nothing to warn of.
-MUCH_LARGER = 2.0
-
-
-class Scatter(Enum):
-    """How readings scatter about a fit; the value is the advice."""
-
-    AS_STATED = "the readings scatter as their stated errors say"
-    TOO_LARGE = (
-        "far more than the stated errors allow: the law does not describe the readings, some of "
-        "them are wrong, or the errors were stated too small; the intervals follow the residuals"
-    )
-    TOO_SMALL = (
-        "far less than the stated errors allow: the errors were stated too large, or the readings "
-        "are not independent; the intervals follow the stated errors"
-    )
 
 
 class Interval(NamedTuple):
@@ -67,13 +48,13 @@ class Calibration:
         readings: what it was fitted to.
         values: (p,) the parameters, named by ``names``, in SI units.
         covariance: (p, p) of the values.
-        degrees_of_freedom: measured components minus parameters.
+        degrees_of_freedom: fitted components minus parameters.
         residuals: (m,) predicted minus measured, over the stated error of each component.
         errors: (m,) those errors: stated, and for a stated error of the pressure its share.
         jacobian: (m, p) derivatives of ``residuals`` by the parameters.
         error_scale: how many times larger than stated the errors are, judged by the residuals.
         at_bound: names of parameters that ended at a bound; their intervals mean little.
-        robust: whether outliers were given less weight (Huber's loss).
+        excluded: places of the readings that a robust fit left out, the farthest first.
         actuation: the fitted pressure-stretch relation; its ``stretch_limit``, ``pressure_limit``
             and ``limit`` tell over which range it is stable (dP/d lambda_1 > 0) and what ends that.
         gripper: the mounted gripper with the fitted values, if one was given.
@@ -91,7 +72,7 @@ class Calibration:
     jacobian: Array
     error_scale: float
     at_bound: tuple[str, ...]
-    robust: bool
+    excluded: tuple[int, ...]
     actuation: FreeActuation
     gripper: Gripper | None
 
@@ -109,6 +90,36 @@ class Calibration:
     def stiffness(self) -> RodStiffness:
         """EI and GJ: fitted, given, or the fitted material's."""
         return self.model.stiffness_from([float(value) for value in self.values])
+
+    @property
+    def owners(self) -> NDArray[np.intp]:
+        """The place of the reading of each component (m,)."""
+        counts = [len(reading.measured) for reading in self.readings]
+        return np.repeat(np.arange(len(counts)), counts)
+
+    @property
+    def fitted(self) -> NDArray[np.bool_]:
+        """Which components were fitted (m,), and not left out as outliers."""
+        return ~np.isin(self.owners, self.excluded)
+
+    @property
+    def standardized_residuals(self) -> Array:
+        """Distance of each reading from the fit to the others, in standard errors of it (n,).
+
+        Externally studentized; of a point's coordinates the largest. The errors are scaled as the
+        others scatter, or as stated if these scatter improbably little.
+        """
+        tests = deleted(self.residuals, self.jacobian, self.owners, self.fitted)
+        return np.array([one.ratio / one.accepted_scale for one in tests])
+
+    @property
+    def outliers(self) -> tuple[int, ...]:
+        """Places of the readings that chance does not explain, the farthest first.
+
+        The readings that a robust fit left out are among them.
+        """
+        found = outliers(self.residuals, self.jacobian, self.owners, trust_stated=True)
+        return (*self.excluded, *(one for one in found if one not in self.excluded))
 
     @property
     def scatter(self) -> Scatter:
@@ -192,7 +203,7 @@ class Calibration:
         Source: K. P. Burnham, D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed.,
         2002, ch. 7.
         """
-        count, k = len(self.residuals), len(self.values) + 1
+        count, k = len(self.residuals), self._degrees()
         if not count - k - 1 > 0:
             return math.inf
         return self._deviance() + 2.0 * k + 2.0 * k * (k + 1) / (count - k - 1)
@@ -200,36 +211,19 @@ class Calibration:
     @property
     def bayesian_criterion(self) -> float:
         r"""Schwarz's criterion BIC: as AICc with the penalty :math:`k \ln m`."""
-        return self._deviance() + (len(self.values) + 1) * math.log(len(self.residuals))
+        return self._deviance() + self._degrees() * math.log(len(self.residuals))
+
+    def _degrees(self) -> int:
+        """Return how many values were fitted: a reading that was left out counts as fitted."""
+        return len(self.values) + 1 + int(np.sum(~self.fitted))
 
     def _deviance(self) -> float:
         """Return -2 ln L at the fitted error scale."""
         count = len(self.residuals)
-        variance = float(self.residuals @ self.residuals) / count
+        variance = float(np.sum(self.residuals[self.fitted] ** 2)) / count
         # A perfect fit has no scale: the smallest positive float stands for its variance.
         scale = math.log(2.0 * math.pi * max(variance, np.finfo(np.float64).tiny))
         return count * (scale + 1.0) + 2.0 * float(np.log(self.errors).sum())
-
-
-def scatter_of(error_scale: float, degrees_of_freedom: int) -> Scatter:
-    """Judge the scale of the errors by the chi-squared distribution.
-
-    Args:
-        error_scale: how many times larger than stated the errors are.
-        degrees_of_freedom: of that scale, >= 1.
-
-    Example:
-        >>> [scatter_of(scale, 10).name for scale in (0.1, 0.5, 1.5, 3.0)]
-        ['TOO_SMALL', 'AS_STATED', 'AS_STATED', 'TOO_LARGE']
-    """
-    from scipy.special import gammainc, gammaincc
-
-    half, squares = 0.5 * degrees_of_freedom, 0.5 * degrees_of_freedom * error_scale**2
-    if gammainc(half, squares) < IMPROBABLE:
-        return Scatter.TOO_SMALL
-    if error_scale > MUCH_LARGER and gammaincc(half, squares) < IMPROBABLE:
-        return Scatter.TOO_LARGE
-    return Scatter.AS_STATED
 
 
 def student_quantile(level: float, degrees_of_freedom: float) -> float:

@@ -83,12 +83,12 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
     pressure zero are predicted by any fit, and are not left out.
 
     Args:
-        calibration: the fit to repeat, with the same model and loss.
+        calibration: the fit to repeat; readings that it left out stay out.
 
     Raises:
         InvalidInputError: all readings were made at one pressure, or none could be predicted.
     """
-    readings = calibration.readings
+    readings = [one for k, one in enumerate(calibration.readings) if k not in calibration.excluded]
     groups = [group for group in _by_pressure(readings) if group[0].pressure > 0.0]
     if len(groups) < 2:
         found = f"{len(groups)} pressures above 0"
@@ -202,9 +202,7 @@ def _predicted_from(
     calibration: Calibration, others: Sequence[Reading], group: Sequence[Reading]
 ) -> Array:
     """Return what a fit to the other readings predicts for one group."""
-    fit = calibrate(
-        calibration.model, others, robust=calibration.robust, start=calibration.values.tolist()
-    )
+    fit = calibrate(calibration.model, others, start=calibration.values.tolist())
     trial = fit.model.trial(fit.values.tolist())
     beyond = trial.highest_beyond(group)
     if beyond is not None:

@@ -6,7 +6,9 @@ Linear propagation takes the slopes of the pressure over the parameters,
 .. math:: \sigma_P^2 = g^T C g, \qquad g_k = \partial P(r) / \partial \theta_k,
 
 Monte Carlo draws parameters from their joint distribution and asks each gripper. Both carry the
-fitted parameters' uncertainty alone: not that of the radius, nor the model's own error.
+fitted parameters' uncertainty, not that of the radius. Where the readings cannot tell the fitted
+law from another one, the interval covers the other's too: the other form of the curvature, and the
+laws that it was compared with.
 """
 
 from __future__ import annotations
@@ -14,16 +16,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from spiral_core.actuator.actuator import CurvatureForm
+from spiral_core.calibration.fit import calibrate
+from spiral_core.calibration.outliers import Scatter
 from spiral_core.calibration.result import (
     DEFAULT_LEVEL,
     Calibration,
     Interval,
-    Scatter,
 )
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array
@@ -37,6 +42,25 @@ DEFAULT_DRAWS = 400
 DRAWS_MIN = 40
 
 
+# A law is a rival while its AICc is higher by less than this: a twentieth of the likelihood.
+RIVAL_MAX = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class RivalPressure:
+    """The pressure for one object by a law that the readings cannot tell from the fitted one.
+
+    Attributes:
+        law: its name, with the form of the curvature.
+        pressure: of the perfect wrap with its fitted values [Pa]; infinite if it cannot grip.
+        interval: confidence interval of the pressure [Pa].
+    """
+
+    law: str
+    pressure: float
+    interval: Interval
+
+
 @dataclass(frozen=True, slots=True)
 class RadiusPressure:
     """The pressure for one object with its uncertainty.
@@ -44,21 +68,57 @@ class RadiusPressure:
     Attributes:
         radius: of the object [m].
         pressure: of the perfect wrap with the fitted values [Pa].
-        standard_error: of the pressure [Pa].
-        interval: confidence interval of the pressure [Pa].
+        standard_error: of the pressure, from the fitted law alone [Pa].
+        interval: confidence interval of the pressure [Pa]; it covers those of ``rivals``.
+        own_interval: that of the fitted law alone [Pa].
         failed_draws: share of Monte Carlo draws that cannot grip this radius; 0 for the linear
             propagation.
+        rivals: by laws that the readings cannot tell from the fitted one.
     """
 
     radius: float
     pressure: float
     standard_error: float
     interval: Interval
+    own_interval: Interval
     failed_draws: float = 0.0
+    rivals: tuple[RivalPressure, ...] = ()
+
+
+def rival_fits(
+    calibration: Calibration, compared: Sequence[Calibration] = ()
+) -> tuple[Calibration, ...]:
+    """Return the fits of other laws that the readings cannot tell from the fitted one.
+
+    Args:
+        calibration: the fit.
+        compared: fits of other laws to the same readings.
+
+    Returns:
+        The same law with the other form of the curvature, and those of ``compared``, whose AICc is
+        less than :data:`RIVAL_MAX` higher. Without enough readings for AICc, all of them.
+    """
+    rivals = [one for one in compared if one is not calibration]
+    (form,) = set(CurvatureForm) - {calibration.actuator.curvature_form}
+    # Not every actuator has both forms, and not every form meets the readings.
+    with suppress(SpiralError):
+        actuator = replace(calibration.model.actuator, curvature_form=form)
+        model = replace(calibration.model, actuator=actuator)
+        rivals.append(calibrate(model, calibration.readings, robust=bool(calibration.excluded)))
+    lowest = calibration.information_criterion
+    return tuple(
+        one
+        for one in rivals
+        if math.isinf(lowest) or one.information_criterion < lowest + RIVAL_MAX
+    )
 
 
 def pressure_uncertainty(
-    calibration: Calibration, radii: Sequence[float], level: float = DEFAULT_LEVEL
+    calibration: Calibration,
+    radii: Sequence[float],
+    level: float = DEFAULT_LEVEL,
+    *,
+    rivals: Sequence[Calibration] | None = None,
 ) -> tuple[RadiusPressure, ...]:
     """Return the pressure for each radius with its uncertainty, by linear propagation.
 
@@ -66,12 +126,23 @@ def pressure_uncertainty(
         calibration: a fit whose model holds a gripper.
         radii: objects' radii [m], each grippable with the fitted values.
         level: confidence level, in (0, 1).
+        rivals: fits of laws that the readings cannot tell from this one; None takes
+            :func:`rival_fits`.
 
     Raises:
         InvalidInputError: the calibration has no gripper.
         NotGrippableError: a radius cannot be gripped.
         NoCoilError: the fitted gripper does not coil.
     """
+    found = _by_fitted_law(calibration, radii, level)
+    rivals = rival_fits(calibration) if rivals is None else rivals
+    return _widened(found, radii, level, rivals)
+
+
+def _by_fitted_law(
+    calibration: Calibration, radii: Sequence[float], level: float
+) -> tuple[RadiusPressure, ...]:
+    """Return the pressures with the uncertainty of the constants alone."""
     best = _pressures(calibration, calibration.values, radii)
     variances = np.zeros(len(radii))
     for direction in _principal_directions(calibration):
@@ -80,8 +151,36 @@ def pressure_uncertainty(
     results = []
     for radius, pressure, error in zip(radii, best, np.sqrt(variances), strict=True):
         interval = Interval(float(pressure - quantile * error), float(pressure + quantile * error))
-        results.append(RadiusPressure(float(radius), float(pressure), float(error), interval))
+        results.append(
+            RadiusPressure(float(radius), float(pressure), float(error), interval, interval)
+        )
     return tuple(results)
+
+
+def _widened(
+    found: Sequence[RadiusPressure],
+    radii: Sequence[float],
+    level: float,
+    rivals: Sequence[Calibration],
+) -> tuple[RadiusPressure, ...]:
+    """Return pressures whose intervals cover those of rival laws."""
+    widened = []
+    for one, radius in zip(found, radii, strict=True):
+        others = tuple(_by_rival(rival, float(radius), level) for rival in rivals)
+        ends = [one.interval, *(other.interval for other in others)]
+        interval = Interval(min(end.low for end in ends), max(end.high for end in ends))
+        widened.append(replace(one, interval=interval, rivals=others))
+    return tuple(widened)
+
+
+def _by_rival(rival: Calibration, radius: float, level: float) -> RivalPressure:
+    """Return the pressure of one rival law; infinite where it cannot grip the radius."""
+    name = f"{rival.model.fitted_law.__name__}, {rival.actuator.curvature_form.value} curvature"
+    try:
+        (found,) = _by_fitted_law(rival, (radius,), level)
+    except SpiralError:
+        return RivalPressure(name, math.inf, Interval(math.inf, math.inf))
+    return RivalPressure(name, found.pressure, found.interval)
 
 
 def pressure_uncertainty_by_draws(
@@ -92,6 +191,7 @@ def pressure_uncertainty_by_draws(
     draws: int = DEFAULT_DRAWS,
     level: float = DEFAULT_LEVEL,
     executor: Executor | None = None,
+    rivals: Sequence[Calibration] | None = None,
 ) -> tuple[RadiusPressure, ...]:
     """Return the pressure for each radius with its uncertainty, by Monte Carlo.
 
@@ -105,6 +205,7 @@ def pressure_uncertainty_by_draws(
         draws: how many, >= 40.
         level: confidence level, in (0, 1).
         executor: makes the draws, in processes or threads; None makes them one after another.
+        rivals: as for :func:`pressure_uncertainty`; their intervals are propagated linearly.
 
     Raises:
         InvalidInputError: the calibration has no gripper, there are too few draws, or hardly any
@@ -135,10 +236,12 @@ def pressure_uncertainty_by_draws(
                 float(pressure),
                 float(np.std(answers, ddof=1)),
                 Interval(float(ends[0]), float(ends[1])),
+                Interval(float(ends[0]), float(ends[1])),
                 1.0 - len(answers) / draws,
             )
         )
-    return tuple(results)
+    rivals = rival_fits(calibration) if rivals is None else rivals
+    return _widened(results, radii, level, rivals)
 
 
 def _curve(calibration: Calibration, values: Array) -> WrapCurve:

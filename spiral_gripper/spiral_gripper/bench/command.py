@@ -20,6 +20,7 @@ from spiral_core import (
     measured_actuation_from_readings,
     pressure_uncertainty,
     pressure_uncertainty_by_draws,
+    rival_fits,
 )
 from spiral_gripper.bench.measurements import (
     ERROR_COLUMNS,
@@ -28,7 +29,12 @@ from spiral_gripper.bench.measurements import (
     load_measurements,
     stated_error,
 )
-from spiral_gripper.bench.report import outlier_warnings, warnings_of
+from spiral_gripper.bench.report import (
+    copy_warnings,
+    outlier_warnings,
+    rival_warnings,
+    warnings_of,
+)
 from spiral_gripper.bench.run import CalibrationRequest, modulus_warning, run_calibration
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.fields import FIELDS, LAWS, law_name
@@ -114,7 +120,7 @@ def load_files(
         if not stated_error(text, name, 1.0) > 0.0:
             raise InvalidInputError(f"--error {name}", text, "positive")
     loaded = [load_measurements(file, length, stated) for file in files]
-    columns = frozenset().union(*(one.columns for one in loaded))
+    columns = frozenset().union(*(one.units for one in loaded))
     for name in stated.units:
         if name not in columns:
             raise InvalidInputError(
@@ -147,11 +153,12 @@ def run_command(
     """
     choice = run_calibration(description, measurements, options.request())
     best = choice.best
-    modulus = modulus_warning(description, best, best.readings)
+    modulus = modulus_warning(description, best, measurements)
     warnings = [
         *warnings_of(best),
         *([] if modulus is None else [modulus]),
         *outlier_warnings(best, measurements),
+        *copy_warnings(measurements),
     ]
     own = law_name(type(description.actuator.material))
     if not options.laws and best.model.fitted_law is not LAWS[own]:
@@ -160,7 +167,8 @@ def run_command(
         warnings.insert(
             0, f"the readings do not tell the constants of {own}, the file's law, apart{remedy}"
         )
-    pressures, refusals = _pressures(best, options)
+    pressures, refusals = _pressures(choice, options)
+    warnings += rival_warnings(pressures)
     return CommandResult(choice, _cross_validation(best), tuple(warnings), pressures, refusals)
 
 
@@ -198,13 +206,14 @@ def _cross_validation(calibration: Calibration) -> CrossValidation | None:
 
 
 def _pressures(
-    calibration: Calibration, options: CommandOptions
+    choice: LawChoice, options: CommandOptions
 ) -> tuple[tuple[RadiusPressure, ...], tuple[SpiralError, ...]]:
     """Return the pressures for the radii that were asked for, and why some have none."""
     found: list[RadiusPressure] = []
     refused: list[SpiralError] = []
+    rivals = rival_fits(choice.best, choice.calibrations) if options.radii else ()
     for radius in options.radii:
-        answer = _pressure(calibration, radius, options)
+        answer = _pressure(choice.best, radius, options, rivals)
         if isinstance(answer, SpiralError):
             refused.append(answer)
         else:
@@ -213,15 +222,18 @@ def _pressures(
 
 
 def _pressure(
-    calibration: Calibration, radius: float, options: CommandOptions
+    calibration: Calibration,
+    radius: float,
+    options: CommandOptions,
+    rivals: Sequence[Calibration],
 ) -> RadiusPressure | SpiralError:
     """Return the pressure for one radius with its uncertainty, or why there is none."""
     level, draws = options.level, options.draws
     try:
         if draws is None:
-            return pressure_uncertainty(calibration, [radius], level)[0]
+            return pressure_uncertainty(calibration, [radius], level, rivals=rivals)[0]
         return pressure_uncertainty_by_draws(
-            calibration, [radius], seed=options.seed, draws=draws, level=level
+            calibration, [radius], seed=options.seed, draws=draws, level=level, rivals=rivals
         )[0]
     except SpiralError as error:
         return error

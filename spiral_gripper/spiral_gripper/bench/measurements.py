@@ -50,13 +50,13 @@ class Measurements:
         source: the file.
         readings: what was measured.
         lines: line in the file of each reading.
-        columns: names of the columns that were read.
+        units: unit of each column that was read, by its name.
     """
 
     source: Path
     readings: tuple[Reading, ...]
     lines: tuple[int, ...]
-    columns: frozenset[str] = frozenset()
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def load_measurements(
@@ -125,7 +125,8 @@ def _measurements(
             reason = f"is blank, and so the line holds no measurement of {_names(kinds)}"
             table.note(row.line, kinds[0].name, reason)
     table.raise_problems()
-    return Measurements(source, tuple(readings), tuple(lines), frozenset(table.columns))
+    units = {name: column.unit for name, column in table.columns.items()}
+    return Measurements(source, tuple(readings), tuple(lines), units)
 
 
 Values = Mapping[str, float]
@@ -197,7 +198,7 @@ def _check_columns(
     line = table.header_line
     for name in ("time", "displacement", "displacement_error"):
         if name in table.columns:
-            table.note(line, name, "is of a free swing; use --free-swing, or ignore it by name")
+            table.note(line, name, "is of a free swing; use --free-swing, or --ignore it")
     if not kinds:
         table.note(line, "", f"no column holds a measurement: one of {_names(_KINDS)}")
     for name in sorted(options.errors.keys() - ERROR_COLUMNS.keys()):
@@ -247,7 +248,10 @@ def _reading(
             **{f"--error {name}": f"{name}_error" for name in ERROR_COLUMNS},
         }
         name = field_names.get(problem.field, problem.field)
-        table.note(row.line, name, f"must be {problem.requirement}, got {problem.value!r} (SI)")
+        stated = options.errors.get(name.removesuffix("_error"))
+        written = row.texts.get(name) or (stated if name.endswith("_error") else None)
+        got = f", got {written}" if written else " and is blank"
+        table.note(row.line, name, f"must be {problem.requirement}{got}")
         return None
 
 

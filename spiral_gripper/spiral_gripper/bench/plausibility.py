@@ -8,10 +8,8 @@ pressure proves nothing. Readings that no elastomer gives are refused.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import permutations
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,35 +24,58 @@ from spiral_core import (
 )
 from spiral_core.calibration.model import Trial
 from spiral_core.calibration.predict import predict
+from spiral_gripper.bench.table import COLUMNS
 from spiral_gripper.files.plausibility import MODULI
+from spiral_gripper.files.units import convert_from_si, parse_quantity
 
-IN_KPA = {"psi": 6.894757293168361, "kPa": 1.0, "bar": 100.0}
-INCH_IN_MM = 25.4
 # Discrepancies are logarithms of ratios. A cause explains one if it leaves less than this factor,
 # which constants from a handbook may be off by.
 EXPLAINED = math.log(1.6)
+# A second mix-up is named if it explains the readings this much less well at most [logarithm].
+NEARLY = 0.1
+# Units that differ by less than this fraction are one.
+SAME_UNIT = 1e-9
+# The column that each kind of reading measures.
+COLUMN_OF: dict[type[Reading], str] = {
+    ExtensionReading: "extension",
+    TwistReading: "twist",
+    BendReading: "bend_angle",
+    ShapeReading: "x",
+    GripReading: "object_radius",
+}
 # Where nothing is predicted, or with another sign, the readings are as wrong as this ratio.
 HOPELESS = math.log(1.0e3)
 # Steps in which the modulus is sought that the readings need [logarithm].
 MODULUS_STEP = 0.1
 
 
-def possible_mix_ups(trial: Trial, readings: Sequence[Reading]) -> list[str]:
-    """Return the mix-ups of units that would make the readings those of the described gripper.
+def possible_mix_ups(
+    trial: Trial, readings: Sequence[Reading], units: Mapping[str, str]
+) -> list[str]:
+    """Return the mix-up of units that would make the readings those of the described gripper.
 
     Args:
         trial: the actuator and, for shapes and grips, the gripper as described, uncalibrated.
         readings: readings of one kind.
+        units: in which the file states pressure and response, by column.
 
     Returns:
-        Mix-ups such as ``"psi taken for kPa"``, the likeliest first.
+        Mix-ups such as ``"psi taken for kPa"``, the likeliest first; others only if they explain
+        the readings nearly as well. Empty if none does.
     """
+    column = COLUMN_OF[type(readings[0])]
     found = []
-    for mix_up in _mix_ups(readings[0]):
-        left = discrepancy(trial, readings, mix_up.pressure_factor, mix_up.response_factor)
-        if left < EXPLAINED:
-            found.append((left, mix_up.name))
-    return [name for _, name in sorted(found)]
+    for name in ("pressure", column):
+        dimension, stated = COLUMNS[name], units.get(name, COLUMNS[name].usual_units[0])
+        for unit in dimension.usual_units:
+            factor = convert_from_si(parse_quantity(f"1 {unit}", dimension), stated, dimension)
+            if abs(factor - 1.0) < SAME_UNIT:
+                continue
+            factors = (factor, 1.0) if name == "pressure" else (1.0, factor)
+            found.append((discrepancy(trial, readings, *factors), f"{unit} taken for {stated}"))
+    least = min(left for left, _ in found)
+    limit = min(EXPLAINED, least + NEARLY)
+    return [name for left, name in sorted(found) if left < limit]
 
 
 def needed_modulus(trial: Trial, readings: Sequence[Reading]) -> float | None:
@@ -92,29 +113,6 @@ def needed_modulus(trial: Trial, readings: Sequence[Reading]) -> float | None:
     return factor * stated if left < EXPLAINED else None
 
 
-class _MixUp(NamedTuple):
-    """A mistake: what to multiply the pressures and the responses by, to correct it."""
-
-    name: str
-    pressure_factor: float
-    response_factor: float
-
-
-def _mix_ups(reading: Reading) -> list[_MixUp]:
-    """Return the mix-ups of units that a kind of reading allows."""
-    found = [
-        (f"{true} taken for {wrong}", IN_KPA[true] / IN_KPA[wrong], 1.0)
-        for true, wrong in permutations(IN_KPA, 2)
-    ]
-    if isinstance(reading, ExtensionReading | ShapeReading | GripReading):
-        found.append(("inches taken for mm", 1.0, INCH_IN_MM))
-        found.append(("mm taken for inches", 1.0, 1.0 / INCH_IN_MM))
-    else:
-        found.append(("radians taken for degrees", 1.0, math.degrees(1.0)))
-        found.append(("degrees taken for radians", 1.0, math.radians(1.0)))
-    return [_MixUp(*one) for one in found]
-
-
 def discrepancy(
     trial: Trial, readings: Sequence[Reading], pressure_factor: float, response_factor: float
 ) -> float:
@@ -145,14 +143,17 @@ def _discrepancy_of_one(
     return min(abs(math.log(ratio)), HOPELESS) if ratio > 0.0 else HOPELESS
 
 
-def other_explanations(trial: Trial, readings: Sequence[Reading]) -> list[str]:
+def other_explanations(
+    trial: Trial, readings: Sequence[Reading], units: Mapping[str, str]
+) -> list[str]:
     """Return other explanations than a different rubber for a difference from the description.
 
     Args:
         trial: the gripper as described.
         readings: readings of one kind.
+        units: in which the file states pressure and response, by column.
     """
-    found = possible_mix_ups(trial, readings)
+    found = possible_mix_ups(trial, readings, units)
     ratios = [
         reading.measured[0] / predict(trial, [reading])[0] * reading.section_length
         for reading in readings

@@ -13,9 +13,10 @@ from spiral_core import (
     FittedQuantity,
     LawChoice,
     RadiusPressure,
+    Reading,
     weak_directions,
 )
-from spiral_core.calibration.result import Scatter
+from spiral_core.calibration.outliers import Scatter
 from spiral_gripper.bench.measurements import Measurements
 from spiral_gripper.files.shown import number, shown
 
@@ -27,8 +28,6 @@ _UNIT_OF_QUANTITY = {
 }
 # A limit of pressure past this many times the readings' is no figure of the actuator.
 _BEYOND_READINGS = 10.0
-# Residuals past this many scaled standard errors are named: 1 in 370 good readings is.
-_OUTLIER = 3.0
 
 
 def report_lines(
@@ -66,23 +65,61 @@ def warnings_of(calibration: Calibration) -> list[str]:
 
 
 def outlier_warnings(calibration: Calibration, measurements: Sequence[Measurements]) -> list[str]:
-    """Return a warning for each reading that lies far from the fit, with its file and line."""
-    places = [(one.source, line) for one in measurements for line in one.lines]
-    stated = calibration.scatter is Scatter.TOO_SMALL
-    scale = 1.0 if stated else calibration.error_scale
-    limit = _OUTLIER * scale
-    lines, index = [], 0
-    for (source, line), reading in zip(places, calibration.readings, strict=True):
-        residuals = calibration.residuals[index : index + len(reading.measured)]
-        index += len(reading.measured)
-        worst = max(abs(float(one)) for one in residuals)
-        if worst > limit:
-            sigmas = worst / scale
-            lines.append(
-                f"{source}:{line}: the reading at {shown(reading.pressure, 'Pa')} is "
-                f"{sigmas:.1f} standard errors off the fit; check it, or fit with --robust"
+    """Return a warning for each reading that chance does not explain, with its file and line."""
+    places = _places(measurements)
+    off = calibration.standardized_residuals
+    return [
+        f"{places[k]}: the reading at {shown(calibration.readings[k].pressure, 'Pa')} is "
+        f"{abs(off[k]):.1f} standard errors off the fit to the others, more than chance allows; "
+        + (
+            "--robust left it out"
+            if k in calibration.excluded
+            else "check it, or leave it out with --robust"
+        )
+        for k in calibration.outliers
+    ]
+
+
+def copy_warnings(measurements: Sequence[Measurements]) -> list[str]:
+    """Return a warning that names the rows that are copies of others, if there are any."""
+    first: dict[Reading, str] = {}
+    copies: list[str] = []
+    readings = [reading for one in measurements for reading in one.readings]
+    for place, reading in zip(_places(measurements), readings, strict=True):
+        if reading in first and reading.pressure > 0.0:
+            copies.append(f"{place} (of {first[reading]})")
+        first.setdefault(reading, place)
+    if not copies:
+        return []
+    return [
+        f"copies of other readings: {', '.join(copies)}; they narrow the intervals: leave them out"
+    ]
+
+
+def rival_warnings(results: Sequence[RadiusPressure]) -> list[str]:
+    """Return a warning for each law that the readings allow, and that predicts otherwise."""
+    found = []
+    for one in results:
+        for rival in one.rivals:
+            if one.own_interval.low <= rival.pressure <= one.own_interval.high:
+                continue
+            other = (
+                f"predicts {shown(rival.pressure, 'Pa')}"
+                if math.isfinite(rival.pressure)
+                else "cannot grip it"
             )
-    return lines
+            found.append(
+                f"{shown(one.radius, 'm')}: the readings do not tell the fitted law from "
+                f"{rival.law}, which {other}, not {shown(one.pressure, 'Pa')}; the interval covers "
+                "both. Measure "
+                "what tells them apart, such as the radius that a pressure wraps (object_radius)"
+            )
+    return found
+
+
+def _places(measurements: Sequence[Measurements]) -> list[str]:
+    """Return file and line of each reading."""
+    return [f"{one.source}:{line}" for one in measurements for line in one.lines]
 
 
 def radius_lines(results: Sequence[RadiusPressure], level: float) -> list[str]:
@@ -90,7 +127,7 @@ def radius_lines(results: Sequence[RadiusPressure], level: float) -> list[str]:
 
     Example:
         >>> from spiral_core import Interval
-        >>> result = RadiusPressure(0.021, 47.2e3, 0.9e3, Interval(45.3e3, 49.1e3))
+        >>> result = RadiusPressure(0.021, 47.2e3, 0.9e3, *[Interval(45.3e3, 49.1e3)] * 2)
         >>> radius_lines([result], 0.95)
         ['21 mm: 47.2 kPa, 95 % interval 45.3 to 49.1 kPa']
     """
@@ -127,6 +164,9 @@ def calibration_as_dict(
         "values": values,
         "correlation": best.correlation.tolist(),
         "error_scale": best.error_scale,
+        "standardized_residuals": best.standardized_residuals.tolist(),
+        "outliers": list(best.outliers),
+        "left_out": list(best.excluded),
         "pressure_limit": best.actuation.pressure_limit,
         "stretch_limit": best.actuation.stretch_limit,
         "leave_one_out_error": None if cross_validation is None else cross_validation.error,

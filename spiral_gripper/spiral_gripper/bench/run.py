@@ -11,9 +11,11 @@ from spiral_core import (
     CalibrationModel,
     FittedQuantity,
     FreeActuation,
+    GripReading,
     InvalidInputError,
     LawChoice,
     Reading,
+    ShapeReading,
     SpiralError,
     calibrate,
     choose_law,
@@ -21,17 +23,21 @@ from spiral_core import (
     weak_directions,
 )
 from spiral_core.calibration.model import Trial, constants_of
+from spiral_core.calibration.predict import contradictions
 from spiral_gripper.bench.errors import BadCell, MeasurementError
 from spiral_gripper.bench.measurements import Measurements
 from spiral_gripper.bench.plausibility import (
+    COLUMN_OF,
     EXPLAINED,
     discrepancy,
     needed_modulus,
     other_explanations,
     possible_mix_ups,
 )
+from spiral_gripper.bench.table import COLUMNS
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.fields import LAWS, law_name
+from spiral_gripper.files.shown import shown
 
 # Two stiffnesses that agree to this fraction are the same one, computed twice.
 SAME_STIFFNESS = 1e-12
@@ -87,6 +93,7 @@ def run_calibration(
     for one in measurements:
         if not request.accept_implausible:
             _refuse_mix_ups(description, one)
+        _refuse_contradictions(description, one, request)
     readings = [reading for one in measurements for reading in one.readings]
     laws = request.laws or (law_name(type(description.actuator.material)),)
     outcomes = [_outcome(description, law, request, readings) for law in laws]
@@ -98,7 +105,7 @@ def run_calibration(
 
 
 def modulus_warning(
-    description: GripperDescription, best: Calibration, readings: Sequence[Reading]
+    description: GripperDescription, best: Calibration, measurements: Sequence[Measurements]
 ) -> str | None:
     """Return a warning if the fitted rubber is far from the one that the description states."""
     stated = description.actuator.material.small_strain_modulus
@@ -106,8 +113,12 @@ def modulus_warning(
     if 1.0 / FAR_MODULUS <= fitted / stated <= FAR_MODULUS:
         return None
     trial = Trial(FreeActuation(description.actuator), description.gripper)
-    kinds = _by_kind(readings).values()
-    others = [one for kind in kinds for one in other_explanations(trial, kind)]
+    others = [
+        explanation
+        for one in measurements
+        for kind in _by_kind(one.readings).values()
+        for explanation in other_explanations(trial, kind, one.units)
+    ]
     instead = f"; what would explain it too: {', '.join(dict.fromkeys(others))}" if others else ""
     return (
         f"the fitted rubber's modulus is {fitted / stated:.3g} times the description's "
@@ -171,7 +182,7 @@ def _refuse_mix_ups(description: GripperDescription, measurements: Measurements)
     for kind, readings in _by_kind(measurements.readings).items():
         if discrepancy(trial, readings, 1.0, 1.0) < EXPLAINED or needed_modulus(trial, readings):
             continue
-        names = possible_mix_ups(trial, readings)
+        names = possible_mix_ups(trial, readings, measurements.units)
         if not names:
             continue
         line = measurements.lines[measurements.readings.index(readings[0])]
@@ -179,10 +190,36 @@ def _refuse_mix_ups(description: GripperDescription, measurements: Measurements)
             f"no elastomer gives these readings with the described tube, but {' or '.join(names)} "
             "would; correct the unit, or take them as they are with --accept-implausible"
         )
-        heading = f"pressure, {_HEADINGS[kind.__name__]}"
+        heading = f"pressure, {COLUMN_OF[kind]}"
         problems.append(BadCell(str(measurements.source), line, None, heading, reason))
     if problems:
         raise MeasurementError(problems)
+
+
+def _refuse_contradictions(
+    description: GripperDescription, measurements: Measurements, request: CalibrationRequest
+) -> None:
+    """Raise MeasurementError for readings that no constants bring together, with their lines."""
+    trial = Trial(FreeActuation(description.actuator), description.gripper)
+    readings = measurements.readings
+    # Of the described tube, whose limit may lie below a reading.
+    within = [
+        k
+        for k, one in enumerate(readings)
+        if one.pressure <= trial.actuation_for(one).pressure_limit
+        and not isinstance(one, ShapeReading | GripReading)
+    ]
+    chosen = [readings[k] for k in within]
+    problems = []
+    for one in contradictions(trial, chosen, repeats=not request.robust):
+        lines = [measurements.lines[within[k]] for k in one.places]
+        dimension = COLUMNS[one.quantity]
+        values = " and ".join(shown(value, dimension.si_unit) for value in one.values)
+        others = "".join(f" (with line {line})" for line in lines[1:])
+        reason = f"must be {one.reason}, got {values}{others}"
+        problems.append(BadCell(str(measurements.source), lines[0], None, one.quantity, reason))
+    if problems:
+        raise MeasurementError(sorted(problems, key=lambda problem: problem.line or 0))
 
 
 def _by_kind(readings: Sequence[Reading]) -> dict[type[Reading], list[Reading]]:
@@ -191,12 +228,3 @@ def _by_kind(readings: Sequence[Reading]) -> dict[type[Reading], list[Reading]]:
     for reading in readings:
         by_kind.setdefault(type(reading), []).append(reading)
     return by_kind
-
-
-_HEADINGS = {
-    "ExtensionReading": "extension",
-    "TwistReading": "twist",
-    "BendReading": "bend_angle",
-    "ShapeReading": "x, y, z",
-    "GripReading": "object_radius",
-}

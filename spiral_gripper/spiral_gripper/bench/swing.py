@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
-from spiral_core.calibration.result import Scatter
+from spiral_core.calibration.outliers import Scatter
 from spiral_gripper.bench.measurements import MeasurementOptions, stated_error
 from spiral_gripper.bench.table import MeasurementTable, read_table_file
 from spiral_gripper.files.description import GripperDescription
@@ -146,7 +146,7 @@ def _check_columns(table: MeasurementTable, options: MeasurementOptions) -> None
         reason = "is missing; state how well displacement was measured, or beside the file"
         table.note(line, "displacement_error", reason)
     for name in table.columns.keys() - {*NEEDED, "displacement_error"}:
-        table.note(line, name, "is of no free swing; leave it out or ignore it by name")
+        table.note(line, name, "does not belong to a free swing; leave it out, or --ignore it")
     for name in options.errors.keys() - {"displacement"}:
         table.note(None, name, "an error is stated for this, but can be only for displacement")
 

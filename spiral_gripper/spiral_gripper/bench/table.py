@@ -20,7 +20,7 @@ from typing import Final
 from spiral_core import InvalidInputError
 from spiral_gripper.bench.errors import BadCell, MeasurementError
 from spiral_gripper.files.storage import FileError, read_text
-from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
+from spiral_gripper.files.units import Dimension, convert_from_si, parse_number, parse_quantity
 
 COLUMNS: Final = MappingProxyType(
     {
@@ -73,10 +73,12 @@ class Row:
     Attributes:
         line: line in the file, from 1.
         values: SI values by column name; blank cells are left out.
+        texts: the same as written, with their units.
     """
 
     line: int
     values: Mapping[str, float]
+    texts: Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +211,7 @@ def _column(number: int, heading: str, units: Mapping[str, str]) -> Column:
     if name not in COLUMNS:
         near = get_close_matches(name, COLUMNS, n=1)
         hint = f"did you mean {near[0]}?" if near else f"known columns are {', '.join(COLUMNS)}"
-        raise InvalidInputError("", heading, f"is not a known column ({hint}); ignore it by name")
+        raise InvalidInputError("", heading, f"is not a known column ({hint}); or --ignore it")
     stated = units.get(name)
     if unit and stated and unit != stated:
         raise InvalidInputError("", heading, f'has its own unit, but "{stated}" is stated for it')
@@ -218,13 +220,12 @@ def _column(number: int, heading: str, units: Mapping[str, str]) -> Column:
     if not unit:
         example = dimension.usual_units[0]
         raise InvalidInputError(
-            "", heading, f'has no unit; write "{name} [{example}]", or state its unit'
+            "", heading, f'has no unit; write "{name} [{example}]", or --unit "{name}={example}"'
         )
     try:
-        parse_quantity(f"1 {unit}", dimension)
+        convert_from_si(1.0, unit, dimension)
     except InvalidInputError as error:
-        requirement = f"must have a unit of {dimension.quantity}, got {error.requirement}"
-        raise InvalidInputError("", heading, requirement) from None
+        raise InvalidInputError("", heading, f"must have {error.requirement}") from None
     return Column(number, heading, name, unit)
 
 
@@ -243,6 +244,8 @@ def _read_row(table: MeasurementTable, line: int, cells: list[str], count: int) 
     """Add a row to a table, or the problems in it."""
     if len(cells) != count:
         reason = f"has {len(cells)} cells, but the header has {count}"
+        if len(cells) > count:
+            reason += "; decimals follow a point (4.5), not a comma"
         table.problems.append(BadCell(table.file, line, None, "", reason))
         return
     values: dict[str, float] = {}
@@ -256,4 +259,8 @@ def _read_row(table: MeasurementTable, line: int, cells: list[str], count: int) 
         except InvalidInputError:
             reason = f"must be a plain number, with its unit in the heading, got {cell!r}"
             table.note(line, name, reason)
-    table.rows.append(Row(line, values))
+    texts = {
+        name: f"{cells[table.columns[name].number - 1]} {table.columns[name].unit}"
+        for name in values
+    }
+    table.rows.append(Row(line, values, texts))
