@@ -83,12 +83,16 @@ class Field:
         required: whether a file must have it.
         dimension: what a quantity measures; None for the other kinds.
         choices: the names a choice allows.
+        allowed: which of such values are accepted, for the page of documentation.
+        default: what leaving it out means, for that page.
     """
 
     kind: Kind
     required: bool = False
     dimension: Dimension | None = None
     choices: tuple[str, ...] = ()
+    allowed: str = "any"
+    default: str = ""
 
     @property
     def requirement(self) -> str:
@@ -102,48 +106,75 @@ class Field:
         return self.kind.value
 
 
-def _quantity(dimension: Dimension, required: bool = False) -> Field:
-    return Field(Kind.QUANTITY, required, dimension)
+def _quantity(
+    dimension: Dimension, required: bool = False, allowed: str = "> 0", default: str = ""
+) -> Field:
+    return Field(Kind.QUANTITY, required, dimension, allowed=allowed, default=default)
 
 
 FIELDS: Final = MappingProxyType(
     {
         "name": Field(Kind.NAME, required=True),
-        "description": Field(Kind.TEXT),
+        "description": Field(Kind.TEXT, default="empty"),
         "tube.inner_radius": _quantity(Dimension.LENGTH, required=True),
         "tube.wall_thickness": _quantity(Dimension.LENGTH, required=True),
         "tube.length": _quantity(Dimension.LENGTH, required=True),
-        "fibers.alpha": _quantity(Dimension.ANGLE, required=True),
-        "fibers.beta": Field(Kind.FAMILY, required=True, dimension=Dimension.ANGLE),
-        "fibers.straight_fiber_radius": _quantity(Dimension.LENGTH),
-        "fibers.single_angles": Field(Kind.ANGLES),
-        "fibers.single_positions": Field(Kind.ANGLES),
+        "fibers.alpha": _quantity(Dimension.ANGLE, required=True, allowed="-90 to 90 deg, not 0"),
+        "fibers.beta": Field(
+            Kind.FAMILY,
+            required=True,
+            dimension=Dimension.ANGLE,
+            allowed="-90 to 90 deg, not 0, or `none`",
+        ),
+        "fibers.straight_fiber_radius": _quantity(Dimension.LENGTH, default="`tube.inner_radius`"),
+        "fibers.single_angles": Field(
+            Kind.ANGLES, allowed="-80 to 80 deg", default="one straight fiber"
+        ),
+        "fibers.single_positions": Field(
+            Kind.ANGLES, allowed="as many as the angles", default="0 deg"
+        ),
         "material.law": Field(Kind.CHOICE, required=True, choices=tuple(LAWS)),
-        "material.c1": _quantity(Dimension.PRESSURE),
-        "material.c2": _quantity(Dimension.PRESSURE),
-        "material.c3": _quantity(Dimension.PRESSURE),
-        "material.shear_modulus": _quantity(Dimension.PRESSURE),
-        "material.extension_limit": Field(Kind.NUMBER),
+        "material.c1": _quantity(Dimension.PRESSURE, allowed="by the law"),
+        "material.c2": _quantity(Dimension.PRESSURE, allowed="by the law"),
+        "material.c3": _quantity(Dimension.PRESSURE, allowed="by the law"),
+        "material.shear_modulus": _quantity(Dimension.PRESSURE, allowed="by the law"),
+        "material.extension_limit": Field(Kind.NUMBER, allowed="by the law"),
         "material.density": _quantity(Dimension.DENSITY, required=True),
-        "measured.pressures": Field(Kind.PRESSURES),
-        "measured.curvatures": Field(Kind.CURVATURES),
+        "measured.pressures": Field(Kind.PRESSURES, allowed="rising from 0"),
+        "measured.curvatures": Field(Kind.CURVATURES, allowed="never falling"),
         "measured.torsions": Field(Kind.CURVATURES),
         "model.curvature_form": Field(
-            Kind.CHOICE, choices=tuple(form.value for form in CurvatureForm)
+            Kind.CHOICE,
+            choices=tuple(form.value for form in CurvatureForm),
+            default="`first_order` with one straight fiber",
         ),
-        "model.pressure_law": Field(Kind.CHOICE, choices=tuple(law.value for law in PressureLaw)),
-        "model.twist_shear": Field(Kind.SWITCH),
-        "model.thick_wall": Field(Kind.SWITCH),
-        "stiffness.bending": _quantity(Dimension.FLEXURAL_STIFFNESS),
-        "stiffness.torsional": _quantity(Dimension.FLEXURAL_STIFFNESS),
-        "stiffness.section_at": _quantity(Dimension.PRESSURE),
-        "extra_mass_per_length": _quantity(Dimension.MASS_PER_LENGTH),
-        "mount.gravity_direction": Field(Kind.DIRECTION, required=True),
-        "mount.gravity_magnitude": _quantity(Dimension.ACCELERATION),
-        "mount.object_axis": Field(Kind.AXIS),
+        "model.pressure_law": Field(
+            Kind.CHOICE, choices=tuple(law.value for law in PressureLaw), default="`section`"
+        ),
+        "model.twist_shear": Field(Kind.SWITCH, default="`true`"),
+        "model.thick_wall": Field(Kind.SWITCH, default="`false`"),
+        "stiffness.bending": _quantity(
+            Dimension.FLEXURAL_STIFFNESS, default="from tube and material"
+        ),
+        "stiffness.torsional": _quantity(
+            Dimension.FLEXURAL_STIFFNESS, default="from tube and material"
+        ),
+        "stiffness.section_at": _quantity(
+            Dimension.PRESSURE,
+            allowed="0 to the pressure limit",
+            default="stiffness of the annulus",
+        ),
+        "extra_mass_per_length": _quantity(
+            Dimension.MASS_PER_LENGTH, allowed=">= 0", default="`0 kg/m`"
+        ),
+        "mount.gravity_direction": Field(Kind.DIRECTION, required=True, allowed="not zero"),
+        "mount.gravity_magnitude": _quantity(
+            Dimension.ACCELERATION, allowed=">= 0", default="`9.80665 m/s^2`"
+        ),
+        "mount.object_axis": Field(Kind.AXIS, allowed="not zero", default="`fitted`"),
         "limits.pressure_max": _quantity(Dimension.PRESSURE, required=True),
-        "grip.turns_required": Field(Kind.NUMBER),
-        "grip.friction_coefficient": Field(Kind.NUMBER),
+        "grip.turns_required": Field(Kind.NUMBER, allowed="> 0", default="`1.05`"),
+        "grip.friction_coefficient": Field(Kind.NUMBER, allowed=">= 0", default="unknown"),
     }
 )
 
