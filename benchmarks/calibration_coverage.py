@@ -10,33 +10,28 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from spiral_core import (
     Actuator,
-    Calibration,
     CalibrationModel,
     ExtensionReading,
     FiberAngles,
     FreeActuation,
     Gent,
     HyperelasticLaw,
-    Interval,
     MooneyRivlin,
     NeoHookean,
     SpiralError,
     Tube,
     Yeoh,
     calibrate,
-    profile_interval,
 )
 
 SEED = 20260103
 TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.1)
-IntervalOf = Callable[[Calibration, str], Interval]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +46,6 @@ class Case:
         error: standard error of the extension [m].
         pressure_error: standard error of the pressure [Pa].
         outlier: what one reading, drawn by lot, is off by [m]; the fit is then the robust one.
-        profile: whether intervals come from the profile of the cost instead of Student's t.
     """
 
     law: HyperelasticLaw
@@ -61,7 +55,6 @@ class Case:
     error: float = 2.0e-4
     pressure_error: float = 0.0
     outlier: float = 0.0
-    profile: bool = False
 
     @property
     def actuator(self) -> Actuator:
@@ -100,13 +93,11 @@ CASES = {
     "neo-Hookean, one reading off by 3 mm, robust": Case(NeoHookean(c1=130.0e3), outlier=3.0e-3),
     "Yeoh": Case(Yeoh(c1=130.0e3, c2=-10.0e3, c3=20.0e3)),
     "Gent": Case(GENT, highest=130.0e3),
-    "Gent, profile": Case(GENT, highest=130.0e3, profile=True),
 }
 
 
 def coverage(case: Case, tests: int) -> tuple[dict[str, float], int, float]:
     """Return the share of intervals that hold each constant, failed fits, and seconds a fit."""
-    interval_of: IntervalOf = profile_interval if case.profile else Calibration.interval
     model, noise = CalibrationModel(case.actuator), np.random.default_rng(SEED)
     hits, failed, elapsed = dict.fromkeys(model.names, 0), 0, 0.0
     for _ in range(tests):
@@ -120,7 +111,7 @@ def coverage(case: Case, tests: int) -> tuple[dict[str, float], int, float]:
         finally:
             elapsed += time.perf_counter() - start
         for name in model.names:
-            low, high = interval_of(fit, name)
+            low, high = fit.interval(name)
             hits[name] += low <= getattr(case.law, name) <= high
     answered = tests - failed
     return {name: count / answered for name, count in hits.items()}, failed, elapsed / tests
@@ -135,8 +126,7 @@ def main() -> None:
     print("| --- | --- | --- |")
     seconds: dict[str, float] = {}
     for name, case in CASES.items():
-        # The profile fits again for every point of it: fewer tests.
-        shares, failed, seconds[name] = coverage(case, tests // 5 if case.profile else tests)
+        shares, failed, seconds[name] = coverage(case, tests)
         cells = ", ".join(f"{key} {100.0 * share:.1f} %" for key, share in shares.items())
         print(f"| {name} | {cells} | {failed} |", flush=True)
     for name, one in seconds.items():

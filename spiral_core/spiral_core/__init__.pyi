@@ -26,10 +26,11 @@ from spiral_core.actuator.materials import Yeoh as Yeoh
 from spiral_core.actuator.tube import Tube as Tube
 from spiral_core.actuator.uniform_law import energy_from_stretch as energy_from_stretch
 from spiral_core.actuator.uniform_law import pressure_from_stretch as pressure_from_stretch
+from spiral_core.calibration.fit import Calibration as Calibration
+from spiral_core.calibration.fit import Interval as Interval
+from spiral_core.calibration.fit import WeakDirection as WeakDirection
 from spiral_core.calibration.fit import calibrate as calibrate
-from spiral_core.calibration.identifiability import WeakDirection as WeakDirection
-from spiral_core.calibration.identifiability import weak_directions as weak_directions
-from spiral_core.calibration.intervals import profile_interval as profile_interval
+from spiral_core.calibration.fit import weak_directions as weak_directions
 from spiral_core.calibration.measured_curve import (
     measured_actuation_from_readings as measured_actuation_from_readings,
 )
@@ -41,8 +42,6 @@ from spiral_core.calibration.readings import GripReading as GripReading
 from spiral_core.calibration.readings import Reading as Reading
 from spiral_core.calibration.readings import ShapeReading as ShapeReading
 from spiral_core.calibration.readings import TwistReading as TwistReading
-from spiral_core.calibration.result import Calibration as Calibration
-from spiral_core.calibration.result import Interval as Interval
 from spiral_core.calibration.selection import CrossValidation as CrossValidation
 from spiral_core.calibration.selection import LawChoice as LawChoice
 from spiral_core.calibration.selection import choose_law as choose_law

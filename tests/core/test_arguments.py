@@ -28,16 +28,6 @@ def test_a_models_stiffness_is_positive(field: str, value: object) -> None:
     assert caught.value.field == field
 
 
-@pytest.mark.parametrize(
-    "bounds", [("a", "b"), (1.0,), (2.0, 1.0), (1.0, 1.0), (math.nan, 1.0), 3.0, "ab", (True, 2.0)]
-)
-def test_bounds_are_two_numbers_in_order(bounds: object) -> None:
-    with pytest.raises(InvalidInputError) as caught:
-        CalibrationModel(actuator(), bounds={"c1": bounds})  # type: ignore[dict-item]
-    assert caught.value.field == "bounds of c1"
-    assert CalibrationModel(actuator(), bounds={"c1": (1e4, math.inf)}).limits()[0][1] == math.inf
-
-
 @pytest.mark.parametrize("stretch", NUMBERS)
 def test_energy_needs_a_stretch(stretch: object) -> None:
     with pytest.raises(InvalidInputError) as caught:

@@ -30,8 +30,8 @@ from spiral_core import (
     calibrate,
     gripper_from_actuator,
 )
-from spiral_core.calibration.predict import effective_errors, predict
-from spiral_core.calibration.problem import CalibrationStatus, Problem
+from spiral_core.calibration.fit import CalibrationStatus, Problem
+from spiral_core.calibration.model import effective_errors, predict
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -216,14 +216,6 @@ def test_robust_fit_withstands_outliers_that_spoil_least_squares():
     assert clean.value("c1") == pytest.approx(calibrate(model, readings).value("c1"), rel=5e-3)
 
 
-def test_bounds_hold_and_are_reported():
-    truth = actuator(LAWS[0])
-    model = CalibrationModel(truth, bounds={"c1": (140.0e3, 200.0e3)})
-    fit = calibrate(model, extensions(truth, PRESSURES))
-    assert fit.value("c1") == pytest.approx(140.0e3, rel=1e-3)
-    assert fit.at_bound == ("c1",)
-
-
 def test_fixed_constants_are_held():
     truth = actuator(LAWS[1])
     fit = calibrate(CalibrationModel(truth, fixed={"c2": 40.0e3}), extensions(truth, PRESSURES))
@@ -247,8 +239,6 @@ def test_stable_range_is_that_of_the_fitted_actuator():
         (lambda a: CalibrationModel(a, fixed={"c3": 1.0}), "fixed"),
         (lambda a: CalibrationModel(a, fixed={"c1": 1.0, "c2": 1.0}), "fixed"),
         (lambda a: CalibrationModel(a, fixed={"c1": math.nan}), "c1"),
-        (lambda a: CalibrationModel(a, bounds={"c3": (0.0, 1.0)}), "bounds"),
-        (lambda a: CalibrationModel(a, bounds={"c1": (2.0, 1.0)}), "bounds of c1"),
         (lambda a: CalibrationModel(a, law=int), "law"),
     ],
 )
@@ -289,7 +279,7 @@ def test_pressures_no_start_reaches_are_refused():
 
 def test_a_fit_that_does_not_end_says_so(monkeypatch):
     truth = actuator(LAWS[1])
-    monkeypatch.setattr("spiral_core.calibration.problem.EVALUATIONS_MAX", 1)
+    monkeypatch.setattr("spiral_core.calibration.fit.EVALUATIONS_MAX", 1)
     readings = extensions(truth, PRESSURES)
     with pytest.raises(SolverError) as caught:
         calibrate(CalibrationModel(truth), readings, start=(300.0e3, 1.0e3))

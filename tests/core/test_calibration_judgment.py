@@ -26,9 +26,8 @@ from spiral_core import (
     leave_one_out,
     weak_directions,
 )
-from spiral_core.calibration.identifiability import CONDITION_MAX, condition_indices
-from spiral_core.calibration.outliers import outliers
-from spiral_core.calibration.predict import contradictions, predict
+from spiral_core.calibration.fit import CONDITION_MAX, condition_indices, outliers
+from spiral_core.calibration.model import contradictions, predict
 
 
 def noisy(truth, seed=4):

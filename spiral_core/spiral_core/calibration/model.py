@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The model of a calibration: the constants of one law, and further quantities to fit."""
+r"""The model of a calibration: parameters, what readings they predict, and where a fit starts.
+
+Straight sections and bend angles follow from the stretch alone: extension
+:math:`(\lambda_1 - 1) L`, twist :math:`\omega L / r`, bend angle :math:`\kappa` times the length of
+the backbone. Shapes and grips are those of the mounted gripper under its weight.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +13,28 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
+
+import numpy as np
 
 from spiral_core.actuator.actuation import FreeActuation
-from spiral_core.actuator.actuator import Actuator, PressureLaw
+from spiral_core.actuator.actuator import Actuator, PressureLaw, UnloadedShape
 from spiral_core.actuator.materials import Gent, HyperelasticLaw, MooneyRivlin, NeoHookean, Yeoh
 from spiral_core.brief import brief_repr
-from spiral_core.calibration.readings import ExtensionReading, Reading, TwistReading
+from spiral_core.calibration.readings import (
+    BendReading,
+    ExtensionReading,
+    GripReading,
+    Reading,
+    ShapeReading,
+    TwistReading,
+)
 from spiral_core.errors import ActuationLimitError, InvalidInputError
-from spiral_core.rod.types import RodStiffness
+from spiral_core.rod.solve import solve_rod
+from spiral_core.rod.types import Array, RodState, RodStiffness
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.gripper import Gripper, stiffness_from_actuator
+from spiral_core.wrap.wrap import wrapped_radius
 
 # I1 - 3 at which natural rubber's chains run out, to start a fit from: between the 30 and 100 that
 # are published for it.
@@ -27,7 +43,7 @@ GENT_EXTENSION_LIMIT = 50.0
 
 # Chains that run out at 1e4 never do in any tube: the law is neo-Hookean there, and a fit that
 # wants more should stop and say so.
-_CEILINGS = {"extension_limit": 1.0e4}
+EXTENSION_LIMIT_MAX = 1.0e4
 
 
 class FittedQuantity(Enum):
@@ -88,15 +104,13 @@ class CalibrationModel:
             own.
         quantities: what to fit beside the constants.
         fixed: constants that are held, by name.
-        bounds: lowest and highest value allowed, by parameter name; infinite by default, except
-            that what must be positive is, and that Gent's extension limit ends at 1e4.
         gripper: how the actuator is mounted, needed for shapes and grips; its actuation is
             replaced.
         bending_stiffness: EI [N m^2] where it is known; None takes it from the fitted material.
         torsional_stiffness: GJ [N m^2] likewise.
 
     Raises:
-        InvalidInputError: a name is not a parameter, or a bound or fixed value is not a number.
+        InvalidInputError: a name is not a parameter, or a fixed value is not a number.
 
     Example:
         >>> import math
@@ -119,7 +133,6 @@ class CalibrationModel:
     law: type[HyperelasticLaw] | None = None
     quantities: tuple[FittedQuantity, ...] = ()
     fixed: Mapping[str, float] = field(default_factory=dict)
-    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     gripper: Gripper | None = None
     bending_stiffness: float | None = None
     torsional_stiffness: float | None = None
@@ -134,10 +147,6 @@ class CalibrationModel:
             require_finite(name, value)
         if not self.names:
             raise InvalidInputError("fixed", dict(self.fixed), "not every parameter")
-        for name, bounds in self.bounds.items():
-            if name not in self.names:
-                raise InvalidInputError("bounds", name, f"one of {', '.join(self.names)}")
-            _require_bounds(name, bounds)
         for field_name in ("bending_stiffness", "torsional_stiffness"):
             if getattr(self, field_name) is not None:
                 require_positive(field_name, getattr(self, field_name))
@@ -169,10 +178,15 @@ class CalibrationModel:
         return tuple(modulus / 6.0 if name in pressures else known[name] for name in self.names)
 
     def limits(self) -> tuple[tuple[float, float], ...]:
-        """Return the lowest and highest value of each parameter."""
+        """Return the lowest and highest value that each parameter can have by its nature."""
+        free = {"c2", "c3"} | ({"c1"} if self.fitted_law is MooneyRivlin else set())
+        # A positive quantity may fall to a millionth of its magnitude, never to zero itself.
         return tuple(
-            self.bounds.get(name, (floor, _CEILINGS.get(name, float("inf"))))
-            for name, floor in zip(self.names, self._floors(), strict=True)
+            (
+                float("-inf") if name in free else 1e-6 * scale,
+                EXTENSION_LIMIT_MAX if name == "extension_limit" else float("inf"),
+            )
+            for name, scale in zip(self.names, self.scales(), strict=True)
         )
 
     def actuator_from(self, values: Sequence[float]) -> Actuator:
@@ -231,15 +245,6 @@ class CalibrationModel:
         )
         return Trial(actuation, gripper)
 
-    def _floors(self) -> tuple[float, ...]:
-        """Return the lower bound that each parameter has by its nature."""
-        free = {"c2", "c3"} | ({"c1"} if self.fitted_law is MooneyRivlin else set())
-        # A positive quantity may fall to a millionth of its magnitude, never to zero itself.
-        return tuple(
-            float("-inf") if name in free else 1e-6 * scale
-            for name, scale in zip(self.names, self.scales(), strict=True)
-        )
-
 
 @lru_cache(maxsize=32)
 def actuation_of(actuator: Actuator) -> FreeActuation:
@@ -297,9 +302,267 @@ def _starting_values(actuator: Actuator, law: type[HyperelasticLaw]) -> dict[str
     return values | same_modulus[law]
 
 
-def _require_bounds(name: str, bounds: object) -> None:
-    """Raise unless the bounds of a parameter are two numbers, the lower first; either infinite."""
-    pair = bounds if isinstance(bounds, (tuple, list)) else ()
-    numbers = [b for b in pair if isinstance(b, (int, float)) and not isinstance(b, bool)]
-    if len(pair) != 2 or len(numbers) != 2 or not numbers[0] < numbers[1]:
-        raise InvalidInputError(f"bounds of {name}", bounds, "two numbers, low < high")
+# Step for the slope over the pressure, as a fraction of it: far above the rod's tolerance, and so
+# small that the slope, which only weighs a stated error, is good to a thousandth.
+PRESSURE_STEP = 1e-3
+# Standard errors by which readings may go the wrong way: noise about zero does not go farther.
+CONTRADICTION = 4.0
+# Standard errors of their difference by which readings at one pressure may differ: more than
+# repeats whose errors were stated three times too small ever do.
+FAR_APART = 10.0
+_NAMES: dict[type[Reading], str] = {
+    ExtensionReading: "extension",
+    TwistReading: "twist",
+    BendReading: "bend_angle",
+    ShapeReading: "position",
+    GripReading: "object_radius",
+}
+_DIRECTIONS: dict[type[Reading], tuple[str, str]] = {
+    ExtensionReading: ("extension", "pressure lengthens this actuator; check the sign"),
+    TwistReading: (
+        "twist",
+        "right-handed rotation of the far end is positive; check the sign, and alpha and beta",
+    ),
+    BendReading: ("bend_angle", "it bends towards the straight fiber; check the sign"),
+}
+
+
+@dataclass(slots=True)
+class _Shapes:
+    """The mounted gripper's shapes by pressure, each solved once and from the one before."""
+
+    gripper: Gripper
+    states: dict[float, RodState] = field(default_factory=dict)
+
+    def at(self, pressure: float) -> tuple[UnloadedShape, RodState]:
+        """Return the unloaded shape and the loaded state at a pressure [Pa]."""
+        shape = self.gripper.actuation.unloaded_shape(pressure)
+        if pressure not in self.states:
+            start = next(reversed(self.states.values())) if self.states else None
+            self.states[pressure] = solve_rod(
+                self.gripper.rod(shape),
+                self.gripper.load(shape),
+                # The same number for every trial, so that predictions depend smoothly on it.
+                elements=None if start is None else len(start.arc_lengths) - 1,
+                start=start,
+                estimate_error=False,
+            )
+        return shape, self.states[pressure]
+
+
+def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
+    """Return the predicted components of all readings, one after the other.
+
+    Args:
+        trial: the parameters' choice; it must hold a gripper if there are shapes or grips.
+        readings: the readings.
+
+    Returns:
+        (m,) in the units of ``measured``.
+
+    Raises:
+        InvalidInputError: a shape or grip needs a mounted gripper and there is none.
+        ActuationLimitError: a pressure is past the limit of this trial's actuator.
+        SolverError: a shape could not be certified.
+    """
+    shapes = None if trial.gripper is None else _Shapes(trial.gripper)
+    components = [_predict_one(trial, shapes, reading) for reading in readings]
+    return np.array([value for values in components for value in values], dtype=np.float64)
+
+
+class Contradiction(NamedTuple):
+    """Readings that no constants bring together.
+
+    Attributes:
+        places: of the readings.
+        quantity: what they measured.
+        values: what they read, in SI units.
+        reason: what would be right.
+    """
+
+    places: tuple[int, ...]
+    quantity: str
+    values: tuple[float, ...]
+    reason: str
+
+
+def contradictions(
+    trial: Trial, readings: Sequence[Reading], *, repeats: bool = True
+) -> list[Contradiction]:
+    """Return the readings that contradict the actuator, or each other, whatever its constants.
+
+    Constants change how far it extends, twists and bends, not in which direction, and give one
+    response to one pressure.
+
+    Args:
+        trial: any choice of the parameters.
+        readings: the readings.
+        repeats: whether readings at one pressure are compared.
+
+    Returns:
+        Readings that go the wrong way by more than :data:`CONTRADICTION` standard errors, one by
+        one or all of a kind together; and pairs at one pressure that are more than
+        :data:`FAR_APART` standard errors apart.
+    """
+    found = []
+    for kind, (quantity, hint) in _DIRECTIONS.items():
+        places = [k for k, one in enumerate(readings) if isinstance(one, kind)]
+        chosen = [readings[k] for k in places]
+        errors = np.array([one.error for one in chosen])
+        expected, measured = predict(trial, chosen), measured_values(chosen)
+        signs = "negative" if expected.sum() < 0.0 else "positive"
+        reason = f"{signs} for these fibers ({hint})"
+        ways = np.sign(expected) * measured / errors
+        # The factor that would meet them best, over its standard error.
+        weight = float(np.linalg.norm(expected / errors))
+        together = float(expected / errors @ (measured / errors)) < -CONTRADICTION * weight
+        for k, way in zip(places, ways.tolist(), strict=True):
+            if way < -(0.0 if together else CONTRADICTION):
+                found.append(Contradiction((k,), quantity, readings[k].measured, reason))
+    return found + (_far_apart(trial, readings) if repeats else [])
+
+
+def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]:
+    """Return pairs of readings of the same that differ by far more than their errors."""
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for k, one in enumerate(readings):
+        of = getattr(one, "section_length", None), getattr(one, "arc_length", None)
+        groups.setdefault((type(one), one.pressure, *of), []).append(k)
+    found = []
+    for places in groups.values():
+        if len(places) < 2:
+            continue
+        values = np.array([readings[k].measured for k in places])
+        errors = effective_errors(trial, [readings[k] for k in places]).reshape(values.shape)
+        low, high = values.argmin(axis=0), values.argmax(axis=0)
+        columns = np.arange(values.shape[1])
+        apart = (values[high, columns] - values[low, columns]) / np.hypot(
+            errors[high, columns], errors[low, columns]
+        )
+        worst = int(np.argmax(apart))
+        if apart[worst] > FAR_APART:
+            pair = int(low[worst]), int(high[worst])
+            reason = (
+                f"alike: at one pressure they are {apart[worst]:.3g} standard errors of their "
+                "difference apart; state the error that repeats show, or fit without outliers"
+            )
+            found.append(
+                Contradiction(
+                    tuple(places[k] for k in pair),
+                    _NAMES[type(readings[places[0]])],
+                    tuple(float(values[k, worst]) for k in pair),
+                    reason,
+                )
+            )
+    return found
+
+
+def measured_values(readings: Sequence[Reading]) -> Array:
+    """Return the measured components of all readings, in the order of :func:`predict`."""
+    return np.array([value for reading in readings for value in reading.measured], dtype=np.float64)
+
+
+def effective_errors(trial: Trial, readings: Sequence[Reading]) -> Array:
+    r"""Return the standard error of each component, the pressure's share included.
+
+    .. math:: \sigma^2 = \sigma_y^2 + \left(\frac{\partial y}{\partial P} \sigma_P\right)^2
+
+    Source: J. Orear, American Journal of Physics 50, 1982, 912-916 (effective variance).
+    """
+    counts = [len(reading.measured) for reading in readings]
+    own: Array = np.repeat([reading.error for reading in readings], counts)
+    errors = np.repeat([reading.pressure_error for reading in readings], counts)
+    if not errors.any():
+        return own
+    slopes = _pressure_slopes(trial, readings)
+    total: Array = np.hypot(own, slopes * errors)
+    return total
+
+
+def _pressure_slopes(trial: Trial, readings: Sequence[Reading]) -> Array:
+    """Return the derivative of each component over the pressure, from steps that stay in range."""
+    limit = trial.actuation.pressure_limit
+    low = [replace(r, pressure=r.pressure * (1.0 - PRESSURE_STEP)) for r in readings]
+    high = [replace(r, pressure=min(limit, r.pressure * (1.0 + PRESSURE_STEP))) for r in readings]
+    widths = [
+        (b.pressure - a.pressure) or 1.0  # at zero pressure both are the same: slope 0
+        for a, b in zip(low, high, strict=True)
+        for _ in a.measured
+    ]
+    slopes: Array = (predict(trial, high) - predict(trial, low)) / np.array(widths)
+    return slopes
+
+
+def _predict_one(trial: Trial, shapes: _Shapes | None, reading: Reading) -> tuple[float, ...]:
+    if isinstance(reading, ExtensionReading):
+        stretch = trial.straight.stretch_from_pressure(reading.pressure)
+        return ((stretch - 1.0) * reading.section_length,)
+    if isinstance(reading, TwistReading):
+        shape = trial.straight.unloaded_shape(reading.pressure)
+        rate = shape.torsion * shape.backbone_length / trial.straight.actuator.tube.length
+        return (rate * reading.section_length,)
+    if isinstance(reading, BendReading):
+        shape = trial.actuation.unloaded_shape(reading.pressure)
+        elongation = shape.backbone_length / trial.actuation.actuator.tube.length
+        return (shape.curvature * elongation * reading.section_length,)
+    if shapes is None:
+        raise InvalidInputError("gripper", None, "given: shapes and grips depend on the mount")
+    if isinstance(reading, ShapeReading):
+        return _position(shapes, reading)
+    return (_wrapped_radius(shapes, reading),)
+
+
+def _position(shapes: _Shapes, reading: ShapeReading) -> tuple[float, ...]:
+    """Return the predicted position of a point of the backbone [m]."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    shape, state = shapes.at(reading.pressure)
+    length = shapes.gripper.tube.length
+    if reading.arc_length is None:
+        return tuple(float(x) for x in state.tip_position)
+    if not reading.arc_length <= length:
+        raise InvalidInputError("arc_length", reading.arc_length, f"at most the length {length} m")
+    spline = CubicHermiteSpline(state.arc_lengths, state.positions, state.tangents)
+    position = spline(reading.arc_length / length * shape.backbone_length)
+    return tuple(float(x) for x in position)
+
+
+def _wrapped_radius(shapes: _Shapes, reading: GripReading) -> float:
+    """Return the radius that this pressure wraps perfectly [m]."""
+    radius, _ = wrapped_radius(shapes.gripper, *shapes.at(reading.pressure))
+    return radius
+
+
+# Until the start reaches the highest measured pressure it is made stiffer by these factors: a
+# little first, as noise near a limit point needs no more.
+STIFFENING = (1.01, 1.03, 1.1, 1.3, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+
+
+def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> tuple[float, ...]:
+    """Return values from which every reading can be predicted: the model's own, or stiffer ones.
+
+    Args:
+        model: what is to be fitted.
+        readings: what was measured.
+
+    Raises:
+        ActuationLimitError: the measured pressures are past what any start reaches.
+    """
+    values = model.start()
+    beyond = _beyond(model, values, readings)
+    for factor in STIFFENING:
+        if beyond is None:
+            return values
+        scales = (1.0 if name == "extension_limit" else factor for name in model.names)
+        values = tuple(a * b for a, b in zip(model.start(), scales, strict=True))
+        beyond = _beyond(model, values, readings)
+    if beyond is None:
+        return values
+    raise beyond
+
+
+def _beyond(
+    model: CalibrationModel, values: Sequence[float], readings: Sequence[Reading]
+) -> ActuationLimitError | None:
+    """Return the error of the highest reading, if these values do not reach it."""
+    return Trial(actuation_of(model.actuator_from(values))).highest_beyond(readings)

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.brief import brief_repr
-from spiral_core.calibration.fit import calibrate
-from spiral_core.calibration.predict import measured_values, predict
+from spiral_core.calibration.fit import Calibration, calibrate
+from spiral_core.calibration.model import measured_values, predict
 from spiral_core.calibration.readings import Reading
-from spiral_core.calibration.result import Calibration
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array
 

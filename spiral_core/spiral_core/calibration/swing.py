@@ -18,12 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.brief import brief_repr
-from spiral_core.calibration.fit import inverse_information
-from spiral_core.calibration.outliers import Scatter, scatter_of
-from spiral_core.calibration.problem import CalibrationStatus
-from spiral_core.calibration.result import (
+from spiral_core.calibration.fit import (
     DEFAULT_LEVEL,
+    CalibrationStatus,
     Interval,
+    Scatter,
+    inverse_information,
+    scatter_of,
     student_quantile,
 )
 from spiral_core.errors import InvalidInputError, SolverError

@@ -23,12 +23,12 @@ from functools import partial
 import numpy as np
 
 from spiral_core.actuator.actuator import CurvatureForm
-from spiral_core.calibration.fit import calibrate
-from spiral_core.calibration.outliers import Scatter
-from spiral_core.calibration.result import (
+from spiral_core.calibration.fit import (
     DEFAULT_LEVEL,
     Calibration,
     Interval,
+    Scatter,
+    calibrate,
 )
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array

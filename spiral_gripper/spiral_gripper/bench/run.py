@@ -22,8 +22,7 @@ from spiral_core import (
     stiffness_from_actuator,
     weak_directions,
 )
-from spiral_core.calibration.model import Trial, constants_of
-from spiral_core.calibration.predict import contradictions
+from spiral_core.calibration.model import Trial, constants_of, contradictions
 from spiral_gripper.bench.errors import BadCell, MeasurementError
 from spiral_gripper.bench.measurements import Measurements
 from spiral_gripper.bench.plausibility import (
