@@ -774,8 +774,9 @@ def calibrate(
 
     Raises:
         InvalidInputError: too few readings, readings that go the other way than the actuator can
-            or (unless ``robust``) lie far apart at one pressure, readings that do not depend on a
-            parameter, or a reading that needs a gripper without one.
+            (all of a kind, or unless ``robust`` a single one), or unless ``robust`` lie far apart
+            at one pressure, readings that do not depend on a parameter, or a reading that needs a
+            gripper without one.
         ActuationLimitError: the readings' pressures are past what any start reaches.
         SolverError: the fit did not converge.
 
@@ -807,7 +808,7 @@ def calibrate(
         first = model.trial(values)
     except InvalidInputError as error:
         raise _held_or(error, model) from None
-    for one in contradictions(first, readings, repeats=not robust):
+    for one in contradictions(first, readings, robust=robust):
         at = readings[one.places[0]].pressure
         read = " and ".join(f"{value:.6g}" for value in one.values)
         raise InvalidInputError(one.quantity, f"{read} (SI) at {at:.6g} Pa", one.reason)

@@ -387,7 +387,7 @@ class Contradiction(NamedTuple):
 
 
 def contradictions(
-    trial: Trial, readings: Sequence[Reading], *, repeats: bool = True
+    trial: Trial, readings: Sequence[Reading], *, robust: bool = False
 ) -> list[Contradiction]:
     """Return the readings that contradict the actuator, or each other, whatever its constants.
 
@@ -397,7 +397,7 @@ def contradictions(
     Args:
         trial: any choice of the parameters.
         readings: the readings.
-        repeats: whether readings at one pressure are compared.
+        robust: whether single readings may be wrong: they are then left to the outliers.
 
     Returns:
         Readings that go the wrong way by more than :data:`CONTRADICTION` standard errors, one by
@@ -417,9 +417,9 @@ def contradictions(
         weight = float(np.linalg.norm(expected / errors))
         together = float(expected / errors @ (measured / errors)) < -CONTRADICTION * weight
         for k, way in zip(places, ways.tolist(), strict=True):
-            if way < -(0.0 if together else CONTRADICTION):
+            if way < 0.0 and (together or (way < -CONTRADICTION and not robust)):
                 found.append(Contradiction((k,), quantity, readings[k].measured, reason))
-    return found + (_far_apart(trial, readings) if repeats else [])
+    return found if robust else found + _far_apart(trial, readings)
 
 
 def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]:

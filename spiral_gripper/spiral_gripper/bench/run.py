@@ -210,7 +210,7 @@ def _refuse_contradictions(
     ]
     chosen = [readings[k] for k in within]
     problems = []
-    for one in contradictions(trial, chosen, repeats=not request.robust):
+    for one in contradictions(trial, chosen, robust=request.robust):
         lines = [measurements.lines[within[k]] for k in one.places]
         dimension = COLUMNS[one.quantity]
         values = " and ".join(shown(value, dimension.si_unit) for value in one.values)
