@@ -56,11 +56,13 @@ from spiral_core.calibration.uncertainty import (
     pressure_uncertainty_by_draws as pressure_uncertainty_by_draws,
 )
 from spiral_core.calibration.uncertainty import rival_fits as rival_fits
+from spiral_core.closing.close import ClosingSpread as ClosingSpread
 from spiral_core.closing.close import RateAdvice as RateAdvice
 from spiral_core.closing.close import TimedClosing as TimedClosing
 from spiral_core.closing.close import advise_rate as advise_rate
 from spiral_core.closing.close import close_on as close_on
 from spiral_core.closing.close import closing_frames as closing_frames
+from spiral_core.closing.close import closing_spread as closing_spread
 from spiral_core.closing.close import enclosed_volume as enclosed_volume
 from spiral_core.closing.close import inertia_of as inertia_of
 from spiral_core.closing.close import slow_closing as slow_closing

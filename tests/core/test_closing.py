@@ -22,10 +22,12 @@ from spiral_core import (
     Obstacle,
     Orifice,
     PressureCourse,
+    Pull,
     Supply,
     TimedClosing,
     close_on,
     closing_frames,
+    closing_spread,
     enclosed_volume,
     grip_window,
     holding_force,
@@ -36,6 +38,7 @@ from spiral_core import (
 )
 from spiral_core.closing.pneumatics import ATMOSPHERE, REFERENCE_DENSITY, REFERENCE_PRESSURE
 from spiral_core.grip.hanging import hanging_tube
+from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long
 
@@ -191,6 +194,8 @@ def test_a_grip_is_judged_where_the_tube_rests() -> None:
     last = moving.frames[-1]
     assert np.abs(last.velocities).max() > 1e-3
     assert moving.time_to_touch < moving.time_to_wrap < moving.course.duration
+    with pytest.raises(InvalidInputError, match="complete"):
+        closing_spread(replace(moving, frames=moving.frames[:-1]))
     cut = replace(moving, frames=moving.frames[:-1])  # as after an interrupt
     assert cut.time_to_wrap is None
     rest = moving.grip_at_rest()
@@ -198,6 +203,28 @@ def test_a_grip_is_judged_where_the_tube_rests() -> None:
     assert rest.pressure == pressure
     assert 1e-6 < np.abs(rest.state.positions - last.state.positions).max() < 0.02
     assert moving.holding_force().force == pytest.approx(holding_force(rest).force)
+
+
+def test_no_tube_rests_before_it_is_wrapped_at_the_final_pressure() -> None:
+    """Slow enough, a tube that still closes has no part above 2 % of its length per second."""
+    setup = lay_into_coil(gripper(), 0.02)
+    pressure = 1.15 * setup.tip_pressure
+    slow = close_on(setup, PressureCourse.ramp(pressure / 12.0, pressure, 0.5))
+    speeds = [np.abs(frame.velocities).max() for frame in slow.frames if frame.time > 11.0]
+    assert max(speeds) < 0.02 * LENGTH
+    assert slow.time_to_wrap <= slow.settling_time
+    assert slow.settling_time >= 12.0
+
+
+@pytest.mark.slow
+def test_a_disorderly_closing_scatters_and_an_orderly_one_does_not() -> None:
+    setup = lay_into_coil(load_gripper("prototype_p2"), 0.012)
+    pressure, pull = 1.15 * setup.tip_pressure, Pull.AWAY
+    for rate, orderly in ((4e4, False), (2e4, True)):
+        closing = close_on(setup, PressureCourse.ramp(rate, pressure, 2.0))
+        assert closing.is_orderly() == orderly
+        low, high = closing_spread(closing).holding_forces[pull]
+        assert (high < 1.05 * low) == orderly
 
 
 def laid(gravity: tuple[float, float, float]) -> GripSetup:

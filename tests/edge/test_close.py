@@ -45,8 +45,26 @@ def test_a_fast_closing_is_told_drawn_and_animated(tmp_path, capsys) -> None:
     assert told["time_to_touch"] is None or told["time_to_touch"] > 0.0
     assert told["frames"][-1]["pressure"] == pytest.approx(told["pressure"])
     assert len(told["frames"][0]["tip"]) == 3
+    assert not told["orderly"]
+    forces, spread = told["holding_forces"], told["spread"]
+    for value, (low, high) in (
+        (told["contact_fraction"], spread["contact_fraction"]),
+        *((forces[pull], spread["holding_forces"][pull]) for pull in forces),
+    ):
+        assert low <= value <= high
     assert plot.read_bytes().startswith(b"\x89PNG")
     assert film.read_bytes().startswith(b"GIF89a")
+
+
+def test_an_orderly_closing_is_repeated_on_request_only() -> None:
+    gripper = load_description("paper_design_70").gripper
+    question = CloseQuestion(gripper, 0.02, 5e4, 1e4, 0.2, None, Damping(), advise=False)
+    plain, repeated = solve_close(question), solve_close(replace(question, spread=True))
+    assert plain.orderly
+    assert plain.spread is None
+    assert " to " not in dict(close_rows(plain))["presses with"]
+    assert " to " in dict(close_rows(repeated))["presses with"]
+    assert close_as_dict(plain)["spread"] is None
 
 
 def test_an_interrupt_keeps_what_was_computed() -> None:
@@ -66,6 +84,7 @@ def test_an_interrupt_keeps_what_was_computed() -> None:
 
 
 def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(monkeypatch) -> None:
+    monkeypatch.setattr(document, "closing_spread", lambda *_, **__: None)
     monkeypatch.setattr(document, "RISES", (0.1, 0.2))
     gripper = load_description("paper_design_70").gripper
     question = CloseQuestion(gripper, 0.02, 5e5, None, 0.2, None, Damping(), advise=True)
@@ -87,6 +106,8 @@ def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(mon
 
 
 def test_a_tube_whose_hanging_state_is_not_found_is_answered_all_the_same(monkeypatch) -> None:
+    monkeypatch.setattr(document, "closing_spread", lambda *_, **__: None)
+
     def lost(*_: object, **__: object) -> None:
         raise SolverError(ContactStatus.NOT_HELD, 1.0, 1)
 

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,7 +14,7 @@ from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.fibers import FiberAngles, fiber_state
 from spiral_core.brief import brief_repr
 from spiral_core.closing.course import PressureCourse
-from spiral_core.errors import InvalidInputError, SolverError
+from spiral_core.errors import InvalidInputError, SolverError, SpiralError
 from spiral_core.grip.hanging import hanging_tube
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.point import GripPoint
@@ -24,7 +24,7 @@ from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.contact.state import ContactStatus
 from spiral_core.rod.motion.inertia import Damping, Inertia
 from spiral_core.rod.motion.motion import EventKind, Frame, contact_fraction
-from spiral_core.rod.motion.solve import motion_frames
+from spiral_core.rod.motion.solve import DEFAULT_LONGEST_STEP, motion_frames
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
 
@@ -36,6 +36,12 @@ BEYOND_WRAP = 1.15
 # than this fraction of the length per second for good.
 WRAPPED, SETTLED = 0.9, 0.02
 LEAST_WRAP = 0.5  # turns
+# Orderly if so much of the contact of the slow closing is there.
+ORDERLY = 0.9
+# A closing is repeated on so many times the elements, and with the object this part of the length
+# away; what is compared are pulls along the object.
+FINER, PERTURBED = 1.5, 1e-9
+ALONG = (Pull.AWAY, Pull.TOWARDS)
 # In closings that take longer, inertia does not matter [s].
 LONGEST_COURSE = 600.0
 # Stations of the slow closing that a fast one is compared with.
@@ -124,10 +130,20 @@ class TimedClosing:
 
     @property
     def settling_time(self) -> float | None:
-        """From when on the tube rests: no node above 2 % of its length per second [s]."""
+        """From when on the tube rests [s].
+
+        The pressure and, to 90 %, the contact are then the final ones, and no node is faster than
+        2 % of the length per second.
+        """
+        fractions, pressure = self.contact_fractions, self.course.pressures[-1]
         allowed = SETTLED * float(self.frames[0].state.arc_lengths[-1])
-        speeds = [np.linalg.norm(f.velocities, axis=1).max() for f in self.frames]
-        return self._since([bool(speed <= allowed) for speed in speeds])
+        rests = [
+            bool(np.linalg.norm(frame.velocities, axis=1).max() <= allowed)
+            and self.course.at(frame.time) == pressure
+            and fraction >= WRAPPED * fractions[-1]
+            for frame, fraction in zip(self.frames, fractions, strict=True)
+        ]
+        return self._since(rests)
 
     @property
     def point(self) -> GripPoint:
@@ -156,6 +172,21 @@ class TimedClosing:
         """
         return holding_force(self.grip_at_rest(), pull)
 
+    def is_orderly(self) -> bool:
+        """Return whether at least 90 % of the slow closing's contact is there in the end.
+
+        If not, turns have met the object at wrong places or passed it, and what holds scatters, in
+        a simulation as in experiments: see :func:`closing_spread`. A closing that is not complete,
+        or whose slow one is not found, is not orderly.
+        """
+        if not self.is_complete:
+            return False
+        try:
+            slow = slow_closing(self.setup, self.point.pressure)
+        except SpiralError:
+            return False
+        return self.contact_fractions[-1] >= ORDERLY * contact_fraction(slow.state)
+
     def _since(self, good: list[bool]) -> float | None:
         """Return the time from which on every frame is good; None if the last one is not."""
         bad = [i for i, one in enumerate(good) if not one]
@@ -169,6 +200,7 @@ def closing_frames(
     *,
     damping: Damping | None = None,
     count: int = FRAMES,
+    longest_step: float = DEFAULT_LONGEST_STEP,
 ) -> Iterator[Frame]:
     """Yield the frames of a gripper that closes on an object, as they are computed.
 
@@ -179,6 +211,7 @@ def closing_frames(
         course: the pressure in the tube.
         damping: None is that of a silicone tube in air.
         count: frames, even in time, at least two.
+        longest_step: in time [s].
 
     Raises:
         InvalidInputError: the pressure leaves the gripper's range, or a value is not valid.
@@ -202,6 +235,7 @@ def closing_frames(
         np.linspace(0.0, course.duration, count).tolist(),
         damping=damping,
         start=hanging_tube(setup),
+        longest_step=longest_step,
     )
 
 
@@ -211,14 +245,91 @@ def close_on(
     *,
     damping: Damping | None = None,
     progress: Progress | None = None,
+    longest_step: float = DEFAULT_LONGEST_STEP,
 ) -> TimedClosing:
     """Return a closing in time; see :func:`closing_frames`."""
     frames = []
-    for frame in closing_frames(setup, course, damping=damping):
+    for frame in closing_frames(setup, course, damping=damping, longest_step=longest_step):
         frames.append(frame)
         if progress is not None:
             progress(len(frames), FRAMES)
     return TimedClosing(setup, course, tuple(frames))
+
+
+@dataclass(frozen=True, slots=True)
+class ClosingSpread:
+    """Lowest and highest figure of a closing computed several times.
+
+    NaN where one of the closings was not completed, or its tube was not seen to rest.
+
+    Args:
+        normal_force: sum of the normal forces on the object, at rest [N].
+        contact_fraction: part of the tube that touches the object.
+        holding_forces: against each pull [N].
+    """
+
+    normal_force: tuple[float, float]
+    contact_fraction: tuple[float, float]
+    holding_forces: Mapping[Pull, tuple[float, float]]
+
+
+def closing_spread(
+    closing: TimedClosing,
+    *,
+    damping: Damping | None = None,
+    progress: Progress | None = None,
+) -> ClosingSpread:
+    """Return how far the figures of a closing scatter: what they are worth.
+
+    It is computed again with the object 1e-9 of the tube's length farther along and back, and on
+    1.5 times the elements in half the steps.
+
+    Args:
+        closing: a complete one.
+        damping: that of the closing.
+        progress: called with frames done and all.
+
+    Raises:
+        InvalidInputError: the closing is not complete.
+    """
+    if not closing.is_complete:
+        raise InvalidInputError("closing", closing, "a complete one")
+    setup = closing.setup
+    x, y, z = (PERTURBED * setup.gripper.tube.length * setup.axis).tolist()
+    along, back = (
+        replace(setup, obstacle=setup.obstacle.moved(shift)) for shift in ((x, y, z), (-x, -y, -z))
+    )
+    finer = replace(setup, elements=math.ceil(FINER * setup.element_count))
+    repeated = ((along, 1.0), (back, 1.0), (finer, 0.5))
+    closings = [closing]
+    for i, (other, step) in enumerate(repeated):
+
+        def moved(frames: int, total: int, before: int = i) -> None:
+            if progress is not None:
+                progress(before * total + frames, len(repeated) * total)
+
+        closings.append(
+            close_on(
+                other, closing.course, damping=damping, progress=moved,
+                longest_step=step * DEFAULT_LONGEST_STEP,
+            )
+        )  # fmt: skip
+    figures = np.array([_figures(one) for one in closings])
+    low, high = figures.min(axis=0).tolist(), figures.max(axis=0).tolist()
+    normal, contact, *held = zip(low, high, strict=True)
+    return ClosingSpread(normal, contact, dict(zip(ALONG, held, strict=True)))
+
+
+def _figures(closing: TimedClosing) -> list[float]:
+    """Return normal force, part in contact and holding forces; NaN where they are not known."""
+    try:
+        if closing.is_complete:
+            rest = closing.grip_at_rest()
+            held = [holding_force(rest, pull).force for pull in ALONG]
+            return [rest.normal_force, closing.contact_fractions[-1], *held]
+    except SolverError:
+        pass
+    return [math.nan] * (2 + len(ALONG))
 
 
 def slow_closing(setup: GripSetup, pressure: float) -> GripPoint:

@@ -68,6 +68,12 @@ ANIMATION_SUFFIXES = (".gif",)
     help="Also find the fastest rate that keeps 90 % of the slow grip's force.",
 )
 @click.option(
+    "--spread",
+    is_flag=True,
+    help="Repeat the closing with other details and print how far its figures scatter; a "
+    "disorderly closing is always repeated.",
+)
+@click.option(
     "--animate",
     type=click.Path(dir_okay=False, path_type=Path),
     help="Write an animation in real time to a .gif file.",
@@ -84,6 +90,7 @@ def close(
     friction: float | None,
     retardation_time: float,
     advise: bool,
+    spread: bool,
     animate: Path | None,
     as_json: bool,
     plot: Path | None,
@@ -115,8 +122,9 @@ def close(
     if pressure is not None:
         require_pressure(description, pressure, typed("pressure"))
     question = CloseQuestion(
-        mount, radius, rate, pressure, wait, friction, Damping(retardation_time), advise
-    )
+        mount, radius, rate, pressure, wait, friction, Damping(retardation_time), advise,
+        spread,
+    )  # fmt: skip
     with progress_bar("closing") as moved:
         solved = solve_close(question, moved)
     if as_json:

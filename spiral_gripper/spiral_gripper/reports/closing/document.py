@@ -12,9 +12,11 @@ from spiral_core.closing.close import (
     BEYOND_WRAP,
     FRAMES,
     LONGEST_COURSE,
+    ClosingSpread,
     RateAdvice,
     TimedClosing,
     closing_frames,
+    closing_spread,
     growing_advice,
 )
 from spiral_core.closing.course import PressureCourse
@@ -47,6 +49,7 @@ class CloseQuestion:
         friction: coefficient; None takes the gripper's or the default.
         damping: of the tube.
         advise: whether other rates are looked at too.
+        spread: whether the closing is repeated although it is orderly.
     """
 
     gripper: Gripper
@@ -57,6 +60,7 @@ class CloseQuestion:
     friction: float | None
     damping: Damping
     advise: bool
+    spread: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +74,9 @@ class SolvedClose:
         forces: what holds then, for a complete closing; else empty.
         hanging: vibrations of the tube as it hangs, without pressure; None if they are not known.
         settling: wait before it rests again after an arm's move [s]; None likewise.
+        orderly: whether the closing is complete and ends like the slow one.
+        spread: of the figures over repeated closings; None if the closing is orderly and none was
+            asked for, or it is not complete.
         advice: on the rate, where it was asked for; of the slowest rates after an interrupt.
         interrupted: whether something that was asked for was not computed.
     """
@@ -80,6 +87,8 @@ class SolvedClose:
     forces: tuple[HoldingForce, ...]
     hanging: Modes | None
     settling: float | None
+    orderly: bool
+    spread: ClosingSpread | None
     advice: RateAdvice | None
     interrupted: bool
 
@@ -105,8 +114,9 @@ def solve_close(
     course = PressureCourse.ramp(question.rate, pressure, question.wait)
     frames: list[Frame] = []
     forces: tuple[HoldingForce, ...] = ()
+    spread: ClosingSpread | None = None
     advice: RateAdvice | None = None
-    interrupted = False
+    interrupted = orderly = False
     try:
         for frame in closing_frames(setup, course, damping=question.damping):
             frames.append(frame)
@@ -115,6 +125,9 @@ def solve_close(
         closing = TimedClosing(setup, course, tuple(frames))
         if closing.is_complete:
             forces = _forces(closing)
+        orderly = closing.is_orderly()
+        if closing.is_complete and (question.spread or not orderly):
+            spread = closing_spread(closing, damping=question.damping, progress=progress)
         if closing.is_complete and question.advise:
             growing = growing_advice(
                 setup, pressure, [pressure / rise for rise in RISES], wait=question.wait,
@@ -134,6 +147,8 @@ def solve_close(
         forces=forces,
         hanging=hanging,
         settling=settling,
+        orderly=orderly,
+        spread=spread,
         advice=advice,
         interrupted=interrupted,
     )
@@ -175,12 +190,35 @@ def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
         ("touches after", _seconds(closing.time_to_touch)),
         ("wrapped after", _seconds(closing.time_to_wrap, between, "not wrapped")),
         ("at rest after", _seconds(closing.settling_time, between)),
-        ("in contact", f"{100.0 * closing.contact_fractions[-1]:.0f} % of the tube"),
+    ]
+    spread, contact = solved.spread, closing.contact_fractions[-1]
+    held = {} if spread is None else spread.holding_forces
+    # friction keeps what the closing left: between two orderly ones 1 to 2 % of the normal force
+    digits = 2 if spread is None else 3
+    rows += [
+        (
+            "in contact",
+            _with_spread(contact, None if spread is None else spread.contact_fraction, _percent),
+        ),
         ("turns", f"{point.turns:.2f}"),
-        ("presses with", f"{shown(point.normal_force, 'N', 3)} in all"),
+        (
+            "presses with",
+            _with_spread(
+                point.normal_force, None if spread is None else spread.normal_force, _force(digits)
+            ),
+        ),
     ]
     names = {Pull.AWAY: "holds away from the base", Pull.TOWARDS: "holds towards the base"}
-    rows += [(names[one.pull], shown(one.force, "N", 3)) for one in solved.forces]
+    rows += [
+        (
+            names[one.pull],
+            _with_spread(one.force, held.get(one.pull), _force(3)),
+        )
+        for one in solved.forces
+    ]
+    if spread is not None:
+        why = "" if solved.orderly else "; a slow closing touches far more, so this one scatters"
+        rows.append(("in brackets", f"lowest and highest of four like closings{why}"))
     if closing.is_complete and not solved.forces and not solved.interrupted:
         rows.append(("holds", "not known: the closed tube was not seen to rest"))
     if solved.advice is not None:
@@ -219,6 +257,8 @@ def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
         "turns": point.turns,
         "normal_force": point.normal_force,
         "holding_forces": {one.pull.name.lower(): one.force for one in solved.forces},
+        "orderly": solved.orderly,
+        "spread": None if solved.spread is None else _spread_as_dict(solved.spread),
         "advice": None
         if advice is None
         else {
@@ -239,6 +279,38 @@ def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
             for frame, fraction in zip(closing.frames, closing.contact_fractions, strict=True)
         ],
     }
+
+
+def _spread_as_dict(spread: ClosingSpread) -> dict[str, Any]:
+    """Return lowest and highest figures as plain data; null where they are not known."""
+
+    def known(bounds: tuple[float, float]) -> list[float] | None:
+        return None if math.isnan(bounds[0]) else list(bounds)
+
+    return {
+        "normal_force": known(spread.normal_force),
+        "contact_fraction": known(spread.contact_fraction),
+        "holding_forces": {p.name.lower(): known(b) for p, b in spread.holding_forces.items()},
+    }
+
+
+def _with_spread(
+    value: float, bounds: tuple[float, float] | None, text: Callable[[float], str]
+) -> str:
+    """Return a figure and, where it is known, its range as text."""
+    if bounds is None:
+        return text(value)
+    if math.isnan(bounds[0]):
+        return f"{text(value)} (scatters: not every repeated closing was completed)"
+    return f"{text(value)} ({text(bounds[0])} to {text(bounds[1])})"
+
+
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:.0f} %"
+
+
+def _force(digits: int) -> Callable[[float], str]:
+    return lambda force: shown(force, "N", digits)
 
 
 def _seconds(time: float | None, within: float = 0.0, never: str = "not within this time") -> str:
