@@ -92,7 +92,7 @@ EDGE_LIBRARIES = {
     "click", "matplotlib", "numpy", "rich", "ruamel", "trimesh", "viser",
 }  # fmt: skip
 # Of the modules that know no ROS; a device's library is imported when the device is used.
-PLAIN_LIBRARIES = {"numpy", "pymodbus", "rich", "serial", "spiral_core", "spiral_gripper"}
+PLAIN_LIBRARIES = {"numpy", "rich", "serial", "spiral_core", "spiral_gripper"}
 NOT_IN_THE_CORE = {
     "asyncio", "datetime", "io", "logging", "os", "pathlib", "random", "shutil", "socket",
     "subprocess", "sys", "tempfile", "threading", "time",

@@ -24,7 +24,6 @@ LIBRARIES = {
     "matplotlib": ("python3-matplotlib", "matplotlib"),
     "numba": ("python3-numba", "numba"),
     "numpy": ("python3-numpy", "numpy"),
-    "pymodbus": ("python3-pymodbus", "pymodbus"),
     "rich": ("python3-rich", "rich"),
     "ruamel": ("python3-ruamel.yaml", "ruamel.yaml"),
     "scipy": ("python3-scipy", "scipy"),

@@ -265,6 +265,15 @@ def test_a_device_that_hangs_is_a_link_error_in_time_and_late_answers_are_droppe
     device.close()
 
 
+def test_the_whole_exchange_has_one_time_limit(server):
+    device = modbus(server, measured=10, measured_format="uint16", heartbeat=20)
+    until_answered(device, 1.0)
+    server.delay = 0.6 * TIMEOUT  # each answer is in time, three are not
+    with pytest.raises(LinkError, match=r"no answer within|timed out"):
+        device.exchange(2.0)
+    device.close()
+
+
 def test_a_server_that_is_gone_is_a_link_error_and_found_again(server):
     device = modbus(server)
     until_answered(device, 1.0)

@@ -200,6 +200,30 @@ def test_a_modbus_device_is_commanded_and_vented_at_the_end(namespace, gripper):
         server.close()
 
 
+def test_a_modbus_device_that_answers_too_slowly_to_keep_its_watchdog_is_a_lost_link(
+    namespace, gripper
+):
+    server = ModbusServer()
+    try:
+        layout = {"command_register": 3, "measured_register": 10, "heartbeat_register": 20}
+        layout |= {"command_unit": "hPa", "watchdog_timeout": 2.0, "device_timeout": 1.0}
+        with adapter(
+            namespace, device="modbus", host="127.0.0.1", tcp_port=server.port, **layout
+        ) as process:
+            gripper.command_until(4.0e4, lambda: server.registers.get(3) == 400, "the set-point")
+            server.delay = 0.7  # three answers take longer than the watchdog waits
+            gripper.command_until(
+                3.0e4,
+                lambda: any("link lost" in text for _, text in gripper.states),
+                "the lost link",
+            )
+            assert server.registers[3] == 300  # the set-point goes first
+            server.delay = 0.0
+            assert process.stop() == 0, process.log()
+    finally:
+        server.close()
+
+
 def test_a_drivers_topics_are_served_in_its_type_unit_and_reference(namespace, gripper):
     set_points = []
     driver = Node("driver", namespace=namespace)
@@ -227,6 +251,44 @@ def test_a_drivers_topics_are_served_in_its_type_unit_and_reference(namespace, g
         assert gripper.measured[-1].fluid_pressure == pytest.approx(2.0e4, abs=0.1)
         assert process.stop() == 0, process.log()
         gripper.wait_until(lambda: set_points[-1] < 101.4, "the vent")
+    driver.destroy_node()
+
+
+def test_a_measurement_is_as_old_as_its_stamp_and_does_not_outlive_its_driver(namespace, gripper):
+    driver = Node("driver", namespace=namespace)
+    measured = driver.create_publisher(FluidPressure, "valve/pressure", 1)
+    gripper._spinner.add_node(driver)
+    message = FluidPressure(fluid_pressure=4.0e4)
+    message.header.stamp.sec = 7
+
+    def publish():
+        measured.publish(message)
+        return bool(gripper.measured)
+
+    def listen():
+        return driver.create_subscription(Float64, "valve/set", set_points.append, 10)
+
+    topics = {"command_topic": "valve/set", "measured_topic": "valve/pressure"}
+    topics["measured_type"] = "sensor_msgs/msg/FluidPressure"
+    topics["measured_field"] = "fluid_pressure"
+    set_points = []
+    first = listen()
+    with adapter(namespace, watchdog_timeout=1.0, device_timeout=0.2, **topics) as process:
+        gripper.wait_until(publish, "the measured pressure")
+        assert gripper.measured[-1].header.stamp.sec == 7
+        driver.destroy_subscription(first)
+        gripper.wait_until(
+            lambda: publish() and any("nobody subscribes" in text for _, text in gripper.states),
+            "the lost driver",
+        )
+        quiet = time.monotonic() + 0.5  # what is under way arrives, and the driver starts anew
+        gripper.wait_until(lambda: time.monotonic() > quiet, "half a second")
+        gripper.measured.clear()
+        set_points.clear()
+        listen()
+        gripper.wait_until(lambda: len(set_points) >= 20, "set-points for the next driver")
+        assert gripper.measured == []
+        assert process.stop() == 0, process.log()
     driver.destroy_node()
 
 

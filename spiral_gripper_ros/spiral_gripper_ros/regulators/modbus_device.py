@@ -3,11 +3,10 @@
 
 from __future__ import annotations
 
-import inspect
-import logging
+import socket
 import struct
+import time
 from dataclasses import dataclass
-from typing import Any
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.regulators.device import LinkError, Reading
@@ -21,7 +20,13 @@ FORMATS: dict[str, tuple[str, tuple[float, float]]] = {
     "float32": ("f", (-3.4e38, 3.4e38)),
 }
 NO_REGISTER = -1
-HEARTBEAT_END = 65536
+HEARTBEAT_END = SEQUENCE_END = 65536
+# Functions of the protocol (Modbus application protocol V1.1b3), and what marks an exception.
+READ_HOLDING, READ_INPUT, WRITE_MULTIPLE, EXCEPTION = 3, 4, 16, 0x80
+# Before each message: sequence number, 0, number of bytes that follow, and the first of them: the
+# unit.
+HEADER = struct.Struct(">HHHB")
+LENGTH_MAX = 254
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,38 +94,25 @@ def register_count(kind: str) -> int:
 class ModbusDevice:
     """A Modbus TCP server, connected when it is needed, and again after it has failed.
 
+    An exchange takes up to four round trips (connect, set-point, heartbeat, measurement), which
+    share one time-out. A name of a host is resolved until the first connection; its address stays.
+
     Args:
         host: name or address.
         port: TCP port.
         unit: the device's unit identifier.
-        timeout: longest time for an answer [s].
+        timeout: longest time for an exchange [s].
         registers: where things stand.
-
-    Raises:
-        InvalidInputError: pymodbus is not installed.
     """
 
     def __init__(
         self, host: str, port: int, unit: int, timeout: float, registers: RegisterMap
     ) -> None:
-        try:
-            from pymodbus.client import ModbusTcpClient
-            from pymodbus.exceptions import ModbusException
-        except ModuleNotFoundError:
-            requirement = (
-                "another one: modbus needs pymodbus (pip install 'spiral-gripper[regulators]')"
-            )
-            raise InvalidInputError("device", "modbus", requirement) from None
-        # Its failures are raised here; without a handler Python writes each of them to stderr too.
-        logging.getLogger("pymodbus").addHandler(logging.NullHandler())
-        self._errors = (ModbusException, OSError)
-        self._address = f"{host}:{port}"
-        self._map = registers
-        self._client = ModbusTcpClient(host, port=port, timeout=timeout, retries=0)
-        # What names the unit was called "slave" before pymodbus 3.10.
-        accepted = inspect.signature(self._client.write_registers).parameters
-        self._unit = {"device_id" if "device_id" in accepted else "slave": unit}
-        self._beat = 0
+        self._name, self._address = f"{host}:{port}", (host, port)
+        self._unit, self._timeout, self._map = unit, timeout, registers
+        self._socket: socket.socket | None = None
+        self._deadline = 0.0
+        self._beat = self._sequence = 0
 
     def exchange(self, number: float) -> Reading:
         """Write the set-point and the heartbeat, and read the measured pressure."""
@@ -128,47 +120,88 @@ class ModbusDevice:
         words = registers_from_number(
             number, layout.command_format, low_word_first=layout.low_word_first
         )
+        self._deadline = time.monotonic() + self._timeout
         try:
-            if not self._client.connected and not self._client.connect():
-                raise LinkError(f"{self._address}: no connection")
             self._write(layout.command, words)
             if layout.heartbeat != NO_REGISTER:
                 self._beat = (self._beat + 1) % HEARTBEAT_END
                 self._write(layout.heartbeat, [self._beat])
             return self._reading()
-        except self._errors as error:
+        except OSError as error:
             self.close()
-            raise LinkError(f"{self._address}: {error}") from error
+            raise LinkError(f"{self._name}: {error}") from error
 
     def close(self) -> None:
         """End the connection."""
-        self._client.close()
+        connection, self._socket = self._socket, None
+        if connection is not None:
+            connection.close()
 
     def _write(self, register: int, words: list[int]) -> None:
-        self._require(self._client.write_registers(register, words, **self._unit), register)
+        self._answer(
+            WRITE_MULTIPLE,
+            register,
+            struct.pack(f">HB{len(words)}H", len(words), 2 * len(words), *words),
+        )
 
     def _reading(self) -> Reading:
         layout = self._map
         if layout.measured == NO_REGISTER:
             return Reading()
-        client, count = self._client, register_count(layout.measured_format)
-        read = (
-            client.read_input_registers
-            if layout.measured_is_input
-            else (client.read_holding_registers)
-        )
-        answer = self._require(read(layout.measured, count=count, **self._unit), layout.measured)
-        words = list(answer.registers)
-        if len(words) != count:
-            raise LinkError(f"{self._address}: {len(words)} registers instead of {count}")
+        count = register_count(layout.measured_format)
+        function = READ_INPUT if layout.measured_is_input else READ_HOLDING
+        answer = self._answer(function, layout.measured, struct.pack(">H", count))
+        if len(answer) != 1 + 2 * count or answer[0] != 2 * count:
+            raise OSError(f"register {layout.measured}: not {count} registers")
+        words = list(struct.unpack(f">{count}H", answer[1:]))
         return Reading(
             number_from_registers(
                 words, layout.measured_format, low_word_first=layout.low_word_first
             )
         )
 
-    def _require(self, answer: Any, register: int) -> Any:  # noqa: ANN401
-        """Return an answer that is no exception of the device's."""
-        if answer.isError():
-            raise LinkError(f"{self._address}: register {register}: {answer}")
-        return answer
+    def _answer(self, function: int, register: int, content: bytes) -> bytes:
+        """Send a request; return what follows the function in its answer."""
+        connection = self._connected()
+        self._sequence = (self._sequence + 1) % SEQUENCE_END
+        request = struct.pack(">BH", function, register) + content
+        header = HEADER.pack(self._sequence, 0, 1 + len(request), self._unit)
+        connection.settimeout(self._remaining())
+        connection.sendall(header + request)
+        sequence, zero, length, unit = HEADER.unpack(self._received(connection, HEADER.size))
+        if (sequence, zero, unit) != (
+            self._sequence,
+            0,
+            self._unit,
+        ) or not 3 <= length <= LENGTH_MAX:
+            raise OSError(f"register {register}: not an answer to the request")
+        answered, *rest = self._received(connection, length - 1)
+        if answered == function | EXCEPTION:
+            raise LinkError(f"{self._name}: register {register}: exception {rest[0]}")
+        if answered != function:
+            raise OSError(f"register {register}: not an answer to the request")
+        return bytes(rest)
+
+    def _connected(self) -> socket.socket:
+        if self._socket is None:
+            self._socket = socket.create_connection(self._address, self._remaining())
+            self._address = self._socket.getpeername()[:2]
+        return self._socket
+
+    def _received(self, connection: socket.socket, size: int) -> bytes:
+        """Return so many bytes, before the exchange's time is over."""
+        received = b""
+        while len(received) < size:
+            connection.settimeout(self._remaining())
+            part = connection.recv(size - len(received))
+            if not part:
+                raise ConnectionError("the device has closed the connection")
+            received += part
+        return received
+
+    def _remaining(self) -> float:
+        """Return the time that the exchange has left [s]."""
+        remaining = self._deadline - time.monotonic()
+        if not remaining > 0.0:
+            raise TimeoutError(f"no answer within {self._timeout:g} s")
+        return remaining

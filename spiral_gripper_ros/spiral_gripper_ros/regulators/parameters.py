@@ -67,7 +67,13 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "which its link counts as lost [s].",
     ),
     _number("rate", 20.0, 1.0, 200.0, "Exchanges with the device [Hz]; each is a heartbeat."),
-    _number("device_timeout", 0.1, 0.005, 10.0, "Longest time for a device's answer [s]."),
+    _number(
+        "device_timeout",
+        0.1,
+        0.005,
+        10.0,
+        "Longest time for a device's answer, with Modbus for a whole exchange [s].",
+    ),
     _number(
         "ambient_pressure",
         101325.0,

@@ -99,9 +99,10 @@ class RegulatorNode(Node):  # type: ignore[misc]
     def _exchange(self) -> None:
         pressure = self.adapter.step(time.monotonic())
         if pressure is not None:
-            header = Header(
-                stamp=self.get_clock().now().to_msg(), frame_id=str(self.values["frame_id"])
-            )
+            stamp = self.adapter.stamp
+            if stamp is None or not (stamp.sec or stamp.nanosec):
+                stamp = self.get_clock().now().to_msg()
+            header = Header(stamp=stamp, frame_id=str(self.values["frame_id"]))
             self._measured.publish(FluidPressure(header=header, fluid_pressure=pressure))
         self._tell()
 

@@ -67,14 +67,17 @@ class TopicDevice:
             )
 
     def exchange(self, number: float) -> Reading:
-        """Publish a set-point; return what has come since the last call."""
+        """Publish a set-point; return what has come since the last call.
+
+        A measurement that comes without a driver is dropped: it is none of the next driver's.
+        """
+        reading, self._reading = self._reading, Reading()
         message = self._command.message(number, self._vented)
         if hasattr(message, "header"):
             message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
         if self._publisher.get_subscription_count() == 0:
             raise LinkError(f"nobody subscribes to {self._publisher.topic_name}")
-        reading, self._reading = self._reading, Reading()
         return reading
 
     def close(self) -> None:
@@ -83,6 +86,7 @@ class TopicDevice:
 
     def _on_measured(self, message: Any) -> None:  # noqa: ANN401
         try:
-            self._reading = Reading(self._measured.number(message))
+            stamp = getattr(getattr(message, "header", None), "stamp", None)
+            self._reading = Reading(self._measured.number(message), stamp=stamp)
         except (LookupError, TypeError, ValueError) as error:
             self._reading = Reading(problem=f"measured_field: {error}")
