@@ -129,6 +129,7 @@ MISUSES = {
     "wrap prototype_p1 --profile {folder}/empty.yaml": "columns with units",
     "wrap prototype_p1 --profile {folder}/good.csv": "columns with units",
     "wrap prototype_p1 --profile {folder}/falling.csv": "[mm] must be increasing, got '10, 0'",
+    "wrap prototype_p1 --profile {folder}/comma.csv": "decimals follow a point",
     "wrap prototype_p1 --profile {folder}/cone.csv --pressure '8 psi'": "--pressure goes with",
     # design
     "design": "--radius-min",
@@ -277,6 +278,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "20,4.1,0.1,100\n40,9.2,0.1,100\n60,14.8,0.1,100\n"
         ),
         "falling.csv": "position [mm], radius [mm]\n10, 9\n0, 9\n",
+        "comma.csv": "position [mm], radius [mm]\n0, 9\n300, 20,5\n",
         "cone.csv": "position [mm], radius [mm]\n0, 9\n300, 20\n",
     }
     for name, text in texts.items():

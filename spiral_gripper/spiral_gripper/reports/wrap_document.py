@@ -260,7 +260,8 @@ def read_profile(path: Path) -> ObjectProfile:
     columns: list[list[float]] = [[], []]
     for number, row in enumerate(rows[1:], start=2):
         if len(row) != 2:
-            raise InvalidInputError(f"{path}: row {number}", ", ".join(row), "two numbers")
+            hint = " (a decimal comma? decimals follow a point)" if len(row) > 2 else ""
+            raise InvalidInputError(f"{path}: row {number}", ", ".join(row), f"two numbers{hint}")
         for column, cell, scale in zip(columns, row, scales, strict=True):
             column.append(scale * parse_number(cell.strip()))
     try:
