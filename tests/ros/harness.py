@@ -46,6 +46,7 @@ PATIENT = {
 # The pressure is that of the bare wrap, which the core answers, and no grip is computed beside the
 # tests; those of the grip set their own.
 BARE = {"grip_ratio": 1.0, "grip_radii": 0}
+ALL = QoSProfile(depth=1000)
 ALL_AND_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -115,12 +116,12 @@ class Client(Node):
         self._gravity = self.create_publisher(Vector3Stamped, "gravity", 1)
         self._measured = self.create_publisher(FluidPressure, "measured_pressure", 1)
         for kind, topic, callback in (
-            (Float64, "pressure_command", self._on_pressure),
             (PoseArray, "backbone", self.backbones.append),
             (PoseArray, "measured_backbone", self.measured_backbones.append),
             (GripStatus, "status", self.statuses.append),
         ):
             self.create_subscription(kind, topic, callback, ALL_AND_LATCHED)
+        self.create_subscription(Float64, "pressure_command", self._on_pressure, ALL)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._calls = {}
         self._spinner = Spinner()

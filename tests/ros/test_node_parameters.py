@@ -5,8 +5,10 @@ import math
 
 import numpy as np
 import pytest
-from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import GetParameters
+import yaml
+from rcl_interfaces.msg import Parameter, ParameterType
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.parameter import get_parameter_value
 from ros.harness import NODE
 
 from spiral_gripper_ros.control.states import Reason, State
@@ -25,6 +27,24 @@ def test_every_parameter_is_declared_as_the_table_says(active):
     own = {spec.name for spec in PARAMETERS}
     others = {"use_sim_time", "start_type_description_service"}
     assert {name for name in described if "qos_overrides" not in name} - others == own
+
+
+def test_what_the_node_dumps_loads_and_the_grip_is_kept(active):
+    """As `ros2 param load` does: each value as YAML, read again, set by itself."""
+    assert active.set_parameter("radius_hysteresis", 1.0e-5).successful
+    assert active.set_parameter("gravity", [math.nan] * 3).successful
+    names = [spec.name for spec in PARAMETERS if not spec.read_only]
+    held = active.wrap(0.02).pressure_command
+    active.forget()
+    dumped = zip(names, active.get_parameters_of_node(names), strict=True)
+    values = yaml.safe_load(yaml.dump(dict(dumped)))
+    for name, value in values.items():
+        message = Parameter(name=name, value=get_parameter_value(str(value)))
+        request = SetParameters.Request(parameters=[message])
+        (result,) = active.call(SetParameters, f"{NODE}/set_parameters", request).results
+        assert result.successful, (name, value, result.reason)
+    active.hear_more()
+    assert set(active.pressures) == {held}
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros.harness import DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
@@ -25,7 +24,6 @@ from spiral_gripper_ros.process.stop_signals import STARTED_BY, Parent
 # Starts what its arguments say, and waits: what `ros2 run` does.
 STARTER = "import subprocess, sys; subprocess.Popen(sys.argv[1:]).wait()"
 REGULATOR = "spiral_gripper_ros.regulators.main"
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def test_a_node_ends_with_the_process_that_started_it(client, namespace):
@@ -103,30 +101,32 @@ def test_a_second_commander_is_noticed_whenever_it_comes(node, namespace, capfd)
     assert sent[-1].status[0].level == b"\x01"
 
 
-@pytest.mark.parametrize("qos", [QoSProfile(depth=1), LATCHED], ids=["volatile", "latched"])
-def test_a_regulator_that_joins_during_a_wrap_hears_the_present_command(active, qos):
+def test_a_regulator_that_joins_during_a_wrap_hears_the_present_command(active):
     command = active.wrap(0.02).pressure_command
     heard = []
-    late = active.create_subscription(Float64, "pressure_command", heard.append, qos)
+    late = active.create_subscription(Float64, "pressure_command", heard.append, 1)
     active.wait_until(lambda: heard, "a command")
     active.destroy_subscription(late)
     assert heard[0].data == command
 
 
-def test_a_regulator_that_joins_late_hears_of_an_inactive_node_its_last_vent(active):
-    active.wrap(0.02)
-    assert active.transition("deactivate")
-    volatile, latched = [], []
-    late = [
-        active.create_subscription(Float64, "pressure_command", volatile.append, 1),
-        active.create_subscription(Float64, "pressure_command", latched.append, LATCHED),
-    ]
-    active.wait_until(lambda: latched, "the last command")
-    active.spin(0.2)
-    for subscription in late:
-        active.destroy_subscription(subscription)
-    assert [message.data for message in latched] == [0.0]
-    assert volatile == []
+def test_a_node_that_has_commanded_nothing_vents_nothing(client, namespace, tmp_path):
+    """Another node may command the same regulator meanwhile."""
+    broken = tmp_path / "broken.yaml"
+    broken.write_text("name: [")
+    parameters = {"autostart": "false", "gripper": str(broken)}
+    with RunningNode(namespace, parameters) as node:
+        assert not client.transition("configure")
+        assert client.set_parameter("gripper", "paper_design_70").successful
+        client.wait_until(lambda: client.count_publishers("pressure_command") == 1, "its topic")
+        for transition in ("configure", "cleanup", "configure", "inactive_shutdown"):
+            assert client.transition(transition)
+        assert node.stop() == 0, node.log()
+    with RunningNode(namespace, {"gripper": str(broken)}) as node:
+        client.wait_until(lambda: not node.running, "its end")
+        assert node.exit_code == 1
+    client.spin(0.1)
+    assert client.pressures == []
 
 
 def test_the_node_uses_no_shared_memory_unless_it_is_told_to(client, namespace):

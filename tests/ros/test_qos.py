@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 
 from spiral_gripper_ros.messages.qos import COMMAND_LEASE
 
-RELIABLE = (ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED = (ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
 BEST_EFFORT = (ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
 
 
@@ -99,14 +99,16 @@ def test_slow_commands_are_signs_of_life(client, namespace):
 @pytest.mark.parametrize(
     ("topic", "qos"),
     [
-        ("pressure_command", RELIABLE),
-        ("status", RELIABLE),
-        ("backbone", RELIABLE),
-        ("measured_backbone", RELIABLE),
-        ("markers", RELIABLE),
+        ("pressure_command", (ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)),
+        ("status", LATCHED),
+        ("backbone", LATCHED),
+        ("measured_backbone", LATCHED),
+        ("markers", LATCHED),
     ],
 )
-def test_what_is_published_is_reliable_and_there_for_latecomers(active, topic, qos):
+def test_what_is_published_is_reliable_and_all_but_commands_there_for_latecomers(
+    active, topic, qos
+):
     assert qos_of_the_node(active, active.get_publishers_info_by_topic, topic) == qos
 
 

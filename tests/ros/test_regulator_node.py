@@ -16,7 +16,7 @@ from ros.regulator_devices import LineDevice, ModbusServer
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float32, Float64
 
-from spiral_gripper_ros.messages.qos import COMMAND
+from spiral_gripper_ros.messages.qos import COMMAND, LATEST
 from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
 from spiral_gripper_ros.regulators.regulator_node import REGULATOR_NODE, RegulatorNode
 
@@ -293,7 +293,7 @@ def test_a_measurement_is_as_old_as_its_stamp_and_does_not_outlive_its_driver(na
 
 
 def test_a_latched_command_is_not_taken_for_a_new_one(namespace, gripper, line):
-    gripper._commands.publish(Float64(data=4.0e4))
+    gripper.create_publisher(Float64, "pressure_command", LATEST).publish(Float64(data=4.0e4))
     with on_line(namespace, line):
         gripper.wait_until(lambda: len(gripper.measured) >= 20, "a second's measurements")
         assert set(line.set_points) == {0.0}

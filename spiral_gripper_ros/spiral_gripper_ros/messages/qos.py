@@ -25,11 +25,12 @@ LATEST = QoSProfile(
 COMMAND_LEASE = 2.0
 # Liveliness by topic: only a command counts as a sign of life, not a process that merely exists.
 # No deadline: an inactive node is silent on purpose, so that another may command, and a deadline
-# that is broken on purpose promises nothing.
+# that is broken on purpose promises nothing. Volatile: a regulator that joins later must not take
+# an old set-point for a new one.
 COMMAND = QoSProfile(
     depth=1,
     reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    durability=DurabilityPolicy.VOLATILE,
     liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
     liveliness_lease_duration=Duration(seconds=COMMAND_LEASE),
 )

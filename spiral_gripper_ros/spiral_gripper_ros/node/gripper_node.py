@@ -120,7 +120,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         return super().on_error(state)
 
     def vent(self) -> None:
-        """Command 0 Pa, in any state, and wait until the message is delivered."""
+        """Vent, if anything has been commanded, and wait until the message is delivered."""
         self._stop()
         self.runtime.outputs.flush()
 
@@ -173,8 +173,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
     def _stop(self) -> None:
         """Vent; the vent is the last command until the next activation."""
         self._stop_timers()
-        self.runtime.control.deactivate()
-        self.runtime.publish()
+        self.runtime.stop()
 
     def _unload(self) -> None:
         self._stop()

@@ -14,6 +14,7 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue
 from spiral_gripper_ros.parameters.table import PARAMETERS, refusal_of_values
@@ -53,6 +54,7 @@ class DeclaredParameters:
         problem = self._refusal(self.values())
         if problem is not None:
             raise ValueError(problem)
+        node.add_pre_set_parameters_callback(self._read_texts)
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._report)
 
@@ -65,6 +67,11 @@ class DeclaredParameters:
 
     def _refusal(self, proposed: dict[str, ParameterValue]) -> str | None:
         return refusal_of_values(proposed, table=self._table)
+
+    def _read_texts(self, parameters: Iterable[Any]) -> list[Parameter]:
+        """Return parameters with the numbers that `ros2 param load` sends as texts: nan, 1e-05."""
+        floats = {spec.name for spec in self._table if isinstance(spec.default, (float, tuple))}
+        return [_read_text(p) if p.name in floats else p for p in parameters]
 
     def _on_set(self, parameters: Iterable[Any]) -> SetParametersResult:
         own = {spec.name for spec in self._table}
@@ -93,6 +100,19 @@ def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
                 IntegerRange(from_value=int(spec.low), to_value=int(spec.high), step=1)
             ]
     return descriptor
+
+
+def _read_text(parameter: Parameter) -> Parameter:
+    """Return a parameter with numbers for its texts, or as it is: then its type is refused."""
+    value = parameter.value
+    try:
+        if isinstance(value, str):
+            return Parameter(parameter.name, value=float(value))
+        if parameter.type_ is Parameter.Type.STRING_ARRAY:
+            return Parameter(parameter.name, value=[float(text) for text in value])
+    except ValueError:
+        pass
+    return parameter
 
 
 def _ros_default(value: ParameterValue) -> Any:  # noqa: ANN401

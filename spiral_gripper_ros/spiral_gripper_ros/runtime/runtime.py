@@ -55,6 +55,7 @@ class Runtime:
         log: what operators read.
         errors: exceptions caught so far.
         is_active: whether the control loop runs.
+        has_commanded: whether this activation has commanded anything; only then its end vents.
         not_configured: why there is no gripper.
         on_published: called after each publication of a command and its status.
     """
@@ -73,7 +74,7 @@ class Runtime:
         self.background = Background()
         self.objects = ObjectWatch()
         self.log = EventLog(node.get_logger())
-        self.is_active = False
+        self.is_active = self.has_commanded = False
         self.not_configured = NOT_CONFIGURED
         self.on_published: Callable[[], None] = lambda: None
         self.tell = log_on_error(self.errors, self._tell)
@@ -94,8 +95,8 @@ class Runtime:
         self.use_limits()
 
     def load_another(self, description: GripperDescription | None) -> None:
-        """Vent, and have another gripper planned for in the background, if one is loaded."""
-        if self.loaded is None or description is None:
+        """Vent, and have another gripper planned for in the background; the loaded one is kept."""
+        if self.loaded is None or description in (None, self.loaded.description):
             return
         self.control.reload()
         if self.is_active:
@@ -192,11 +193,21 @@ class Runtime:
         pressure = self.control.command(now)
         if not self.control.is_silent:
             self.outputs.publish_pressure(pressure)
+            self.has_commanded = self.is_active
+
+    def stop(self) -> None:
+        """Vent, as the last command; a node that has commanded nothing stays silent."""
+        self.control.deactivate()
+        if self.has_commanded:
+            self.publish()
+        else:
+            self.tell(self.now())
 
     def fail(self, text: str) -> None:
         """Vent because of an internal error (see :mod:`spiral_gripper_ros.runtime.guards`)."""
         self.control.fail(text)
-        self.outputs.publish_pressure(0.0)
+        if self.is_active or self.has_commanded:
+            self.outputs.publish_pressure(0.0)
         self.on_published()
 
     # --- inside --------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ class Watcher(Listener):
 
     def __init__(self, namespace: str) -> None:
         super().__init__("spiral_gripper_simulation", namespace)
-        self.keep(Float64, "pressure_command", LATEST)
+        self.keep(Float64, "pressure_command", qos_profile_sensor_data)
         self.keep(GripStatus, "status", LATEST)
         self.keep(FluidPressure, "measured_pressure", qos_profile_sensor_data)
         self.keep(Float64, "simulated/object_radius", qos_profile_sensor_data)
