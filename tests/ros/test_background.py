@@ -24,10 +24,10 @@ def test_questions_that_wait_when_the_node_ends_are_dropped(
         end.wait(60.0)
 
     executor = Mock(spec=rclpy.executors.Executor)
-    background.ask(executor, first)
+    background.plans.ask(executor, first)
     assert begun.wait(60.0)
     with caplog.at_level(logging.ERROR, logger="concurrent.futures"):
-        waiting = background.ask(executor, first)
+        waiting = background.plans.ask(executor, first)
         background.end()
         end.set()
     assert not waiting.done()

@@ -31,16 +31,6 @@ def test_a_wait_that_is_too_short_says_so_and_the_wrap_goes_on(slow, monkeypatch
     assert slow.cancel()
 
 
-def test_a_wait_on_a_silent_node_does_not_say_that_the_wrap_goes_on(slow, monkeypatch):
-    slow.wrap(RADIUS, timeout=600.0)
-    monkeypatch.setattr(slow, "_heard", time.monotonic() - 5.0)
-    monkeypatch.setattr(slow, "is_done", lambda: False)  # which would hear of it
-    with pytest.raises(NoAnswerError, match=r"nothing has been heard of the node for 5\.\d s"):
-        slow.wait(0.01)
-    monkeypatch.undo()
-    assert slow.cancel()
-
-
 @pytest.mark.usefixtures("slow")
 def test_a_goal_that_is_accepted_too_late_is_canceled(active, shared, monkeypatch):
     with SpiralGripper(shared.get_namespace(), answer_timeout=0.1) as hasty:

@@ -2,10 +2,12 @@
 """The Python client among other programs: their ROS, their Ctrl-C, their end."""
 
 import contextlib
+import os
 import re
 import signal
 import subprocess
 import sys
+import time
 import traceback
 from pathlib import Path
 
@@ -64,6 +66,11 @@ def test_a_node_that_was_killed_and_started_again_has_forgotten_the_wrap(namespa
         with RunningNode(namespace, parameters) as first:
             gripper.wait_until_active(START_DEADLINE)
             assert gripper.wrap(RADIUS, timeout=600.0)
+            os.kill(first.process_id, signal.SIGSTOP)  # DDS would miss it after 20 s
+            stopped = time.monotonic()
+            with pytest.raises(NoAnswerError, match="nothing has been heard of it"):
+                gripper.wait(PATIENCE)
+            assert time.monotonic() - stopped < 2.0
             first.stop(signal.SIGKILL)
 
         def is_done():

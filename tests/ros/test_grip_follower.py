@@ -102,8 +102,25 @@ def test_another_gravity_makes_another_table(grips):
     sideways = (0.0, 0.0, -9.80665)
     grips.follow(gravity=sideways)
     assert grips.follower.answer(InUse(0.02), 5.0e4, 5.5e4) is None
-    grips.follow(gravity=sideways)
+    grips.follow(gravity=sideways, elapsed=SETTLING)
     assert grips.pool.asked[-1][0].gripper.gravity == sideways
+
+
+def test_while_the_arm_turns_nothing_is_asked_and_no_question_waits_behind_another(grips):
+    grips.follow()
+    job = grips.pool.asked[0][1]
+    assert job.set_running_or_notify_cancel()  # it cannot be taken back
+    for angle in range(20):
+        turned = (9.80665 * math.cos(angle), 0.0, 9.80665 * math.sin(angle))
+        grips.follow(gravity=turned)
+    grips.follow(gravity=turned, elapsed=SETTLING)
+    assert len(grips.pool.asked) == 1
+    job.set_result(figures())
+    grips.follow(gravity=turned)
+    assert len(grips.pool.asked) == 2
+    assert grips.pool.asked[1][0].gripper.gravity == turned
+    grips.follower.end()
+    assert grips.pool.asked[1][1].cancelled()
 
 
 @pytest.mark.parametrize(("count", "radii"), [(0, RANGE), (1, RANGE), (3, (0.0, math.inf))])

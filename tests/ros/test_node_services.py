@@ -5,12 +5,17 @@ import math
 
 import pytest
 from geometry_msgs.msg import Vector3
+from rclpy.action import ActionClient
+from rclpy.qos import QoSProfile
 from ros.harness import DEADLINE, RunningNode, all_finite
 
 from spiral_core import WrapCurve
-from spiral_gripper_msgs.srv import PlanWraps
+from spiral_gripper_msgs.action import Grasp
+from spiral_gripper_msgs.srv import PlanWrap, PlanWraps
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node import plan_service
+
+FLOOD = 150  # three times what may wait
 
 
 def test_plan_wrap_answers_what_the_core_answers(active, curve):
@@ -214,3 +219,36 @@ def test_a_lower_cap_counts_for_plans_too(active):
     answer = active.plan_wrap(0.011)
     assert answer.reason == Reason.PRESSURE_CAP
     assert "50000" in answer.message
+
+
+def test_every_request_of_a_flood_is_answered_if_with_busy(active):
+    """The client's own queues are as deep as what it asks."""
+    qos = QoSProfile(depth=FLOOD)
+    plans = active.create_client(PlanWrap, "plan_wrap", qos_profile=qos)
+    assert plans.wait_for_service(DEADLINE)
+    request = PlanWrap.Request(object_radius=0.02)
+    futures = [plans.call_async(request) for _ in range(FLOOD)]
+    active.wait_until(lambda: all(future.done() for future in futures), "every plan")
+    answers = [future.result() for future in futures]
+    assert sum(answer.success for answer in answers) >= 50
+    assert all(answer.success or answer.message.startswith("busy: ") for answer in answers)
+    active.destroy_client(plans)
+
+
+def test_twenty_goals_at_once_are_all_answered(active):
+    options = {f"{name}_service_qos_profile": QoSProfile(depth=100) for name in ("goal", "result")}
+    goals = ActionClient(active, Grasp, "grasp", **options)
+    assert goals.wait_for_server(DEADLINE)
+    sent = [goals.send_goal_async(Grasp.Goal(object_radius=0.02)) for _ in range(20)]
+    active.wait_until(lambda: all(future.done() for future in sent), "every goal")
+    results = [future.result().get_result_async() for future in sent]
+    active.release()
+    active.wait_until(lambda: all(future.done() for future in results), "every result")
+    goals.destroy()
+
+
+def test_more_grips_than_can_be_waited_for_are_refused(active):
+    request = PlanWraps.Request(object_radius=[0.02] * 21, compute_grip=True)
+    answer = active.call(PlanWraps, "plan_wraps", request)
+    assert len(answer.message) == 21
+    assert all("at most 20" in message for message in answer.message)

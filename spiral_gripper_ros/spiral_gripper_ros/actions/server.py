@@ -14,6 +14,7 @@ from spiral_gripper_ros.actions.jobs import Job
 from spiral_gripper_ros.actions.runner import GoalRunner, GoalUpdate
 from spiral_gripper_ros.control.grasp import GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.messages.qos import REQUESTS
 
 # How long the result of a goal is kept for a client that asks late [s]. rclpy's 15 minutes would
 # let the list of goals, which is published at each change, grow to thousands.
@@ -65,6 +66,9 @@ class GoalServer:
             self._execute,
             callback_group=MutuallyExclusiveCallbackGroup(),
             cancel_callback=self._cancel,
+            goal_service_qos_profile=REQUESTS,
+            result_service_qos_profile=REQUESTS,
+            cancel_service_qos_profile=REQUESTS,
             result_timeout=RESULT_TIMEOUT,
         )
 

@@ -38,8 +38,10 @@ from spiral_gripper_ros.messages.qos import LATEST
 
 # is_done and status let messages arrive for so long [s].
 GLANCE = 0.1
-# Twice the period of the slowest node's status: one that is silent for longer is not well [s].
-SILENCE = 2.0
+# A node that is silent for so long is asked for a sign of life; it has as long for it, less a
+# glance [s]. Its status comes more often, but not while a simulated clock stands still.
+SILENCE = 1.0
+LOST = "the node was killed, hangs or cannot be reached: nothing has been heard of it for"
 # A grip takes seconds, behind other grips minutes [s].
 GRIP_TIMEOUT = 300.0
 # After so many statuses without a word about the wrap it is forgotten: each tick tells of both.
@@ -74,6 +76,7 @@ class SpiralGripper:
         self._late = LateCancel()
         self._feedback: Grasp.Feedback | None = None
         self._told = 0  # statuses heard when last told of the wrap
+        self._probed_at: float | None = None
         self._connect()
 
     def _connect(self) -> None:
@@ -235,6 +238,7 @@ class SpiralGripper:
         answer = self._grasp.send_goal_async(goal, feedback_callback=self._on_feedback)
         try:
             handle = self._link.answer(answer, "grasp")
+            self._heard = time.monotonic()
             if handle.accepted:
                 self._goal, self._result = handle, handle.get_result_async()
                 self._told = self._statuses
@@ -257,6 +261,9 @@ class SpiralGripper:
             return True
         if not self._grasp.server_is_ready():
             raise NoAnswerError(self._missing(), GLANCE)
+        if self._is_lost():
+            silence = time.monotonic() - self._heard
+            raise NoAnswerError(f"{LOST} {silence:.1f} s; how the wrap ends is not known", silence)
         if self._statuses - self._told > FORGOTTEN:  # a node that was started in its place
             self._result, self._told = self._goal.get_result_async(), self._statuses
         return False
@@ -286,10 +293,7 @@ class SpiralGripper:
             raise RequestRefusedError("wait", "no wrap has been started")
         while not self.is_done():
             if time.monotonic() > deadline:
-                silence = time.monotonic() - self._heard
-                heard = f"nothing has been heard of the node for {silence:.1f} s"
-                state = heard if silence > SILENCE else "it goes on"
-                raise NoAnswerError(f"the wrap has not ended; {state}", timeout)
+                raise NoAnswerError("the wrap has not ended; it goes on", timeout)
         return result_of_wrap(self._result.result())
 
     def cancel(self) -> bool:
@@ -308,9 +312,22 @@ class SpiralGripper:
 
     # --- inside --------------------------------------------------------------------------------
 
+    def _is_lost(self) -> bool:
+        """Return whether the node is silent and has not answered a question either."""
+        now = time.monotonic()
+        if now - self._heard <= SILENCE:
+            self._probed_at = None
+        elif self._probed_at is None:
+            self._probed_at = now
+            self._plan.call_async(PlanWrap.Request()).add_done_callback(self._on_sign)
+        return self._probed_at is not None and now - self._probed_at > SILENCE - 2.0 * GLANCE
+
     def _on_status(self, status: GripStatus) -> None:
         self._status = status
         self._statuses += 1
+        self._heard = time.monotonic()
+
+    def _on_sign(self, _: Future) -> None:
         self._heard = time.monotonic()
 
     def _on_feedback(self, message: Any) -> None:  # noqa: ANN401

@@ -19,6 +19,8 @@ LATEST = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
+# Requests wait their turn: 20 goals at once must not push each other out, as with a depth of 10.
+REQUESTS = QoSProfile(depth=200)
 # A regulator that requests liveliness is notified by the middleware when no command has come for
 # this time [s], whether the node was killed, hangs, was deactivated or its simulated clock stands
 # still: twice the period of the slowest publish_rate.

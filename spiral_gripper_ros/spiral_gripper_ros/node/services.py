@@ -10,12 +10,12 @@ from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.node import Node
-from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from spiral_core.errors import SpiralError
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap, PlanWraps
 from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.messages.qos import REQUESTS
 from spiral_gripper_ros.node.design_service import fill_response, question_from_msg
 from spiral_gripper_ros.node.plan_service import (
     PlanContext,
@@ -25,10 +25,14 @@ from spiral_gripper_ros.node.plan_service import (
 )
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.runtime.background import QuestionPool
 from spiral_gripper_ros.runtime.guards import report
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 TOO_LARGE = "the numbers of the request are too large to compute with: SI units are expected"
+# Grips of one plan_wraps: seconds each.
+MOST_GRIPS = 20
+TOO_MANY_GRIPS = f"compute_grip takes seconds for each object: at most {MOST_GRIPS} in one request"
 RELEASED = "vented; call rearm to follow radii again"
 RELEASED_INACTIVE = "vented; the node is not active"
 
@@ -53,14 +57,17 @@ class Services:
             (PlanWraps, "plan_wraps", self._plan_wraps),
             (DesignGripper, "design_gripper", self._design_gripper),
         ):
-            # A plan_wrap that computes a grip for seconds does not hold up the next.
-            group = (
-                ReentrantCallbackGroup() if kind is PlanWrap else MutuallyExclusiveCallbackGroup()
-            )
-            node.create_service(kind, name, callback, callback_group=group)
-        node.create_service(Trigger, "cancel_design", self._cancel_design)
-        node.create_service(Trigger, "release", self._release)
-        node.create_service(Trigger, "rearm", self._rearm)
+            # What waits is counted, so that it can be answered "busy"; designs wait in the queue.
+            is_design = kind is DesignGripper
+            group = MutuallyExclusiveCallbackGroup() if is_design else ReentrantCallbackGroup()
+            options = {"callback_group": group, "qos_profile": REQUESTS}
+            node.create_service(kind, name, callback, **options)
+        for name, act in (
+            ("cancel_design", self._cancel_design),
+            ("release", self._release),
+            ("rearm", self._rearm),
+        ):
+            node.create_service(Trigger, name, act, qos_profile=REQUESTS)
 
     async def _design_gripper(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         loaded = self._runtime.loaded
@@ -86,18 +93,20 @@ class Services:
             response.reason, response.message = int(Reason.NOT_ACTIVE), self._runtime.not_configured
             return response
         background, question = self._runtime.background, (answer_plan_wrap, request, response)
-        ask = background.ask_batch if request.compute_grip else background.ask
-        return await self._guarded(self._planned(ask, *question), response)
+        pool = background.exact if request.compute_grip else background.plans
+        return await self._guarded(self._planned(pool, *question), response)
 
     async def _plan_wraps(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         if self._runtime.loaded is None:
             return refuse_all(request, response, Reason.NOT_ACTIVE, self._runtime.not_configured)
+        if request.compute_grip and len(request.object_radius) > MOST_GRIPS:
+            return refuse_all(request, response, Reason.INVALID_REQUEST, TOO_MANY_GRIPS)
         background, question = self._runtime.background, (answer_plan_wraps, request, response)
-        return await self._guarded(self._planned(background.ask_batch, *question), response)
+        return await self._guarded(self._planned(background.batches, *question), response)
 
     async def _planned(
         self,
-        ask: Callable[..., Future],
+        pool: QuestionPool,
         answer: Callable[..., Any],
         *question: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
@@ -107,7 +116,7 @@ class Services:
             raise SpiralError(runtime.not_configured)
         runtime.take_planner()  # an inactive node has no tick that does
         context = self._context(loaded)
-        return await ask(self._node.executor, functools.partial(answer, *question, context))
+        return await pool.ask(self._node.executor, functools.partial(answer, *question, context))
 
     def _context(self, loaded: LoadedGripper) -> PlanContext:
         """Return what plans are answered from now."""

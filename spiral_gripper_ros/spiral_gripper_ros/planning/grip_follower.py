@@ -74,7 +74,8 @@ class GripFollower:
         self._in_use: tuple[InUse, GripEntry | None] | None = None
         self._wanted: InUse | None = None
         self._wanted_at = 0.0
-        self._job: tuple[float | InUse, Future[GripFigures]] | None = None
+        self._turned_at = -math.inf  # when gravity changed
+        self._job: tuple[float | InUse | None, Future[GripFigures]] | None = None
 
     def follow(
         self,
@@ -95,7 +96,7 @@ class GripFollower:
         """
         self._take(now)
         if math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE:
-            self._gravity = gravity
+            self._gravity, self._turned_at = gravity, now
             self._forget()
         low, high = radius_range
         if count != self._count or (count > 1 and self._table is None and math.isfinite(high)):
@@ -106,7 +107,7 @@ class GripFollower:
                 self._table = RefiningTable(radii)
         if in_use is None or not in_use.is_like(self._wanted):
             self._wanted, self._wanted_at = in_use, now
-        if self._job is None and count:
+        if self._job is None and count and now - self._turned_at >= SETTLING:
             self._start(now)
 
     def answer(self, in_use: InUse, tip_pressure: float, pressure: float) -> GripAnswer | None:
@@ -139,14 +140,22 @@ class GripFollower:
             return None
         return self._in_use[1]
 
+    def end(self) -> None:
+        """Take back the question that waits; another gripper or another life follows."""
+        if self._job is not None:
+            self._job[1].cancel()
+
     def _forget(self) -> None:
         self._table = self._in_use = None
-        self._job = None  # whatever it answers is for what was
+        if self._job is not None and not self._job[1].cancel():
+            self._job = (None, self._job[1])  # it runs; whatever it answers is for what was
 
     def _take(self, now: float) -> None:
         if self._job is None or not self._job[1].done():
             return
         (what, job), self._job = self._job, None
+        if job.cancelled() or what is None:
+            return
         entry: GripEntry | None = None
         try:
             entry = GripEntry(job.result(), now)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Background threads for long computations: one each for gravity, plans and designs."""
+"""Background threads for long computations: one for each kind of question."""
 
 from __future__ import annotations
 
@@ -11,25 +11,32 @@ import rclpy.executors
 import rclpy.task
 
 from spiral_core.design.report import DesignReport
+from spiral_core.errors import SpiralError
 from spiral_gripper import GripperDescription
 from spiral_gripper_ros.planning.design_question import DesignQuestion
 from spiral_gripper_ros.planning.design_worker import DesignProcess
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_worker import SharedGripProcess
 
+# More questions of one kind do not wait: they are answered that the node is busy.
+MOST_WAITING = 50
 
-class Background:
-    """Background threads; a long question delays neither commands nor other kinds of questions."""
 
-    def __init__(self) -> None:
-        self.gravity = ThreadPoolExecutor(1, thread_name_prefix="gravity")
-        self._plans = ThreadPoolExecutor(1, thread_name_prefix="plans")
-        self._batches = ThreadPoolExecutor(1, thread_name_prefix="batches")
-        self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
-        self._grip_process = SharedGripProcess()
-        self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
-        self._design: DesignProcess | None = None
-        self._has_ended = False
+class BusyError(SpiralError):
+    """So many questions wait that one more is not taken."""
+
+
+class QuestionPool:
+    """A thread that answers one question after the other; what is too much is refused.
+
+    Args:
+        name: of the thread.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix=name)
+        self._jobs: list[Future[Any]] = []
+        self.shutdown = self._pool.shutdown
 
     def ask(
         self, executor: rclpy.executors.Executor, question: Callable[[], Any]
@@ -39,14 +46,29 @@ class Background:
         Args:
             executor: the executor that awaits it; it is woken when the answer is there.
             question: called in the background.
-        """
-        return _awaitable(executor, self._plans.submit(question))
 
-    def ask_batch(
-        self, executor: rclpy.executors.Executor, question: Callable[[], Any]
-    ) -> rclpy.task.Future:
-        """Return :meth:`ask` for a question that takes long: others do not wait behind it."""
-        return _awaitable(executor, self._batches.submit(question))
+        Raises:
+            BusyError: ``MOST_WAITING`` questions are not answered yet.
+        """
+        self._jobs = [job for job in self._jobs if not job.done()]
+        if len(self._jobs) >= MOST_WAITING:
+            raise BusyError(f"busy: {len(self._jobs)} such questions wait already; ask again later")
+        self._jobs.append(self._pool.submit(question))
+        return _awaitable(executor, self._jobs[-1])
+
+
+class Background:
+    """Background threads; a long question delays neither commands nor other kinds of questions."""
+
+    def __init__(self) -> None:
+        self.gravity = ThreadPoolExecutor(1, thread_name_prefix="gravity")
+        self.plans, self.exact = QuestionPool("plans"), QuestionPool("exact")
+        self.batches = QuestionPool("batches")
+        self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
+        self._grip_process = SharedGripProcess()
+        self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
+        self._design: DesignProcess | None = None
+        self._has_ended = False
 
     def solve_grip(self, question: GripQuestion) -> GripFigures:
         """Return a grip, in seconds; called in a thread of ``grips``.
@@ -95,7 +117,8 @@ class Background:
     def end(self) -> None:
         """Drop the waiting questions, and end the running design and batch."""
         self._has_ended = True
-        for pool in (self.gravity, self._plans, self._batches, self.grips, self._designs):
+        pools = (self.gravity, self.grips, self._designs, self.plans, self.exact, self.batches)
+        for pool in pools:
             pool.shutdown(wait=False, cancel_futures=True)
         self._grip_process.end()
         self.cancel_design("the node has ended")

@@ -96,17 +96,22 @@ class Runtime:
 
     def load_another(self, description: GripperDescription | None) -> None:
         """Vent, and have another gripper planned for in the background; the loaded one is kept."""
-        if self.loaded is None or description in (None, self.loaded.description):
+        if self.loaded is None or description is None:
+            return
+        is_usable = not isinstance(self.loaded.planner, NoPlanner)
+        if is_usable and description == self.loaded.description:
             return
         self.control.reload()
         if self.is_active:
             self.publish()
+        self._end_grips()
         self.loaded = LoadedGripper.loading(description, self.gravity, self.background.gravity)
         self._prepare_grips()
 
     def unload(self) -> None:
         """Forget the gripper."""
         self.outputs.cleanup()
+        self._end_grips()
         self.loaded = None
 
     def use_limits(self) -> None:
@@ -259,6 +264,10 @@ class Runtime:
     ) -> Grip:
         mass = payload or number(self.values, "payload")
         return grip_to_msg(answer, self.now(), mass, loaded.mount.gravity)
+
+    def _end_grips(self) -> None:
+        if self.loaded is not None and self.loaded.grips is not None:
+            self.loaded.grips.end()
 
     def _prepare_grips(self) -> None:
         loaded, background = self.loaded, self.background
