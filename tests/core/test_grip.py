@@ -42,6 +42,28 @@ RADIUS = 0.025
 UP_TO_CURLING = (0.5, 0.8, 0.9, 0.94, 0.98, 1.02, 1.06, 1.1, 1.14)
 
 
+@pytest.mark.parametrize(
+    ("gravity", "weight", "chosen"),
+    [
+        ((-9.80665, 0.0, 0.0), 1.0, True),
+        ((-9.80665, 0.0, 1e-9), 1.0, True),
+        ((-9.80665, 1e-3, 0.0), 1.0, False),
+        ((9.80665, 0.0, 0.0), 1.0, False),
+        ((0.0, 0.0, -9.80665), 1.0, False),
+        # The whole tube weighs 37.6 EI / L^2; a column buckles under 7.84 of its own (Greenhill).
+        ((-9.80665, 0.0, 0.0), 0.20, False),
+        ((-9.80665, 0.0, 0.0), 0.22, True),
+    ],
+)
+def test_only_a_tube_that_buckles_upright_falls_to_a_side_that_is_chosen(
+    gravity: tuple[float, float, float], weight: float, chosen: bool
+) -> None:
+    gripper = load_gripper("paper_design_70").with_mount(gravity, None)
+    there = Obstacle.along(Cylinder(RADIUS), (0.1, 0.2, 0.0), (0.0, 0.0, 1.0), 0.3)
+    lighter = replace(gripper, weight_per_length=weight * gripper.weight_per_length)
+    assert GripSetup(lighter, there).falls_by_choice is chosen
+
+
 @cache
 def gripper() -> Gripper:
     return load_gripper("paper_design_70")

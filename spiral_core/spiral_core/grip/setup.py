@@ -10,6 +10,7 @@ from enum import Enum
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod.contact._start import NO_SIDE
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import ContactProblem, ElasticRod, Section
 from spiral_core.rod.contact.shapes import Cylinder, Profile, Shape
@@ -25,6 +26,8 @@ from spiral_core.wrap.wrap import Wrap
 # tube's axis goes around the object.
 LEAST_ELEMENTS = 60
 ELEMENT_ARC = 0.4
+# Weight per length times length cubed, over the bending stiffness, at which a column buckles.
+TALLEST_COLUMN = 7.837
 # Between the base and an object that the coil would put inside of it [outer radii of the tube].
 CLEARANCE = 0.02
 
@@ -94,6 +97,19 @@ class GripSetup:
         """Direction of the object's own z axis (3,), a unit vector in the base frame."""
         x, y, z, w = self.obstacle.orientation
         return np.array((2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)))
+
+    @property
+    def falls_by_choice(self) -> bool:
+        """Whether nothing says to which side the tube without pressure falls.
+
+        That is an upright one, to a millionth, too heavy to stand: taken to fall to the side to
+        which it bends. Where the object stands between, another side may be another grip.
+        """
+        shape = self.gripper.unloaded_shape(0.0)
+        down, *across = np.asarray(self.gripper.load(shape).distributed).tolist()
+        bending = np.linalg.eigvalsh(np.asarray(self.gripper.stiffness.matrix)[1:, 1:]).min()
+        upright = down < 0.0 and math.hypot(*across) <= NO_SIDE * -down
+        return bool(upright and -down * shape.backbone_length**3 > TALLEST_COLUMN * bending)
 
     def problem(self, pressure: float, obstacle: Obstacle | None = None) -> ContactProblem:
         """Return the contact problem at a pressure [Pa], with friction.

@@ -31,6 +31,7 @@ _PULLS = {
     Pull.TWIST_RIGHT: "twist, right-handed",
     Pull.DOWN: "along gravity",
 }
+FALLS_BY_CHOICE = "may fall to any side: here to the one to which it bends"
 # So many of them fit into a line of 80 characters, beside the contact and without it.
 BESIDE_CONTACT = 2
 IN_A_TABLE = 4
@@ -293,6 +294,12 @@ GRIP: Final = (
     ),
     Field("friction", "friction coefficient", "grip.setup.obstacle.friction"),
     Field("closing", "how it closes", "grip.setup.closing", lambda s: s.grip.setup.closing.value),
+    Field(
+        "falls_by_choice",
+        "upright, without pressure",
+        "grip.setup.falls_by_choice",
+        lambda s: FALLS_BY_CHOICE if s.grip.setup.falls_by_choice else None,
+    ),
     Field("elements", "", "grip.setup.element_count"),
     Field("tip_criterion", "", "grip.setup.tip_pressure"),
     Field("onset_wrap", "wrapped from", "grip.window.onset_wrap", lambda s: _against_tip(s.grip)),
