@@ -34,7 +34,7 @@ TESTS = $(if $(filter yes,$(WITH_ROS)),,$(WITHOUT_ROS))
 VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 
-.PHONY: fuzz cycles kilted docs help demo test test-fast test-slow lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
+.PHONY: fuzz cycles kilted docs help demo test test-fast test-slow test-generic lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -42,6 +42,7 @@ help:
 	@echo 'make test          format check, lint, types, tests, doctests'
 	@echo 'make test-fast     the same without ROS processes and without the files of tests that compute for long'
 	@echo 'make test-slow     the tests that compute for long'
+	@echo 'make test-generic  test and test-slow, the kernels compiled for no processor in particular'
 	@echo 'make check         what CI runs: test, test-slow, pure and colcon'
 	@echo 'make pure          build and test the mechanics alone, where there is no ROS'
 	@echo 'make colcon        colcon build (isolated, merged, symlinked) and a smoke check of each'
@@ -112,6 +113,10 @@ lint: $(INSTALLED_DEV)
 format: $(INSTALLED_DEV)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+# Answers must not depend on how a processor rounds; numba keeps both kinds of kernels.
+test-generic:
+	NUMBA_CPU_NAME=generic $(MAKE) test test-slow
 
 check: test test-slow pure colcon
 
