@@ -45,16 +45,22 @@ class RegulatorFault(Enum):
 
 
 class FakeRegulator:
-    """Follows the command with a first-order lag of 50 ms, and measures."""
+    """Follows the command with a first-order lag of 50 ms, and measures.
+
+    Once its watchdog has vented (``latched``) it stays vented until 0 Pa is commanded.
+    """
 
     TIME_CONSTANT = 0.05
 
     def __init__(self) -> None:
         self.pressure = 0.0
         self.fault = RegulatorFault.NONE
+        self.latched = False
 
     def step(self, command: float, elapsed: float) -> float | None:
         """Let a command act for a while [s] and return what is measured."""
+        self.latched = self.latched and command != 0.0
+        command = 0.0 if self.latched else command
         goal = 0.7 * command if self.fault is RegulatorFault.LEAK else command
         if self.fault is not RegulatorFault.STUCK:
             self.pressure += (goal - self.pressure) * -math.expm1(-elapsed / self.TIME_CONSTANT)

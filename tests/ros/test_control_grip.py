@@ -2,20 +2,22 @@
 """The default grip, the take-over of a pressure, and what happens when nobody is heard."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from ros.control_bench import LIMITS, SUCCEEDED, TICK, Bench
 
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.grasp import GraspGoal
-from spiral_gripper_ros.control.limits import FaultPolicy
+from spiral_gripper_ros.control.limits import FaultPolicy, TimeoutPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 
 WRAP = 5.0e4  # of the bench's planner at 20 mm [Pa]
 
 
 def bench_with(**limits):
-    return Bench(replace(LIMITS, **limits))
+    measured = limits.pop("measured", True)
+    return Bench(replace(LIMITS, **limits), measured=measured)
 
 
 # --- the default grip ----------------------------------------------------------------------------
@@ -210,20 +212,106 @@ def test_gravity_grows_stale_and_is_reported():
     bench = bench_with(gravity_timeout=0.5)
     bench.run(1.0, radius=0.02)
     assert bench.seen.gravity_age is None
-    bench.control.note_gravity(bench.now, is_heard=True)
+    bench.control.hear_gravity(bench.now)
     bench.run(0.48, radius=0.02)
     assert bench.seen.gravity_fault.reason is Reason.NONE
     bench.run(0.1, radius=0.02)
     assert bench.seen.gravity_fault.reason is Reason.GRAVITY_STALE
     assert bench.seen.gravity_age == pytest.approx(0.58, abs=2.0 * TICK)
     assert bench.seen.wrapped
-    bench.control.note_gravity(bench.now, is_heard=False)
+    bench.control.forget_gravity()
     bench.tick(radius=0.02)
     assert bench.seen.gravity_fault.reason is Reason.NONE
 
 
 def test_stale_gravity_vents_if_that_is_the_policy():
     bench = bench_with(gravity_timeout=0.5, gravity_timeout_policy=FaultPolicy.VENT)
-    bench.control.note_gravity(bench.now, is_heard=True)
+    bench.control.hear_gravity(bench.now)
     assert bench.run(1.0, radius=0.02)[-1] == 0.0
     assert (bench.state, bench.reason) == (State.FAULT, Reason.GRAVITY_STALE)
+
+
+# --- interruptions -----------------------------------------------------------------------------
+
+
+def interrupt(bench, duration=1.0):
+    """Let the node hang, and the regulator's watchdog vent meanwhile."""
+    bench.now += duration
+    bench.regulator.pressure, bench.regulator.latched = 0.0, True
+
+
+def test_after_a_watchdogs_vent_a_followed_radius_is_ramped_to_from_nothing(bench):
+    limits = replace(LIMITS, radius_timeout=5.0)
+    bench.control.reconfigure(limits)
+    assert bench.run(2.0, radius=0.02)[-1] == WRAP
+    interrupt(bench)
+    commands = bench.run(3.0, radius=0.02)
+    start = commands.index(0.0)
+    assert set(commands[:start]) == {WRAP}
+    assert start * TICK < 0.5
+    rises = [after - before for before, after in pairwise(commands[start:])]
+    assert max(rises) <= LIMITS.pressure_rate_up * TICK * (1.0 + 1e-9)
+    assert commands[-1] == WRAP
+
+
+def test_after_a_watchdogs_vent_a_goal_has_ended_and_says_why(bench):
+    grasp = bench.grasp()
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
+    interrupt(bench)
+    assert bench.run(1.0)[-1] == 0.0
+    assert (bench.state, bench.reason) == (State.RELEASED, Reason.PRESSURE_LOW)
+    assert "vented by itself" in bench.seen.refusal.text
+    assert not bench.seen.wrapped
+
+
+@pytest.mark.parametrize("kind", ["radius", "client", "gravity"])
+def test_a_stall_is_no_silence_of_what_has_come_meanwhile(kind):
+    limits = {
+        "radius": {"radius_timeout_policy": TimeoutPolicy.VENT, "radius_timeout": 0.5},
+        "client": {"keep_alive_timeout": 0.5},
+        "gravity": {"gravity_timeout": 0.5, "gravity_timeout_policy": FaultPolicy.VENT},
+    }[kind]
+    bench = bench_with(measured=False, **{"radius_timeout": 600.0} | limits)
+
+    def speak():
+        bench.control.offer_radius(bench.now, 0.02, bench.planner)
+        bench.control.keep_alive(bench.now)
+        bench.control.hear_gravity(bench.now)
+
+    for _ in range(100):
+        speak()
+        bench.tick()
+    for _ in range(3):  # the timer comes first, then what has waited
+        bench.now += 1.2
+        assert bench.tick() == WRAP
+        speak()
+    assert bench.run(0.4)[-1] == WRAP
+    assert bench.run(0.4)[-1] == 0.0
+
+
+def test_a_keep_alive_that_is_switched_on_grants_its_first_period(bench):
+    bench.end(bench.grasp())
+    bench.run(5.0)
+    bench.control.reconfigure(replace(LIMITS, keep_alive_timeout=0.5))
+    assert set(bench.run(0.4)) == {WRAP}
+    assert bench.run(0.4)[-1] == 0.0
+
+
+def test_gravity_heard_before_an_activation_stays_as_old_as_it_is(bench):
+    bench.control.reconfigure(replace(LIMITS, gravity_timeout=2.0))
+    bench.control.hear_gravity(bench.now, age=0.5)
+    bench.control.deactivate()
+    bench.now += 1.0
+    bench.control.activate()
+    bench.tick()
+    assert bench.seen.gravity_age == pytest.approx(1.5, abs=2 * TICK)
+    assert bench.seen.gravity_fault.reason is Reason.NONE
+    bench.run(1.0)
+    assert bench.seen.gravity_fault.reason is Reason.GRAVITY_STALE
+
+
+def test_a_measurement_is_as_old_as_its_stamp(bench):
+    bench.end(bench.grasp())
+    refusal = bench.control.offer_measured(bench.now, WRAP, age=3.0)
+    assert refusal.reason is Reason.PRESSURE_INVALID
+    assert "3 s old" in refusal.text

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -21,7 +22,8 @@ def _row(spec: ParameterSpec) -> list[str]:
     if isinstance(default, bool):
         shown = str(default).lower()
     elif isinstance(default, float):
-        shown = repr(default)  # as it must be typed: rclpy takes 1 for another type than 1.0
+        # as it must be typed: rclpy takes 1 for another type than 1.0
+        shown = ".nan" if math.isnan(default) else repr(default)
     else:
         shown = "not set" if default == () else str(default)
     span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"

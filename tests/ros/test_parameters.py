@@ -6,7 +6,12 @@ import pytest
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
-from spiral_gripper_ros.parameters.spec import GRAVITY_LIMIT, ParameterSpec, gravity_problem
+from spiral_gripper_ros.parameters.spec import (
+    GRAVITY_LIMIT,
+    ParameterSpec,
+    gravity_problem,
+    may_be_unset,
+)
 from spiral_gripper_ros.parameters.table import PARAMETERS, limits_from_values, refusal_of_values
 
 DEFAULTS = {spec.name: spec.default for spec in PARAMETERS}
@@ -28,7 +33,8 @@ def test_the_defaults_are_accepted():
 def test_bounds_are_accepted_and_what_lies_outside_is_not(spec):
     assert refusal_of_values({spec.name: spec.low}) is None
     assert refusal_of_values({spec.name: spec.high}) is None
-    for bad in (spec.low - 1.0, 2.0 * spec.high, math.nan, math.inf, -math.inf, True, "1"):
+    unset = () if may_be_unset(spec) else (math.nan,)
+    for bad in (spec.low - 1.0, 2.0 * spec.high, *unset, math.inf, -math.inf, True, "1"):
         refusal = refusal_of_values({spec.name: bad})
         assert refusal is not None, bad
         assert spec.name in refusal
@@ -80,7 +86,8 @@ def test_weightlessness_is_a_gravity():
 
 
 @pytest.mark.parametrize(
-    ("parameter", "expected"), [(0.0, 1.0e5), (6.0e4, 6.0e4), (1.0e5, 1.0e5), (9.0e5, 1.0e5)]
+    ("parameter", "expected"),
+    [(math.nan, 1.0e5), (0.0, 0.0), (6.0e4, 6.0e4), (1.0e5, 1.0e5), (9.0e5, 1.0e5)],
 )
 def test_no_parameter_raises_the_cap_above_the_grippers_limit(parameter, expected):
     values = {**DEFAULTS, "pressure_cap": parameter}

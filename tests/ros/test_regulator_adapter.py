@@ -95,14 +95,16 @@ def test_before_the_first_command_and_after_the_last_one_the_device_is_vented():
     assert subject.watch.is_silent(1.5)
 
 
-def test_a_stream_that_comes_back_is_followed_again():
+def test_a_stream_that_comes_back_is_followed_again_once_it_has_commanded_nothing():
     device = Device()
     subject = adapter(device)
     subject.watch.offer(0.0, 3.0e4)
     subject.step(1.0)
-    subject.watch.offer(1.1, 2.0e4)
-    subject.step(1.1)
-    assert device.sent == [0.0, 2.0e4]
+    for now, command in ((1.1, 3.0e4), (1.2, 3.0e4), (1.3, 0.0), (1.4, 300.0)):
+        assert subject.watch.offer(now, command) is (command < 3.0e4)
+        assert ("vented by the watchdog" in subject.watch.problem) is (command == 3.0e4)
+        subject.step(now)
+    assert device.sent == [0.0, 0.0, 0.0, 0.0, 300.0]
 
 
 # --- measurements ------------------------------------------------------------------------------

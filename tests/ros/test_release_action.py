@@ -71,6 +71,27 @@ def test_a_pressure_that_stays_fails_the_release_in_its_time(holding):
     client.wait_for_state(State.RELEASED)
 
 
+@pytest.mark.parametrize(
+    ("reading", "reason"),
+    [
+        (None, Reason.PRESSURE_LOST),  # the link is cut
+        (math.nan, Reason.PRESSURE_INVALID),
+        (-101325.0, Reason.PRESSURE_LOW),  # the sensor has failed
+    ],
+)
+def test_a_release_whose_sensor_or_link_has_failed_is_vented_but_no_success(
+    holding, reading, reason
+):
+    client = holding.client
+    limits = {"measured_pressure_timeout": 0.5, "pressure_settle_time": 0.1}
+    assert all(result.successful for result in client.set_parameters(limits))
+    client.regulator = None if reading is None else lambda pressure: reading
+    message = refused(holding.send(Release.Goal(timeout=20.0)), reason)
+    assert "nothing shows that the gripper is vented" in message
+    client.wait_for_state(State.RELEASED)
+    client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
+
+
 @pytest.mark.parametrize("timeout", [math.nan, math.inf, -1.0])
 def test_an_impossible_timeout_is_refused_and_vents_all_the_same(holding, timeout):
     message = refused(holding.send(Release.Goal(timeout=timeout)), Reason.INVALID_REQUEST)

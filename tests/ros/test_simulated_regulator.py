@@ -28,8 +28,8 @@ def regulator_at(pressure, model=MODEL, seed=0):
     regulator = SimulatedRegulator(replace(model, watchdog_timeout=100.0), seed)
     regulator.command(pressure)
     regulator.step(50.0)
-    regulator.model = model
     regulator.command(pressure)
+    regulator.model = model
     return regulator
 
 
@@ -77,9 +77,12 @@ def test_no_rounding_keeps_the_watchdog_quiet():
     assert regulator.pressure < 1.0
 
 
-def test_a_new_command_ends_the_watchdogs_vent():
+def test_a_command_of_nothing_ends_the_watchdogs_vent():
     regulator = regulator_at(6.0e4)
     regulator.step(1.0)
+    assert not regulator.command(2.0e4)
+    assert (regulator.target, regulator.watchdog_vented) == (0.0, True)
+    assert regulator.command(0.0)
     assert regulator.command(2.0e4)
     assert (regulator.target, regulator.watchdog_vented) == (2.0e4, False)
 
@@ -138,7 +141,8 @@ def test_a_lost_link_neither_hears_nor_reports_and_the_watchdog_vents():
     assert regulator.pressure < 1.0
     assert regulator.refused == 0
     regulator.fault = Fault.NONE
-    assert regulator.command(6.0e4)
+    assert not regulator.command(6.0e4)
+    assert regulator.command(0.0)
     assert regulator.report() is not None
 
 

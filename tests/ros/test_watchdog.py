@@ -29,8 +29,12 @@ def test_a_node_that_hangs_and_then_is_killed_is_survived_by_the_regulators_watc
         wait_for_the_wrap("the object to be held")
         os.kill(node.process_id, signal.SIGSTOP)
         observer.wait_until(lambda: observer.true_pressure < 10.0, "the watchdog's vent")
+        observer.pressures.clear()
         os.kill(node.process_id, signal.SIGCONT)
         wait_for_the_wrap("the object to be held again")
+        # The regulator does not follow the old command, and the ramp starts from nothing.
+        start = observer.pressures.index(0.0)
+        assert observer.pressures[start + 1] < 3.0e4 < observer.pressures[-1]
         os.kill(node.process_id, signal.SIGKILL)
         observer.wait_until(lambda: not node.running, "the node's end")
         assert node.exit_code == -signal.SIGKILL

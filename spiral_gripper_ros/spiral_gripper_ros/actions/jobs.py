@@ -15,6 +15,8 @@ from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 Control: TypeAlias = GripControl[WrapPlan]
 GoalReport: TypeAlias = GraspReport[WrapPlan]
 
+# Faults of sensor or link, which a gripper that is still full does not have.
+_NO_EVIDENCE = (Reason.PRESSURE_LOST, Reason.PRESSURE_INVALID, Reason.PRESSURE_LOW)
 _RELEASE_REPLACED = Refusal(Reason.GRASP_REPLACED, "the gripper was told to grip again")
 _RELEASE_CANCELED = Refusal(Reason.GRASP_CANCELED, "canceled; the gripper stays released")
 
@@ -69,7 +71,10 @@ class GraspJob:
 
 
 class ReleaseJob:
-    """Vents, and waits until the measured pressure is gone; without measurement, for a time.
+    """Vents, and waits for the evidence: a believed pressure within ``pressure_tolerance`` of 0.
+
+    Where nothing has measured the pressure since activation it waits for a time instead. A failed
+    sensor or link is no evidence: the release fails with that fault, though 0 Pa is commanded.
 
     Args:
         control: what does it.
@@ -113,13 +118,17 @@ class ReleaseJob:
             return GraspOutcome.FAILED, snapshot.refusal
         if snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
             return GraspOutcome.FAILED, _RELEASE_REPLACED
-        if snapshot.measured is None:
+        if not snapshot.is_measured:
             gone = elapsed >= limits.pressure_settle_time
             return (GraspOutcome.SUCCEEDED, NOT_REFUSED) if gone else None
-        pressure = snapshot.measured.pressure
-        if pressure <= limits.pressure_tolerance:
+        measured, fault = snapshot.measured, snapshot.pressure_fault
+        if measured is not None and abs(measured.pressure) <= limits.pressure_tolerance:
             return GraspOutcome.SUCCEEDED, NOT_REFUSED
+        if fault.reason in _NO_EVIDENCE:
+            text = f"0 Pa is commanded, but nothing shows that the gripper is vented: {fault.text}"
+            return GraspOutcome.FAILED, Refusal(fault.reason, text)
         if elapsed <= limits.grasp_timeout:
             return None
-        text = f"still {pressure:.6g} Pa {elapsed:.3g} s after the release"
+        seen = "no believed pressure" if measured is None else f"{measured.pressure:.6g} Pa"
+        text = f"still {seen} {elapsed:.3g} s after the release"
         return GraspOutcome.FAILED, Refusal(Reason.PRESSURE_HIGH, text)

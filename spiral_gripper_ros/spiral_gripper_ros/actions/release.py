@@ -48,7 +48,7 @@ class ReleaseAdapter:
         result = _filled(Release.Result(), update)
         result.success = update.report.outcome is GraspOutcome.SUCCEEDED
         result.reason = int(update.report.refusal.reason)
-        how = "measured" if result.measured else "commanded"
+        how = "measured" if result.measured else "commanded (nothing measures the pressure)"
         done = f"vented, as {how}; call rearm to follow radii again"
         result.message = done if result.success else update.report.refusal.text
         return result

@@ -23,11 +23,18 @@ from spiral_gripper_ros.control.refusals import (
     RELEASED,
     TAKING_OVER,
     late_grasp,
+    lost_client,
+    stale_gravity,
 )
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.state_machine import StateMachine
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
-from spiral_gripper_ros.control.timing import SilenceWatch, TakeOver
+from spiral_gripper_ros.control.timing import Silence, TakeOver
+
+# A gap between two commands in which a regulator's watchdog may vent [s], and how long afterwards a
+# pressure that is found too low is its doing [s].
+LONGEST_GAP = 0.25
+DOUBT_TIME = 2.0
 
 
 class GripControl(Generic[PlanT]):
@@ -51,9 +58,12 @@ class GripControl(Generic[PlanT]):
         self._machine: StateMachine[PlanT] = StateMachine(limits)
         self._monitor = PressureMonitor()
         self._time = 0.0
+        self._commanded_at: float | None = None
+        self._doubted_until = 0.0
         self._regime: WrapRegime | None = None
         self._attempt: GraspAttempt[PlanT] | None = None  # that has not ended yet
-        self._silence = SilenceWatch()
+        self._client, self._gravity = Silence(), Silence()
+        self._gravity_at: float | None = None
         self._take_over = TakeOver()
 
     # --- life cycle --------------------------------------------------------------------------
@@ -69,7 +79,7 @@ class GripControl(Generic[PlanT]):
         self.deactivate()
         self._machine.activate()
         self._monitor.forget()
-        self._silence.forget_gravity()
+        self._commanded_at = None
         if take_over:
             self._take_over.start()
 
@@ -123,20 +133,29 @@ class GripControl(Generic[PlanT]):
     def keep_alive(self, now: float) -> None:
         """Note a keep-alive of the client."""
         self._time = self._machine.advance(now)
-        self._silence.hear_client(self._time)
+        self._client.hear(self._time)
 
-    def note_gravity(self, now: float, *, is_heard: bool) -> None:
-        """Note that a usable gravity was heard, or that it is that of the parameter."""
+    def hear_gravity(self, now: float, age: float = 0.0) -> None:
+        """Note that a usable gravity was heard, as old as its stamp says [s]."""
         self._time = self._machine.advance(now)
-        if is_heard:
-            self._silence.hear_gravity(self._time)
-        else:
-            self._silence.forget_gravity()
+        self._gravity.hear(self._time, age)
+        self._gravity_at = self._time - age
 
-    def offer_measured(self, now: float, pressure: float) -> Refusal | None:
-        """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is."""
+    def forget_gravity(self) -> None:
+        """Expect no gravity: it is that of the parameter."""
+        self._gravity.forget()
+        self._gravity_at = None
+
+    def offer_measured(self, now: float, pressure: float, age: float = 0.0) -> Refusal | None:
+        """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is.
+
+        Args:
+            now: time [s].
+            pressure: any float.
+            age: by its stamp [s]; negative: ahead of this clock.
+        """
         self._time = self._machine.advance(now)
-        refusal = self._monitor.offer(self._time, pressure, self._limits)
+        refusal = self._monitor.offer(self._time, pressure, self._limits, age)
         if refusal is not None:
             self._machine.count(refusal.reason)
             return refusal
@@ -208,6 +227,7 @@ class GripControl(Generic[PlanT]):
         """Let time pass until ``now`` [s] and return the gauge pressure to command [Pa]."""
         self._time = self._machine.advance(now)
         self._monitor.check(self._time, self._limits)
+        self._note_interruption()
         self._act_on_fault()
         self._act_on_lateness()
         self._act_on_silence()
@@ -228,10 +248,11 @@ class GripControl(Generic[PlanT]):
         return replace(
             snapshot,
             measured=self._monitor.measured(self._time),
+            is_measured=self._monitor.is_expected,
             pressure_fault=fault,
             wrapped=snapshot.radius is not None and is_heard and self._is_held(),
-            gravity_age=self._silence.gravity_age(self._time),
-            gravity_fault=self._silence.gravity_fault(self._time, self._limits),
+            gravity_age=self._gravity_age,
+            gravity_fault=self._gravity_fault(),
         )
 
     # --- inside ------------------------------------------------------------------------------
@@ -261,28 +282,65 @@ class GripControl(Generic[PlanT]):
         fault = self._monitor.fault
         if fault.reason is Reason.NONE:
             return
+        is_low = fault.reason is Reason.PRESSURE_LOW
         if not self._vents_at_faults():
-            self._abort(GraspOutcome.FAILED, fault)
+            if is_low and self._time < self._doubted_until and self._machine.state.is_gripping:
+                self._start_again(fault)
+            else:
+                self._abort(GraspOutcome.FAILED, fault)
         elif not self._is(State.INACTIVE, State.FAULT):
             self._machine.fault(fault)
             self._follow()
+
+    def _note_interruption(self) -> None:
+        """Doubt the pressure for a while after a gap between commands, or a lost measurement."""
+        if self._commanded_at is None:  # just activated: gravity may have been heard long before
+            if self._gravity_age is not None:
+                self._gravity.hear(self._time, self._gravity_age)
+        elif (
+            self._time - self._commanded_at > LONGEST_GAP
+            or self._monitor.fault.reason is Reason.PRESSURE_LOST
+        ):
+            self._doubted_until = self._time + DOUBT_TIME
+        self._commanded_at = self._time
+
+    def _start_again(self, fault: Refusal) -> None:
+        """Vent, as the regulator's watchdog has: the ramp starts from nothing again."""
+        text = f"the regulator has vented by itself, for lack of commands or link: {fault.text}"
+        refusal = Refusal(fault.reason, text)
+        self._doubted_until = self._time
+        self._end(GraspOutcome.FAILED, refusal)
+        self._machine.start_again(refusal)
+        self._follow()
 
     def _act_on_silence(self) -> None:
         """Act on silence: of the client, of gravity, of a pressure to be taken over."""
         limits = self._limits
         self._take_over.check(self._time, limits)
-        if self._machine.state.is_vented:
-            self._silence.hear_client(self._time)
-            return
-        lost = self._silence.client_fault(self._time, limits)
-        gravity = self._silence.gravity_fault(self._time, limits)
+        gravity = self._gravity_fault()
         vents = limits.gravity_timeout_policy is FaultPolicy.VENT
-        if lost.reason is not Reason.NONE:
-            self._machine.release(lost)
+        if self._machine.state.is_vented or not limits.keep_alive_timeout > 0.0:
+            self._client.hear(self._time)  # none is needed
+        if self._machine.state.is_vented:
+            return
+        if self._client.exceeds(self._time, limits.keep_alive_timeout):
+            self._machine.release(lost_client(limits))
             self._follow()
         elif gravity.reason is not Reason.NONE and vents:
             self._machine.fault(gravity)
             self._follow()
+
+    @property
+    def _gravity_age(self) -> float | None:
+        """Time since the newest gravity was true [s], or None if it is the parameter's."""
+        return None if self._gravity_at is None else self._time - self._gravity_at
+
+    def _gravity_fault(self) -> Refusal:
+        """Return that gravity is stale; ``Reason.NONE`` if it is not."""
+        longest, age = self._limits.gravity_timeout, self._gravity_age
+        if age is None or not longest > 0.0 or not self._gravity.exceeds(self._time, longest):
+            return NOT_REFUSED
+        return stale_gravity(age, self._limits)
 
     def _act_on_lateness(self) -> None:
         attempt = self._attempt

@@ -34,7 +34,7 @@ class Limits:
     """The limits of commands and inputs.
 
     Args:
-        pressure_cap: largest gauge pressure ever commanded [Pa], > 0.
+        pressure_cap: largest gauge pressure ever commanded [Pa], >= 0.
         pressure_rate_up: fastest rise of the command [Pa/s], > 0; the default is slow enough for
             the shipped grippers to keep 90 % of their slow grip (docs/closing.md).
         pressure_rate_down: fastest fall of the command [Pa/s], > 0; a vent ignores it.
@@ -64,10 +64,8 @@ class Limits:
         InvalidInputError: a limit is not finite, has the wrong sign, or is of the wrong type.
 
     Example:
-        >>> Limits(pressure_cap=float("nan"))
-        Traceback (most recent call last):
-            ...
-        spiral_core.errors.InvalidInputError: pressure_cap must be a positive finite number, got nan
+        >>> Limits(pressure_cap=1.0e5).radius_timeout_policy.value
+        'hold'
     """
 
     pressure_cap: float
@@ -103,7 +101,6 @@ class Limits:
 
 
 _POSITIVE = (
-    "pressure_cap",
     "pressure_rate_up",
     "pressure_rate_down",
     "radius_timeout",
@@ -114,6 +111,7 @@ _POSITIVE = (
     "pressure_tolerance",
 )
 _NON_NEGATIVE = (
+    "pressure_cap",
     "radius_hysteresis",
     "pressure_settle_time",
     "keep_alive_timeout",

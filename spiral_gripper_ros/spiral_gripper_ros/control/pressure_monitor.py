@@ -8,9 +8,11 @@ from collections import deque
 
 from spiral_gripper_ros.control.command_envelope import CommandEnvelope
 from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.radius_gate import age_problem
 from spiral_gripper_ros.control.refusals import cause
 from spiral_gripper_ros.control.snapshot import MeasuredPressure
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
+from spiral_gripper_ros.control.timing import Silence
 
 # Gauge pressures that exist [Pa]: from a perfect vacuum to ten times what a pneumatic supply has.
 LOWEST_PRESSURE = -101325.0
@@ -26,8 +28,6 @@ RETURN_BAND = 0.8
 # The measured pressure is the mean of this time [s] and of at most so many messages.
 SMOOTHING_TIME = 0.1
 MOST_SAMPLES = 64
-# Part of measured_pressure_timeout that one stall of the process counts as silence at most.
-LONGEST_STEP = 0.25
 
 
 class PressureMonitor:
@@ -38,9 +38,7 @@ class PressureMonitor:
     ``pressure_tolerance``: a ramp and a regulator that lags are no fault. A verdict must have
     persisted for ``PERSISTENCE``, and a pressure that was off the command must come back to within
     ``RETURN_BAND`` of the tolerance, so that neither noise nor a value at the boundary makes the
-    fault chatter. Messages are compared, on arrival, with the commands of that time. Silence is
-    counted in steps of at most a quarter of ``measured_pressure_timeout``: a process that was
-    stalled, even several times in a row, reads the waiting messages before it reports their loss.
+    fault chatter. Messages are compared, on arrival, with the commands of that time.
     """
 
     def __init__(self) -> None:
@@ -52,13 +50,16 @@ class PressureMonitor:
         self._envelope.clear()
         self._samples: deque[tuple[float, float]] = deque(maxlen=MOST_SAMPLES)
         self._fault = NOT_REFUSED
-        self._checked_until: float | None = None
-        self._expected = False
-        self._silence = 0.0
+        self._silence = Silence()
         self._verdict: Reason | None = None
         self._verdict_since = 0.0
         self._invalid_since: float | None = None
         self._last_invalid = NOT_REFUSED
+
+    @property
+    def is_expected(self) -> bool:
+        """Whether a pressure has been measured since activation, believed or not."""
+        return self._silence.is_expected
 
     @property
     def fault(self) -> Refusal:
@@ -69,24 +70,27 @@ class PressureMonitor:
         """Note the command [Pa] that is in force from ``now`` [s] on."""
         self._envelope.add(now, pressure, limits.pressure_settle_time)
 
-    def offer(self, now: float, pressure: float, limits: Limits) -> Refusal | None:
+    def offer(
+        self, now: float, pressure: float, limits: Limits, age: float = 0.0
+    ) -> Refusal | None:
         """Judge a measured pressure.
 
         Args:
             now: time [s], never decreasing.
             pressure: measured gauge pressure [Pa]; anything a float can be.
             limits: tolerance, settling time and time-out.
+            age: of the measurement by its stamp [s].
 
         Returns:
             Why the message is dropped, or None if it is believed.
         """
-        self._pass_time(now, limits)
-        self._expected = True
-        refusal = impossible_pressure(pressure)
+        refusal = impossible_pressure(pressure) or _stale_pressure(age, limits)
         if refusal is not None:
+            if not self.is_expected:
+                self._silence.hear(now)
             self._note_invalid(now, refusal)
             return refusal
-        self._silence = 0.0
+        self._silence.hear(now, age)
         self._invalid_since, self._last_invalid = None, NOT_REFUSED
         self._samples.append((now, pressure))
         self._drop_old_samples(now)
@@ -95,8 +99,7 @@ class PressureMonitor:
 
     def check(self, now: float, limits: Limits) -> None:
         """Advance to the time ``now`` [s], and report missing messages as a fault."""
-        self._pass_time(now, limits)
-        if self._expected and self._silence > limits.measured_pressure_timeout:
+        if self._silence.exceeds(now, limits.measured_pressure_timeout):
             if self._fault.reason is not Reason.PRESSURE_LOST:
                 self._fault = _lost(limits, self._last_invalid)
             self._samples.clear()
@@ -110,13 +113,6 @@ class PressureMonitor:
 
     def _mean(self) -> float:
         return math.fsum(pressure for _, pressure in self._samples) / len(self._samples)
-
-    def _pass_time(self, now: float, limits: Limits) -> None:
-        """Count the silence since the last call."""
-        if self._checked_until is not None:
-            step = max(now - self._checked_until, 0.0)
-            self._silence += min(step, LONGEST_STEP * limits.measured_pressure_timeout)
-        self._checked_until = now
 
     def _drop_old_samples(self, now: float) -> None:
         while self._samples[0][0] < now - SMOOTHING_TIME:
@@ -158,6 +154,13 @@ def impossible_pressure(pressure: float) -> Refusal | None:
         f"measured_pressure must be a gauge pressure from {LOWEST_PRESSURE:g} to "
         f"{HIGHEST_PRESSURE:g} Pa, got {pressure:.6g} Pa",
     )
+
+
+def _stale_pressure(age: float, limits: Limits) -> Refusal | None:
+    """Return why a measurement of an age [s] is not believed, or None if it is young enough."""
+    timeout = limits.measured_pressure_timeout
+    text = age_problem("measured_pressure", age, "measured_pressure_timeout", timeout)
+    return Refusal(Reason.PRESSURE_INVALID, text) if text else None
 
 
 def _difference(pressure: float, low: float, high: float, tolerance: float, part: float) -> Refusal:

@@ -75,6 +75,7 @@ class Snapshot(Generic[PlanT]):
         accepted: radii accepted since activation.
         refused: refusals since activation, by reason.
         measured: the measured pressure, or None if none arrives or none is believed.
+        is_measured: whether any pressure has been measured since activation, believed or not.
         pressure_fault: what is wrong with it (``Reason.NONE`` if nothing is).
         wrapped: the object in use is held: at the measured pressure, else as commanded; not while
             ``PRESSURE_LOST``.
@@ -93,6 +94,7 @@ class Snapshot(Generic[PlanT]):
     accepted: int
     refused: Counter[Reason]
     measured: MeasuredPressure | None = None
+    is_measured: bool = False
     pressure_fault: Refusal = NOT_REFUSED
     wrapped: bool = False
     overpressure: float = 0.0

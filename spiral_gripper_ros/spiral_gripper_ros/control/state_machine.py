@@ -25,7 +25,7 @@ from spiral_gripper_ros.control.refusals import (
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.control.target import Target
-from spiral_gripper_ros.control.timing import MonotonicClock
+from spiral_gripper_ros.control.timing import MonotonicClock, Silence
 
 
 class StateMachine(Generic[PlanT]):
@@ -52,6 +52,7 @@ class StateMachine(Generic[PlanT]):
         self._pressure = 0.0
         self._accepted = 0
         self._accepted_at: float | None = None
+        self._silence = Silence()
         self._refused: Counter[Reason] = Counter()
         self._state = State.INACTIVE
         self._refusal = NOT_ACTIVE
@@ -97,6 +98,11 @@ class StateMachine(Generic[PlanT]):
         else:
             self._vent(State.RELEASED, refusal)
 
+    def start_again(self, refusal: Refusal) -> None:
+        """Vent because the gripper is vented already; a radius is followed anew, a goal is not."""
+        followed = self._state in (State.TRACKING, State.HOLDING)
+        self._vent(State.WAITING if followed else State.RELEASED, refusal)
+
     def rearm(self) -> Refusal | None:
         """Follow radii again after a release or a fault; return why not if that cannot be."""
         if self._state is State.INACTIVE:
@@ -133,8 +139,10 @@ class StateMachine(Generic[PlanT]):
         if refusal is not None:
             self._refuse(refusal)
         else:
+            self._target.resume()
             self._accepted += 1
             self._accepted_at = self._clock.now
+            self._silence.hear(self._clock.now)
             self._refusal = self._last_refused = NOT_REFUSED
             self._state = State.TRACKING
         return before != (self._state, self._refusal.reason, self._target.plan)
@@ -167,6 +175,7 @@ class StateMachine(Generic[PlanT]):
             radius, planner, self._limits, overpressure
         )
         if refusal is None:
+            self._target.resume()
             self._state = State.GRASPING
             self._refusal = self._last_refused = NOT_REFUSED
             self._accepted_at = None
@@ -208,7 +217,11 @@ class StateMachine(Generic[PlanT]):
         self._refused[reason] += 1
 
     def reconfigure(self, limits: Limits) -> None:
-        """Use other limits from now on; a lower cap cuts the command with the next step."""
+        """Use other limits from now on; a lower cap cuts the command with the next step.
+
+        A cap that is raised again raises no command: that takes a new radius or goal.
+        """
+        self._target.lower(min(self._limits.pressure_cap, limits.pressure_cap))
         self._limits = limits
         self._target.outdate()
         refusal = self._target.beyond_cap(limits)
@@ -291,7 +304,7 @@ class StateMachine(Generic[PlanT]):
         if self._state not in (State.TRACKING, State.HOLDING) or self._accepted_at is None:
             return
         age = self._clock.now - self._accepted_at
-        if age <= self._limits.radius_timeout:
+        if not self._silence.exceeds(self._clock.now, self._limits.radius_timeout):
             return
         if self._refusal.reason is not Reason.RADIUS_STALE:
             self._refused[Reason.RADIUS_STALE] += 1

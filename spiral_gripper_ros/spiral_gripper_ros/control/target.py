@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Generic
 
 from spiral_core.errors import SpiralError
@@ -30,6 +32,7 @@ class Target(Generic[PlanT]):
         self._planner: Planner[PlanT] | None = None  # for a plan within other limits
         self._demanded = 0.0  # overpressure; 0: that of grip_ratio
         self._frozen: float | None = None
+        self._ceiling = math.inf  # the lowest cap since the last input
         self._outdated = True
 
     @property
@@ -73,6 +76,14 @@ class Target(Generic[PlanT]):
         self._frozen, self._outdated = None, False
         return None
 
+    def lower(self, cap: float) -> None:
+        """Stay below a cap [Pa], even if it is raised again, until :meth:`resume`."""
+        self._ceiling = min(self._ceiling, cap)
+
+    def resume(self) -> None:
+        """Let a new input use the cap of its time."""
+        self._ceiling = math.inf
+
     def freeze(self, pressure: float) -> None:
         """Keep a pressure [Pa] until the next call of :meth:`set_radius`."""
         self._frozen = pressure
@@ -87,15 +98,15 @@ class Target(Generic[PlanT]):
         """Plan again for the radius in use, with other limits or another planner."""
         if self.radius is None or self._planner is None:
             return None
+        limits = replace(limits, pressure_cap=min(limits.pressure_cap, self._ceiling))
         return self.set_radius(self.radius, self._planner, limits, self._demanded)
 
     def pressure(self, cap: float) -> float:
         """Return the target's pressure, not above the cap; 0 without a plan [Pa]."""
-        if self._frozen is not None:
-            return capped_pressure(self._frozen, cap)
-        if self.plan is None:
-            return 0.0
-        return capped_pressure(self.plan.pressure + self.overpressure, cap)
+        wanted = self._frozen
+        if wanted is None:
+            wanted = 0.0 if self.plan is None else self.plan.pressure + self.overpressure
+        return capped_pressure(min(wanted, self._ceiling), cap)
 
 
 def default_overpressure(wrap_pressure: float, grip_ratio: float, cap: float) -> float:

@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The clock of the control logic, and the time-outs of client, gravity and take-over."""
+"""The clock of the control logic, and the silence of what it hears."""
 
 from __future__ import annotations
 
 from spiral_core.validation import require_finite
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.pressure_monitor import LONGEST_STEP
-from spiral_gripper_ros.control.refusals import lost_client, stale_gravity
-from spiral_gripper_ros.control.states import NOT_REFUSED, Refusal
 
 # Longest time that one reading may add [s]: longer than any time-out, so that all of them act, and
 # short enough that time is still told apart to a microsecond after ten thousand such leaps.
@@ -15,6 +12,8 @@ LONGEST_LEAP = 1.0e5
 # Until a node that has just started finds a sensor, which may take so long on a busy machine [s]:
 # 0 Pa before that would let go of an object.
 LONGEST_DISCOVERY = 5.0
+# Part of an allowed silence that one stall of the process counts as at most.
+LONGEST_STEP = 0.25
 
 
 class MonotonicClock:
@@ -30,6 +29,10 @@ class MonotonicClock:
         self.now = 0.0
         self._reading: float | None = None
 
+    def change(self) -> None:
+        """Read another clock from now on."""
+        self._reading = None
+
     def advance(self, reading: float) -> float:
         """Take a reading of the other clock [s] and return the time of this one [s].
 
@@ -43,39 +46,47 @@ class MonotonicClock:
         return self.now
 
 
-class SilenceWatch:
-    """The times of the last keep-alive and the last gravity message."""
+class Silence:
+    """How long something has not been heard, as far as this process could have heard it.
+
+    A stall of the process counts as at most a quarter of what is allowed: what has come meanwhile
+    is read before its loss is reported, even after several stalls in a row.
+
+    Example:
+        >>> radius = Silence()
+        >>> radius.hear(0.0)
+        >>> radius.exceeds(1.3, longest=1.0), radius.exceeds(1.4, longest=1.0)
+        (False, False)
+    """
 
     def __init__(self) -> None:
-        self._client_at = 0.0
-        self._gravity_at: float | None = None
+        self._lasts: float | None = None
+        self._counted_at = 0.0
 
-    def forget_gravity(self) -> None:
-        """Expect no gravity: it is that of the parameter."""
-        self._gravity_at = None
+    @property
+    def is_expected(self) -> bool:
+        """Whether it was ever heard."""
+        return self._lasts is not None
 
-    def hear_client(self, now: float) -> None:
-        """Note a sign of life of the client at a time [s], or that none is needed."""
-        self._client_at = now
+    def forget(self) -> None:
+        """Expect nothing."""
+        self._lasts = None
 
-    def hear_gravity(self, now: float) -> None:
-        """Note that a usable gravity was heard at a time [s]."""
-        self._gravity_at = now
+    def hear(self, now: float, age: float = 0.0) -> None:
+        """Note that something was heard at a time [s], as old as its stamp says [s]."""
+        self._lasts, self._counted_at = max(age, 0.0), now
 
-    def client_fault(self, now: float, limits: Limits) -> Refusal:
-        """Return that the client is lost; ``Reason.NONE`` if it is not, or none is expected."""
-        is_lost = 0.0 < limits.keep_alive_timeout < now - self._client_at
-        return lost_client(limits) if is_lost else NOT_REFUSED
+    def exceeds(self, now: float, longest: float) -> bool:
+        """Let time pass until ``now`` [s]; return whether the silence is longer than allowed [s].
 
-    def gravity_age(self, now: float) -> float | None:
-        """Return the time since the newest gravity [s], or None if none was heard."""
-        return None if self._gravity_at is None else now - self._gravity_at
-
-    def gravity_fault(self, now: float, limits: Limits) -> Refusal:
-        """Return that gravity is stale; ``Reason.NONE`` if it is not."""
-        age = self.gravity_age(now)
-        is_stale = age is not None and 0.0 < limits.gravity_timeout < age
-        return stale_gravity(age, limits) if is_stale and age is not None else NOT_REFUSED
+        Nothing is allowed to be silent that was never heard: it is not expected.
+        """
+        if self._lasts is None:
+            return False
+        step = max(now - self._counted_at, 0.0)
+        self._lasts += min(step, LONGEST_STEP * longest)
+        self._counted_at = now
+        return self._lasts > longest
 
 
 class TakeOver:
@@ -83,26 +94,23 @@ class TakeOver:
 
     def __init__(self) -> None:
         self.waits = False
-        self._silence = 0.0
-        self._checked_at: float | None = None
+        self._silence = Silence()
 
     def start(self) -> None:
         """Wait from the next :meth:`check` on."""
-        self.waits, self._silence, self._checked_at = True, 0.0, None
+        self.waits = True
+        self._silence.forget()
 
     def end(self) -> None:
         """Wait no longer."""
         self.waits = False
 
     def check(self, now: float, limits: Limits) -> None:
-        """Give up at a time [s] once no pressure has come for long enough.
+        """Give up at a time [s] once no pressure has come for ``measured_pressure_timeout``.
 
-        That is ``measured_pressure_timeout``, and at least ``LONGEST_DISCOVERY``. A stall of this
-        process counts in part only, as in the pressure's monitor: it may have held up a message.
+        And at least ``LONGEST_DISCOVERY``.
         """
+        if not self._silence.is_expected:
+            self._silence.hear(now)
         longest = max(limits.measured_pressure_timeout, LONGEST_DISCOVERY)
-        if self._checked_at is not None:
-            step = max(now - self._checked_at, 0.0)
-            self._silence += min(step, LONGEST_STEP * longest)
-        self._checked_at = now
-        self.waits = self.waits and self._silence <= longest
+        self.waits = not self._silence.exceeds(now, longest) and self.waits

@@ -13,7 +13,7 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Empty, Float64
 
 from spiral_gripper_msgs.msg import ObjectRadius
-from spiral_gripper_ros.control.radius_gate import STAMPED_RADIUS, stale_estimate
+from spiral_gripper_ros.control.radius_gate import STAMPED_RADIUS, age_problem, stale_estimate
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import frame_problem, vector_from_msg
 from spiral_gripper_ros.messages.qos import LATEST, NEWEST
@@ -105,7 +105,8 @@ class Inputs:
         """Compare a measured gauge pressure [Pa] with what is commanded."""
         if self._runtime.is_active:
             pressure = measured_scale(self._runtime.values).to_gauge(message.fluid_pressure)
-            self._runtime.control.offer_measured(self._runtime.now(), pressure)
+            age = self._stamped_age(message.header.stamp)
+            self._runtime.control.offer_measured(self._runtime.now(), pressure, age)
 
     def hear_gravity(self, message: Vector3Stamped) -> None:
         """Take a new gravity [m/s^2]; plans and shapes are solved again."""
@@ -114,12 +115,16 @@ class Inputs:
             return
         gravity = vector_from_msg(message.vector)
         frame = str(runtime.values["frame_id"])
-        problem = frame_problem("gravity", message, frame) or gravity_problem(gravity)
-        if problem is not None:
+        age, limit = self._stamped_age(message.header.stamp), "radius_age_limit"
+        problem = (
+            frame_problem("gravity", message, frame)
+            or gravity_problem(gravity)
+            or age_problem("gravity", min(age, 0.0), limit, number(runtime.values, limit))
+        )
+        if problem:
             runtime.control.refuse(Refusal(Reason.GRAVITY_INVALID, problem))
             return
-        if runtime.is_active:
-            runtime.control.note_gravity(runtime.now(), is_heard=True)
+        runtime.control.hear_gravity(runtime.now(), age)
         runtime.gravity = gravity
         runtime.loaded.mount.want(gravity, number(runtime.values, "gravity_hysteresis"))
 
@@ -141,6 +146,10 @@ class Inputs:
             age=age,
             limit=number(runtime.values, "object_pose_timeout"),
         )
+
+    def _stamped_age(self, stamp: Any) -> float:  # noqa: ANN401
+        """Return the time since a stamp [s]; 0 for what has none: it is as old as its arrival."""
+        return self._age(stamp) if stamp.sec or stamp.nanosec else 0.0
 
     def _age(self, stamp: Any) -> float:  # noqa: ANN401
         """Return the time since a stamp [s]; negative: it is ahead of the node's clock."""

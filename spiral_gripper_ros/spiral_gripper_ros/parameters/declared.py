@@ -16,7 +16,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue
+from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue, may_be_unset
 from spiral_gripper_ros.parameters.table import PARAMETERS, refusal_of_values
 
 # A vector that is not set: files and `ros2 param` can read and write this value.
@@ -90,7 +90,9 @@ def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
         read_only=spec.read_only,
         additional_constraints=f"one of {', '.join(spec.choices)}" if spec.choices else "",
     )
-    if spec.low is not None and spec.high is not None:
+    if may_be_unset(spec):  # rclpy takes no NaN where a range is declared
+        descriptor.additional_constraints = f"from {spec.low:g} to {spec.high:g}, or NaN"
+    elif spec.low is not None and spec.high is not None:
         if isinstance(spec.default, float):
             descriptor.floating_point_range = [
                 FloatingPointRange(from_value=spec.low, to_value=spec.high)

@@ -27,7 +27,7 @@ class ParameterSpec:
         name: as ``ros2 param`` knows it.
         default: its type is the parameter's type; () is an array of floats that is not set.
         description: what it does, with its unit.
-        low, high: bounds of a number, both allowed.
+        low, high: bounds of a number, both allowed; a default of NaN allows NaN too: not set.
         choices: what a string may be; empty: anything but "".
         read_only: fixed when the node starts.
     """
@@ -72,9 +72,16 @@ def gravity_problem(components: Iterable[float]) -> str | None:
     return str(InvalidInputError("gravity", vector, GRAVITY_REQUIREMENT))
 
 
+def may_be_unset(spec: ParameterSpec) -> bool:
+    """Return whether a parameter is a number that is not set by default."""
+    return isinstance(spec.default, float) and math.isnan(spec.default)
+
+
 def unmet_requirement(spec: ParameterSpec, value: ParameterValue) -> str | None:
     """Return what a value of a parameter would have to be, or None if it is that."""
     low, high = spec.low, spec.high
+    if may_be_unset(spec) and isinstance(value, float) and math.isnan(value):
+        return None
     if low is not None and high is not None and not _is_within(value, low, high):
         return f"a number from {low:g} to {high:g}"
     if spec.choices and value not in spec.choices:

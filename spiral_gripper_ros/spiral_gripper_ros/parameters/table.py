@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
@@ -65,11 +66,11 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ),
     number_spec(
         "pressure_cap",
-        0.0,
+        math.nan,
         0.0,
         1.0e6,
-        "Largest gauge pressure ever commanded [Pa]; 0: the gripper description's limit, which "
-        "also bounds any other value.",
+        "Largest gauge pressure ever commanded [Pa]; .nan: the gripper description's limit, which "
+        "also bounds any other value. A raised cap acts from the next radius or goal on.",
     ),
     _limit(
         "pressure_rate_up",
@@ -285,7 +286,8 @@ def limits_from_values(values: Mapping[str, ParameterValue], pressure_max: float
         for field in fields(Limits)
     }
     cap = given["pressure_cap"]
-    return Limits(**given | {"pressure_cap": min(cap or pressure_max, pressure_max)})
+    highest = pressure_max if math.isnan(cap) else min(cap, pressure_max)
+    return Limits(**given | {"pressure_cap": highest})
 
 
 def number(values: Mapping[str, ParameterValue], name: str) -> float:

@@ -56,7 +56,8 @@ def usage(program: Program[MadeT]) -> str:
     for heading, table in program.parameters().items():
         lines.append(f"{heading} (with their defaults):")
         for spec in table:
-            default = "not set" if spec.default == () else spec.default
+            unset = spec.default == () or spec.default != spec.default
+            default = "not set" if unset else spec.default
             lines.append(f"  {spec.name} ({default}): {spec.description}")
         lines.append("")
     lines.append("`ros2 param describe` describes each parameter of the running node.\n")

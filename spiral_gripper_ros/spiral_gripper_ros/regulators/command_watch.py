@@ -9,7 +9,10 @@ from spiral_core.validation import require_positive
 
 
 class CommandWatch:
-    """The watchdog of an adapter.
+    """The watchdog of an adapter: silence vents, until 0 Pa has been commanded.
+
+    A node that was held up goes on with the command that it had: following it would inflate an
+    empty gripper in one step, past the node's ramp.
 
     A command that is not a finite gauge pressure from 0 to ``pressure_limit`` is counted and
     ignored: the last valid one stands, and the watchdog's time goes on.
@@ -21,6 +24,7 @@ class CommandWatch:
     Attributes:
         refused: number of refused commands.
         problem: why the last command was refused; empty after an accepted one.
+        is_latched: whether it has vented, and waits for a command of 0 Pa.
 
     Example:
         >>> watch = CommandWatch(pressure_limit=1e5, timeout=0.5)
@@ -28,8 +32,8 @@ class CommandWatch:
         0.0
         >>> watch.offer(0.1, 4e4), watch.demand(0.5), watch.demand(0.7)
         (True, 40000.0, 0.0)
-        >>> watch.offer(0.8, float("nan")), watch.demand(0.8)
-        (False, 0.0)
+        >>> watch.offer(0.8, 4e4), watch.demand(0.8), watch.offer(0.9, 0.0), watch.is_latched
+        (False, 0.0, True, False)
     """
 
     def __init__(self, pressure_limit: float, timeout: float) -> None:
@@ -37,6 +41,7 @@ class CommandWatch:
         self._timeout = require_positive("watchdog_timeout", timeout)
         self._command = 0.0
         self._heard: float | None = None
+        self.is_latched = False
         self.refused = 0
         self.problem = ""
 
@@ -54,8 +59,17 @@ class CommandWatch:
                 f"got {pressure:.6g} Pa"
             )
             return False
+        if self.is_silent(now):
+            self.is_latched = True
+        if pressure == 0.0:
+            self.is_latched = False
         self._command, self._heard, self.problem = pressure, now, ""
-        return True
+        if self.is_latched:
+            self.problem = (
+                f"vented by the watchdog after {self._timeout:g} s without a pressure_command: "
+                "waiting for one of 0 Pa (release, or rearm the node)"
+            )
+        return not self.is_latched
 
     def is_silent(self, now: float) -> bool:
         """Return whether commands have stopped."""
@@ -63,4 +77,5 @@ class CommandWatch:
 
     def demand(self, now: float) -> float:
         """Return the gauge pressure [Pa] for the device at a time [s]."""
-        return 0.0 if self._heard is None or self.is_silent(now) else self._command
+        stopped = self._heard is None or self.is_latched or self.is_silent(now)
+        return 0.0 if stopped else self._command

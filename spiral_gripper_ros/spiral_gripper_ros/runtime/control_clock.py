@@ -9,6 +9,7 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from spiral_gripper_ros.control.timing import MonotonicClock
 from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
@@ -31,6 +32,7 @@ class ControlClock:
         self._errors = errors
         self.clock = STEADY
         self._guarded: list[Any] = []
+        self._steps = MonotonicClock()
         self._last = 0.0
         self._moved_at = 0.0
 
@@ -46,6 +48,7 @@ class ControlClock:
         self.guard()
         simulated = self._node.get_parameter("use_sim_time").value
         self.clock = self._node.get_clock() if simulated else STEADY
+        self._steps.change()
         self._last, self._moved_at = self.now(), _real_time()
 
     @property
@@ -54,8 +57,8 @@ class ControlClock:
         return self.clock is not STEADY
 
     def now(self) -> float:
-        """Return the time [s]."""
-        return _seconds(self.clock) if self.is_simulated else _real_time()
+        """Return the time [s], which never runs backwards: a reset simulation lets none pass."""
+        return self._steps.advance(_seconds(self.clock) if self.is_simulated else _real_time())
 
     def standstill(self) -> float:
         """Return for how long this has been found to return the same time [s of real time]."""

@@ -88,6 +88,7 @@ class Runtime:
             SpiralError: the description cannot be used, or the gripper cannot coil.
         """
         self.gravity = self._given_gravity()
+        self.control.forget_gravity()
         self.loaded = LoadedGripper.ready(
             str(self.values["gripper"]), self.gravity, self.background.gravity
         )
@@ -124,7 +125,7 @@ class Runtime:
         self.gravity = self._given_gravity()
         if plan and self.loaded is not None:
             self.loaded.mount.want(gravity_or_own(self.gravity, self.loaded.gripper), 0.0)
-            self.control.note_gravity(self.now(), is_heard=False)
+            self.control.forget_gravity()
 
     def take_planner(self) -> None:
         """Plan with what has become ready in the background: other gravity or another gripper."""

@@ -89,6 +89,7 @@ class SimulatedRegulator:
         self._pressure = 0.0
         self._command: float | None = None
         self._silence = 0.0
+        self._latched = False
         self._refused = 0
 
     @property
@@ -108,22 +109,28 @@ class SimulatedRegulator:
 
     @property
     def watchdog_vented(self) -> bool:
-        """Whether it vents because commands have stopped."""
+        """Whether it vents because commands have stopped, and none of 0 Pa has come since."""
+        return self._latched or self._is_silent
+
+    @property
+    def _is_silent(self) -> bool:
         return self._command is not None and self._silence >= self.model.watchdog_timeout
 
     def command(self, pressure: float) -> bool:
         """Hear a command [Pa]; return whether it is taken.
 
         One that is not a finite number from 0 to the supply pressure is counted and is as good as
-        none: the last one stands, and the watchdog goes on waiting.
+        none: the last one stands, and the watchdog goes on waiting. Once that has vented, only 0 Pa
+        is taken.
         """
         if self.fault is Fault.LOST_LINK:
             return False
         if not 0.0 <= pressure <= self.model.supply_pressure:  # NaN neither
             self._refused += 1
             return False
+        self._latched = self.watchdog_vented and pressure != 0.0
         self._command, self._silence = pressure, 0.0
-        return True
+        return not self._latched
 
     def step(self, duration: float) -> None:
         """Let a time [s] >= 0 pass; how it is cut into steps makes no difference.
@@ -132,9 +139,9 @@ class SimulatedRegulator:
             InvalidInputError: the time is negative or not finite.
         """
         remaining = require_non_negative("duration", duration)
-        if self._command is not None and not self.watchdog_vented:
+        if self._command is not None and not self._is_silent:
             heard = min(remaining, self.model.watchdog_timeout - self._silence)
-            self._flow(heard, self._command)
+            self._flow(heard, self.target)
             # The sum may round to just below the time-out, and never get past it.
             ends = heard < remaining
             self._silence = self.model.watchdog_timeout if ends else self._silence + heard
