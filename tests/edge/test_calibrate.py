@@ -16,11 +16,11 @@ from spiral_core import (
     WrapCurve,
 )
 from spiral_gripper import load_description
-from spiral_gripper.bench.errors import MeasurementError
 from spiral_gripper.bench.measurements import Measurements
 from spiral_gripper.bench.report import outlier_warnings, warnings_of
 from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.bench.run import CalibrationRequest, run_calibration
+from spiral_gripper.files.table import TableError
 from spiral_gripper.reports.style import save_figure
 
 pytestmark = pytest.mark.long
@@ -63,7 +63,7 @@ def in_bars(text):
 
 def test_readings_that_only_a_mix_up_of_units_gives_are_refused_unless_accepted(folder):
     (folder / "bench.csv").write_text(in_bars(bench_test("kPa", per_unit=1.0e3)))
-    with pytest.raises(MeasurementError) as caught:
+    with pytest.raises(TableError) as caught:
         fitted(folder)
     (problem,) = caught.value.problems
     assert (problem.line, problem.heading) == (2, "pressure, extension")

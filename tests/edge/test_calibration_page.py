@@ -13,8 +13,7 @@ import pytest
 
 from spiral_core import FreeActuation, MooneyRivlin, PressureLaw
 from spiral_gripper import load_description
-from spiral_gripper.bench.measurements import parse_measurements
-from spiral_gripper.bench.table import COLUMNS
+from spiral_gripper.bench.measurements import COLUMNS, parse_measurements
 
 pytestmark = pytest.mark.long
 

@@ -83,12 +83,17 @@ def test_one_line_says_what_is_wrong(
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("position, radius\n0, 1\n", "columns with units"),
+        ("position, radius [mm]\n0, 1\n", 'has no unit; write "position [mm]"'),
+        ("position [mm]\n0\n", "columns with units"),
+        ("position [mm], radius [mm]\n0,\n", "is blank, but a profile requires it"),
         ("position [mm], radius [kPa]\n0, 1\n", "not a length"),
         ("position [mm], radius [mm]\n0, a\n", "number"),
-        ("position [mm], radius [mm]\n0\n", "two numbers"),
-        (f"position [mm], radius [mm]\n0, {'9' * 200_000}\n", "a CSV file"),
-        ("", "columns with units"),
+        ("position [mm], radius [mm]\n0\n", "has 1 cells, but the header has 2"),
+        (
+            f"position [mm], radius [mm]\n0, {'9' * 200_000}\n",
+            "not a line of comma-separated values",
+        ),
+        ("", "holds no table"),
     ],
 )
 def test_a_bad_profile_is_named(

@@ -110,7 +110,7 @@ def load_files(
     """Return the readings of files of measurements.
 
     Raises:
-        MeasurementError: a file cannot be used.
+        TableError: a file cannot be used.
         InvalidInputError: an option cannot be used.
     """
     length, stated = description.actuator.tube.length, options.measurement_options()

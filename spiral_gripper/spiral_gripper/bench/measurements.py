@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import Final
 
 from spiral_core import (
     BendReading,
@@ -18,8 +19,32 @@ from spiral_core import (
     ShapeReading,
     TwistReading,
 )
-from spiral_gripper.bench.table import COLUMNS, MeasurementTable, Row, read_table, read_table_file
-from spiral_gripper.files.units import parse_number, parse_quantity
+from spiral_gripper.files.table import Row, Table, read_table, read_table_file
+from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
+
+COLUMNS: Final = MappingProxyType(
+    {
+        "pressure": Dimension.PRESSURE,
+        "pressure_error": Dimension.PRESSURE,
+        "section_length": Dimension.LENGTH,
+        "extension": Dimension.LENGTH,
+        "extension_error": Dimension.LENGTH,
+        "twist": Dimension.ANGLE,
+        "twist_error": Dimension.ANGLE,
+        "bend_angle": Dimension.ANGLE,
+        "bend_angle_error": Dimension.ANGLE,
+        "x": Dimension.LENGTH,
+        "y": Dimension.LENGTH,
+        "z": Dimension.LENGTH,
+        "arc_length": Dimension.LENGTH,
+        "position_error": Dimension.LENGTH,
+        "object_radius": Dimension.LENGTH,
+        "object_radius_error": Dimension.LENGTH,
+        "time": Dimension.TIME,
+        "displacement": Dimension.LENGTH,
+        "displacement_error": Dimension.LENGTH,
+    }
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +95,10 @@ def load_measurements(
         options: what is stated beside the file.
 
     Raises:
-        MeasurementError: the file cannot be used; the error names every bad line and column.
+        TableError: the file cannot be used; the error names every bad line and column.
     """
     source, options = Path(path), options or MeasurementOptions()
-    table = read_table_file(source, options.units, options.ignored)
+    table = read_table_file(source, COLUMNS, options.units, options.ignored)
     return _measurements(table, source, tube_length, options)
 
 
@@ -92,7 +117,7 @@ def parse_measurements(
         options: what is stated beside the file.
 
     Raises:
-        MeasurementError: the text cannot be used; the error names every bad line and column.
+        TableError: the text cannot be used; the error names every bad line and column.
 
     Example:
         >>> text = "pressure [psi],extension [mm],extension_error [mm]\n4,2.5,0.2\n"
@@ -101,12 +126,12 @@ def parse_measurements(
         (0.0025, 0.1)
     """
     options = options or MeasurementOptions()
-    table = read_table(text, str(source), options.units, options.ignored)
+    table = read_table(text, str(source), COLUMNS, options.units, options.ignored)
     return _measurements(table, source, tube_length, options)
 
 
 def _measurements(
-    table: MeasurementTable, source: Path, tube_length: float, options: MeasurementOptions
+    table: Table, source: Path, tube_length: float, options: MeasurementOptions
 ) -> Measurements:
     """Return the readings of a table."""
     length = tube_length if options.section_length is None else options.section_length
@@ -191,9 +216,7 @@ def _names(kinds: Collection[_Kind]) -> str:
     return ", ".join(kind.name for kind in kinds)
 
 
-def _check_columns(
-    table: MeasurementTable, kinds: Collection[_Kind], options: MeasurementOptions
-) -> None:
+def _check_columns(table: Table, kinds: Collection[_Kind], options: MeasurementOptions) -> None:
     """Note columns and errors that are missing for all rows."""
     line = table.header_line
     for name in ("time", "displacement", "displacement_error"):
@@ -222,7 +245,7 @@ def _check_columns(
 
 
 def _reading(
-    table: MeasurementTable,
+    table: Table,
     row: Row,
     kind: _Kind,
     options: MeasurementOptions,

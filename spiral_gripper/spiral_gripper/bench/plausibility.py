@@ -23,7 +23,7 @@ from spiral_core import (
     TwistReading,
 )
 from spiral_core.calibration.model import Trial, predict
-from spiral_gripper.bench.table import COLUMNS
+from spiral_gripper.bench.measurements import COLUMNS
 from spiral_gripper.files.plausibility import MODULI
 from spiral_gripper.files.units import convert_from_si, parse_quantity
 

@@ -23,8 +23,7 @@ from spiral_core import (
     weak_directions,
 )
 from spiral_core.calibration.model import Trial, constants_of, contradictions
-from spiral_gripper.bench.errors import BadCell, MeasurementError
-from spiral_gripper.bench.measurements import Measurements
+from spiral_gripper.bench.measurements import COLUMNS, Measurements
 from spiral_gripper.bench.plausibility import (
     COLUMN_OF,
     EXPLAINED,
@@ -33,10 +32,10 @@ from spiral_gripper.bench.plausibility import (
     other_explanations,
     possible_mix_ups,
 )
-from spiral_gripper.bench.table import COLUMNS
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.fields import LAWS, law_name
 from spiral_gripper.files.shown import shown
+from spiral_gripper.files.table import BadCell, TableError
 
 # Two stiffnesses that agree to this fraction are the same one, computed twice.
 SAME_STIFFNESS = 1e-12
@@ -84,7 +83,7 @@ def run_calibration(
         request: what to fit.
 
     Raises:
-        MeasurementError: the readings look as if they were in other units than stated.
+        TableError: the readings look as if they were in other units than stated.
         InvalidInputError: too few readings, or nothing to fit.
         SpiralError: no law could be fitted; the first one's reason.
     """
@@ -175,7 +174,7 @@ def _if_stated(value: float, derived: float) -> float | None:
 
 
 def _refuse_mix_ups(description: GripperDescription, measurements: Measurements) -> None:
-    """Raise MeasurementError for readings that no elastomer gives, but a mix-up of units does."""
+    """Raise TableError for readings that no elastomer gives, but a mix-up of units does."""
     trial = Trial(FreeActuation(description.actuator), description.gripper)
     problems = []
     for kind, readings in _by_kind(measurements.readings).items():
@@ -192,13 +191,13 @@ def _refuse_mix_ups(description: GripperDescription, measurements: Measurements)
         heading = f"pressure, {COLUMN_OF[kind]}"
         problems.append(BadCell(str(measurements.source), line, None, heading, reason))
     if problems:
-        raise MeasurementError(problems)
+        raise TableError(problems)
 
 
 def _refuse_contradictions(
     description: GripperDescription, measurements: Measurements, request: CalibrationRequest
 ) -> None:
-    """Raise MeasurementError for readings that no constants bring together, with their lines."""
+    """Raise TableError for readings that no constants bring together, with their lines."""
     trial = Trial(FreeActuation(description.actuator), description.gripper)
     readings = measurements.readings
     # Of the described tube, whose limit may lie below a reading.
@@ -218,7 +217,7 @@ def _refuse_contradictions(
         reason = f"must be {one.reason}, got {values}{others}"
         problems.append(BadCell(str(measurements.source), lines[0], None, one.quantity, reason))
     if problems:
-        raise MeasurementError(sorted(problems, key=lambda problem: problem.line or 0))
+        raise TableError(sorted(problems, key=lambda problem: problem.line or 0))
 
 
 def _by_kind(readings: Sequence[Reading]) -> dict[type[Reading], list[Reading]]:

@@ -9,10 +9,10 @@ from typing import Any
 
 from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.fit import Scatter
-from spiral_gripper.bench.measurements import MeasurementOptions, stated_error
-from spiral_gripper.bench.table import MeasurementTable, read_table_file
+from spiral_gripper.bench.measurements import COLUMNS, MeasurementOptions, stated_error
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.shown import number, shown
+from spiral_gripper.files.table import Table, read_table_file
 
 # Larger swings, as a fraction of the length, decay otherwise than small ones.
 LARGE_SWING = 0.15
@@ -35,7 +35,7 @@ def fit_free_swing(
         air: factor on the air's drag that is held; None fits it too.
 
     Raises:
-        MeasurementError: the file cannot be used; the error names every bad line and column.
+        TableError: the file cannot be used; the error names every bad line and column.
         InvalidInputError: it holds no swing of this gripper.
         SolverError: the fit did not converge.
     """
@@ -105,7 +105,7 @@ def _measured_swing(description: GripperDescription, pressure: float) -> Swing:
 
 def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], float]:
     """Return the readings of a file, and the one pressure at which they were made [Pa]."""
-    table = read_table_file(path, options.units, options.ignored)
+    table = read_table_file(path, COLUMNS, options.units, options.ignored)
     _check_columns(table, options)
     table.raise_problems()
     readings, pressures = [], []
@@ -136,7 +136,7 @@ def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], 
     return readings, pressures[0]
 
 
-def _check_columns(table: MeasurementTable, options: MeasurementOptions) -> None:
+def _check_columns(table: Table, options: MeasurementOptions) -> None:
     """Note columns that are missing, or are of no swing."""
     line = table.header_line
     for name in NEEDED:

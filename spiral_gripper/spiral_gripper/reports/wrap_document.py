@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-import csv
-import re
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 from spiral_core.actuator.actuator import UnloadedShape
@@ -20,13 +19,13 @@ from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_core.wrap.profile import ObjectProfile, ProfileWrap, wrap_for_profile
 from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 from spiral_gripper.files.shown import shown, shown_range
-from spiral_gripper.files.storage import read_text
-from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
+from spiral_gripper.files.table import read_table_file
+from spiral_gripper.files.units import Dimension
 from spiral_gripper.reports.design_document import plain
 from spiral_gripper.reports.fields import Field, rows_of
 
-_HEADER = re.compile(r"\s*(?P<name>\w+)\s*\[(?P<unit>[^\]]+)\]\s*")
-HEADER_REQUIREMENT = 'of columns with units, such as "position [mm], radius [mm]"'
+HEADER_REQUIREMENT = 'is missing: a profile has columns with units, "position [mm], radius [mm]"'
+PROFILE_COLUMNS = MappingProxyType({"position": Dimension.LENGTH, "radius": Dimension.LENGTH})
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,36 +247,23 @@ def read_profile(path: Path) -> ObjectProfile:
     """Return the object profile that a CSV file holds, its units in its header.
 
     Raises:
-        FileError: it cannot be read.
-        InvalidInputError: it is no CSV text, the header has no units, or a line has no two numbers.
+        TableError: it cannot be used; the error names every bad line and column.
+        InvalidInputError: the positions do not increase, or the radii are no profile.
     """
+    table = read_table_file(path, PROFILE_COLUMNS)
+    for name in PROFILE_COLUMNS:
+        if name not in table.columns:
+            table.note(table.header_line, name, HEADER_REQUIREMENT)
+        else:
+            for row in table.rows:
+                if name not in row.values:
+                    table.note(row.line, name, "is blank, but a profile requires it")
+    table.raise_problems()
+    positions, radii = ([row.values[name] for row in table.rows] for name in PROFILE_COLUMNS)
     try:
-        lines = csv.reader(read_text(path).splitlines())
-        rows = [row for row in lines if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise InvalidInputError(str(path), str(error), "a CSV file") from None
-    scales = _scales(rows[0] if rows else [], path)
-    columns: list[list[float]] = [[], []]
-    for number, row in enumerate(rows[1:], start=2):
-        if len(row) != 2:
-            hint = " (a decimal comma? decimals follow a point)" if len(row) > 2 else ""
-            raise InvalidInputError(f"{path}: row {number}", ", ".join(row), f"two numbers{hint}")
-        for column, cell, scale in zip(columns, row, scales, strict=True):
-            column.append(scale * parse_number(cell.strip()))
-    try:
-        return ObjectProfile(positions=columns[0], radii=columns[1])
+        return ObjectProfile(positions=positions, radii=radii)
     except InvalidInputError as error:
-        place = ("positions", "radii").index(error.field)
-        written = ", ".join(row[place].strip() for row in rows[1:])
-        name = f"{path}: {rows[0][place].strip()}"
-        raise InvalidInputError(name, written, error.requirement) from None
-
-
-def _scales(header: list[str], path: Path) -> tuple[float, float]:
-    """Return the SI values of the two columns' units."""
-    matches = [_HEADER.fullmatch(cell) for cell in header]
-    found = [(m["name"].lower(), m["unit"]) for m in matches if m is not None]
-    if [name for name, _ in found] != ["position", "radius"]:
-        raise InvalidInputError(f"{path}: header", ", ".join(header), HEADER_REQUIREMENT)
-    position, radius = (parse_quantity(f"1 {unit}", Dimension.LENGTH) for _, unit in found)
-    return position, radius
+        name = {"positions": "position", "radii": "radius"}[error.field]
+        written = ", ".join(row.texts[name].split()[0] for row in table.rows)
+        column = f"{path}: {table.columns[name].heading}"
+        raise InvalidInputError(column, written, error.requirement) from None

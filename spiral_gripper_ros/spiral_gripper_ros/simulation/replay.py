@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
 
 from spiral_core.errors import InvalidInputError
+from spiral_gripper.files.table import TableError, csv_lines
 
 SHIPPED_RECORDING = "radii.csv"
 ROWS = "rows of time [s], radius [m], label"
@@ -52,15 +52,16 @@ def samples_from_lines(lines: Iterable[str]) -> tuple[RadiusSample, ...]:
         (RadiusSample(time=0.0, radius=nan, label='nothing'),)
     """
     try:
-        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
-    except csv.Error as error:
+        rows = [cells for _, cells in csv_lines("\n".join(lines), "recording")]
+    except TableError as error:
         raise InvalidInputError("recording", str(error), ROWS) from None
+    if rows[:1] != [["time", "radius", "label"]]:
+        raise InvalidInputError("recording", rows[:1], ROWS)
     samples: list[RadiusSample] = []
-    for row in rows:
-        if None in (row.get("time"), row.get("radius"), row.get("label")):
-            raise InvalidInputError("recording", row, ROWS)
+    for row in rows[1:]:
         try:
-            sample = RadiusSample(float(row["time"]), float(row["radius"]), row["label"])
+            time, radius, label = row
+            sample = RadiusSample(float(time), float(radius), label)
         except ValueError:
             raise InvalidInputError("recording", row, ROWS) from None
         if not (math.isfinite(sample.time) and (not samples or sample.time > samples[-1].time)):

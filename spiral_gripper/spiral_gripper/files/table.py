@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSV text to rows of SI numbers with their lines: headings, units and cells.
+"""CSV text to rows of SI numbers with their lines: headings, units, cells, and what is wrong.
 
 A heading is a name with a unit, ``pressure [psi]``, ``pressure (psi)`` or ``pressure_psi``; a unit
 may also be stated beside the file. Lines that are blank or begin with ``#`` are comments.
@@ -14,39 +14,58 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from types import MappingProxyType
-from typing import Final
 
 from spiral_core import InvalidInputError
-from spiral_gripper.bench.errors import BadCell, MeasurementError
+from spiral_gripper.files.errors import FileProblemsError
 from spiral_gripper.files.storage import FileError, read_text
 from spiral_gripper.files.units import Dimension, convert_from_si, parse_number, parse_quantity
 
-COLUMNS: Final = MappingProxyType(
-    {
-        "pressure": Dimension.PRESSURE,
-        "pressure_error": Dimension.PRESSURE,
-        "section_length": Dimension.LENGTH,
-        "extension": Dimension.LENGTH,
-        "extension_error": Dimension.LENGTH,
-        "twist": Dimension.ANGLE,
-        "twist_error": Dimension.ANGLE,
-        "bend_angle": Dimension.ANGLE,
-        "bend_angle_error": Dimension.ANGLE,
-        "x": Dimension.LENGTH,
-        "y": Dimension.LENGTH,
-        "z": Dimension.LENGTH,
-        "arc_length": Dimension.LENGTH,
-        "position_error": Dimension.LENGTH,
-        "object_radius": Dimension.LENGTH,
-        "object_radius_error": Dimension.LENGTH,
-        "time": Dimension.TIME,
-        "displacement": Dimension.LENGTH,
-        "displacement_error": Dimension.LENGTH,
-    }
-)
-
 _BRACKETED = re.compile(r"(?P<name>[^\[\](){}]+?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]")
+
+
+@dataclass(frozen=True, slots=True)
+class BadCell:
+    """One thing wrong in one place of a table.
+
+    Attributes:
+        file: the file's path as it was asked for.
+        line: line in the file, from 1; None where no line is to blame.
+        column: number of the column, from 1; None where no column is to blame.
+        heading: the column's heading, or the name of the column that is missing; may be empty.
+        reason: what is wrong, and what would be right.
+
+    Example:
+        >>> print(BadCell("bench.csv", 7, 2, "extension [mm]", "must be a number, got 'abc'"))
+        bench.csv:7: column 2 "extension [mm]": must be a number, got 'abc'
+    """
+
+    file: str
+    line: int | None
+    column: int | None
+    heading: str
+    reason: str
+
+    def __str__(self) -> str:
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        number = "" if self.column is None else f"column {self.column} "
+        heading = f'"{self.heading}"' if self.heading else ""
+        column = f"{number}{heading}".strip()
+        return ": ".join(part for part in (place, column, self.reason) if part)
+
+
+class TableError(FileProblemsError):
+    """A CSV file cannot be used; one line of text for each problem in it.
+
+    Attributes:
+        problems: every problem found, in the order of the file; at least one.
+
+    Example:
+        >>> error = TableError([BadCell("bench.csv", 7, 2, "x [mm]", "is blank")])
+        >>> error.problems[0].line, error.problems[0].column
+        (7, 2)
+    """
+
+    problems: tuple[BadCell, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,14 +75,16 @@ class Column:
     Attributes:
         number: its place in the file, from 1.
         heading: its heading as written.
-        name: a key of :data:`COLUMNS`.
+        name: one of the columns that the file may have.
         unit: the unit of its cells.
+        dimension: what it measures.
     """
 
     number: int
     heading: str
     name: str
     unit: str
+    dimension: Dimension
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +103,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class MeasurementTable:
+class Table:
     """The numbers of one file, its columns, and what is wrong so far.
 
     Attributes:
@@ -107,49 +128,59 @@ class MeasurementTable:
         self.problems.append(BadCell(self.file, line, number, heading, reason))
 
     def raise_problems(self) -> None:
-        """Raise everything noted so far as one MeasurementError, if there is anything."""
+        """Raise everything noted so far as one TableError, if there is anything."""
         if self.problems:
-            raise MeasurementError(self.problems)
+            raise TableError(self.problems)
 
 
 def read_table_file(
-    path: Path, units: Mapping[str, str], ignored: Collection[str] = ()
-) -> MeasurementTable:
+    path: Path,
+    known: Mapping[str, Dimension],
+    units: Mapping[str, str] | None = None,
+    ignored: Collection[str] = (),
+) -> Table:
     """Return the numbers of a CSV file; arguments and errors as of :func:`read_table`."""
     try:
         text = read_text(path)
     except FileError as error:
         problem = BadCell(str(path), None, None, "", f"cannot be read: {error.reason}")
-        raise MeasurementError([problem]) from None
-    return read_table(text, str(path), units, ignored)
+        raise TableError([problem]) from None
+    return read_table(text, str(path), known, units, ignored)
 
 
 def read_table(
-    text: str, file: str, units: Mapping[str, str], ignored: Collection[str] = ()
-) -> MeasurementTable:
+    text: str,
+    file: str,
+    known: Mapping[str, Dimension],
+    units: Mapping[str, str] | None = None,
+    ignored: Collection[str] = (),
+) -> Table:
     r"""Return the numbers of a CSV text, in SI units.
 
     Args:
         text: the file's text.
         file: the file's name for messages.
-        units: units of columns whose heading has none, by column name.
+        known: the columns that the table may have, and what each measures.
+        units: units of columns whose heading has none, by column name; None where no option states
+            them or ignores columns.
         ignored: headings of columns that are not to be read.
 
     Raises:
-        MeasurementError: the table cannot be used; every problem found is in it.
+        TableError: the table cannot be used; every problem found is in it.
 
     Example:
-        >>> table = read_table("pressure [psi],extension [mm]\n2,1.5\n", "bench.csv", {})
+        >>> known = {"pressure": Dimension.PRESSURE, "extension": Dimension.LENGTH}
+        >>> table = read_table("pressure [psi],extension [mm]\n2,1.5\n", "bench.csv", known)
         >>> row = table.rows[0]
         >>> row.line, round(row.values["pressure"]), row.values["extension"]
         (2, 13790, 0.0015)
     """
-    lines = _lines(text, file)
+    lines = csv_lines(text, file)
     if not lines:
-        raise MeasurementError([BadCell(file, None, None, "", "the file holds no table")])
+        raise TableError([BadCell(file, None, None, "", "the file holds no table")])
     header_line, headings = lines[0]
-    table = MeasurementTable(file, header_line=header_line)
-    _read_header(table, headings, units, ignored)
+    table = Table(file, header_line=header_line)
+    _read_header(table, headings, known, units, ignored)
     table.raise_problems()
     for line, cells in lines[1:]:
         _read_row(table, line, cells, len(headings))
@@ -159,8 +190,16 @@ def read_table(
     return table
 
 
-def _lines(text: str, file: str) -> list[tuple[int, list[str]]]:
-    """Return the cells of each line that is neither blank nor a comment, with its number."""
+def csv_lines(text: str, file: str) -> list[tuple[int, list[str]]]:
+    r"""Return the cells of each line that is neither blank nor a comment, with its number.
+
+    Raises:
+        TableError: a line is not of comma-separated values.
+
+    Example:
+        >>> csv_lines("# seen by a camera\ntime, label\n", "seen.csv")
+        [(2, ['time', 'label'])]
+    """
     lines = []
     for number, line in enumerate(text.splitlines(), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
@@ -169,15 +208,16 @@ def _lines(text: str, file: str) -> list[tuple[int, list[str]]]:
             (cells,) = csv.reader(io.StringIO(line), strict=True)
         except (csv.Error, ValueError) as error:
             reason = f"is not a line of comma-separated values ({error})"
-            raise MeasurementError([BadCell(file, number, None, "", reason)]) from None
+            raise TableError([BadCell(file, number, None, "", reason)]) from None
         lines.append((number, [cell.strip() for cell in cells]))
     return lines
 
 
 def _read_header(
-    table: MeasurementTable,
+    table: Table,
     headings: list[str],
-    units: Mapping[str, str],
+    known: Mapping[str, Dimension],
+    units: Mapping[str, str] | None,
     ignored: Collection[str],
 ) -> None:
     """Note the columns of a table, and what is wrong with their headings."""
@@ -189,7 +229,7 @@ def _read_header(
         if heading in ignored:
             continue
         try:
-            column = _column(number, heading, units)
+            column = _column(number, heading, known, units)
         except InvalidInputError as error:
             reason = error.requirement
             table.problems.append(BadCell(table.file, table.header_line, number, heading, reason))
@@ -197,55 +237,57 @@ def _read_header(
         if column.name in table.columns:
             table.note(table.header_line, column.name, f"stands in column {number} again")
         table.columns[column.name] = column
-    for name in [*(set(units) - COLUMNS.keys())]:
-        reason = f"a unit is stated for this, which is no column; those are {', '.join(COLUMNS)}"
+    for name in [*(set(units or {}) - known.keys())]:
+        reason = f"a unit is stated for this, which is no column; those are {', '.join(known)}"
         table.note(None, name, reason)
     missing = [heading for heading in ignored if heading not in headings]
     for heading in missing:
         table.note(table.header_line, heading, "is to be ignored, but there is no such heading")
 
 
-def _column(number: int, heading: str, units: Mapping[str, str]) -> Column:
+def _column(
+    number: int, heading: str, known: Mapping[str, Dimension], units: Mapping[str, str] | None
+) -> Column:
     """Return what a heading means; the error's requirement is the whole message."""
-    name, unit = _name_and_unit(heading)
-    if name not in COLUMNS:
-        near = get_close_matches(name, COLUMNS, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"known columns are {', '.join(COLUMNS)}"
-        raise InvalidInputError("", heading, f"is not a known column ({hint}); or --ignore it")
-    stated = units.get(name)
+    name, unit = _name_and_unit(heading, known)
+    if name not in known:
+        remedy = "" if units is None else "; or --ignore it"
+        near = get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"known columns are {', '.join(known)}"
+        raise InvalidInputError("", heading, f"is not a known column ({hint}){remedy}")
+    stated = (units or {}).get(name)
     if unit and stated and unit != stated:
         raise InvalidInputError("", heading, f'has its own unit, but "{stated}" is stated for it')
     unit = unit or stated or ""
-    dimension = COLUMNS[name]
+    dimension = known[name]
     if not unit:
         example = dimension.usual_units[0]
-        raise InvalidInputError(
-            "", heading, f'has no unit; write "{name} [{example}]", or --unit "{name}={example}"'
-        )
+        remedy = "" if units is None else f', or --unit "{name}={example}"'
+        raise InvalidInputError("", heading, f'has no unit; write "{name} [{example}]"{remedy}')
     try:
         convert_from_si(1.0, unit, dimension)
     except InvalidInputError as error:
         raise InvalidInputError("", heading, f"must have {error.requirement}") from None
-    return Column(number, heading, name, unit)
+    return Column(number, heading, name, unit, dimension)
 
 
-def _name_and_unit(heading: str) -> tuple[str, str]:
+def _name_and_unit(heading: str, known: Collection[str]) -> tuple[str, str]:
     """Return the two parts of a heading; the unit is empty if there is none."""
     match = _BRACKETED.fullmatch(heading)
     if match is not None:
         return match["name"].strip(), match["unit"].strip()
-    for name in sorted(COLUMNS, key=len, reverse=True):
-        if heading.startswith(f"{name}_") and heading not in COLUMNS:
+    for name in sorted(known, key=len, reverse=True):
+        if heading.startswith(f"{name}_") and heading not in known:
             return name, heading.removeprefix(f"{name}_")
     return heading, ""
 
 
-def _read_row(table: MeasurementTable, line: int, cells: list[str], count: int) -> None:
+def _read_row(table: Table, line: int, cells: list[str], count: int) -> None:
     """Add a row to a table, or the problems in it."""
     if len(cells) != count:
         reason = f"has {len(cells)} cells, but the header has {count}"
         if len(cells) > count:
-            reason += "; decimals follow a point (4.5), not a comma"
+            reason += " (a decimal comma? decimals follow a point)"
         table.problems.append(BadCell(table.file, line, None, "", reason))
         return
     values: dict[str, float] = {}
@@ -255,7 +297,7 @@ def _read_row(table: MeasurementTable, line: int, cells: list[str], count: int) 
             continue
         try:
             parse_number(cell)
-            values[name] = parse_quantity(f"{cell} {column.unit}", COLUMNS[name])
+            values[name] = parse_quantity(f"{cell} {column.unit}", column.dimension)
         except InvalidInputError:
             reason = f"must be a plain number, with its unit in the heading, got {cell!r}"
             table.note(line, name, reason)
