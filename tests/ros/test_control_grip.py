@@ -79,10 +79,21 @@ def restarted():
     return bench
 
 
-def test_the_first_measured_pressure_is_taken_over_and_stands(restarted):
+def agree(bench, *pressures):
+    """Measure and command for longer than it takes to agree; return whether all is silent."""
+    silent = []
+    for step in range(14):
+        bench.now += TICK
+        bench.control.offer_measured(bench.now, pressures[step % len(pressures)])
+        bench.control.command(bench.now)
+        silent.append(bench.control.is_silent)
+    return all(silent)
+
+
+def test_a_measured_pressure_that_agrees_is_taken_over_and_stands(restarted):
     control = restarted.control
     assert control.is_silent
-    control.offer_measured(restarted.now, 4.0e4)
+    agree(restarted, 4.0e4)
     assert not control.is_silent
     assert {control.command(restarted.now + TICK * step) for step in range(100)} == {4.0e4}
     assert restarted.state is State.TAKEN_OVER
@@ -91,8 +102,7 @@ def test_the_first_measured_pressure_is_taken_over_and_stands(restarted):
 
 
 def test_from_a_pressure_taken_over_a_radius_ramps(restarted):
-    control = restarted.control
-    control.offer_measured(restarted.now, 4.0e4)
+    agree(restarted, 4.0e4)
     commands = restarted.run(1.0, radius=0.02)
     assert commands[0] >= 4.0e4
     assert commands[-1] == WRAP
@@ -100,14 +110,14 @@ def test_from_a_pressure_taken_over_a_radius_ramps(restarted):
 
 
 def test_from_a_pressure_taken_over_a_goal_ramps(restarted):
-    restarted.control.offer_measured(restarted.now, 4.0e4)
+    agree(restarted, 4.0e4)
     grasp = restarted.grasp()
     assert restarted.tick() >= 4.0e4
     assert restarted.end(grasp) == (SUCCEEDED, Reason.NONE)
 
 
 def test_a_bad_radius_leaves_a_pressure_that_was_taken_over(restarted):
-    restarted.control.offer_measured(restarted.now, 4.0e4)
+    agree(restarted, 4.0e4)
     assert set(restarted.run(5.0, radius=1.0)) == {4.0e4}
     assert restarted.state is State.TAKEN_OVER
 
@@ -141,13 +151,12 @@ def test_three_stalls_do_not_end_the_wait_for_a_pressure(restarted):
         restarted.now += 10.0
         restarted.tick()
         assert restarted.control.is_silent
-    restarted.is_measured = True
-    restarted.tick()
+    agree(restarted, 4.0e4)
     assert restarted.state is State.TAKEN_OVER
 
 
 def test_a_vented_gripper_is_not_taken_over(restarted):
-    restarted.control.offer_measured(restarted.now, 10.0)
+    agree(restarted, 10.0)
     assert not restarted.control.is_silent
     assert restarted.state is State.WAITING
 
@@ -157,11 +166,48 @@ def test_an_impossible_pressure_is_not_taken_over(restarted):
     assert restarted.control.is_silent
 
 
-def test_the_cap_bounds_what_is_taken_over():
-    bench = bench_with(pressure_cap=3.0e4)
-    bench.control.activate(take_over=True)
-    bench.control.offer_measured(bench.now, 4.0e4)
-    assert bench.control.command(bench.now) == 3.0e4
+@pytest.mark.parametrize(
+    ("pressures", "why"),
+    [
+        ((2.5e5,), "above pressure_cap"),
+        ((101325.0,), "absolute"),
+        ((-101325.0,), "below 0"),
+        ((0.0, 6.275e4), "agree"),
+        ((0.0,) * 5 + (6.275e4,) * 5, "agree"),
+    ],
+)
+def test_readings_that_cannot_be_held_or_disagree_are_waited_out_and_then_taken_over(
+    restarted, pressures, why
+):
+    for _ in range(50):  # for far longer than all time-outs
+        assert agree(restarted, *pressures)
+    assert restarted.reason is Reason.TAKEN_OVER
+    assert why in restarted.seen.refusal.text
+    agree(restarted, 4.0e4)
+    assert restarted.control.command(restarted.now) == 4.0e4
+    assert restarted.state is State.TAKEN_OVER
+
+
+@pytest.mark.parametrize("pressure", [0.0, 4.0e4])
+def test_the_first_command_is_what_was_agreed_though_radii_stream(restarted, pressure):
+    control, commands = restarted.control, []
+    while not commands:
+        restarted.now += TICK
+        control.offer_measured(restarted.now, pressure)
+        control.offer_radius(restarted.now, 0.02, restarted.planner)
+        command = control.command(restarted.now)
+        commands += [] if control.is_silent else [command]
+    assert commands == [pressure]
+
+
+def test_a_pressure_that_was_measured_once_is_waited_for(restarted):
+    restarted.tick()
+    restarted.is_measured = False
+    restarted.run(20.0)
+    assert restarted.control.is_silent
+    restarted.control.release()
+    assert restarted.tick() == 0.0
+    assert not restarted.control.is_silent
 
 
 @pytest.mark.parametrize("act", ["release", "deactivate", "reload"])

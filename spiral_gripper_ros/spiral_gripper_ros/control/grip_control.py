@@ -15,13 +15,12 @@ from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.grasp_attempt import GraspAttempt, impossible_goal
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits
-from spiral_gripper_ros.control.pressure_monitor import PressureMonitor
+from spiral_gripper_ros.control.pressure_monitor import PressureMonitor, impossible_pressure
 from spiral_gripper_ros.control.refusals import (
     GRASP_CANCELED,
     GRASP_REPLACED,
     RECONFIGURED,
     RELEASED,
-    TAKING_OVER,
     late_grasp,
     lost_client,
     stale_gravity,
@@ -155,13 +154,17 @@ class GripControl(Generic[PlanT]):
             age: by its stamp [s]; negative: ahead of this clock.
         """
         self._time = self._machine.advance(now)
+        if self._take_over.waits and impossible_pressure(pressure) is None:
+            # What is commanded is what the regulator holds: that is no fault.
+            self._monitor.commanded(self._time, pressure, self._limits)
         refusal = self._monitor.offer(self._time, pressure, self._limits, age)
         if refusal is not None:
             self._machine.count(refusal.reason)
             return refusal
-        if self._take_over.waits and pressure > self._limits.pressure_tolerance:
-            self._machine.take_over(pressure)
-        self._take_over.end()  # at less nothing is held
+        if self._take_over.waits:
+            held = self._take_over.hear(self._time, pressure, self._limits)
+            if held is not None and held > self._limits.pressure_tolerance:
+                self._machine.take_over(held)
         measured, attempt = self._monitor.measured(self._time), self._attempt
         if attempt is not None and measured is not None:
             target = self._machine.pressure_target
@@ -204,7 +207,7 @@ class GripControl(Generic[PlanT]):
         self._time = self._machine.advance(now)
         refusal = impossible_goal(goal) or self._fault_in_the_way()
         if self._take_over.waits:
-            refusal = TAKING_OVER
+            refusal = self._take_over.refusal
         if refusal is None:
             refusal = self._machine.grasp(now, goal.radius, goal.overpressure, planner)
         if refusal is not None:
@@ -232,7 +235,8 @@ class GripControl(Generic[PlanT]):
         self._act_on_lateness()
         self._act_on_silence()
         pressure = self._machine.command(now)
-        self._monitor.commanded(self._time, pressure, self._limits)
+        if not self._take_over.waits:
+            self._monitor.commanded(self._time, pressure, self._limits)
         self._follow()
         attempt = self._attempt
         if attempt is not None:
@@ -247,6 +251,7 @@ class GripControl(Generic[PlanT]):
         is_heard = fault.reason is not Reason.PRESSURE_LOST
         return replace(
             snapshot,
+            refusal=self._take_over.refusal if self._take_over.waits else snapshot.refusal,
             measured=self._monitor.measured(self._time),
             is_measured=self._monitor.is_expected,
             pressure_fault=fault,
@@ -280,7 +285,7 @@ class GripControl(Generic[PlanT]):
 
     def _act_on_fault(self) -> None:
         fault = self._monitor.fault
-        if fault.reason is Reason.NONE:
+        if fault.reason is Reason.NONE or self._take_over.waits:
             return
         is_low = fault.reason is Reason.PRESSURE_LOW
         if not self._vents_at_faults():

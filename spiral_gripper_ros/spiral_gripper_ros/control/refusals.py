@@ -8,6 +8,10 @@ from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal
 
+# Gauge pressures that an absolute sensor of a vented gripper shows at sea level [Pa]. At greater
+# heights they are those of a usual wrap, and cannot be told apart.
+ATMOSPHERE_AT_SEA = (9.5e4, 1.07e5)
+
 NO_RADIUS = Refusal(Reason.NO_RADIUS, "no object_radius has been received yet")
 NOT_FOLLOWING = Refusal(Reason.NO_RADIUS, "no object_radius is being followed: give a radius")
 NOT_ACTIVE = Refusal(Reason.NOT_ACTIVE, "the node is not active: configure and activate it")
@@ -19,7 +23,9 @@ GRASP_HOLDS = Refusal(Reason.INVALID_REQUEST, "a grasp is the target: release it
 TAKEN_OVER = Refusal(
     Reason.TAKEN_OVER, "the measured pressure was taken over: it is kept until a radius or a goal"
 )
-TAKING_OVER = Refusal(Reason.TAKEN_OVER, "waiting for a measured_pressure to take over")
+TAKING_OVER = Refusal(
+    Reason.TAKEN_OVER, "waiting for measured_pressure to agree before one is taken over"
+)
 GRASP_CANCELED = Refusal(Reason.GRASP_CANCELED, "the grasp was canceled")
 GRASP_REPLACED = Refusal(Reason.GRASP_REPLACED, "a newer grasp goal has taken over")
 
@@ -85,3 +91,18 @@ def late_grasp(
 def cause(last: Refusal) -> str:
     """Return the end of a text that tells what was refused last, if anything was."""
     return "" if last.reason is Reason.NONE else f"; last refused: {last.text}"
+
+
+def impossible_take_over(pressure: float, limits: Limits) -> Refusal | None:
+    """Return why a measured gauge pressure [Pa] must not become the command, or None."""
+    tolerance, cap = limits.pressure_tolerance, limits.pressure_cap
+    if ATMOSPHERE_AT_SEA[0] <= pressure <= ATMOSPHERE_AT_SEA[1]:
+        why = "looks absolute: set measured_pressure_reference to absolute"
+    elif pressure > cap + tolerance:
+        why = f"is above pressure_cap {cap:.6g} Pa"
+    elif pressure < -tolerance:
+        why = "is below 0 Pa"
+    else:
+        return None
+    text = f"measured_pressure {pressure:.6g} Pa {why}; it is not taken over, release vents"
+    return Refusal(Reason.TAKEN_OVER, text)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from spiral_core.validation import require_finite
 from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.refusals import TAKING_OVER, impossible_take_over
 
 # Longest time that one reading may add [s]: longer than any time-out, so that all of them act, and
 # short enough that time is still told apart to a microsecond after ten thousand such leaps.
@@ -14,6 +15,8 @@ LONGEST_LEAP = 1.0e5
 LONGEST_DISCOVERY = 5.0
 # Part of an allowed silence that one stall of the process counts as at most.
 LONGEST_STEP = 0.25
+# Measured pressures must agree for this time before one is taken over [s].
+AGREEMENT_TIME = 0.2
 
 
 class MonotonicClock:
@@ -90,27 +93,59 @@ class Silence:
 
 
 class TakeOver:
-    """The wait for a measured pressure to take over; meanwhile nothing is commanded."""
+    """The wait for measured pressures that agree; meanwhile nothing is commanded.
+
+    Attributes:
+        waits: whether a pressure is still to be taken over.
+        refusal: why nothing is taken over yet.
+    """
 
     def __init__(self) -> None:
         self.waits = False
+        self.refusal = TAKING_OVER
         self._silence = Silence()
+        self._since: float | None = None
+        self._agrees = False
+        self._low = self._high = 0.0
 
     def start(self) -> None:
         """Wait from the next :meth:`check` on."""
-        self.waits = True
+        self.waits, self.refusal, self._since = True, TAKING_OVER, None
+        self._agrees = False
         self._silence.forget()
 
     def end(self) -> None:
         """Wait no longer."""
         self.waits = False
 
-    def check(self, now: float, limits: Limits) -> None:
-        """Give up at a time [s] once no pressure has come for ``measured_pressure_timeout``.
+    def hear(self, now: float, pressure: float, limits: Limits) -> float | None:
+        """Note a possible measured gauge pressure [Pa] at a time [s].
 
-        And at least ``LONGEST_DISCOVERY``.
+        Returns:
+            The pressure to start from [Pa], once all of ``AGREEMENT_TIME`` agree within
+            ``pressure_tolerance`` and it may be commanded; 0: nothing is held. None: wait.
+        """
+        low, high = min(self._low, pressure), max(self._high, pressure)
+        if self._since is None or high - low > limits.pressure_tolerance:
+            self._since, low, high = now, pressure, pressure
+            self.refusal = TAKING_OVER
+        self._low, self._high = low, high
+        self._agrees = False
+        if now - self._since < AGREEMENT_TIME:
+            return None
+        refusal = impossible_take_over(pressure, limits)
+        self._agrees = refusal is None
+        self.refusal = refusal or TAKING_OVER
+        return None if refusal else max(pressure, 0.0)
+
+    def check(self, now: float, limits: Limits) -> None:
+        """End the wait at a command, which is then what was agreed: 0 Pa opens a latched watchdog.
+
+        Without a pressure for ``measured_pressure_timeout``, and at least ``LONGEST_DISCOVERY``, it
+        ends too. Once one was measured there is no time-out: something may be held.
         """
         if not self._silence.is_expected:
             self._silence.hear(now)
         longest = max(limits.measured_pressure_timeout, LONGEST_DISCOVERY)
-        self.waits = not self._silence.exceeds(now, longest) and self.waits
+        is_over = self._since is None and self._silence.exceeds(now, longest)
+        self.waits = self.waits and not self._agrees and not is_over
