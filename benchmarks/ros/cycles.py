@@ -191,7 +191,7 @@ class Rig:
         self.run(RELEASE_TIME)
         if self._last[1] != 0.0:
             self._complain("inflated after a release")
-        self.node.set_parameters([Parameter("pressure_cap", value=0.0)])
+        self.node.set_parameters([Parameter("pressure_cap", value=math.nan)])
 
     # --- what goes wrong -------------------------------------------------------------------------
 
