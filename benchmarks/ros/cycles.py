@@ -269,6 +269,19 @@ class Rig:
         self._takes_over = True
         self.node.trigger_activate()
 
+    def restart_with_disagreeing_sensors(self) -> None:
+        """Restart while the sensor shows now one pressure, now another: nothing is commanded."""
+        self.restart()
+        commands = self.commands
+        for _ in range(self.random.randrange(1, 40)):
+            self.time += TICK
+            self.regulator.step(TICK)
+            for pressure in self.random.choice(((0.0, 6.0e4), (2.5e5,) * 2, (101325.0,) * 2)):
+                self.hear("measured_pressure", FluidPressure(fluid_pressure=pressure))
+            self.call_timers()
+        if self.commands != commands:
+            self._complain("took over what disagreed")
+
     def newer_goal(self) -> None:
         """Send a goal for another object."""
         self._grasp(GraspGoal(self.random.uniform(0.006, 0.035)))
@@ -282,7 +295,8 @@ class Rig:
 FAULTS: tuple[Callable[[Rig], None], ...] = (
     Rig.leak, Rig.stuck_valve, Rig.lost_link, Rig.bad_radii, Rig.radii_stop, Rig.bad_pressures,
     Rig.tilt, Rig.bad_gravity, Rig.client_vanishes, Rig.cap_is_lowered, Rig.clock_leaps,
-    Rig.release_early, Rig.restart, Rig.newer_goal, Rig.impossible_goal,
+    Rig.release_early, Rig.restart, Rig.restart_with_disagreeing_sensors, Rig.newer_goal,
+    Rig.impossible_goal,
 )  # fmt: skip
 
 
