@@ -29,7 +29,7 @@ NO_ANSWER: Final = 2
 COMPUTING: Final = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
 PATIENCE: Final = 3.0
 # Commands that print what they have computed when they are interrupted.
-STEPWISE: Final = ("close", "sweep", "calibrate")
+STEPWISE: Final = ("close", "sweep")
 # Garbage is collected after so many new objects: most come with the libraries, and stay.
 NEW_OBJECTS: Final = 200_000
 # Libraries that are not always installed: what needs them, and the extra that brings them.
