@@ -193,7 +193,7 @@ def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
     ]
     spread, contact = solved.spread, closing.contact_fractions[-1]
     held = {} if spread is None else spread.holding_forces
-    # friction keeps what the closing left: between two orderly ones 1 to 2 % of the normal force
+    # friction keeps what the closing left: up to 3 % of the normal force between two orderly ones
     digits = 2 if spread is None else 3
     rows += [
         (
