@@ -64,16 +64,16 @@ def test_long_values_are_quoted_on_one_short_line():
             ],
         ),
         (
-            "xyzzy: 1\n",
-            ["mine.yaml:1:1: xyzzy is not a field here; the fields are name, tube, mount"],
+            "name: a\nxyzzy: 1\n",
+            ["mine.yaml:2:1: xyzzy is not a field here; the fields are name, tube, mount"],
         ),
         (
-            "<<: {name: a}\n",
-            ["mine.yaml:1:1: << is not a field here; the fields are name, tube, mount"],
+            "name: a\n<<: {name: a}\n",
+            ["mine.yaml:2:1: << is not a field here; the fields are name, tube, mount"],
         ),
         (
-            "? [a, b]\n: 1\n",
-            ["mine.yaml:1:3: [a, b] is not a field here; the fields are name, tube, mount"],
+            "name: a\n? [a, b]\n: 1\n",
+            ["mine.yaml:2:3: [a, b] is not a field here; the fields are name, tube, mount"],
         ),
         (
             "tube.length: 3 mm\n",
@@ -97,10 +97,10 @@ def test_long_values_are_quoted_on_one_short_line():
             ],
         ),
         (
-            "a: 1\nb: 2\n",
+            "name: a\na: 1\nb: 2\n",
             [
-                "mine.yaml:1:1: a is not a field here; the fields are name, tube, mount",
-                "mine.yaml:2:1: b is not a field here; the fields are name, tube, mount",
+                "mine.yaml:2:1: a is not a field here; the fields are name, tube, mount",
+                "mine.yaml:3:1: b is not a field here; the fields are name, tube, mount",
             ],
         ),
         (
@@ -128,7 +128,7 @@ def test_long_values_are_quoted_on_one_short_line():
             [
                 (
                     "mine.yaml: this file cannot be read: "
-                    "it holds only - name, and must hold fields such as name; "
+                    "it holds none of a description's fields, and must hold fields such as name; "
                     "`spiral-gripper grippers show paper_design_70` prints one to begin with"
                 )
             ],
@@ -171,7 +171,7 @@ def test_an_entry_that_refers_to_itself_is_no_endless_loop():
 @pytest.mark.parametrize(
     ("text", "kind"),
     [
-        ("xyzzy: 1", ProblemKind.UNKNOWN),
+        ("name: a\nxyzzy: 1", ProblemKind.UNKNOWN),
         ("name: a\nname: b", ProblemKind.DUPLICATE),
         ("tube: a", ProblemKind.WRONG),
         ("", ProblemKind.UNREADABLE),
@@ -186,3 +186,22 @@ def test_programs_can_tell_the_mistakes_apart(text, kind):
 def test_any_text_is_read_or_refused_as_a_description(text):
     for problem in problems_of(text):
         assert str(problem).startswith(FILE)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "secret line\n",
+        "secret: 1\nroot: *x\n",
+        "secret:*:1:2:\n",
+        "- secret\n",
+        "secret: 1\n",
+        "a: *secret\n",
+        "a: !secret b\n",
+    ],
+)
+def test_nothing_of_another_file_is_quoted(text):
+    """The node may read files that whoever sets its parameter `gripper` may not."""
+    with pytest.raises(DescriptionError) as caught:
+        read_document(text, "passwd", ["name", "tube.length"])
+    assert "secret" not in str(caught.value)

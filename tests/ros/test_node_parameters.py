@@ -49,6 +49,15 @@ def test_what_the_node_dumps_loads_and_the_grip_is_kept(active):
     assert set(active.pressures) == {held}
 
 
+def test_nothing_is_quoted_of_a_file_that_is_no_description(active, tmp_path):
+    file = tmp_path / "passwd"
+    file.write_text("root:secret:0:0\n")
+    refused = active.set_parameter("gripper", str(file))
+    assert not refused.successful
+    assert "holds none of a description's fields" in refused.reason
+    assert "secret" not in refused.reason
+
+
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [

@@ -6,6 +6,7 @@ Only the syntax tree is used: scalars keep the text the user wrote, and no YAML 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -95,11 +96,19 @@ def read_document(
     root = _compose(text, file)
     if isinstance(root, MappingNode):
         _walk(root, "", document, fields)
-        return document
-    found = "is empty" if root is None else f"holds only {_entry(root).raw}"
+        if document.entries or document.sections or _looks_like(document, fields):
+            return document
+    # What it holds instead is not quoted: it may be any file, named by who may not read it.
+    found = "is empty" if root is None else "holds none of a description's fields"
     advice = "`spiral-gripper grippers show paper_design_70` prints one to begin with"
     reason = f"it {found}, and must hold fields such as {', '.join(required)}; {advice}"
     raise DescriptionError([Problem(ProblemKind.UNREADABLE, file, None, None, "", None, reason)])
+
+
+def _looks_like(document: Document, fields: Collection[str]) -> bool:
+    """Return whether an unknown name is a known one with a mistake, so that it may be quoted."""
+    known = {part for name in fields for part in (name, name.partition(".")[0])}
+    return any(get_close_matches(problem.field, known) for problem in document.problems)
 
 
 def _compose(text: str, file: str) -> Node | None:
@@ -128,7 +137,8 @@ def _compose(text: str, file: str) -> Node | None:
         reason = "lists or mappings are nested too deep"
     except YAMLError as error:
         reason = str(error)
-    reason = " ".join(reason.split())
+    # Names of aliases and tags are words of the file, which may be any.
+    reason = re.sub(r" '[\w!%&*][^']+'", "", " ".join(reason.split()))
     raise DescriptionError([Problem(ProblemKind.NOT_YAML, file, line, column, "", None, reason)])
 
 
