@@ -59,6 +59,7 @@ class CheckedControl(RuleBasedStateMachine):
         self.overpressure = 0.0  # of the newest grasp
         self.regime = None  # seen since it began
         self.visited = set()
+        self.ceiling = math.inf  # the lowest cap since the newest goal
 
     # --- calling it as the node does --------------------------------------------------------
 
@@ -166,7 +167,7 @@ class CheckedControl(RuleBasedStateMachine):
     def is_possible(self, seen):
         """Return whether the wrap of the newest grasp is what the planner says, within the cap."""
         pressure = self.planner.pressure(seen.radius)
-        if pressure is None or not pressure + self.overpressure <= self.limits.pressure_cap:
+        if pressure is None or not pressure + self.overpressure <= self.ceiling:
             return False
         assert seen.plan == FakePlan(pressure)
         assert seen.pressure_target == pressure + self.overpressure

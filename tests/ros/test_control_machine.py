@@ -111,6 +111,7 @@ class GripMachine(CheckedControl):
             given = goal.timeout
             self.timeouts[answer] = self.limits.grasp_timeout if given is None else given
             self.overpressure, self.regime = goal.overpressure, None
+            self.ceiling = self.limits.pressure_cap
             seen = self.control.snapshot()
             assert (seen.state, seen.refusal.reason) == (State.GRASPING, Reason.NONE)
             assert seen.radius == (before.radius if goal.radius is None else goal.radius)
@@ -200,7 +201,7 @@ class GripMachine(CheckedControl):
 
     @rule(limits=st.one_of(USUAL_LIMITS, USUAL_LIMITS, LIMITS))
     def parameters_are_set(self, limits):
-        self.limits = limits
+        self.limits, self.ceiling = limits, min(self.ceiling, limits.pressure_cap)
         self.guarded(self.control.reconfigure, limits)
 
     @rule(leap=LEAPS, comes_back=st.booleans())

@@ -314,7 +314,7 @@ def test_the_sample_parameters_are_the_nodes_defaults():
     table = TABLES["spiral_gripper_node"]
     assert values
     for name, value in values.items():
-        assert value == table[name], name
+        assert value == table[name] or (value != value and table[name] != table[name]), name
         assert type(value) is type(table[name]), name
     assert refusal_of_values(values) is None
 

@@ -138,6 +138,7 @@ def test_commands_that_stop_or_cannot_be_vent(namespace, gripper, line):
         gripper.command_until(4.0e4, lambda: line.pressure == 4.0e4, "the pressure")
         gripper.wait_until(lambda: line.set_points[-1] == 0.0, "the vent after silence")
         gripper.wait_for_state(DiagnosticStatus.WARN, "no pressure_command: vented")
+        gripper.command_until(0.0, lambda: True, "nothing, which the watchdog waits for")
         gripper.command_until(4.0e4, lambda: line.pressure == 4.0e4, "the pressure again")
         gripper.command_until(
             float("nan"), lambda: line.set_points[-1] == 0.0, "the vent in a stream of NaN"

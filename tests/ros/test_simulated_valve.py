@@ -69,7 +69,7 @@ def test_it_solves_the_documented_equation(valve, pressure, target, leak_rate, d
         [pressure],
         rtol=1e-8,
         atol=1e-4,
-        max_step=0.01,
+        max_step=0.002,
     )
     after = valve.pressure_after(duration, pressure, target, leak_rate)
     # The integrator is the coarser of the two: it steps across the kinks of the law.

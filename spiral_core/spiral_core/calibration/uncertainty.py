@@ -23,6 +23,7 @@ from functools import partial
 import numpy as np
 
 from spiral_core.actuator.actuator import CurvatureForm
+from spiral_core.brief import brief_repr
 from spiral_core.calibration.fit import (
     DEFAULT_LEVEL,
     Calibration,
@@ -75,6 +76,8 @@ class RadiusPressure:
             propagation.
         rivals: by laws that the readings cannot tell from the fitted one.
     """
+
+    __repr__ = brief_repr
 
     radius: float
     pressure: float
