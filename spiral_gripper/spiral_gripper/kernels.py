@@ -9,13 +9,14 @@ from __future__ import annotations
 import hashlib
 import math
 import os
-import platform
+import sys
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
 import spiral_core
+from spiral_core.numerics.kernel import processor_features
 
 
 def compile_rods_and_wraps() -> None:
@@ -90,7 +91,8 @@ def _notes() -> tuple[Path, ...]:
     """Return where the note may be; its name is a digest of what the kernels depend on."""
     package = Path(str(spiral_core.__file__)).parent
     sources = [(str(path), path.stat().st_mtime_ns) for path in sorted(package.rglob("*.py"))]
-    state = repr((sources, version("numba"), platform.uname()))
+    processor = (os.environ.get("NUMBA_CPU_NAME"), processor_features())
+    state = repr((sources, version("numba"), sys.version_info, processor))
     name = f"spiral_kernels_{hashlib.sha256(state.encode()).hexdigest()[:16]}"
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     folders = [Path(chosen)] if chosen else [package / "__pycache__", Path("~/.cache/numba")]

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -32,8 +33,9 @@ def test_a_working_installation_is_well() -> None:
     assert list(found) == ["versions", "kernels", "prototype_p1", "grip", "node"]
     assert "Python" in str(found["versions"]["text"])
     assert "grips radii from 2.59" in str(found["prototype_p1"]["text"])
-    for name in ("grip", "node"):
-        assert "an object of 9.604 mm" in str(found[name]["text"])
+    assert "an object of 9.604 mm" in str(found["grip"]["text"])
+    answer = "an object of 9.604 mm" if find_spec("rclpy") else "not installed"
+    assert answer in str(found["node"]["text"])
 
 
 def test_a_broken_file_ends_the_examination(tmp_path: Path) -> None:
@@ -60,12 +62,3 @@ def test_what_fails_is_a_problem(
     code, found = diagnosed("prototype_p1")
     assert code == 1
     assert said in str(found[name.removeprefix("check_")]["text"])
-
-
-def test_a_node_that_cannot_start_shows_its_log() -> None:
-    code = (
-        "from spiral_gripper_ros.tools import one_answer; one_answer.START_TIMEOUT = 5.0; "
-        "one_answer.plan_by_new_node('none', 0.01)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert "no gripper has this name" in done.stderr

@@ -267,6 +267,7 @@ def test_a_joint_is_wrapped_and_opened_too(active):
     assert all_finite(result, *goal.feedback)
     status, result = joint_command(active, position=[OPEN]).end()
     assert (status, list(result.state.position)) == (SUCCEEDED, [OPEN])
+    assert list(result.state.name) == ["spiral_gripper_opening"]  # the goal has none
 
 
 def test_a_joint_command_that_is_none_is_refused(active):

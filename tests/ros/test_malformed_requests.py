@@ -6,7 +6,10 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.action import ActionServer
 from ros.harness import RunningNode
+
+from spiral_gripper_ros.node.gripper_node import GripperNode
 
 PROGRAMS = {
     "spiral_gripper": "spiral_gripper_ros.node.main",
@@ -37,6 +40,18 @@ def test_values_of_no_type_are_refused_and_the_process_goes_on(name, namespace, 
         log = process.log()
         assert log.count("set_parameters refused: ") == 1
         assert "Traceback" not in log
+
+
+def test_what_rclpy_raises_at_a_request_to_an_action_ends_nothing(namespace):
+    node = GripperNode(namespace=namespace)
+    servers = [waitable for waitable in node.waitables if isinstance(waitable, ActionServer)]
+    assert servers
+    for server in servers:
+        work = server.execute({"cancel": (None, None)})  # an answer to nobody
+        with pytest.raises(StopIteration):
+            work.send(None)
+    assert node.runtime.errors.count == 0  # what callers cause
+    node.destroy_node()
 
 
 def test_a_burst_of_them_and_of_impossible_transitions_lets_a_grip_go_on(active):

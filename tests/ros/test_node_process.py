@@ -162,6 +162,15 @@ def test_a_first_start_says_that_it_compiles_and_can_be_stopped(
         assert "Traceback" not in node.log()
 
 
+def test_kernels_that_cannot_be_kept_are_not_compiled_within_the_node(namespace):
+    environment = {"NUMBA_CACHE_DIR": "/proc/no/such/folder"}
+    with RunningNode(namespace, environment=environment) as node:
+        assert node.wait(START_DEADLINE)
+        assert node.exit_code == 1
+        assert "set NUMBA_CACHE_DIR to a folder that can be written" in node.log()
+        assert "kernels are compiled" not in node.log()
+
+
 def test_the_process_that_compiles_ends_in_order(capfd):
     compilation = Compilation()  # everything is cached already
     deadline = time.monotonic() + START_DEADLINE
@@ -195,6 +204,15 @@ def test_a_node_that_was_killed_takes_the_pressure_over_and_drops_nothing(client
         client.hear_more(20)
         assert min(client.pressures) > 0.99 * held
     client.destroy_timer(timer)
+
+
+def test_a_node_that_the_doctor_cannot_start_shows_its_log():
+    code = (
+        "from spiral_gripper_ros.tools import one_answer; one_answer.START_TIMEOUT = 5.0; "
+        "one_answer.plan_by_new_node('none', 0.01)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "no gripper has this name" in done.stderr
 
 
 @pytest.mark.slow

@@ -13,8 +13,8 @@ from sensor_msgs.msg import JointState
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper_ros.control.radius_gate import stale_estimate
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.messages.conversions import pose_along
-from spiral_gripper_ros.node.robot_state import RobotState, prefix_of
+from spiral_gripper_ros.messages.conversions import pose_along, prefix_of
+from spiral_gripper_ros.node.robot_state import RobotState
 
 RADIUS = 0.02
 

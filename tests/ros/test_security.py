@@ -124,6 +124,7 @@ def test_a_node_of_rclpy_may_start_in_each_enclave(namespace, client, enclave):
         ("publish", "/clock", {"simulator"}),
         ("request", "/release", {"commander", "operator"}),
         ("request", "/rearm", {"commander", "operator"}),
+        ("request", "/release/_action/send_goal", {"commander", "operator"}),
         ("request", "/grasp/_action/send_goal", {"commander"}),
         ("request", "/spiral_gripper/set_parameters", {"operator"}),
         ("request", "/spiral_gripper/change_state", {"operator"}),

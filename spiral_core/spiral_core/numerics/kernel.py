@@ -27,6 +27,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numba
 import numpy as np
 from numba.core import event
+from numba.core.codegen import get_host_cpu_features
 from numba.core.registry import CPUDispatcher
 from numba.extending import typeof_impl
 
@@ -120,6 +121,11 @@ def merged(function: Callable[P, R]) -> Callable[P, R]:
     """
     compile_kernel = numba.njit(inline="always", error_model="numpy", fastmath=FAST_MATH)
     return cast("Callable[P, R]", compile_kernel(function))
+
+
+def processor_features() -> str:
+    """Return what this processor can do, for which kernels are compiled."""
+    return str(get_host_cpu_features())  # type: ignore[no-untyped-call]
 
 
 def _import_array_functions() -> None:

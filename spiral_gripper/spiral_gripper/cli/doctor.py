@@ -124,7 +124,7 @@ def check_grip(name: str) -> str:
 
 def check_node(name: str) -> str:
     """Start a node and ask it to plan one wrap."""
-    if find_spec("spiral_gripper_ros") is None:
+    if find_spec("rclpy") is None:
         return "not installed: ROS 2 is on PyPI for Linux x86-64 with Python 3.10 to 3.13 only"
     plan = import_module("spiral_gripper_ros.tools.one_answer").plan_by_new_node
     return str(plan(name, _middle_radius(name)))

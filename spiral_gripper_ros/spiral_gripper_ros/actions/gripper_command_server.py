@@ -27,6 +27,7 @@ from spiral_gripper_ros.actions.runner import GoalRunner, GoalUpdate
 from spiral_gripper_ros.actions.server import ActionAdapter, GoalServer
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.messages.conversions import opening_joint
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -168,7 +169,8 @@ class ParallelGripperCommandAdapter(_CommandAdapter):
         reading = self._reading(update)
         state = JointState(position=[reading.position], effort=[reading.effort])
         state.header.stamp = self._node.get_clock().now().to_msg()
-        state.name = list(request.command.name)[:1]
+        named = list(request.command.name)[:1]
+        state.name = named or [opening_joint(str(self._runtime.values["frame_id"]))]
         return state
 
 

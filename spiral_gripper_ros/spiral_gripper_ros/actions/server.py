@@ -15,6 +15,7 @@ from spiral_gripper_ros.actions.runner import GoalRunner, GoalUpdate
 from spiral_gripper_ros.control.grasp import GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.qos import REQUESTS
+from spiral_gripper_ros.process.guards import ErrorLog
 
 # How long the result of a goal is kept for a client that asks late [s]. rclpy's 15 minutes would
 # let the list of goals, which is published at each change, grow to thousands.
@@ -35,6 +36,21 @@ class ActionAdapter(Protocol):
     def result(self, request: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
         """Return the message that tells how a goal has ended."""
         ...
+
+
+class _Server(ActionServer):  # type: ignore[misc]
+    """rclpy's server; what it raises at a request, or at a client that has gone, is logged."""
+
+    def __init__(self, errors: ErrorLog, *arguments: Any, **options: Any) -> None:  # noqa: ANN401
+        self._errors = errors
+        super().__init__(*arguments, **options)
+
+    async def execute(self, taken_data: Any) -> None:  # noqa: ANN401
+        """Answer the requests that were taken."""
+        try:
+            await super().execute(taken_data)
+        except Exception as error:
+            self._errors.note_refused("a request to an action", error)
 
 
 class GoalServer:
@@ -60,7 +76,8 @@ class GoalServer:
         self._adapter = adapter
         self._kind, self._name = action
         self._logger = node.get_logger()
-        self._server = ActionServer(
+        self._server = _Server(
+            runner.errors,
             node,
             *action,
             self._execute,

@@ -37,6 +37,22 @@ REGIME_NAMES = {
 
 # Refusals of other inputs than radii.
 _NO_RADII = (Reason.GRAVITY_INVALID, Reason.PRESSURE_INVALID)
+BASE = "gripper_base"
+
+
+def prefix_of(frame_id: str) -> str:
+    """Return the prefix of a gripper's links and joints, as in ``urdf/spiral_gripper.xacro``.
+
+    Example:
+        >>> prefix_of("left_gripper_base"), prefix_of("gripper_base"), prefix_of("tool0")
+        ('left_', '', 'tool0_')
+    """
+    return frame_id.removesuffix(BASE) if frame_id.endswith(BASE) else f"{frame_id}_"
+
+
+def opening_joint(frame_id: str) -> str:
+    """Return the name of the joint whose position is the diameter that is wrapped."""
+    return f"{prefix_of(frame_id)}spiral_gripper_opening"
 
 
 def vector_from_msg(message: Vector3 | Point) -> Vector:

@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 SWITCH_INTERVAL = 0.0005
 # So often a process that only waits looks whether it was asked to stop [s].
 LONGEST_WAIT = 0.05
+# Kernels that cannot be kept would be compiled within the node, which then answers nobody.
+UNKEPT = (
+    "the compiled kernels cannot be kept, neither in the installation nor in the user's cache: set "
+    "NUMBA_CACHE_DIR to a folder that can be written, and start again"
+)
 
 ABOUT = """\
 A lifecycle node that turns object radii into the pressure of the perfect wrap.
@@ -114,7 +119,9 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
         while not compilation.wait(LONGEST_WAIT):
             if signals.requested:
                 return False
-        return True
+        if not kernels_are_compiled():
+            node.get_logger().error(UNKEPT)
+        return kernels_are_compiled()
 
     node.wait_for_kernels = wait
     try:
@@ -124,7 +131,8 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
             loop.turn()
     finally:
         compilation.end()
-    node.get_logger().info("the kernels are compiled")
+    if kernels_are_compiled():
+        node.get_logger().info("the kernels are compiled")
 
 
 if __name__ == "__main__":

@@ -13,25 +13,14 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 
 from spiral_gripper_ros.actions.gripper_command import wrapped_diameter
-from spiral_gripper_ros.messages.conversions import pose_along
+from spiral_gripper_ros.messages.conversions import opening_joint, pose_along, prefix_of
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
 
-BASE = "gripper_base"
 # A timer cannot wait for any time [s].
 LONGEST_PERIOD = 3600.0
-
-
-def prefix_of(frame_id: str) -> str:
-    """Return the prefix of a gripper's links and joints, as in ``urdf/spiral_gripper.xacro``.
-
-    Example:
-        >>> prefix_of("left_gripper_base"), prefix_of("gripper_base"), prefix_of("tool0")
-        ('left_', '', 'tool0_')
-    """
-    return frame_id.removesuffix(BASE) if frame_id.endswith(BASE) else f"{frame_id}_"
 
 
 class RobotState:
@@ -97,19 +86,19 @@ class RobotState:
         if placement is not None:
             poses["object"] = pose_along(placement)
             self._publishers["object"].publish(PoseStamped(header=header, pose=poses["object"]))
-        self._publishers["joint"].publish(self._joint(loaded, header, prefix))
+        self._publishers["joint"].publish(self._joint(loaded, header))
         if self._frames is not None:
             transforms = [
                 _transform(header, f"{prefix}gripper_{name}", pose) for name, pose in poses.items()
             ]
             self._publishers["frames"].publish(self._frames(transforms=transforms))
 
-    def _joint(self, loaded: LoadedGripper, header: Any, prefix: str) -> JointState:  # noqa: ANN401
+    def _joint(self, loaded: LoadedGripper, header: Any) -> JointState:  # noqa: ANN401
         runtime, seen = self._runtime, self._runtime.control.snapshot()
         pressure = seen.pressure_command if seen.measured is None else seen.measured.pressure
         opening = number(runtime.values, "gripper_command_open")
         position = wrapped_diameter(pressure, opening, loaded.planner)
-        state = JointState(header=header, name=[f"{prefix}spiral_gripper_opening"])
+        state = JointState(header=header, name=[opening_joint(header.frame_id)])
         state.position = [position if math.isfinite(position) else opening]
         return state
 
