@@ -5,7 +5,8 @@ The real node in this process, the simulator's regulator, and a time that runs a
 compute. The window of good grips is known (``--grip-radii``), from grips that are solved first.
 Every command that the node publishes is judged. Unsafe is a command that is not finite, below 0 or
 above the cap; that rises faster than its rate; that inflates what is vented; or that lets go of an
-object although nothing has happened that may.
+object although nothing has happened that may. Untrue is a grasp or release that succeeds while the
+regulator's real pressure is another.
 """
 
 from __future__ import annotations
@@ -14,10 +15,17 @@ import argparse
 import math
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from random import Random
+from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Vector3Stamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import FluidPressure
@@ -26,9 +34,10 @@ from std_srvs.srv import Trigger
 
 from benchmarks.ros.grip_bank import GripBank
 from spiral_gripper import load_gripper
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
+from spiral_gripper_ros.actions.jobs import GoalReport, ReleaseJob
+from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
-from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.simulation.parameters import REGULATOR_PARAMETERS, regulator_model
 from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulator
@@ -38,11 +47,13 @@ NOISE = 1.0e3  # of the measured pressure, at most [Pa]
 WRAP_TIME, LIFT_TIME, RELEASE_TIME = 1.4, 0.8, 0.5
 # What may let go of an object, by its reason; the first are wishes, the rest need their faults.
 WISHES = {Reason.NO_RADIUS, Reason.NOT_ACTIVE, Reason.RELEASED, Reason.GRASP_CANCELED}
+# First readings of a sensor that cannot be taken over [Pa].
+DISAGREEING = ((2.5e5,), (101325.0,), (0.0, 6.275e4))
 GRAVITIES = ((9.80665, 0.0, 0.0), (0.0, 0.0, -9.80665), (6.9, 6.9, 0.0))
 
 
 class UnsafeCommandError(Exception):
-    """A command that must not be."""
+    """A command, or a success, that must not be."""
 
 
 class Rig:
@@ -61,6 +72,8 @@ class Rig:
         self.allowed: set[Reason] = set(WISHES)
         self._last = (self.time, 0.0)
         self._takes_over = False
+        self._reports: list[tuple[Callable[[], GoalReport], bool]] = []  # of goals, is a release
+        self.succeeded = 0
         self.node = GripperNode(
             namespace=f"/cycles_{seed}",
             parameter_overrides=[
@@ -80,7 +93,8 @@ class Rig:
         self.node.runtime.outputs.publish_pressure = self._judge  # type: ignore[method-assign]
         self.node.runtime.now = lambda: self.time  # type: ignore[method-assign]
         values = {spec.name: spec.default for spec in REGULATOR_PARAMETERS}
-        self.regulator = SimulatedRegulator(regulator_model(values), seed)
+        self.model = regulator_model(values)
+        self.regulator = SimulatedRegulator(self.model, seed)
         self.radius: float | None = None
         self.is_client_alive = True
         self.sends_radii = True
@@ -124,8 +138,25 @@ class Rig:
             noise = self.random.gauss(0.0, 2.0e-5)
             self.hear("object_radius", Float64(data=self.radius + noise))
         self.call_timers()
+        self._judge_successes()
         if self.node.runtime.errors.count:
             self._complain("an exception: see the log")
+
+    def _judge_successes(self) -> None:
+        """Compare what has succeeded with the pressure that is really there."""
+        running = []
+        for report, is_release in self._reports:
+            outcome = report().outcome
+            if outcome is GraspOutcome.RUNNING:
+                running.append((report, is_release))
+            elif outcome is GraspOutcome.SUCCEEDED:
+                self.succeeded += 1
+                snapshot, real = self.node.runtime.control.snapshot(), self.regulator.pressure
+                wanted = 0.0 if is_release else snapshot.pressure_target
+                if abs(real - wanted) > self.node.runtime.limits.pressure_tolerance + NOISE:
+                    name = "release" if is_release else "grasp"
+                    self._complain(f"untrue: a {name} to {wanted} Pa succeeded at {real} Pa")
+        self._reports = running
 
     def run(self, duration: float) -> None:
         """Let some time pass [s]."""
@@ -139,11 +170,11 @@ class Rig:
                 subscription.callback(message)
                 return
 
-    def call(self, name: str) -> bool:
-        """Call a service; return whether it succeeded."""
+    def call(self, name: str, request: Any = None) -> Any:  # noqa: ANN401
+        """Call a service, as a rule a trigger; return its answer."""
         for service in self.node.services:
             if service.srv_name.rpartition("/")[2] == name:
-                return bool(service.callback(Trigger.Request(), Trigger.Response()).success)
+                return service.callback(request or Trigger.Request(), service.srv_type.Response())
         raise LookupError(name)
 
     def call_timers(self) -> None:
@@ -179,14 +210,26 @@ class Rig:
         self._release()
 
     def _grasp(self, goal: GraspGoal) -> None:
-        if self.node.runtime.loaded is not None:
-            self.node.runtime.control.start_grasp(self.time, goal, self.node.runtime.loaded.planner)
-            self.node.runtime.publish()
+        runtime = self.node.runtime
+        if runtime.loaded is not None:
+            grasp = runtime.control.start_grasp(self.time, goal, runtime.loaded.planner)
+            if not isinstance(grasp, Refusal):
+                self._reports.append((lambda: grasp.report, False))
+            runtime.publish()
+
+    def _start_release(self) -> None:
+        """Release as the action does."""
+        runtime = self.node.runtime
+        job = ReleaseJob(runtime.control, runtime.limits)
+        if runtime.loaded is not None and job.start(self.time, runtime.loaded.planner) is None:
+            self._reports.append((lambda: job.report(self.time), True))
+            runtime.publish()
 
     def _release(self) -> None:
         self.radius, self.is_client_alive, self.sends_radii = None, True, True
-        self.regulator.fault = Fault.NONE
-        if not self.call("release"):
+        self.regulator.fault, self.regulator.model = Fault.NONE, self.model
+        self._start_release()
+        if not self.call("release").success:
             self._complain("a release was refused")
         self.run(RELEASE_TIME)
         if self._last[1] != 0.0:
@@ -261,7 +304,68 @@ class Rig:
 
     def release_early(self) -> None:
         """Release in the midst."""
-        self.call("release")
+        self._start_release()
+
+    def release_with_a_cut_link(self) -> None:
+        """Release after the link was cut, from a device that keeps its pressure."""
+        self.regulator.model = replace(self.model, watchdog_timeout=1.0e3)
+        self.lost_link()
+        self.run(self.random.uniform(0.0, 0.8))
+        self._start_release()
+
+    def node_is_stopped(self) -> None:
+        """Stop the node as SIGSTOP does; what was sent meanwhile is heard afterwards."""
+        self._may_find_it_vented()
+        duration = self.random.uniform(0.1, 3.0)
+        self.time += duration
+        self.regulator.step(duration)
+        timers_first = self.random.random() < 0.5
+        if timers_first:
+            self.call_timers()
+        for pressure in (self.regulator.report() for _ in range(5)):
+            self.hear("measured_pressure", FluidPressure(fluid_pressure=pressure or 0.0))
+        self.tick()
+
+    def adapter_is_stopped(self) -> None:
+        """Stop the adapter as SIGSTOP does: nothing passes, and the device's watchdog may vent."""
+        self._may_find_it_vented()
+        self.lost_link()
+        self.run(self.random.uniform(0.1, 1.0))
+        self.regulator.fault = Fault.NONE
+
+    def _may_find_it_vented(self) -> None:
+        self.allowed |= {Reason.PRESSURE_LOW, Reason.PRESSURE_HIGH, Reason.PRESSURE_LOST}
+
+    def malformed_requests(self) -> None:
+        """Call the services of rclpy with what they cannot read, and with bad values."""
+        values = (
+            ParameterValue(type=99),
+            ParameterValue(type=0),
+            ParameterValue(type=4, string_value="1e5"),
+            ParameterValue(type=3, double_value=math.nan),
+        )
+        for value in values:
+            bad = ParameterMessage(name="grasp_timeout", value=value)
+            request = SetParameters.Request(parameters=[bad, bad])
+            answers = self.call("set_parameters", request).results
+            if len(answers) != len(request.parameters) or any(a.successful for a in answers):
+                self._complain(f"a malformed parameter is taken: {value}")
+        change = ChangeState.Request(transition=Transition(id=255))
+        if self.call("change_state", change).success:
+            self._complain("an unknown transition is taken")
+
+    def standby_stops(self) -> None:
+        """Let a standby that was never active stop in one of the ways: it commands nothing."""
+        standby = GripperNode(namespace=self.node.get_namespace())
+        standby.runtime.outputs.publish_pressure = (  # type: ignore[method-assign]
+            lambda pressure: self._complain(f"a standby commands {pressure} Pa")
+        )
+        try:
+            standby.trigger_configure()
+            self.random.choice((standby.trigger_cleanup, standby.trigger_shutdown, standby.vent))()
+            standby.vent()
+        finally:
+            standby.destroy_node()
 
     def restart(self) -> None:
         """Deactivate and activate, which vents, then takes over what is measured."""
@@ -282,6 +386,31 @@ class Rig:
         if self.commands != commands:
             self._complain("took over what disagreed")
 
+    def kill_and_take_over(self) -> None:
+        """Kill the node and start it anew; its first readings disagree, then they are true."""
+        cap = self.node.runtime.limits.pressure_cap
+        self.node.runtime.has_commanded = False  # nobody vents
+        self.node.trigger_deactivate()
+        self._takes_over = True
+        self.node.trigger_activate()
+        commands, held = self.commands, self.regulator.target
+        first = self.random.choice(DISAGREEING)
+        for step in range(self.random.randrange(1, 8)):  # the device's watchdog waits meanwhile
+            self.time += TICK
+            self.regulator.step(TICK)
+            pressure = first[step % len(first)]
+            self.hear("measured_pressure", FluidPressure(fluid_pressure=pressure))
+            self.call_timers()
+        if self.commands != commands:
+            self._complain("took over what disagreed")
+        fault, self.radius = self.regulator.fault, None
+        self.run(0.3)
+        commanded, tolerance = self._last[1], self.node.runtime.limits.pressure_tolerance
+        is_known = fault is Fault.NONE and tolerance < held <= cap
+        # What agrees to a tolerance may still be on its way, by as much again.
+        if is_known and abs(commanded - held) > 2.0 * tolerance + NOISE:
+            self._complain(f"{held} Pa were held, {commanded} Pa are commanded")
+
     def newer_goal(self) -> None:
         """Send a goal for another object."""
         self._grasp(GraspGoal(self.random.uniform(0.006, 0.035)))
@@ -296,7 +425,8 @@ FAULTS: tuple[Callable[[Rig], None], ...] = (
     Rig.leak, Rig.stuck_valve, Rig.lost_link, Rig.bad_radii, Rig.radii_stop, Rig.bad_pressures,
     Rig.tilt, Rig.bad_gravity, Rig.client_vanishes, Rig.cap_is_lowered, Rig.clock_leaps,
     Rig.release_early, Rig.restart, Rig.restart_with_disagreeing_sensors, Rig.newer_goal,
-    Rig.impossible_goal,
+    Rig.impossible_goal, Rig.release_with_a_cut_link, Rig.node_is_stopped, Rig.adapter_is_stopped,
+    Rig.malformed_requests, Rig.standby_stops, Rig.kill_and_take_over,
 )  # fmt: skip
 
 
@@ -327,6 +457,7 @@ def main() -> None:
     rig = run_cycles(given.count, given.seed, given.grip_radii)
     rclpy.try_shutdown()
     print(f"{rig.cycles} cycles, {rig.commands} commands, none of them unsafe")
+    print(f"goals that succeeded: {rig.succeeded}, none of them untrue")
     print(f"wrapped at the end of the lift: {rig.wrapped}")
     if given.grip_radii:
         print(f"grips answered: {rig.grips.answered}, refused: {rig.grips.refused}")

@@ -8,6 +8,8 @@ import pytest
 from geometry_msgs.msg import Vector3Stamped
 
 from benchmarks.ros.cycles import FAULTS, Rig, UnsafeCommandError, run_cycles
+from spiral_gripper_ros.actions.jobs import ReleaseJob
+from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 
 
 @pytest.fixture
@@ -32,6 +34,7 @@ def test_after_each_fault_the_next_cycle_wraps_again(rig, fault):
     rig.allowed |= {refusal.reason for refusal in [rig.node.runtime.control.snapshot().refusal]}
     rig.run(1.0)
     rig._release()
+    rig.run(0.5)  # a gripper that kept its pressure while the link was cut empties
     rig.call("rearm")
     rig.radius = 0.02
     rig.run(2.5)
@@ -50,6 +53,16 @@ def test_an_object_that_is_dropped_for_no_reason_is_noticed(rig):
     rig.run(1.5)
     with pytest.raises(UnsafeCommandError, match="let go because of NONE"):
         rig.node.runtime.outputs.publish_pressure(0.0)
+
+
+def test_a_release_that_succeeds_untruly_is_noticed(rig, monkeypatch):
+    rig.radius = 0.02
+    rig.run(1.5)
+    done = GraspReport(GraspOutcome.SUCCEEDED)
+    monkeypatch.setattr(ReleaseJob, "report", lambda job, now: done)
+    Rig.release_with_a_cut_link(rig)
+    with pytest.raises(UnsafeCommandError, match="untrue: a release"):
+        rig.tick()
 
 
 def test_the_gravity_of_a_trembling_arm_does_not_let_wrapped_flip(rig):
