@@ -388,6 +388,7 @@ class Rig:
 
     def kill_and_take_over(self) -> None:
         """Kill the node and start it anew; its first readings disagree, then they are true."""
+        self._may_find_it_vented()  # the device's watchdog may be faster than the agreement
         cap = self.node.runtime.limits.pressure_cap
         self.node.runtime.has_commanded = False  # nobody vents
         self.node.trigger_deactivate()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node's process among others: parents, second commanders, late regulators, a cold cache."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -203,6 +204,26 @@ def test_a_node_that_was_killed_takes_the_pressure_over_and_drops_nothing(client
         client.wait_for_state(State.TAKEN_OVER)
         client.hear_more(20)
         assert min(client.pressures) > 0.99 * held
+    client.destroy_timer(timer)
+
+
+@pytest.mark.parametrize("first", [(2.5e5,), (101325.0,), (0.0, 6.275e4)])
+def test_first_readings_that_cannot_be_held_are_waited_out(client, namespace, first):
+    regulator = client.create_publisher(FluidPressure, "measured_pressure", 1)
+    readings = itertools.cycle(first)
+
+    def measure():
+        regulator.publish(FluidPressure(fluid_pressure=next(readings)))
+
+    timer = client.create_timer(0.02, measure)
+    with RunningNode(namespace, {**FAST_RAMP, **PATIENT, "activation": "take_over"}):
+        client.wait_for_state(State.WAITING)
+        client.spin(1.0)
+        assert not client.pressures
+        readings = itertools.repeat(3.0e4)
+        client.wait_for_state(State.TAKEN_OVER)
+        client.hear_more(20)
+        assert client.pressures == pytest.approx([3.0e4] * len(client.pressures), rel=0.02)
     client.destroy_timer(timer)
 
 
