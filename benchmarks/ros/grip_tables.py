@@ -55,7 +55,7 @@ def refined_table(gripper: Gripper, count: int, solve: Solve) -> RefiningTable:
     low, high = GripperPlanner(gripper).radius_range
     table = RefiningTable(table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count))
     while (radius := table.next_radius()) is not None:
-        table.add(radius, _entry(gripper, radius, solve))
+        table = table.added(radius, _entry(gripper, radius, solve))
     return table
 
 

@@ -45,7 +45,8 @@ class Pool:
     def __init__(self):
         self.asked = []
 
-    def submit(self, solve, question):
+    def submit(self, solve, question, is_wanted):
+        self.is_wanted = is_wanted
         self.asked.append((question, Future()))
         return self.asked[-1][1]
 

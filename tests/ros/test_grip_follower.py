@@ -115,11 +115,14 @@ def test_while_the_arm_turns_nothing_is_asked_and_no_question_waits_behind_anoth
         grips.follow(gravity=turned)
     grips.follow(gravity=turned, elapsed=SETTLING)
     assert len(grips.pool.asked) == 1
+    assert not grips.pool.is_wanted()  # so that its process ends it
     job.set_result(figures())
     grips.follow(gravity=turned)
     assert len(grips.pool.asked) == 2
     assert grips.pool.asked[1][0].gripper.gravity == turned
+    assert grips.pool.is_wanted()
     grips.follower.end()
+    assert not grips.pool.is_wanted()
     assert grips.pool.asked[1][1].cancelled()
 
 

@@ -49,6 +49,22 @@ def test_a_process_that_is_killed_is_an_answer_and_the_next_question_starts_anot
     process.end()
 
 
+def test_a_grip_that_nobody_waits_for_is_ended_and_the_next_process_loads_meanwhile(gripper):
+    process = GripProcess()
+    with pytest.raises(EndedError, match="nobody waits"):
+        process.answer(GripQuestion(gripper, 0.011), lambda: False)
+    assert process._process is None  # not even asked
+    looks = iter([True, True])
+    with pytest.raises(EndedError, match="nobody waits"):
+        process.answer(GripQuestion(gripper, 0.011), lambda: next(looks, False))
+    waiting = process._process
+    assert waiting.poll() is None
+    with pytest.raises(NotGrippableError):
+        process.answer(GripQuestion(gripper, 0.2))
+    assert process._process is waiting
+    process.end()
+
+
 def test_all_nodes_of_a_program_share_one_process_that_ends_with_the_last(gripper):
     one, other = SharedGripProcess(), SharedGripProcess()
     for share in (one, other):

@@ -45,7 +45,7 @@ def known(node):
     for radius in (low, high, math.sqrt(low * high)):
         tip = loaded.planner.plan(min(max(radius, 1.001 * low), 0.999 * high)).pressure
         grip = replace(figures(tip), onset_curling=1.05 * tip, loss=1.3 * tip)
-        follower._table.add(radius, GripEntry(grip, node.runtime.now()))
+        follower._table = follower._table.added(radius, GripEntry(grip, node.runtime.now()))
     node.statuses = []
     node.runtime.outputs.publish = lambda name, message: (
         node.statuses.append(message) if name == "status" else None
@@ -134,10 +134,10 @@ def test_a_goals_feedback_says_how_long_the_tube_will_swing(known):
 
 def test_grips_are_solved_for_the_ramp_that_the_node_has(known, monkeypatch):
     asked = []
-    monkeypatch.setattr(known.runtime.background, "solve_grip", asked.append)
+    monkeypatch.setattr(known.runtime.background, "solve_grip", lambda *asks: asked.append(asks))
     known.set_parameters([Parameter("pressure_rate_up", value=2.0e4)])
-    known.runtime._solve_grip(GripQuestion(known.runtime.loaded.gripper, 0.02))
-    assert asked[0].rate == 2.0e4
+    known.runtime._solve_grip(GripQuestion(known.runtime.loaded.gripper, 0.02), bool)
+    assert asked[0][0].rate == 2.0e4
 
 
 def test_past_the_loss_nothing_is_wrapped(known):

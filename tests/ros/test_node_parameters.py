@@ -105,11 +105,15 @@ def test_the_publish_rate_acts_at_once(active):
     assert active.set_parameter("publish_rate", 200.0).successful
     active.hear_more()
     active.statuses.clear()
-    active.wait_until(lambda: len(active.statuses) > 100, "statuses")
-    stamps = [message.header.stamp for message in active.statuses]
-    times = np.array([stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps])
-    # A busy machine is late now and then; at the default rate it would be 0.02 s.
-    assert np.median(np.diff(times)) == pytest.approx(0.005, abs=0.005)
+
+    def median_period():
+        stamps = [message.header.stamp for message in active.statuses[-100:]]
+        return np.median(np.diff([stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps]))
+
+    # A busy machine is late for a while; at the default rate it is never below 0.02 s.
+    active.wait_until(
+        lambda: len(active.statuses) > 100 and median_period() < 0.01, "statuses at 200 Hz"
+    )
 
 
 def test_the_number_of_poses_acts_with_the_next_shape(active):

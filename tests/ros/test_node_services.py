@@ -169,6 +169,20 @@ def test_a_plan_does_not_wait_for_a_batch(client, namespace):
         assert "Traceback" not in node.log()
 
 
+def test_a_batch_ends_with_the_gripper_that_it_plans_for(active):
+    batches = active.create_client(PlanWraps, "plan_wraps")
+    assert batches.wait_for_service(DEADLINE)
+    answers = batches.call_async(long_batch())
+    active.spin(0.5)
+    assert active.transition("deactivate")
+    assert active.transition("cleanup")
+    active.wait_until(answers.done, "the answer")
+    assert len(answers.result().reason) == 1000
+    assert answers.result().reason[-1] == Reason.NOT_ACTIVE
+    assert "unloaded" in answers.result().message[-1]
+    active.destroy_client(batches)
+
+
 def test_an_object_that_is_too_short_is_refused(active):
     needed = active.plan_wrap(0.02).object_length_needed
     assert active.plan_wrap(0.02, object_length=1.01 * needed).success

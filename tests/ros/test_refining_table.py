@@ -18,7 +18,7 @@ def filled(grip_at, radii=RADII):
     table, solved = RefiningTable(radii), []
     while (radius := table.next_radius()) is not None:
         solved.append(radius)
-        table.add(radius, grip_at(radius))
+        table = table.added(radius, grip_at(radius))
         assert len(solved) < 1000
     return table, solved
 
@@ -74,10 +74,12 @@ def test_nothing_is_answered_before_it_has_been_compared():
     table = RefiningTable(RADII)
     for radius in RADII:
         assert table.answer(0.012, 5.0e4, 5.5e4) is None
-        table.add(radius, GripEntry(figures(), 0.0))
+        table = table.added(radius, GripEntry(figures(), 0.0))
     assert table.answer(0.012, 5.0e4, 5.5e4) is None
-    table.add(math.sqrt(RADII[0] * RADII[1]), GripEntry(figures(), 0.0))
+    before = table
+    table = table.added(math.sqrt(RADII[0] * RADII[1]), GripEntry(figures(), 0.0))
     assert table.answer(0.012, 5.0e4, 5.5e4) is not None
+    assert before.answer(0.012, 5.0e4, 5.5e4) is None  # another thread may be reading it
     assert table.answer(0.03, 5.0e4, 5.5e4) is None
     assert table.answer(0.041, 5.0e4, 5.5e4) is table.window(0.041, 5.0e4) is None
 
@@ -96,7 +98,7 @@ def test_what_is_not_held_is_neither_answered_nor_refined():
 def test_each_force_is_compared(name):
     table = RefiningTable(RADII)
     for radius in RADII:
-        table.add(radius, GripEntry(figures(), 0.0))
+        table = table.added(radius, GripEntry(figures(), 0.0))
     grip = figures()
-    table.add(0.015, GripEntry(replace(grip, **{name: 2.0 * getattr(grip, name)}), 0.0))
+    table = table.added(0.015, GripEntry(replace(grip, **{name: 2.0 * getattr(grip, name)}), 0.0))
     assert table.answer(0.012, 5.0e4, 5.5e4) is None

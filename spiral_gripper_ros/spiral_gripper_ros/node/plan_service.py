@@ -43,6 +43,7 @@ _LISTED = (
     "line_force",
     "grip",
 )
+UNLOADED = "the gripper was unloaded or exchanged before all objects were planned for"
 # Planners for other mounts, by gravity and axis: some tens of milliseconds each.
 _Planners: TypeAlias = dict[tuple[float, ...], AnyPlanner]
 
@@ -61,7 +62,7 @@ class PlanContext:
         is_wanted: tells whether a long answer is still awaited.
         table_grip: returns the grip on a radius [m] that is wrapped at a pressure [Pa] by the tip
             criterion, at another pressure [Pa], if it is known; for the present mount.
-        solve_grip: returns the grip on one object, in seconds.
+        solve_grip: returns the grip on one object, in seconds, unless it is no longer awaited.
         now: time that the age of grips is counted to [s].
     """
 
@@ -73,7 +74,7 @@ class PlanContext:
     header: Any
     is_wanted: Callable[[], bool]
     table_grip: Callable[[float, float, float], GripAnswer | None]
-    solve_grip: Callable[[GripQuestion], GripEntry]
+    solve_grip: Callable[[GripQuestion, Callable[[], bool]], GripEntry]
     now: float
 
 
@@ -106,8 +107,6 @@ def answer_plan_wraps(request: Any, response: Any, context: PlanContext) -> Any:
         return refuse_all(request, response, Reason.INVALID_REQUEST, f"{text}, got {len(axes)}")
     planners: _Planners = {}
     for index, radius in enumerate(radii):
-        if not context.is_wanted():
-            break
         one = PlanWrap.Request(
             object_radius=radius,
             object_length=request.object_length,
@@ -119,7 +118,10 @@ def answer_plan_wraps(request: Any, response: Any, context: PlanContext) -> Any:
             gravity=request.gravity,
         )
         answer = PlanWrap.Response()
-        _fill_safely(one, answer, context, planners)
+        if context.is_wanted():
+            _fill_safely(one, answer, context, planners)
+        else:
+            _refuse(answer, Refusal(Reason.NOT_ACTIVE, UNLOADED))
         for name in _LISTED:
             getattr(response, name).append(getattr(answer, name))
     response.solve_time = time.perf_counter() - start
@@ -214,7 +216,9 @@ def _grip(request: Any, pressure: float, plan: WrapPlan, context: PlanContext) -
     question = GripQuestion(
         plan.gripper, request.object_radius, request.friction_coefficient or None, pose
     )
-    return context.solve_grip(question).answer(pressure, at_pose=pose is not None)
+    return context.solve_grip(question, context.is_wanted).answer(
+        pressure, at_pose=pose is not None
+    )
 
 
 def _check_length(available: float, needed: float) -> None:

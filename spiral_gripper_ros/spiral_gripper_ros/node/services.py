@@ -128,7 +128,7 @@ class Services:
             grip_ratio=runtime.limits.grip_ratio,
             points=int(number(runtime.values, "backbone_points")),
             header=runtime.outputs.header(),
-            is_wanted=lambda: not runtime.background.has_ended,
+            is_wanted=lambda: runtime.loaded is loaded and not runtime.background.has_ended,
             table_grip=loaded.table_grip,
             solve_grip=runtime.solved_grip,
             now=runtime.now(),

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from spiral_core.errors import SpiralError
 from spiral_core.rod.types import Vector
@@ -50,13 +52,19 @@ class InUse:
         return self.seen is None or other.seen is None or _is_near(self.seen, other.seen)
 
 
+# Answers a question, in seconds, unless its answer is no longer wanted.
+Solve: TypeAlias = Callable[[GripQuestion, Callable[[], bool]], GripFigures]
+
+
 class GripFollower:
     """Keeps the table of grips and the grip on the object in use up to date, one at a time.
+
+    One thread follows; any other may ask for answers meanwhile: what they read is exchanged whole.
 
     Args:
         gripper: as described.
         gravity: that is present [m/s^2].
-        solve: answers a question, in seconds; called in the background.
+        solve: called in the background.
         pool: runs the background work.
     """
 
@@ -64,7 +72,7 @@ class GripFollower:
         self,
         gripper: Gripper,
         gravity: Vector,
-        solve: Callable[[GripQuestion], GripFigures],
+        solve: Solve,
         pool: Executor,
     ) -> None:
         self._gripper, self._gravity = gripper, gravity
@@ -76,6 +84,7 @@ class GripFollower:
         self._wanted_at = 0.0
         self._turned_at = -math.inf  # when gravity changed
         self._job: tuple[float | InUse | None, Future[GripFigures]] | None = None
+        self._outdated = threading.Event()  # the job's answer
 
     def follow(
         self,
@@ -121,9 +130,10 @@ class GripFollower:
         entry = self.entry(in_use)
         if entry is not None:
             return entry.answer(pressure, at_pose=in_use.seen is not None)
-        if self._table is None or in_use.seen is not None:
+        table = self._table
+        if table is None or in_use.seen is not None:
             return None
-        return self._table.answer(in_use.radius, tip_pressure, pressure)
+        return table.answer(in_use.radius, tip_pressure, pressure)
 
     def window(self, radius: float, tip_pressure: float) -> tuple[float, float, float] | None:
         """Return where the wrap of a radius [m] begins, curls and is lost [Pa], if that is known.
@@ -132,23 +142,28 @@ class GripFollower:
             radius: of the object [m].
             tip_pressure: of its wrap by the tip criterion [Pa].
         """
-        return None if self._table is None else self._table.window(radius, tip_pressure)
+        table = self._table
+        return None if table is None else table.window(radius, tip_pressure)
 
     def entry(self, in_use: InUse) -> GripEntry | None:
         """Return the grip that was computed for this very object, or None."""
-        if self._in_use is None or not in_use.is_like(self._in_use[0]):
-            return None
-        return self._in_use[1]
+        known = self._in_use
+        return None if known is None or not in_use.is_like(known[0]) else known[1]
 
     def end(self) -> None:
-        """Take back the question that waits; another gripper or another life follows."""
+        """Take back the question; another gripper or another life follows."""
+        self._outdated.set()
         if self._job is not None:
             self._job[1].cancel()
 
     def _forget(self) -> None:
         self._table = self._in_use = None
+        self._outdated.set()
         if self._job is not None and not self._job[1].cancel():
-            self._job = (None, self._job[1])  # it runs; whatever it answers is for what was
+            self._job = (
+                None,
+                self._job[1],
+            )  # it runs, and will be ended; whatever it answers is for what was
 
     def _take(self, now: float) -> None:
         if self._job is None or not self._job[1].done():
@@ -165,7 +180,7 @@ class GripFollower:
             if isinstance(what, InUse):
                 self._in_use = (what, entry)
             elif self._table is not None:
-                self._table.add(what, entry)
+                self._table = self._table.added(what, entry)
 
     def _start(self, now: float) -> None:
         wanted = self._wanted
@@ -180,10 +195,9 @@ class GripFollower:
     def _ask(self, what: float | InUse, radius: float, seen: SeenObject | None) -> None:
         mounted = self._gripper.with_mount(self._gravity, self._gripper.object_axis)
         pose = None if seen is None else (seen.center, seen.axis)
-        self._job = (
-            what,
-            self._pool.submit(self._solve, GripQuestion(mounted, radius, None, pose)),
-        )
+        question = GripQuestion(mounted, radius, None, pose)
+        outdated = self._outdated = threading.Event()
+        self._job = what, self._pool.submit(self._solve, question, lambda: not outdated.is_set())
 
 
 def _is_near(one: SeenObject, other: SeenObject) -> bool:

@@ -7,6 +7,7 @@ One process for each of ten nodes would take the processors from their control l
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import ClassVar
 
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
@@ -22,14 +23,20 @@ class GripProcess(WorkerProcess):
     def __init__(self) -> None:
         super().__init__(SOLUTION, "grip")
 
-    def answer(self, question: GripQuestion) -> GripFigures:
+    def answer(
+        self, question: GripQuestion, is_wanted: Callable[[], bool] = lambda: True
+    ) -> GripFigures:
         """Return the grip that a question asks for; blocks until it is computed.
 
+        Args:
+            question: what is asked.
+            is_wanted: whether somebody still waits.
+
         Raises:
-            SpiralError: the object cannot be held, a state could not be certified, or the process
-                has ended.
+            SpiralError: the object cannot be held, a state could not be certified, nobody waits,
+                or the process has ended.
         """
-        figures: GripFigures = self.ask(question)
+        figures: GripFigures = self.ask(question, is_wanted)
         return figures
 
 
@@ -48,11 +55,13 @@ class SharedGripProcess:
             SharedGripProcess._users += 1
             self._shared = SharedGripProcess._process
 
-    def answer(self, question: GripQuestion) -> GripFigures:
+    def answer(
+        self, question: GripQuestion, is_wanted: Callable[[], bool] = lambda: True
+    ) -> GripFigures:
         """Return :meth:`GripProcess.answer`; blocks until the questions before it are answered."""
         if self._has_ended:
             raise EndedError("no grip: the node has ended")
-        return self._shared.answer(question)
+        return self._shared.answer(question, is_wanted)
 
     def end(self) -> None:
         """Release this node's share; the process ends with the last one."""

@@ -32,7 +32,7 @@ class RefiningTable:
     First come the radii that are given, the middle first. Then the middle between each two is
     solved too: how far the two are off there, halved, is the error that is expected of either
     half; linear in the radius, it would fall to a quarter. The worst pair is halved next, until all
-    keep ``TOLERANCE`` or the table is full.
+    keep ``TOLERANCE`` or the table is full. A table never changes, so that any thread may read it.
 
     Args:
         radii: to begin with [m], in order.
@@ -58,16 +58,18 @@ class RefiningTable:
         low, high = max(rough, key=self._error)
         return math.sqrt(low * high)
 
-    def add(self, radius: float, entry: GripEntry | None) -> None:
-        """Take the grip on a radius [m]; None: it is not held."""
-        self._entries[radius] = entry
+    def added(self, radius: float, entry: GripEntry | None) -> RefiningTable:
+        """Return the table with the grip on a radius [m] too; None: it is not held."""
+        table = RefiningTable(self._first)
+        table._entries = {**self._entries, radius: entry}
+        table._solved = sorted(table._entries)
+        table._errors = self._errors
         places = neighbors(self._solved, radius)
-        self._solved = sorted(self._entries)
-        if places is None or len(self._entries) <= len(self._first):
-            return
-        low, high = (self._solved[i + (i == places[1])] for i in places)
-        error = float("inf") if entry is None else 0.5 * self._deviation((low, high), radius, entry)
-        self._errors[low, radius] = self._errors[radius, high] = error
+        if places is not None and len(table._entries) > len(self._first):
+            pair = self._solved[places[0]], self._solved[places[1]]
+            error = math.inf if entry is None else 0.5 * self._deviation(pair, radius, entry)
+            table._errors = {**self._errors, (pair[0], radius): error, (radius, pair[1]): error}
+        return table
 
     def answer(self, radius: float, tip_pressure: float, pressure: float) -> GripAnswer | None:
         """Return the grip on a radius where it is known within ``TOLERANCE``.
@@ -98,7 +100,7 @@ class RefiningTable:
         return [entry for radius in pair if (entry := self._entries[radius]) is not None]
 
     def _error(self, pair: _Pair) -> float:
-        return self._errors.get(pair, float("inf"))
+        return self._errors.get(pair, math.inf)
 
     def _is_rough(self, pair: _Pair) -> bool:
         return self._error(pair) > TOLERANCE and len(self._known(pair)) == len(pair)
@@ -107,7 +109,7 @@ class RefiningTable:
         """Return how far two grips are off the one between them: the largest force's share."""
         figures, known = entry.figures, self._known(pair)
         if len(known) < len(pair):
-            return float("inf")
+            return math.inf
         largest = 0.0
         for multiple in COMPARED_AT:
             pressure = min(multiple * figures.onset_wrap, figures.top)

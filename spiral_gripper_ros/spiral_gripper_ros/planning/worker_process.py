@@ -15,6 +15,7 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -23,6 +24,10 @@ from spiral_core.errors import SpiralError
 # The control loop comes first; yet a design ends on a computer whose processors are all in use,
 # where a niceness of 19 leaves one part in seventy.
 NICENESS = 5
+
+
+# How often an asker looks whether its answer is still wanted [s].
+LOOK = 0.1
 
 
 class EndedError(SpiralError):
@@ -46,17 +51,28 @@ class WorkerProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._lock = threading.Lock()
 
-    def ask(self, question: object) -> Any:  # noqa: ANN401
-        """Return the answer to a question; blocks until it is computed.
+    def ask(self, question: object, is_wanted: Callable[[], bool] = lambda: True) -> Any:  # noqa: ANN401
+        """Return the answer to a question; blocks until it is computed, or no longer wanted.
+
+        Args:
+            question: to be pickled.
+            is_wanted: whether somebody still waits; if not, the process is replaced by a new one.
 
         Raises:
             SpiralError: there is none, or the process has ended.
         """
         with self._asking:
+            if not is_wanted():
+                raise self._unwanted()
             process = self._started()
             try:
                 pickle.dump(question, process.stdin)  # type: ignore[arg-type]
                 process.stdin.flush()  # type: ignore[union-attr]
+                while not wait([process.stdout], LOOK):  # type: ignore[list-item]
+                    if not is_wanted():
+                        self._stop()
+                        self._started()  # it loads while nothing is asked
+                        raise self._unwanted()
                 outcome = pickle.load(process.stdout)  # type: ignore[arg-type]
             except (OSError, EOFError, pickle.UnpicklingError, ValueError):
                 self._stop()
@@ -76,6 +92,9 @@ class WorkerProcess:
         """Return why the process has ended by itself, from its exit code."""
         del code
         return "its process was killed"
+
+    def _unwanted(self) -> EndedError:
+        return EndedError(f"no {self._what}: nobody waits for it any more")
 
     def _started(self) -> subprocess.Popen[bytes]:
         with self._lock:

@@ -70,13 +70,17 @@ class Background:
         self._design: DesignProcess | None = None
         self._has_ended = False
 
-    def solve_grip(self, question: GripQuestion) -> GripFigures:
+    def solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
         """Return a grip, in seconds; called in a thread of ``grips``.
+
+        Args:
+            question: what is asked.
+            is_wanted: whether somebody still waits.
 
         Raises:
             SpiralError: the object cannot be held, or the node has ended.
         """
-        return self._grip_process.answer(question)
+        return self._grip_process.answer(question, is_wanted)
 
     @property
     def has_ended(self) -> bool:

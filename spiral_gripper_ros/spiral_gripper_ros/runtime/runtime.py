@@ -160,13 +160,17 @@ class Runtime:
             count, radius = int(number(self.values, "grip_radii")), self.control.snapshot().radius
             self.loaded.follow_grips(self.now(), count, radius, self.seen_object())
 
-    def solved_grip(self, question: GripQuestion) -> GripEntry:
+    def solved_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripEntry:
         """Return the grip on one object, in seconds; called in the background.
+
+        Args:
+            question: what is asked.
+            is_wanted: whether somebody still waits.
 
         Raises:
             SpiralError: the object cannot be held, or the node has ended.
         """
-        job = self.background.grips.submit(self._solve_grip, question)
+        job = self.background.grips.submit(self._solve_grip, question, is_wanted)
         return GripEntry(job.result(), self.now())
 
     def grip_message(self, pressure: float, payload: float = 0.0) -> Grip:
@@ -276,10 +280,10 @@ class Runtime:
             gravity = loaded.mount.gravity
             loaded.grips = GripFollower(loaded.gripper, gravity, self._solve_grip, background.grips)
 
-    def _solve_grip(self, question: GripQuestion) -> GripFigures:
+    def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
         """Return the grip for the ramp that the node has now; called in the background."""
         rate = number(self.values, "pressure_rate_up")
-        return self.background.solve_grip(replace(question, rate=rate))
+        return self.background.solve_grip(replace(question, rate=rate), is_wanted)
 
     def _given_gravity(self) -> tuple[float, ...]:
         return cast("tuple[float, ...]", self.values["gravity"])

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Executor
 
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
+from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse, Solve
 from spiral_gripper_ros.simulation.simulated_gripper import Grip
 
 # Wrapped as far as the free coil's tip says; whether it holds is the question here.
@@ -27,9 +25,7 @@ class ObjectHold:
         pool: runs it.
     """
 
-    def __init__(
-        self, gripper: Gripper, solve: Callable[[GripQuestion], GripFigures], pool: Executor
-    ) -> None:
+    def __init__(self, gripper: Gripper, solve: Solve, pool: Executor) -> None:
         self._gravity = gripper.gravity
         self._grips = GripFollower(gripper, gripper.gravity, solve, pool)
         self._radius: float | None = None
