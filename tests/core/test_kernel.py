@@ -3,20 +3,16 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import shutil
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
 
-import numba
 import pytest
-from numba.core import event
 
 import spiral_core
-from spiral_core.numerics.kernel import BLAS, content_stamp
+from spiral_core.numerics.kernel import content_stamp
 from spiral_core.rod import _element as rod_element
 from spiral_core.rod import _newton as rod_newton
 from spiral_core.rod import _shape as rod_shape
@@ -91,29 +87,3 @@ def test_an_inlined_kernel_runs_as_python_where_python_calls_it() -> None:
     value, first, second = rod_element.strain_factor(0.01)
     assert value == 1.0 + 0.01 * (1.0 / 6.0 + 0.01 * (3.0 / 40.0 + 0.01 * (5.0 / 112.0)))
     assert 0.0 < second < first
-
-
-def test_garbage_is_not_collected_while_a_kernel_is_compiled() -> None:
-    was_enabled: list[bool] = []
-
-    @numba.njit
-    def twice(x: float) -> float:
-        return 2.0 * x
-
-    class Watch(event.Listener):
-        def on_start(self, event: event.Event) -> None:
-            was_enabled.append(gc.isenabled())
-
-        def on_end(self, event: event.Event) -> None:
-            pass
-
-    with event.install_listener("numba:run_pass", Watch()):
-        assert twice(2.0) == 4.0
-    assert was_enabled
-    assert not any(was_enabled)
-    assert gc.isenabled()
-
-
-def test_numba_finds_the_real_blas_when_a_kernel_needs_it() -> None:
-    blas = import_module(BLAS)
-    assert blas.__file__

@@ -14,14 +14,9 @@ fields of the tuples it names and, through their digests, all kernels it calls.
 
 import builtins
 import dis
-import gc
 import hashlib
-import sys
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache
-from importlib import import_module
-from types import ModuleType
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
@@ -41,9 +36,6 @@ FAST_MATH = {"contract", "nsz"}
 WITHOUT_ENTRY: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 # Of the digest in a file's name: 48 bits tell all versions of a kernel apart.
 STAMP_DIGITS = 12
-# Imported by numba's array functions, and with it all of scipy's linear algebra, only to learn
-# whether it exists. That takes a tenth of the time of a short command.
-BLAS = "scipy.linalg.cython_blas"
 
 
 class Inner:
@@ -68,29 +60,15 @@ def _type_of_inner(value: Inner, context: object) -> object:
 
 
 class _Compilation(event.Listener):
-    """Tell who wants to know, and pause Python's garbage collection while numba compiles.
-
-    Collecting would take a seventh of the time. Compilations nest, and numba's lock lets one thread
-    compile at a time.
-    """
-
-    def __init__(self) -> None:
-        self._depth, self._was_enabled = 0, False
+    """Tell who wants to know, once, that numba compiles."""
 
     def on_start(self, event: object) -> None:
-        """Begin with the outermost compilation."""
-        if self._depth == 0:
-            while TOLD:
-                TOLD.pop()()
-            self._was_enabled = gc.isenabled()
-            gc.disable()
-        self._depth += 1
+        """Tell."""
+        while TOLD:
+            TOLD.pop()()
 
     def on_end(self, event: object) -> None:
-        """Collect again after the outermost one."""
-        self._depth -= 1
-        if self._depth == 0 and self._was_enabled:
-            gc.enable()
+        """Do nothing."""
 
 
 event.register("numba:compile", _Compilation())  # type: ignore[no-untyped-call]
@@ -126,22 +104,6 @@ def merged(function: Callable[P, R]) -> Callable[P, R]:
 def processor_features() -> str:
     """Return what this processor can do, for which kernels are compiled."""
     return str(get_host_cpu_features())  # type: ignore[no-untyped-call]
-
-
-def _import_array_functions() -> None:
-    """Import numba's array functions, as its first kernel would, with a stand-in for BLAS.
-
-    A kernel that multiplies matrices imports the real one when it is compiled. Where something else
-    has imported scipy's linear algebra, or is about to, there is nothing to gain.
-    """
-    if "scipy.linalg" in sys.modules:
-        return
-    sys.modules[BLAS] = ModuleType(BLAS)
-    try:
-        with suppress(ImportError):  # a numba that keeps them elsewhere only starts more slowly
-            import_module("numba.np.arraymath")
-    finally:
-        del sys.modules[BLAS]
 
 
 @cache
@@ -192,6 +154,3 @@ def _stamped(function: Callable[P, R], kind: str = "") -> Callable[P, R]:
     stamp = content_stamp(function)[:STAMP_DIGITS]
     function.__qualname__ = f"{function.__name__}_{stamp}{kind}"
     return function
-
-
-_import_array_functions()
