@@ -82,7 +82,7 @@ MISUSES = {
     "shape prototype_p1 --pressure '8 psi' --plot x.bmp": ".png, .svg, .pdf",
     "shape prototype_p1 --pressure '8 psi' --plot x": ".png, .svg, .pdf",
     "shape prototype_p1 --pressure '8 psi' --plot no/where/x.png": "there is no folder",
-    "shape prototype_p1 --pressure '8 psi' --plot /proc/x.png": "takes no files",
+    "shape prototype_p1 --pressure '8 psi' --plot /proc/x.png": "no files: write to another folder",
     "shape prototype_p1 --pressure '8 psi' --plot {folder}/folder.png": "not a plain file",
     # grip
     "close prototype_p1 --radius '9 mm'": "Missing option '--rate'",
@@ -154,6 +154,8 @@ MISUSES = {
     D + "--alpha '100 deg'": "is -80 deg here",
     D + "--prefer cheapest": "least-strain",
     D + "--pressure-max '-1 psi'": "--pressure-max must be",
+    D + "--friction 0.5": "--friction goes with --payload",
+    P + "--friction 0.5": "--friction goes with --payload",
     D + "--end-allowance '-1 mm'": "--end-allowance must be",
     D + "--save x.yml": ".yaml",
     D + "--save {folder}/good.yaml": "exists already and is kept",

@@ -45,7 +45,11 @@ def design(
     requirement = requirement_from(options)
 
     from spiral_core.design.procedure import design_gripper
+    from spiral_gripper.cli.sentences import typed_units
+    from spiral_gripper.files.shown import units_shown
 
+    context = click.get_current_context()
+    context.with_resource(units_shown(typed_units(context.obj or {})))
     result = design_gripper(requirement)
     if as_json:
         from spiral_gripper.reports.design_document import report_as_dict

@@ -106,7 +106,10 @@ def requirement_from(options: dict[str, Any]) -> DesignRequirement:
     Raises:
         DescriptionError: the tubing file cannot be used.
         InvalidInputError: a value is out of its range.
+        click.UsageError: friction without a payload, which alone it matters to.
     """
+    if options["friction_coefficient"] is not None and options["payload"] is None:
+        raise click.UsageError("--friction goes with --payload")
     from spiral_core.design.requirement import DesignRequirement, Preference
     from spiral_gripper.files.plausibility import warnings_of_size
     from spiral_gripper.files.tubing import load_tubing, parse_tube_size

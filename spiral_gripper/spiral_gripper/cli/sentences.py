@@ -52,7 +52,7 @@ def sentence(error: SpiralError, givens: Mapping[str, list[TypedValue]]) -> str:
         an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; the nearest \
 grippable radius is 3.782 cm
     """
-    with units_shown(_units(givens)):
+    with units_shown(typed_units(givens)):
         if isinstance(error, NotGrippableError):
             return _not_grippable(error, givens)
         if isinstance(error, InvalidInputError):
@@ -101,7 +101,7 @@ def _typed(value: float, givens: Mapping[str, list[TypedValue]]) -> str | None:
     return next((one.text for one in every if one.dimension and one.value == value), None)
 
 
-def _units(givens: Mapping[str, list[TypedValue]]) -> dict[Dimension, str]:
+def typed_units(givens: Mapping[str, list[TypedValue]]) -> dict[Dimension, str]:
     """Return the unit that was typed first for each kind of quantity."""
     units: dict[Dimension, str] = {}
     for one in (one for typed in givens.values() for one in typed if one.dimension):

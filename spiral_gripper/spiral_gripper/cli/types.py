@@ -120,7 +120,12 @@ class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
             except OSError as error:
                 from spiral_gripper.files.storage import reason_of
 
-                self.fail(f"{path.parent} takes no files: {reason_of(error)}", param, ctx)
+                reason = (
+                    "write to another folder"  # such as /proc: the folder itself is there
+                    if isinstance(error, FileNotFoundError)
+                    else reason_of(error)
+                )
+                self.fail(f"{path.parent} takes no files: {reason}", param, ctx)
         if path.exists() and not path.is_file():
             self.fail(f"{path} is not a plain file", param, ctx)
         if self.new and path.exists():
