@@ -30,6 +30,8 @@ def test_design_prints_the_steps_and_the_answer(capsys: pytest.CaptureFixture[st
     text = capsys.readouterr().out
     for expected in ("1 tube", "7 exact design space", "70 deg", "364 mm", "feasible"):
         assert expected in text
+    assert " psi" in text  # as the limit was typed
+    assert "kPa" not in text
 
 
 def test_design_in_json_is_the_call_in_python(capsys: pytest.CaptureFixture[str]) -> None:

@@ -223,16 +223,20 @@ def _converted(found: re.Match[str]) -> str:
 
 
 def shown_range(low: float, high: float) -> str:
-    """Return a range of lengths [m] in the unit shown, its ends rounded into the range.
+    """Return a range of lengths [m] in the unit shown, its ends rounded into it if it is that long.
 
     Example:
         >>> shown_range(0.00457668, 0.0378219)
         '4.577 mm to 37.82 mm'
+        >>> shown_range(0.030017, 0.030017)
+        '30.02 mm to 30.02 mm'
     """
     factor, name = scale_of("m")
     if name == "mm" and high >= 1.0:
         factor, name = 1.0, "m"
     ends = rounded_up(factor * low, 4), rounded_down(factor * high, 4)
+    if ends[0] > ends[1]:
+        ends = factor * low, factor * high
     return " to ".join(f"{end:.4g} {name}" for end in ends)
 
 
