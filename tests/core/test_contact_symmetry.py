@@ -45,7 +45,10 @@ def pulled_out() -> list[ContactProblem]:
 
 
 def among_many() -> list[ContactProblem]:
-    """Return a rod of coupled, unlike stiffnesses that sinks onto four obstacles and a floor."""
+    """Return a rod of coupled, unlike stiffnesses that sinks onto four obstacles above a floor.
+
+    At 1.5 times this load it slips off them.
+    """
     bending = ((3e-4, 2e-5, 0.0), (2e-5, 4e-4, 3e-5), (0.0, 3e-5, 9e-4))
     stretch = ((60.0, 3.0, -2.0), (3.0, 20.0, 1.0), (-2.0, 1.0, 25.0))
     between = np.array(((0.03, 0.01, -0.02), (0.02, -0.01, 0.03), (-0.05, 0.02, 0.01)))
@@ -69,18 +72,26 @@ def among_many() -> list[ContactProblem]:
             point_loads=(PointLoad(0.2, (0.02 * part, 0.0, 0.0), (0.0, 0.0, 2e-4 * part)),),
         )
 
-    return [loaded(0.0, 0.0), loaded(0.06, 0.0), loaded(0.12, 0.0), loaded(0.12, 1e-3)]
+    return [loaded(0.0, 0.0), loaded(0.04, 0.0), loaded(0.08, 0.0), loaded(0.08, 7e-4)]
 
 
 PATHS = {"pulled out": pulled_out, "among many": among_many}
+# With friction the answer depends on the increments. These are so short that none is decided by how
+# many passes the one before took, which rounding may change.
+LARGEST_INCREMENT = {"pulled out": 1.0, "among many": 0.05}
+
+
+def followed(name: str, stations: list[ContactProblem]) -> ContactState:
+    """Return where a path ends, on which nothing snaps."""
+    path = follow_contact(stations, elements=60, largest_increment=LARGEST_INCREMENT[name])
+    assert not path.events
+    return path.states[-1]
 
 
 @cache
 def last(name: str) -> ContactState:
     """Return where a path ends."""
-    path = follow_contact(PATHS[name](), elements=60)
-    assert not path.events
-    return path.states[-1]
+    return followed(name, PATHS[name]())
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -101,7 +112,7 @@ def test_path_touches_slips_and_is_in_balance(name: str) -> None:
 def test_moved_problem_has_the_moved_answer(name: str) -> None:
     plain = last(name)
     stations = [moved(problem, SHIFT, TURN) for problem in PATHS[name]()]
-    state = follow_contact(stations, elements=60).states[-1]
+    state = followed(name, stations)
     expected = TURN.apply(plain.positions) + SHIFT
     np.testing.assert_allclose(state.positions, expected, atol=1e-7 * LENGTH)
     scale = np.abs(plain.contact_forces).max()
@@ -126,7 +137,7 @@ def _lifted(name: str) -> float:
 def test_mirrored_problem_has_the_mirrored_answer(name: str) -> None:
     plain = last(name)
     stations = [mirrored(problem) for problem in PATHS[name]()]
-    state = follow_contact(stations, elements=60).states[-1]
+    state = followed(name, stations)
     np.testing.assert_allclose(state.positions, plain.positions @ MIRROR, atol=1e-7 * LENGTH)
     scale = np.abs(plain.contact_forces).max()
     np.testing.assert_allclose(
@@ -155,7 +166,7 @@ def test_larger_rod_of_the_same_proportions_has_the_same_shape() -> None:
             obstacles=(replace(obstacle, shape=Cylinder(factor * RADIUS), position=(x, y, z)),),
         )
 
-    state = follow_contact([grown(problem) for problem in small], elements=60).states[-1]
+    state = followed("pulled out", [grown(problem) for problem in small])
     plain = last("pulled out")
     np.testing.assert_allclose(state.positions, factor * plain.positions, atol=1e-6 * LENGTH)
     forces = factor**2 * plain.normal_forces
