@@ -109,7 +109,10 @@ def test_every_command_takes_the_sections_stiffness(
     for extra in ("", "stiffness: {section_at: 55 kPa}\n"):
         file = tmp_path / f"mine{len(extra)}.yaml"
         file.write_text(SECTION_LAW + extra, encoding="utf-8")
-        asked = [["shape", "--pressure", "40 kPa"], ["wrap", "--radius", "20 mm"]]
+        asked = [
+            ["shape", "--pressure", "40 kPa"],
+            ["wrap", "--radius", "20 mm", "--tip-criterion"],
+        ]
         if extra:
             asked.append(["grip", "--radius", "20 mm", "--pressure", "60 kPa"])
         found = []

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from edge.cli_cases import answer
 
@@ -24,7 +26,8 @@ pytestmark = pytest.mark.long
 
 def test_shape_and_wrap_agree_with_python(capsys: pytest.CaptureFixture[str]) -> None:
     curve = WrapCurve(load_gripper("prototype_p1"))
-    wrapped = answer(capsys, "wrap", "prototype_p1", "--radius", "20 mm", "--pressure", "60 kPa")
+    asked = ["wrap", "prototype_p1", "--radius", "20 mm", "--pressure", "60 kPa"]
+    wrapped = answer(capsys, *asked, "--tip-criterion")
     assert wrapped["pressure"] == curve.pressure_from_radius(0.02)
     assert wrapped["regime"] == "curling"
     assert wrapped["line_force"] > 0.0
@@ -33,6 +36,88 @@ def test_shape_and_wrap_agree_with_python(capsys: pytest.CaptureFixture[str]) ->
     assert shape["positions"][0] == [0.0, 0.0, 0.0]
     assert len(shape["positions"]) == len(shape["orientations"]) == len(shape["arc_lengths"])
     assert shape["pressure"] == pytest.approx(55158.058, rel=1e-7)  # eight digits as written
+
+
+ALONG_THE_TUBE = ("--gravity-direction", "-0.719", "0.678", "0.152", "--object-axis", "1", "0", "0")
+TILTED = ("--gravity-direction", "0.866", "0.5", "0", "--object-axis", "0.866", "0.5", "0")
+# Gripper, radius, pressure and mount, and what both commands say: a regime, or why not.
+QUESTIONS = [
+    ("prototype_p1", "16.5 mm", None, ALONG_THE_TUBE, "mm from the surface"),
+    ("prototype_p1", "16.5 mm", "50 kPa", (), "perfect_wrap"),
+    ("prototype_p1", "20 mm", None, (), "never with more than a tenth"),
+    ("prototype_p1", "90 mm", None, (), "too thick"),
+    ("paper_design_70", "20 mm", "59.1 kPa", (), "perfect_wrap"),
+    ("paper_design_70", "20 mm", "50 kPa", (), "overhang"),
+    ("paper_design_70", "20 mm", "70 kPa", (), "curling"),
+    ("paper_design_70", "20 mm", "95 kPa", (), "95 kPa is too much"),
+    ("designed", "8 mm", "175 kPa", (), "perfect_wrap"),
+    ("designed", "8 mm", "213.9 kPa", (), "curling"),
+    ("designed", "8 mm", "175 kPa", TILTED, "does not touch up to the pressure limit"),
+]
+
+
+@pytest.fixture(scope="module")
+def designed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the file of a gripper of silicone for radii from 6 to 12.5 mm."""
+    folder = tmp_path_factory.mktemp("designed")
+    tubing, saved = folder / "tubing.yaml", folder / "designed.yaml"
+    material = "{law: neo_hookean, c1: 150 kPa, density: 1.1 g/cm^3}"
+    tubing.write_text(f"name: x\nmaterial: {material}\nsizes: [8 mm x 1 mm]\n", encoding="utf-8")
+    radii = ("--radius-min", "6 mm", "--radius-max", "12.5 mm")
+    assert run(["design", "--tubing", str(tubing), *radii, "--save", str(saved)]) == 0
+    return saved
+
+
+@pytest.mark.parametrize(("gripper", "radius", "pressure", "mount", "said"), QUESTIONS)
+def test_wrap_says_what_grip_finds(
+    capsys: pytest.CaptureFixture[str],
+    designed: Path,
+    gripper: str,
+    radius: str,
+    pressure: str | None,
+    mount: tuple[str, ...],
+    said: str,
+) -> None:
+    capsys.readouterr()
+    asked = [str(designed) if gripper == "designed" else gripper, "--radius", radius, *mount]
+    wrapped = agreed(capsys, [*asked, *(("--pressure", pressure) if pressure else ())])
+    if isinstance(wrapped, dict):
+        assert wrapped["regime"] == said
+        assert wrapped["gripped"] is True
+        assert wrapped["pressure"] == wrapped["onset_wrap"]
+    else:
+        assert said in wrapped
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_wrap_and_grip_agree_on_random_questions(
+    capsys: pytest.CaptureFixture[str], seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    gripper = str(rng.choice(available_grippers()))
+    mount = ["--gravity-direction", *(f"{each:.4f}" for each in rng.normal(size=3))]
+    if rng.random() < 0.5:
+        mount += ["--object-axis", *(f"{each:.4f}" for each in rng.normal(size=3))]
+    agreed(capsys, [gripper, "--radius", f"{rng.uniform(8.0, 30.0):.3f} mm", *mount])
+
+
+def agreed(capsys: pytest.CaptureFixture[str], asked: list[str]) -> dict | str:
+    """Return what ``wrap`` answers, or its refusal, which are those of ``grip``."""
+    answers = []
+    for command in ("wrap", "grip"):
+        code = run([command, *asked, "--json"])
+        printed = capsys.readouterr()
+        answers.append(printed.err if code else json.loads(printed.out))
+    wrapped, held = answers
+    if isinstance(wrapped, dict):
+        shared = wrapped.keys() & held.keys() - {"at_pressure", "turns"}
+        assert len(shared) > 10
+        assert {key: wrapped[key] for key in shared} == {key: held[key] for key in shared}
+        assert wrapped["at_pressure"] == held["at_pressure"]["pressure"]
+    else:
+        assert wrapped == held
+    return wrapped
 
 
 def test_mount_options_turn_gravity(capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,7 +149,9 @@ def test_profile_from_csv(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     wrapped = answer(capsys, "wrap", "paper_design_70", "--profile", str(path))
     assert 0.011 <= wrapped["radius_min"] < wrapped["radius_max"] <= 0.030
     assert wrapped["stations"][-1]["regime"] == "perfect_wrap"
-    assert run(["wrap", "paper_design_70", "--profile", str(path)]) == 0
+    assert wrapped["pressure"] == wrapped["onset_wrap"] != wrapped["tip_criterion"]
+    asked = ["wrap", "paper_design_70", "--profile", str(path)]
+    assert run([*asked, "--tip-criterion"]) == 0
     assert "perfect wrap" in capsys.readouterr().out
 
 

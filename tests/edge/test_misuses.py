@@ -130,7 +130,9 @@ MISUSES = {
     "wrap prototype_p1 --profile {folder}/good.csv": "known columns are position, radius",
     "wrap prototype_p1 --profile {folder}/falling.csv": "[mm] must be increasing, got '10, 0'",
     "wrap prototype_p1 --profile {folder}/comma.csv": "decimals follow a point",
-    "wrap prototype_p1 --profile {folder}/cone.csv --pressure '8 psi'": "--pressure goes with",
+    "wrap prototype_p1 --profile {folder}/cone.csv --pressure '8 psi' --tip-criterion": (
+        "--pressure goes with"
+    ),
     # design
     "design": "--radius-min",
     "design --radius-min '11 mm'": "--radius-max",

@@ -304,7 +304,7 @@ def test_a_second_process_compiles_no_kernel():
 from numba.core import event
 from spiral_gripper.cli.main import run
 with event.install_recorder("numba:compile") as compiled:
-    assert run(["wrap", "paper_design_70", "--radius", "20 mm"]) == 0
+    assert run(["wrap", "paper_design_70", "--radius", "20 mm", "--pressure", "60 kPa"]) == 0
 print([record[1].data["dispatcher"] for record in compiled.buffer])
 """
     for _ in range(2):  # the first one may have to compile

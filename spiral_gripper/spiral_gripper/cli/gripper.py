@@ -68,7 +68,10 @@ def shape(
 @click.command()
 @gripper_argument
 @object_options
-@click.option("--pressure", type=PRESSURE, help="Also print the wrap at this pressure.")
+@click.option("--pressure", type=PRESSURE, help="Print the wrap at this pressure.")
+@click.option(
+    "--tip-criterion", is_flag=True, help="Estimate with the free coil alone, without contact."
+)
 @mount_options
 @output_options
 @plot_option
@@ -77,50 +80,52 @@ def wrap(
     radius: float | None,
     profile: Path | None,
     pressure: float | None,
+    tip_criterion: bool,
     as_json: bool,
     plot: Path | None,
     **options: object,
 ) -> None:
-    """Print the pressure at which GRIPPER wraps an object, and the lengths that the wrap needs.
+    """Print the pressures at which GRIPPER is wrapped around an object.
 
-    GRIPPER is the name of a shipped gripper or the path of a description file.
+    GRIPPER is the name of a shipped gripper or the path of a description file. The gripper closes
+    slowly on the object, with contact and the friction of its file, or 0.3, as in grip, which also
+    computes forces. Figures are those at --pressure, else at the recommended pressure.
+    --tip-criterion: when the free coil's tip has the object's radius.
     """
     if (radius is None) == (profile is None):
         raise click.UsageError("give either --radius or --profile")
-    from spiral_gripper.files.shown import shown
-    from spiral_gripper.reports.fields import document_of, rows_of
-    from spiral_gripper.reports.wrap_document import (
-        WRAP,
-        profile_as_dict,
-        profile_rows,
-        solve_profile,
-        solve_wrap,
-    )
+    if tip_criterion and profile is not None and pressure is not None:
+        raise click.UsageError("with --tip-criterion --pressure goes with --radius")
+    from spiral_gripper.reports.grip.document import GripQuestion, solve_closing
+    from spiral_gripper.reports.grip.rows import wrap_as_dict, wrap_rows
+    from spiral_gripper.reports.wrap_document import solve_profile, solve_wrap
 
     description = described(gripper)
     mount = mounted(description.gripper, options)
-    if radius is not None:
-        if pressure is not None:
-            require_pressure(description, pressure, typed("pressure"))
-        wrapped = solve_wrap(mount, radius, pressure)
-        document, rows = document_of(WRAP, wrapped), rows_of(WRAP, wrapped)
-        state, placement = wrapped.wrap.state, wrapped.placement
-        title = f"{mount.name} around {typed('radius')}, at {shown(wrapped.wrap.pressure, 'Pa')}"
-    else:
-        if pressure is not None:
-            raise click.UsageError("--pressure goes with --radius")
-        solved = solve_profile(mount, Path(str(profile)))
-        document, rows = profile_as_dict(solved), profile_rows(solved)
-        state, placement = solved.state, None
-        title = f"{mount.name} at {shown(solved.wrap.pressure, 'Pa')}"
+    if pressure is not None:
+        require_pressure(description, pressure, typed("pressure"))
+    closed = None
+    coiled, asked = mount, pressure
+    if not tip_criterion:
+        question = GripQuestion(
+            mount, radius, profile, pressures=() if pressure is None else (pressure,)
+        )
+        closed = solve_closing(question)
+        coiled, asked = replace(mount, object_axis=None), None  # the coil that it was laid into
+    free = (
+        solve_profile(coiled, profile)
+        if profile is not None
+        else solve_wrap(coiled, float(radius or 0.0), asked)
+    )
     if as_json:
-        print_json(document)
+        print_json(wrap_as_dict(free, closed))
     else:
-        print_rows(mount.name, rows)
+        print_rows(mount.name, wrap_rows(free, closed))
     if plot is not None:
-        from spiral_gripper.reports.shape_plots import shape_figure
+        from spiral_gripper.reports.grip.plots import wrap_figure
 
-        write_picture(shape_figure(state, mount.tube.outer_radius, title, placement), plot)
+        around = "" if radius is None else f" around {typed('radius')},"
+        write_picture(wrap_figure(free, closed, f"{mount.name}{around} at"), plot)
 
 
 @click.command()

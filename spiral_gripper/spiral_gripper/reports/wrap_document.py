@@ -27,6 +27,8 @@ from spiral_gripper.reports.fields import Field, rows_of
 HEADER_REQUIREMENT = 'is missing: a profile has columns with units, "position [mm], radius [mm]"'
 PROFILE_COLUMNS = MappingProxyType({"position": Dimension.LENGTH, "radius": Dimension.LENGTH})
 
+ASSUMED: Final = "the object lies in the free coil; no contact, no friction"
+
 
 @dataclass(frozen=True, slots=True)
 class SolvedShape:
@@ -59,15 +61,15 @@ def solve_shape(gripper: Gripper, pressure: float) -> SolvedShape:
 
 @dataclass(frozen=True, slots=True)
 class SolvedWrap:
-    """A gripper around a cylinder.
+    """A cylinder wrapped by the tip criterion: where the free coil fits it, without contact.
 
     Args:
         gripper: as it is mounted.
         radius: of the cylinder, as it was asked for [m].
-        wrap: the perfect wrap.
+        wrap: the free coil.
         placement: where the object lies, and how well the free coil fits it.
         snaps: pressures at which the tube snaps on the way to the wrap [Pa].
-        radius_range: smallest and largest radius that it grips [m].
+        radius_range: smallest and largest radius that the criterion knows [m].
         pressure: at which the regime is asked for [Pa], or None.
         regime: at that pressure, or None.
         line_force: normal force per length at that pressure [N/m], or None.
@@ -86,12 +88,12 @@ class SolvedWrap:
 
 @dataclass(frozen=True, slots=True)
 class SolvedProfile:
-    """A gripper around an object of varying radius.
+    """An object of varying radius wrapped by the tip criterion.
 
     Args:
         gripper: as it is mounted.
         wrap: where and at what pressure.
-        radius_range: smallest and largest radius that it grips [m].
+        radius_range: smallest and largest radius that the criterion knows [m].
         state: the shape at that pressure.
     """
 
@@ -102,7 +104,7 @@ class SolvedProfile:
 
 
 def solve_wrap(gripper: Gripper, radius: float, pressure: float | None) -> SolvedWrap:
-    """Return the perfect wrap of a cylinder [m] and, if asked, how a pressure [Pa] holds it.
+    """Return what the tip criterion says of a cylinder [m] and, if asked, of a pressure [Pa].
 
     Raises:
         InvalidInputError: a value is out of its range.
@@ -135,7 +137,7 @@ def solve_wrap(gripper: Gripper, radius: float, pressure: float | None) -> Solve
 
 
 def solve_profile(gripper: Gripper, path: Path) -> SolvedProfile:
-    """Return how a gripper wraps the object of a profile file.
+    """Return what the tip criterion says of the object of a profile file.
 
     Raises:
         InvalidInputError: the file cannot be used.
@@ -157,9 +159,8 @@ def _line_force(solved: SolvedWrap) -> str | None:
     return shown(solved.line_force, "N/m")
 
 
-def _stable(solved: SolvedShape | SolvedWrap) -> str:
-    state = solved.wrap.state if isinstance(solved, SolvedWrap) else solved.state
-    return "yes, certified" if state.stable else "no"
+def _stable(solved: SolvedShape) -> str:
+    return "yes, certified" if solved.state.stable else "no"
 
 
 def _stretch(shape: UnloadedShape) -> str:
@@ -187,40 +188,48 @@ SHAPE: Final = (
     Field("positions", "", "state.positions"),
     Field("orientations", "", "state.orientations"),
 )  # fmt: skip
-WRAP: Final = (
-    Field("gripper", "", "gripper.name"),
-    Field("object_radius", "object radius", "radius", "m"),
-    Field("pressure", "pressure of the perfect wrap", "wrap.pressure", "Pa"),
-    Field("turns", "turns", "wrap.turns", lambda solved: (
+COIL: Final = (
+    Field("turns", "free coil's turns", "wrap.turns", lambda solved: (
         f"{solved.wrap.turns:.3g}, required {solved.gripper.turns_required:.3g}"
     )),
     Field("turns_required", "", "gripper.turns_required"),
-    Field("gripper_length_needed", "gripper length they need", "wrap.gripper_length_needed", "m"),
-    Field("object_length_needed", "object length they cover", "wrap.object_length_needed", "m"),
-    Field("stretch", "stretch", "wrap.unloaded_shape.stretch", lambda solved: (
+    Field("gripper_length_needed", "  gripper length they need", "wrap.gripper_length_needed", "m"),
+    Field("object_length_needed", "  object length they cover", "wrap.object_length_needed", "m"),
+    Field("stretch", "  stretch", "wrap.unloaded_shape.stretch", lambda solved: (
         _stretch(solved.wrap.unloaded_shape)
     )),
+    Field("snap_pressures", lambda solved: "tube snaps on the way at" if solved.snaps else "",
+          "snaps", "Pa"),
+    Field("stable", "", "wrap.state.stable"),
+)  # fmt: skip
+WRAP: Final = (
+    Field("gripper", "", "gripper.name"),
+    Field("object_radius", "object radius", "radius", "m"),
+    Field("pressure", "tip criterion", "wrap.pressure", "Pa"),
+    Field("", "  it assumes", lambda _: ASSUMED, lambda _: ASSUMED),
+    *COIL,
     Field("object_center", "object's middle at (x, y, z)", "placement.center", "m"),
     Field("object_axis", "along", "placement.axis", lambda solved: (
         "({:.3f}, {:.3f}, {:.3f})".format(*solved.placement.axis)
     )),
     Field("largest_gap", "free coil off the object by up to", "placement.largest_gap", "m"),
-    Field("radius_range", "grips radii", "radius_range", lambda solved: (
+    Field("radius_range", "radii it knows a pressure for", "radius_range", lambda solved: (
         shown_range(*solved.radius_range)
     )),
-    Field("stable", "stable", "wrap.state.stable", _stable),
-    Field("snap_pressures", lambda solved: "tube snaps on the way at" if solved.snaps else "",
-          "snaps", "Pa"),
     Field("at_pressure", "", "pressure"),
     Field("regime", lambda solved: f"at {shown(solved.pressure or 0.0, 'Pa')}", "regime", _regime),
     Field("line_force", "normal force per length there", "line_force", _line_force),
 )  # fmt: skip
-PROFILE: Final = (
+COVERED: Final = (
     Field("", "coil from, to", lambda solved: (solved.wrap.start, solved.wrap.end), "m"),
     Field("", "radii there", "wrap", lambda solved: (
         f"{shown(solved.wrap.radius_min, 'm')} to {shown(solved.wrap.radius_max, 'm')}"
     )),
-    Field("", "pressure (of the thinnest place)", "wrap.pressure", "Pa"),
+)  # fmt: skip
+PROFILE: Final = (
+    *COVERED,
+    Field("", "tip criterion (of the thinnest place)", "wrap.pressure", "Pa"),
+    Field("", "  it assumes", lambda _: ASSUMED, lambda _: ASSUMED),
     Field("", "pressure of the mean radius", "wrap.pressure_of_mean", "Pa"),
     Field("", "pressure of the thickest place", "wrap.pressure_of_thickest", "Pa"),
 )  # fmt: skip

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from spiral_core.errors import NotGrippableError
 from spiral_core.grip.grip import Grip, solve_grip
 from spiral_core.grip.holding import HoldingForce, Pull, holding_forces
 from spiral_core.grip.point import GripPoint
+from spiral_core.grip.refusal import not_held
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
 from spiral_core.grip.window import GripWindow, follow_loss, grip_window
 from spiral_core.rod.contact.shapes import Profile
@@ -37,11 +38,11 @@ class GripQuestion:
     gripper: Gripper
     radius: float | None
     profile: Path | None
-    friction: float | None
-    frictionless: bool
-    every_direction: bool
-    payload: float | None
-    force_max: float | None
+    friction: float | None = None
+    frictionless: bool = False
+    every_direction: bool = False
+    payload: float | None = None
+    force_max: float | None = None
     pressures: tuple[float, ...] = ()
 
     @property
@@ -91,11 +92,11 @@ def solve_question(
         InvalidInputError: a value is out of its range, or the profile's file cannot be used.
         NotGrippableError: the object is not held at any pressure.
     """
-    setup, mark = _setup(question)
-    window = grip_window(setup, progress=progress)
-    _require_held(window, question.pressures)
+    window, mark = _closed(question, progress)
     asked = sorted(set(question.pressures)) or None
-    grip = solve_grip(setup, question.pulls, pressures=asked, window=window, progress=progress)
+    grip = solve_grip(
+        window.setup, question.pulls, pressures=asked, window=window, progress=progress
+    )
     refusal = recommended = None
     try:
         recommended = grip.recommended_pressure(question.payload, force_max=question.force_max)
@@ -122,18 +123,39 @@ def solve_question(
     )
 
 
-def _require_held(window: GripWindow, pressures: Sequence[float]) -> None:
-    """Refuse a pressure above those that hold, with the reason.
+def solve_closing(question: GripQuestion) -> SolvedGrip:
+    """Return at which pressures a gripper is wrapped around an object, without any force.
 
     Raises:
-        NotGrippableError: nothing is held at one of the pressures.
+        InvalidInputError: a value is out of its range, or the profile's file cannot be used.
+        NotGrippableError: the object is not held at any pressure.
     """
-    for pressure in pressures:
-        if window.onset_wrap is not None and pressure > window.top:
+    window, mark = _closed(question)
+    grip = Grip(window, (), {})
+    recommended = grip.recommended_pressure()
+    point = window.at(question.pressures[0] if question.pressures else recommended)
+    return SolvedGrip(question, grip, recommended, point, {}, None, None, {}, mark)
+
+
+def _closed(
+    question: GripQuestion, progress: Callable[[int, int], None] | None = None
+) -> tuple[GripWindow, float | None]:
+    """Return the window of a question, and the place on the profile's axis in the coil's middle.
+
+    Raises:
+        NotGrippableError: no pressure wraps the object, or nothing is held at one of those asked.
+    """
+    setup, mark = _setup(question)
+    window = grip_window(setup, progress=progress)
+    if window.onset_wrap is None:
+        raise not_held(window)
+    for pressure in question.pressures:
+        if pressure > window.top:
             at = window.top if window.loss is None else window.loss
             reason = f"{pressure:.6g} Pa is too much: at {at:.6g} Pa {window.end.value}"
             radius = float(window.setup.obstacle.shape.feature_radius)
             raise NotGrippableError(radius, reason, window.top - pressure, None)
+    return window, mark
 
 
 def _setup(question: GripQuestion) -> tuple[GripSetup, float | None]:

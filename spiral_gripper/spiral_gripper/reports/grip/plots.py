@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.grip.grip import Grip, solve_grip
@@ -18,6 +18,7 @@ from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.study import GripCase, GripOutcome
 from spiral_core.rod.types import Vector
 from spiral_gripper.files.shown import axis_label, in_units, shown
+from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.shaded import (
     OBJECT_RINGS,
     Surface,
@@ -26,7 +27,7 @@ from spiral_gripper.reports.shaded import (
     tube_surface,
     turned_surface,
 )
-from spiral_gripper.reports.shape_plots import VIEWS
+from spiral_gripper.reports.shape_plots import VIEWS, shape_figure
 from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
@@ -35,6 +36,7 @@ from spiral_gripper.reports.style import (
     paper_style,
     style_axes,
 )
+from spiral_gripper.reports.wrap_document import SolvedProfile, SolvedWrap
 
 # Side by side, legible at the width of a page.
 MOST_PANELS = 3
@@ -64,12 +66,43 @@ def grip_figure(grip: Grip, title: str, pressure: float | None = None) -> Figure
     draw_forces(axes, grip)
     axes.legend(loc="upper left", fontsize=6.5)
     point = grip.window.at(grip.recommended_pressure() if pressure is None else pressure)
-    views = [right.add_subplot(1, 2, number) for number in (1, 2)]
+    _draw_coils(right, point)
+    right.suptitle(f"{shown(point.pressure, 'Pa')}: {point.regime.value}")
+    return figure
+
+
+def wrap_figure(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None, title: str) -> Figure:
+    """Return the coil on its object from two sides, to scale; the free coil without ``closed``.
+
+    Args:
+        free: what the tip criterion says.
+        closed: what contact says, or None.
+        title: up to the pressure.
+    """
+    if closed is None:
+        outer_radius = free.gripper.tube.outer_radius
+        title = f"{title} {shown(free.wrap.pressure, 'Pa')}"
+        if isinstance(free, SolvedWrap):
+            return shape_figure(free.wrap.state, outer_radius, title, free.placement)
+        return shape_figure(free.state, outer_radius, title)
+    return _coil_figure(closed.point, f"{title} {shown(closed.point.pressure, 'Pa')}")
+
+
+@paper_style()
+def _coil_figure(point: GripPoint, title: str) -> Figure:
+    """Return the coil on its object from two sides, to scale, as the gripper hangs."""
+    figure = Figure(figsize=(3.5, 3.4), layout="constrained")
+    figure.suptitle(title, wrap=True)
+    _draw_coils(figure, point)
+    return figure
+
+
+def _draw_coils(figure: FigureBase, point: GripPoint) -> None:
+    """Draw the coil on its object from two sides."""
+    views = [figure.add_subplot(1, 2, number) for number in (1, 2)]
     for each, view in zip(views, VIEWS, strict=True):
         draw_coil(each, point, view)
     same_scale(views)
-    right.suptitle(f"{shown(point.pressure, 'Pa')}: {point.regime.value}")
-    return figure
 
 
 def _accuracy(grip: Grip) -> str:

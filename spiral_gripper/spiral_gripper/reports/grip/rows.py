@@ -16,11 +16,21 @@ from spiral_core.grip.holding import HoldingForce, Pull, is_twist
 from spiral_core.grip.point import GripPoint
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Array
+from spiral_core.wrap.placement import distances_from_axis, touching_nodes
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper.files.shown import axis_label, number, reworded, shown
 from spiral_gripper.reports.design_document import plain
 from spiral_gripper.reports.fields import Field, document_of, rows_of
 from spiral_gripper.reports.grip.document import SolvedGrip
+from spiral_gripper.reports.wrap_document import (
+    COIL,
+    COVERED,
+    WRAP,
+    SolvedProfile,
+    SolvedWrap,
+    profile_as_dict,
+    profile_rows,
+)
 
 # Where a pull is to, in few words.
 _PULLS = {
@@ -49,6 +59,35 @@ def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
     if solved.question.payload is not None:
         held.append(_payload_row(solved, solved.question.payload))
     return [*rows[:place], *held, *rows[place:]]
+
+
+def wrap_rows(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> list[tuple[str, str]]:
+    """Return the figures of a wrap as names and texts.
+
+    Args:
+        free: what the tip criterion says.
+        closed: what contact says; None where only the tip criterion was wanted.
+    """
+    if closed is not None:
+        coil = COIL if isinstance(free, SolvedWrap) else COVERED
+        return rows_of(WRAPPED, closed) + rows_of(coil, free)
+    return rows_of(WRAP, free) if isinstance(free, SolvedWrap) else profile_rows(free)
+
+
+def wrap_as_dict(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> dict[str, Any]:
+    """Return a wrap for programs, in SI: the free coil's figures, and over them those of contact.
+
+    ``largest_gap`` is that of the free coil to the object in its place.
+    """
+    of_contact = {} if closed is None else document_of(WRAPPED, closed)
+    if isinstance(free, SolvedProfile):
+        return profile_as_dict(free) | of_contact
+    if closed is not None:
+        setup, wrap = closed.grip.setup, free.wrap
+        touching = touching_nodes(wrap, wrap.turns_required)
+        distances = distances_from_axis(touching, setup.obstacle.position, setup.axis)
+        of_contact["largest_gap"] = float(np.abs(distances - free.radius - wrap.outer_radius).max())
+    return document_of(WRAP, free) | of_contact
 
 
 def print_forces(solved: SolvedGrip, console: Console) -> None:
@@ -190,6 +229,12 @@ def _value(force: float, pull: Pull) -> str:
     return "not known" if math.isnan(force) else shown(force, unit_of(pull), 3)
 
 
+def _mean_line_force(point: GripPoint) -> float | None:
+    """Return the mean normal force per length that touches [N/m]; None where none does."""
+    length = point.contact_length
+    return point.normal_force / length if length > 0.0 else None
+
+
 def _size(vector: Array) -> float:
     return float(np.linalg.norm(vector))
 
@@ -284,7 +329,8 @@ def _center_label(solved: SolvedGrip) -> str:
     return f"object's {mark} at (x, y, z)"
 
 
-GRIP: Final = (
+# Parts of the tables of a grip and of a wrap.
+_CLOSED: Final = (
     Field("gripper", "", "grip.setup.gripper.name"),
     Field(
         "object_radius",
@@ -312,8 +358,8 @@ GRIP: Final = (
     Field("lift_off", "tip lifts off at", "grip.window.lift_off", _lift_off),
     Field("loss", "lost at", "grip.window.loss", _lost),
     Field("end", "", "grip.window.end"),
-    Field("after_loss", "  after that", _after_loss, _remaining),
-    Field("refusal", "NOT HELD", "refusal", lambda s: s.refusal and reworded(s.refusal)),
+)
+_RECOMMENDED: Final = (
     Field("recommended_range", "recommended range", "grip.recommended_range", _range),
     Field("range_end", "", "grip.range_end"),
     Field(
@@ -322,12 +368,8 @@ GRIP: Final = (
         "recommended",
         _recommended,
     ),
-    Field("pressures", "", "grip.pressures"),
-    Field("contact_length", "", "grip.contact_length"),
-    Field("turns", "", lambda s: [each.turns for each in s.grip.points]),
-    Field("normal_force", "", "grip.normal_force"),
-    Field("contact_pressure", "", "grip.contact_pressure"),
-    Field("base_reaction", "", lambda s: [each.base_reaction for each in s.grip.points]),
+)
+_AT: Final = (
     Field(
         "",
         lambda s: f"at {shown(s.point.pressure, 'Pa')}",
@@ -352,7 +394,8 @@ GRIP: Final = (
         "point.contact_pressure",
         lambda s: f"up to about {shown(s.point.contact_pressure, 'Pa')}",
     ),
-    Field("", "  mount carries", "point.base_reaction", lambda s: _reaction(s.point)),
+)
+_PLACE: Final = (
     Field("object_center", _center_label, "grip.setup.obstacle.position", "m"),
     Field(
         "object_axis",
@@ -360,4 +403,32 @@ GRIP: Final = (
         "grip.setup.axis",
         lambda s: "({:.3f}, {:.3f}, {:.3f})".format(*s.grip.setup.axis),
     ),
+)
+GRIP: Final = (
+    *_CLOSED,
+    Field("after_loss", "  after that", _after_loss, _remaining),
+    Field("refusal", "NOT HELD", "refusal", lambda s: s.refusal and reworded(s.refusal)),
+    *_RECOMMENDED,
+    Field("pressures", "", "grip.pressures"),
+    Field("contact_length", "", "grip.contact_length"),
+    Field("turns", "", lambda s: [each.turns for each in s.grip.points]),
+    Field("normal_force", "", "grip.normal_force"),
+    Field("contact_pressure", "", "grip.contact_pressure"),
+    Field("base_reaction", "", lambda s: [each.base_reaction for each in s.grip.points]),
+    *_AT,
+    Field("", "  mount carries", "point.base_reaction", lambda s: _reaction(s.point)),
+    *_PLACE,
+)
+# A wrap without the forces that it holds; ``pressure`` is that of the perfect wrap.
+WRAPPED: Final = (
+    Field("gripped", "gripped", lambda _: True, lambda _: "yes"),
+    *_CLOSED,
+    *_RECOMMENDED,
+    Field("pressure", "", "grip.onset_wrap"),
+    Field("at_pressure", "", "point.pressure"),
+    Field("regime", "", "point.regime"),
+    Field("stable", "", "point.state.stable"),
+    Field("line_force", "", lambda s: _mean_line_force(s.point)),
+    *_AT,
+    *_PLACE,
 )
