@@ -43,7 +43,7 @@ FIG4_RADII = (0.015, 0.020)
 FIG9_RADII = (0.010, 0.012, 0.014, 0.015, 0.020, 0.025)
 FIG10_RADII = (0.011, 0.030)
 FRICTIONS = (0.1, 0.3, 0.6)
-ELEMENTS = (60, 90, 120)
+ELEMENTS = (90, 135, 180)
 HANGING, LEVEL, UP, WEIGHTLESS = (
     (9.80665, 0.0, 0.0), (0.0, 0.0, 9.80665), (-9.80665, 0.0, 0.0), (0.0, 0.0, 0.0),
 )  # fmt: skip
@@ -119,8 +119,8 @@ normal force [N] |
 | --- | --- | --- | --- | --- | --- | --- | --- |
 """
 INFLUENCE_VERDICT = """
-Windows and forces at 60, 90 and 120 elements differ by less than a percent. Friction moves the wrap
-by less than a percent, delays curling and loss, and decides the force away from the base. On the
+Windows and forces at 90, 135 and 180 elements differ by less than a percent. Friction moves the
+wrap by less than a percent, delays curling and loss, and decides the force away from the base. On the
 level mount the hanging tube begins on the side of the object from which it does not wind: when it
 first touches, at 62 kPa, it has gone a sixth of a turn about the object (on the vertical mount 2.3
 turns), and what lies beyond winds beside it, its tip centimeters away.

@@ -150,6 +150,11 @@ def test_rod_pulled_over_a_cylinder_lifts_off() -> None:
     total = 2.0 * force * math.sin(psi) + force * math.cos(psi) * arc
     assert state.normal_forces[0].sum() == pytest.approx(total, rel=2e-5)
     assert state.contact_lengths[0] == pytest.approx(rho * arc, abs=2.0 * length / 320)
+    # Beyond lift-off the shear bends the rod away with the cube of the distance.
+    gap = 0.01 * radius
+    beyond = (6.0 * BENDING * gap / (force * math.sin(psi))) ** (1.0 / 3.0)
+    within = rho * arc + 2.0 * beyond
+    assert state.lengths_within(gap)[0] == pytest.approx(within, abs=0.2 * length / 320)
     # Nothing but contact's constant curvature between the two lift-off points.
     bent = np.linalg.norm(state.moments[state.touching[0]], axis=1)
     assert bent == pytest.approx(BENDING / rho, rel=0.1)

@@ -121,8 +121,10 @@ def test_contact_comes_suddenly_at_the_onset_of_the_wrap() -> None:
     assert before.regime is WrapRegime.OVERHANG
     assert after.regime is WrapRegime.PERFECT_WRAP
     assert found.at(found.top).regime is WrapRegime.CURLING
-    assert after.contact_length > 2.0 * before.contact_length
-    assert after.contact_length < gripper().tube.length
+    pressing, pressed = (float(each.state.contact_lengths[0]) for each in (before, after))
+    assert pressed > 2.0 * pressing
+    assert pressed < after.contact_length < gripper().tube.length
+    assert pressing < before.contact_length < after.contact_length
     assert np.all(np.diff(found.normal_forces[-4:]) > 0.0)
 
 

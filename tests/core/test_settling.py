@@ -137,17 +137,17 @@ def test_few_and_many_modes_are_the_same_ones() -> None:
 
 @pytest.mark.parametrize(
     ("rate", "low", "high"),
-    [(3e4, 0.0, 0.1), pytest.param(6e4, 1.0, 2.3, marks=pytest.mark.slow)],
+    [(3e4, 0.0, 0.1), pytest.param(6e4, 1.0, 2.8, marks=pytest.mark.slow)],
 )
 def test_settling_after_a_ramp_is_that_of_the_closing(rate: float, low: float, high: float) -> None:
     """At 60 kPa/s the coil closes beside the object, and turns stick by chance.
 
-    It settles within 1.07 to 2.16 s, with other lengths of steps and last barriers; what is found
-    for the grip that it reached is 7 to 10 % off. At 30 kPa/s all of that changes by nothing.
+    It settles within 1.07 to 2.47 s, with other elements, lengths of steps and last barriers; what
+    is found for the grip that it reached is 7 to 20 % off. At 30 kPa/s none of that changes.
     """
     setup = lay_into_coil(gripper(), 0.015)
     pressure = 1.15 * setup.tip_pressure
-    closing = close_on(setup, PressureCourse.ramp(rate, pressure, 2.5))
+    closing = close_on(setup, PressureCourse.ramp(rate, pressure, 4.0))
     measured = closing.settling_time - closing.course.times[1]
     assert low < measured < high
     found = settling_after_ramp(gripper(), pressure, rate, grip=closing.grip_at_rest())

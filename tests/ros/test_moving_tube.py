@@ -9,7 +9,7 @@ import pytest
 from ros.simulation_harness import QUIET, RADIUS, Observer, RunningSimulator, seconds
 
 from spiral_core import SpiralError, inertia_of, solve_motion
-from spiral_core.grip.setup import LEAST_ELEMENTS, free_problem
+from spiral_core.grip.setup import FREE_ELEMENTS, free_problem
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.simulation.moving_tube import MovingTube, SteppedTube, TubeQuestion
 from spiral_gripper_ros.simulation.pacing import LONGEST_STEP
@@ -29,7 +29,7 @@ def test_answers_are_the_motion_of_the_free_tube(gripper):
         lambda t: free_problem(gripper, PRESSURE * min(t / RISE, 1.0)),
         inertia_of(gripper),
         times,
-        elements=LEAST_ELEMENTS,
+        elements=FREE_ELEMENTS,
     )
     np.testing.assert_allclose(shapes, motion.positions, atol=1e-9)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from spiral_core.closing.close import SETTLED, inertia_of
 from spiral_core.grip.point import GripPoint
-from spiral_core.grip.setup import LEAST_ELEMENTS, free_problem
+from spiral_core.grip.setup import FREE_ELEMENTS, free_problem
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.contact.state import ContactState
 from spiral_core.rod.motion.frequencies import Modes, vibration_modes
@@ -72,7 +72,7 @@ def settling_after_ramp(
         SolverError: the tube has no certified shape at this pressure.
     """
     require_positive("rate", rate)
-    count = LEAST_ELEMENTS if grip is None else len(grip.state.positions) - 1
+    count = FREE_ELEMENTS if grip is None else len(grip.state.positions) - 1
     states = [_free(gripper, 0.0, count)]
     for station in np.linspace(0.0, pressure, STATIONS)[1:]:
         states.append(_free(gripper, float(station), count, states[-1]))
@@ -111,7 +111,7 @@ def settling_after_move(
 def _free(
     gripper: Gripper,
     pressure: float,
-    elements: int = LEAST_ELEMENTS,
+    elements: int = FREE_ELEMENTS,
     start: ContactState | None = None,
 ) -> ContactState:
     """Return the tube's state at a pressure, without an object."""

@@ -66,8 +66,8 @@ class GripPoint:
 
     @property
     def contact_length(self) -> float:
-        """Length of tube that touches the object [m]."""
-        return float(self.state.contact_lengths[0])
+        """Length of tube that touches the object, its gap at most that of a touching tip [m]."""
+        return float(self.state.lengths_within(TOUCH_GAP * self.outer_radius)[0])
 
     @property
     def normal_force(self) -> float:

@@ -24,8 +24,10 @@ from spiral_core.wrap.wrap import Wrap
 
 # Elements of the rod: at least so many, and none longer than this fraction of the arc on which the
 # tube's axis goes around the object.
-LEAST_ELEMENTS = 60
+LEAST_ELEMENTS = 90
 ELEMENT_ARC = 0.4
+# Without contact nothing begins within an element.
+FREE_ELEMENTS = 60
 # Weight per length times length cubed, over the bending stiffness, at which a column buckles.
 TALLEST_COLUMN = 7.837
 # Between the base and an object that the coil would put inside of it [outer radii of the tube].

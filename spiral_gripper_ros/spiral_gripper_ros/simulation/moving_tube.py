@@ -12,7 +12,7 @@ from importlib import import_module
 import numpy as np
 
 from spiral_core import ContactProblem, Frame, Gripper, SpiralError, inertia_of, motion_frames
-from spiral_core.grip.setup import LEAST_ELEMENTS, free_problem
+from spiral_core.grip.setup import FREE_ELEMENTS, free_problem
 from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.worker_process import WorkerProcess, serve
 from spiral_gripper_ros.simulation.pacing import LONGEST_STEP
@@ -123,7 +123,7 @@ class SteppedTube:
             while True:
                 yield self._way[1][0]
 
-        return motion_frames(problem, inertia_of(gripper), times(), elements=LEAST_ELEMENTS)
+        return motion_frames(problem, inertia_of(gripper), times(), elements=FREE_ELEMENTS)
 
 
 def main() -> None:

@@ -165,8 +165,24 @@ class ContactState:
 
     @property
     def contact_lengths(self) -> Array:
-        """Length in contact with each obstacle (m,) [m]."""
+        """Length that the touching nodes of each obstacle stand for (m,) [m].
+
+        Next to where a rod lifts off, gaps of micrometers open and close with the elements:
+        :meth:`lengths_within` does not depend on those.
+        """
         lengths: Array = np.sum(np.where(self.touching, self.node_lengths, 0.0), axis=1)
+        return lengths
+
+    def lengths_within(self, gap: float) -> Array:
+        """Return the length that lies within a gap [m] of each obstacle (m,) [m].
+
+        The gap is linear between nodes, and at most this at both ends of what counts.
+        """
+        low = np.minimum(self.gaps[:, :-1], self.gaps[:, 1:])
+        high = np.maximum(self.gaps[:, :-1], self.gaps[:, 1:])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = np.where(high <= gap, 1.0, np.maximum((gap - low) / (high - low), 0.0))
+        lengths: Array = parts @ np.diff(self.arc_lengths)
         return lengths
 
     @property
