@@ -120,10 +120,10 @@ normal force [N] |
 """
 INFLUENCE_VERDICT = """
 Windows and forces at 90, 135 and 180 elements differ by less than a percent. Friction moves the
-wrap by less than a percent, delays curling and loss, and decides the force away from the base. On
-the level mount the hanging tube begins on the side of the object from which it does not wind: when
-it first touches, at 62 kPa, it has gone a sixth of a turn about the object (on the vertical mount 2.3
-turns), and what lies beyond winds beside it, its tip centimeters away.
+wrap by less than a percent, delays curling and loss, and decides the force away from the base.
+On the level mount the hanging tube begins on the side of the object from which it does not wind:
+when it first touches, at 62 kPa, it has gone a sixth of a turn about the object (on the vertical
+mount 2.3 turns), and what lies beyond winds beside it, its tip centimeters away.
 Turned by half a turn about its tube, so that gravity pulls the other way, the gripper wraps this
 radius, closed without friction 2 % below the tip criterion.
 """
