@@ -81,7 +81,7 @@ ROS_FREE = frozenset(
         "runtime.__init__", "runtime.event_log", "simulation.__init__",
         "simulation.pacing", "simulation.parameters", "simulation.radius_estimator",
         "simulation.radius_source", "simulation.regulator", "simulation.replay",
-        "simulation.simulated_gripper", "simulation.valve",
+        "simulation.simulated_gripper",
         "tools.__init__", "tools.demo_report",
         "tools.live_view",
     }

@@ -64,7 +64,7 @@ def test_the_measured_pressure_follows_the_command_with_the_lag_that_is_document
     times = np.array([seconds(message.header.stamp) for message in followed])
     gaps = 4.0e4 - np.array([message.fluid_pressure for message in followed])
     assert len(followed) >= 3
-    # Within 1e4 Pa of its target no valve is wide open: each gap is exp(-t/T) of the one before.
+    # Each gap is exp(-t/T) of the one before.
     expected = gaps[0] * np.exp(-(times - times[0]) / 1.0)
     observer.set_simulated(REGULATOR, time_constant=0.1)
     assert np.allclose(gaps, expected, rtol=1e-6, atol=1e-6)

@@ -4,13 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from spiral_core import Orifice, Supply, enclosed_volume
 from spiral_core.errors import InvalidInputError
-from spiral_gripper.files.description import load_description
 from spiral_gripper.files.storage import FileError, read_text
 from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue, number_spec
 from spiral_gripper_ros.parameters.table import number
@@ -25,7 +22,6 @@ from spiral_gripper_ros.simulation.radius_source import (
 )
 from spiral_gripper_ros.simulation.regulator import Fault, RegulatorModel
 from spiral_gripper_ros.simulation.replay import RadiusSample, samples_from_lines, shipped_recording
-from spiral_gripper_ros.simulation.valve import FlowRow, Valve, flow_rows
 
 RECORDING: Final = "recording"
 NONE: Final = "none"
@@ -66,16 +62,6 @@ REGULATOR_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         choices=tuple(fault.value for fault in Fault),
     ),
     number_spec("time_constant", 0.1, 0.001, 10.0, "Lag of the regulator's loop [s]."),
-    number_spec("fill_rate", 2.0e5, 1.0e3, 1.0e7, "Fastest rise of the pressure [Pa/s]."),
-    number_spec("vent_rate", 4.0e5, 1.0e3, 1.0e7, "Fastest fall of the pressure [Pa/s]."),
-    number_spec(
-        "conductance",
-        0.0,
-        0.0,
-        1.0e-6,
-        "Sonic conductance of valve and line by ISO 6358 [m^3/(s Pa)], which then bounds rise and "
-        "fall at each pressure; 0: fill_rate and vent_rate do.",
-    ),
     number_spec(
         "supply_pressure",
         3.0e5,
@@ -171,36 +157,13 @@ RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
 def regulator_model(values: Mapping[str, ParameterValue]) -> RegulatorModel:
     """Return the regulator that checked parameter values describe."""
     return RegulatorModel(
-        valve=Valve(
-            time_constant=number(values, "time_constant"),
-            fill_rate=number(values, "fill_rate"),
-            vent_rate=number(values, "vent_rate"),
-            flow=_flow(
-                str(values["gripper"]),
-                number(values, "conductance"),
-                number(values, "supply_pressure"),
-            ),
-        ),
+        time_constant=number(values, "time_constant"),
         supply_pressure=number(values, "supply_pressure"),
         watchdog_timeout=number(values, "watchdog_timeout"),
         leak_time=number(values, "leak_time"),
         noise=number(values, "pressure_noise"),
         resolution=number(values, "pressure_resolution"),
     )
-
-
-@lru_cache(maxsize=8)
-def _flow(gripper: str, conductance: float, supply_pressure: float) -> tuple[FlowRow, ...]:
-    """Return what a supply fills and vents a gripper with; nothing for a conductance of 0."""
-    if not conductance > 0.0:
-        return ()
-    filled = load_description(gripper).gripper
-    supply = Supply(Orifice(conductance), supply_pressure)
-
-    def volume(pressure: float) -> float:
-        return enclosed_volume(filled, min(pressure, filled.pressure_max))
-
-    return flow_rows(supply, volume, supply_pressure)
 
 
 def radius_source(

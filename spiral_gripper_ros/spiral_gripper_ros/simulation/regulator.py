@@ -1,21 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
 r"""A simulated proportional pressure regulator: it follows commands and reports its pressure.
 
-The pressure follows its target as :mod:`spiral_gripper_ros.simulation.valve` says. The target is
-the last command, or 0 once no command has come for ``watchdog_timeout``: the regulator's own
-watchdog, which vents whatever has happened to the sender. The report is the pressure with noise,
-rounded to the transmitter's resolution and within its range, from 0 to the supply pressure.
+The gauge pressure :math:`p` in the gripper follows the target :math:`p_t` with a lag :math:`T`:
+
+.. math:: \dot p = \frac{p_t - p}{T} - \frac{p}{T_\mathrm{leak}}
+
+The last term is a leak, laminar: proportional to the gauge pressure. The regulator has no integral
+action, so that it makes a leak up only in part and settles at :math:`p_t / (1 + T /
+T_\mathrm{leak})`. The target is the last command, or 0 once no command has come for
+``watchdog_timeout``: the regulator's own watchdog, which vents whatever has happened to the sender.
+The report is the pressure with noise, rounded to the transmitter's resolution and within its range,
+from 0 to the supply pressure.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from spiral_core.validation import require_non_negative, require_positive
-from spiral_gripper_ros.simulation.valve import Valve
 
 
 class Fault(Enum):
@@ -32,7 +38,7 @@ class RegulatorModel:
     """The properties of a regulator.
 
     Args:
-        valve: how its pressure follows a target.
+        time_constant: lag of its pressure behind its target [s], > 0.
         supply_pressure: gauge pressure of its supply [Pa], > 0; a command above it is refused.
         watchdog_timeout: silence after which it vents [s], > 0.
         leak_time: time in which a leak lets the pressure of a closed gripper fall to 1/e [s], > 0.
@@ -43,7 +49,7 @@ class RegulatorModel:
         InvalidInputError: a value is out of its range.
     """
 
-    valve: Valve
+    time_constant: float
     supply_pressure: float
     watchdog_timeout: float
     leak_time: float
@@ -51,7 +57,7 @@ class RegulatorModel:
     resolution: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in ("supply_pressure", "watchdog_timeout", "leak_time"):
+        for field in ("time_constant", "supply_pressure", "watchdog_timeout", "leak_time"):
             require_positive(field, getattr(self, field))
         for field in ("noise", "resolution"):
             require_non_negative(field, getattr(self, field))
@@ -69,14 +75,15 @@ class SimulatedRegulator:
         fault: may be changed at any time.
 
     Example:
-        >>> valve = Valve(time_constant=0.1, fill_rate=2e5, vent_rate=4e5)
-        >>> model = RegulatorModel(valve, 3e5, watchdog_timeout=0.5, leak_time=0.2)
+        >>> model = RegulatorModel(
+        ...     time_constant=0.1, supply_pressure=3e5, watchdog_timeout=0.5, leak_time=0.2
+        ... )
         >>> regulator = SimulatedRegulator(model)
         >>> regulator.command(4e4)
         True
         >>> regulator.step(0.5)
         >>> round(regulator.report(), -2)
-        39600.0
+        39700.0
         >>> regulator.step(1.0)  # nobody speaks to it any more
         >>> round(regulator.report(), -2), regulator.watchdog_vented
         (0.0, True)
@@ -160,7 +167,9 @@ class SimulatedRegulator:
     def _flow(self, duration: float, target: float) -> None:
         if self.fault is Fault.STUCK_VALVE:
             return
-        leak_rate = 1.0 / self.model.leak_time if self.fault is Fault.LEAK else 0.0
-        after = self.model.valve.pressure_after(duration, self._pressure, target, leak_rate)
+        lag = self.model.time_constant
+        rate = 1.0 / lag + (1.0 / self.model.leak_time if self.fault is Fault.LEAK else 0.0)
+        settled = target / (lag * rate)
+        after = settled + (self._pressure - settled) * math.exp(-rate * duration)
         # The exact solution stays within these ends; its rounding need not.
         self._pressure = min(max(after, 0.0), self.model.supply_pressure)
