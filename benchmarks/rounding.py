@@ -3,9 +3,11 @@
 
 ``python -m benchmarks.rounding`` asks every question as it is, with kernels compiled for the
 generic processor (in a process of its own), and with inputs perturbed by a relative 1e-12; exact
-mounts also leaning by 1e-5. Verdicts must be the same and figures within 0.5 %; exceptions are
-listed. Answers are kept in ``benchmarks/results/rounding.jsonl`` as they come: a run that was
-interrupted goes on, and larger counts add to it; delete the file to begin anew.
+mounts also leaning by 1e-5, paths with friction among several obstacles also turned, mirrored and
+shifted. Verdicts must be the same and figures within 0.5 %, the ends of paths within 1e-7 of the
+length; exceptions are listed. Paths on which the rod snaps are counted apart. Answers are kept in
+``benchmarks/results/rounding.jsonl`` as they come: a run that was interrupted goes on, and larger
+counts add to it; delete the file to begin anew.
 """
 
 from __future__ import annotations
@@ -23,18 +25,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from benchmarks.cases import SEED, Array, Vector, random_case
 from benchmarks.closings import random_closing
 from benchmarks.command import wide_console
+from benchmarks.contact_paths import MIRROR, PATH_ELEMENTS, mirrored, moved, random_path
 from benchmarks.contact_wraps import random_wrap
 from benchmarks.held import random_setup
 from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
 from spiral_core import (
+    ContactPath,
+    ContactProblem,
     GripSetup,
     SpiralError,
     close_on,
+    follow_contact,
     grip_window,
     holding_force,
     lay_into_coil,
@@ -46,6 +53,8 @@ from spiral_gripper import available_grippers, load_gripper
 KEPT = RESULTS / "rounding.jsonl"
 # Figures that differ by more than this fraction are exceptions.
 AGREE = 5e-3
+# Positions at the ends of paths, as a fraction of the length.
+AGREE_PATHS = 1e-7
 PERTURBED, LEANING = 1e-12, 1e-5
 GRAVITY = 9.80665
 MOUNTS = tuple(
@@ -54,8 +63,19 @@ MOUNTS = tuple(
 )
 RADII = (0.011, 0.012, 0.0135, 0.016, 0.02, 0.025, 0.03)
 EXACT = tuple(product(available_grippers(), MOUNTS, RADII))
-COUNTS = {"exact": len(EXACT), "random": 300, "rods": 2000, "wraps": 300, "closings": 300}
-VERSIONS = ("as is", "generic", "perturbed", "leaning")
+COUNTS = {
+    "exact": len(EXACT),
+    "random": 300,
+    "rods": 2000,
+    "wraps": 300,
+    "closings": 300,
+    "paths": 200,
+}
+VERSIONS = ("as is", "generic", "perturbed", "leaning", "turned", "mirrored", "shifted")
+# Versions that are asked of one kind alone.
+ONLY = {"leaning": "exact", "turned": "paths", "mirrored": "paths", "shifted": "paths"}
+SHIFT = np.array((0.3, -0.2, 0.15))
+SNAPS = "snaps"
 Figures = dict[str, float | None]
 
 
@@ -159,6 +179,52 @@ def closing(index: int, nudge: Nudge) -> tuple[str, Figures]:
     return verdict, _tip(last.positions[-1], float(last.arc_lengths[-1]))
 
 
+def followed(index: int, version: str) -> tuple[ContactPath, Array]:
+    """Return a random path in a version, and its last positions seen as in the path as it is."""
+    stations, turn = random_path(index), Rotation.random(rng=np.random.default_rng((SEED, index)))
+    if version == "perturbed":
+        stations = [_perturbed(station, Nudge(PERTURBED, index)) for station in stations]
+    elif version == "turned":
+        stations = [moved(station, np.zeros(3), turn) for station in stations]
+    elif version == "mirrored":
+        stations = [mirrored(station) for station in stations]
+    elif version == "shifted":
+        stations = [moved(station, SHIFT, Rotation.identity()) for station in stations]
+    path = follow_contact(stations, elements=PATH_ELEMENTS)
+    last = path.states[-1].positions
+    if version == "turned":
+        return path, turn.inv().apply(last)
+    return path, {"mirrored": last @ MIRROR, "shifted": last - SHIFT}.get(version, last)
+
+
+def _perturbed(station: ContactProblem, nudge: Nudge) -> ContactProblem:
+    """Return a station of a path, changed; the same nudges change every station alike."""
+    load: Any = station.load
+    load = replace(
+        load, distributed=nudge.vector(load.distributed), tip_force=nudge.vector(load.tip_force)
+    )
+    obstacles = tuple(
+        replace(each, position=nudge.vector(each.position), friction=nudge.number(each.friction))
+        for each in station.obstacles
+    )
+    rod: Any = station.rod
+    rod = replace(rod, rest_strain=nudge.vector(rod.rest_strain))
+    return replace(station, rod=rod, load=load, obstacles=obstacles)
+
+
+def path_end(index: int, version: str) -> tuple[str, Figures]:
+    """Answer one of the random paths: where every sixth node is in the end, in lengths."""
+    path, last = followed(index, version)
+    length = random_path(index)[-1].rod.length
+    verdict = f"{len(path.states)} stations, {len(path.events)} {SNAPS}"
+    places = last[6::6] / length
+    return verdict, {
+        f"{axis} of node {6 * row + 6}": float(value)
+        for row, place in enumerate(places)
+        for axis, value in zip("xyz", place, strict=True)
+    }
+
+
 def _tip(place: Array, length: float) -> Figures:
     """Return a tip's place as figures near one."""
     return {axis: 1.0 + float(x) / length for axis, x in zip("xyz", place, strict=True)}
@@ -171,6 +237,8 @@ def answer(kind: str, index: int, version: str) -> dict[str, Any]:
     try:
         if kind == "exact":
             found = exact_grip(index, nudge, LEANING if version == "leaning" else 0.0)
+        elif kind == "paths":
+            found = path_end(index, version)
         else:
             found = ask[kind](index, nudge)
     except SpiralError as error:
@@ -193,7 +261,7 @@ def compute(version: str, counts: dict[str, int]) -> None:
         for kind, count in counts.items():
             # Spread over the questions, so that a few of them are a sample.
             for index in np.linspace(0, COUNTS[kind], count, endpoint=False).astype(int).tolist():
-                skipped = version == "leaning" and kind != "exact"
+                skipped = ONLY.get(version, kind) != kind
                 if not skipped and (kind, index, version) not in known:
                     lines.write(json.dumps(answer(kind, index, version)) + "\n")
                     lines.flush()
@@ -203,6 +271,9 @@ def differences(plain: dict[str, Any], other: dict[str, Any]) -> list[str]:
     """Return in what two answers differ, in words."""
     if plain["verdict"] != other["verdict"]:
         return [f"{plain['verdict']}, or {other['verdict']}"]
+    if plain["kind"] == "paths":
+        apart = max(abs(plain[name] - other[name]) for name in plain if " of node " in name)
+        return [f"{apart:.1e} of the length"] if apart > AGREE_PATHS else []
     found = []
     for name in sorted((plain.keys() | other.keys()) - {"kind", "index", "version", "verdict"}):
         a, b = plain.get(name), other.get(name)
@@ -226,20 +297,32 @@ def tables() -> tuple[Table, Table]:
             for (k, index, v), other in sorted(known.items())
             if (k, v) == (kind, version) and (key := (kind, index, VERSIONS[0])) in known
         ]
-        apart = [(plain, differences(plain, other)) for plain, other in pairs]
-        apart = [each for each in apart if each[1]]
-        if pairs:
-            rows.append((kind, version, f"{len(pairs):,}", f"{len(apart):,}"))
-        exceptions += [
-            (f"{kind} {plain['index']}{_named(plain)}", version, "; ".join(words))
-            for plain, words in apart
-        ]
+        for snapping in (False, True):
+            asked = [(plain, other) for plain, other in pairs if _snaps(plain) == snapping]
+            apart = [(plain, differences(plain, other)) for plain, other in asked]
+            apart = [each for each in apart if each[1]]
+            name = f"{kind} that snap" if snapping else kind
+            if asked:
+                rows.append((name, version, f"{len(asked):,}", f"{len(apart):,}"))
+            exceptions += [
+                (f"{name} {plain['index']}{_named(plain)}", version, "; ".join(words))
+                for plain, words in apart
+            ]
     counts = ("questions", "compared with", "asked", "answered otherwise")
-    note = f"Otherwise: another verdict, or a figure off by more than {100 * AGREE:g} %."
+    note = (
+        f"Otherwise: another verdict, or a figure off by more than {100 * AGREE:g} %; a node at "
+        f"the end of a path by more than {AGREE_PATHS:g} of the length."
+    )
     return (
         Table("Rounding: the same questions as they are and otherwise", counts, tuple(rows), note),
         Table("What differs", ("question", "version", "as is, or otherwise"), tuple(exceptions)),
     )
+
+
+def _snaps(answer: dict[str, Any]) -> bool:
+    """Return whether a rod loses its stability on its path."""
+    verdict = answer["verdict"]
+    return answer["kind"] == "paths" and SNAPS in verdict and f" 0 {SNAPS}" not in verdict
 
 
 def _named(plain: dict[str, Any]) -> str:

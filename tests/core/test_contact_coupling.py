@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
-from core.contact_transforms import imbalance
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
+from benchmarks.contact_paths import imbalance
 from spiral_core import (
     ContactProblem,
     ElasticRod,

@@ -9,9 +9,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from core.contact_transforms import backwards, imbalance, moved
 from scipy.spatial.transform import Rotation
 
+from benchmarks.contact_paths import backwards, imbalance, moved
 from spiral_core import (
     Clamped,
     ContactProblem,

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from core.contact_transforms import imbalance
 
+from benchmarks.contact_paths import imbalance
 from spiral_core import (
     ContactProblem,
     Cylinder,

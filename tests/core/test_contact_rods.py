@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 import pytest
-from core.contact_transforms import imbalance
 from scipy.optimize import brentq
 
+from benchmarks.contact_paths import imbalance
 from spiral_core import (
     Clamped,
     ContactProblem,

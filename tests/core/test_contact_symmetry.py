@@ -9,9 +9,9 @@ from functools import cache
 import numpy as np
 import pytest
 from core.contact_cases import LENGTH, OUTER, grip
-from core.contact_transforms import MIRROR, imbalance, mirrored, moved
 from scipy.spatial.transform import Rotation
 
+from benchmarks.contact_paths import MIRROR, imbalance, mirrored, moved
 from spiral_core import (
     Capsule,
     Clamped,

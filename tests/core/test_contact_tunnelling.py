@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.contact_transforms import imbalance
 
+from benchmarks.contact_paths import imbalance
 from spiral_core import (
     Capsule,
     Cone,

@@ -1,25 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A contact problem moved, mirrored or read from its other end, and the balance of its answer."""
+"""Random paths among several obstacles; problems moved, mirrored or read from their other end."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from benchmarks.cases import SEED
 from spiral_core import (
+    Capsule,
     Clamped,
+    Cone,
     ContactProblem,
     ContactState,
+    Cylinder,
+    ElasticRod,
     Free,
     Guided,
     Obstacle,
     Pinned,
+    Plane,
     RodLoad,
     Section,
+    Sphere,
 )
 
 Array = NDArray[np.float64]
@@ -29,6 +37,67 @@ End = Free | Pinned | Clamped | Guided
 MIRROR = np.diag((1.0, -1.0, 1.0))
 # Half a turn about y takes the material frame to the one of the rod read backwards.
 BACKWARDS = Rotation.from_quat((0.0, 1.0, 0.0, 0.0))
+
+
+# Elements on which the random paths are followed.
+PATH_ELEMENTS = 60
+
+
+def random_path(index: int) -> list[ContactProblem]:
+    """Return a rod that sinks onto two to six obstacles with friction, and is drawn over them.
+
+    It is loaded in two steps, pulled sideways at its tip, bent by its rest strain, and at last one
+    of the obstacles moves. Every second rod couples bending, shear and stretch.
+    """
+    rng = np.random.default_rng((SEED, index))
+    length, bending = rng.uniform(0.2, 0.6), rng.uniform(1e-4, 1e-2)
+    radius = length * rng.uniform(0.004, 0.015)
+    stiffness = bending * rng.uniform(0.6, 1.5, 3)
+    section = Section(triple(stiffness))
+    if rng.uniform() < 0.5:
+        shear = rng.uniform(1e3, 1e4, 3) * bending / length**2
+        root = np.diag(np.sqrt(np.concatenate((stiffness, shear))))
+        mixed = 0.05 * rng.normal(size=(6, 6))
+        full = root @ (np.eye(6) + mixed + mixed.T) @ root
+        section = Section(tuple(tuple(row) for row in full.tolist()))
+    strain = 0.5 * rng.normal(size=3) / length
+    obstacles = _random_obstacles(rng, length, radius)
+    weight = bending / length**3 * rng.uniform(5.0, 30.0)
+    load = weight * (np.array((0.0, 0.0, -1.0)) + 0.1 * rng.normal(size=3))
+    pull = 0.02 * weight * length * rng.normal(size=3)
+    last, shift = int(rng.integers(len(obstacles))), 0.015 * length * rng.normal(size=3)
+
+    def station(loaded: float, pulled: float, bent: float, shifted: float) -> ContactProblem:
+        place = triple(np.asarray(obstacles[last].position) + shifted * shift)
+        moving = replace(obstacles[last], position=place)
+        return ContactProblem(
+            ElasticRod(length, section, radius, triple(bent * strain)),
+            RodLoad(triple(loaded * load), triple(pulled * pull)),
+            obstacles=(*obstacles[:last], moving, *obstacles[last + 1 :]),
+        )
+
+    steps = ((0, 0, 0, 0), (0.5, 0, 0, 0), (1, 0, 0, 0), (1, 1, 0, 0), (1, 1, 1, 0), (1, 1, 1, 1))
+    return [station(*step) for step in steps]
+
+
+def _random_obstacles(rng: np.random.Generator, length: float, radius: float) -> list[Obstacle]:
+    """Return obstacles side by side below a straight rod, and for every second rod a floor."""
+    count, slope = int(rng.integers(2, 6)), rng.uniform(0.03, 0.2)
+    found = []
+    for number in range(count):
+        s = length * (number + 1.0 + rng.uniform(-0.3, 0.3)) / (count + 0.5)
+        size = length * rng.uniform(0.03, 0.1)
+        depth = length * (rng.uniform(0.01, 0.04) + slope * (s / length) ** 2) + radius + size
+        place = (s, length * rng.uniform(-0.02, 0.02), -depth)
+        axis = triple(np.array((0.0, 1.0, 0.0)) + rng.normal(size=3) * (0.3, 0.2, 0.05))
+        shapes = (Sphere(size), Cylinder(size), Capsule(size, 2.0 * size), Cone(size, 0.1))
+        shape = shapes[int(rng.integers(len(shapes)))]
+        found.append(Obstacle.along(shape, place, axis, rng.uniform(0.05, 0.6)))
+    if rng.uniform() < 0.5:
+        normal = triple(np.array((0.0, 0.0, 1.0)) + 0.1 * rng.normal(size=3))
+        place = (0.0, 0.0, -length * rng.uniform(0.3, 0.5))
+        found.append(Obstacle.along(Plane(), place, normal, rng.uniform(0.05, 0.6)))
+    return found
 
 
 def triple(values: Array) -> tuple[float, float, float]:
@@ -52,8 +121,9 @@ def mapped(
 ) -> ContactProblem:
     """Return the problem with places, vectors, moments and orientations mapped."""
 
-    def pose(thing: Obstacle | End) -> dict[str, object]:
-        found: dict[str, object] = {"position": triple(place(np.asarray(thing.position)))}
+    def pose(given: Obstacle | End) -> dict[str, Any]:
+        thing: Any = given
+        found: dict[str, Any] = {"position": triple(place(np.asarray(thing.position)))}
         orientation = getattr(thing, "orientation", None)
         if orientation is not None:
             found["orientation"] = quaternion(turn(Rotation.from_quat(orientation)))
@@ -112,11 +182,13 @@ def mirrored(problem: ContactProblem) -> ContactProblem:
 def backwards(problem: ContactProblem) -> ContactProblem:
     """Return the same rod read from its tip to its base; without loads at its tip."""
 
-    def read(end: End) -> End:
+    def read(given: End) -> End:
+        end: Any = given
         if getattr(end, "orientation", None) is None:
-            return end
+            return given
         turned = Rotation.from_quat(end.orientation) * BACKWARDS
-        return replace(end, orientation=quaternion(turned))
+        read_backwards: End = replace(end, orientation=quaternion(turned))
+        return read_backwards
 
     rod = problem.rod
     section = _conjugated(rod.section, BACKWARDS.as_matrix())
@@ -131,13 +203,17 @@ def backwards(problem: ContactProblem) -> ContactProblem:
     )
 
 
-def _conjugated(section: Section, signs: Array, stretch: float = 1.0) -> Section:
+def _conjugated(
+    section: Section | Callable[[float], Section], signs: Array, stretch: float = 1.0
+) -> Section:
     """Return a section whose axes change their signs, and stretch against bending by one more."""
-    rows = np.asarray(section.stiffness)
+    even: Any = section
+    rows: Any = np.asarray(even.stiffness)
     rows = np.diag(rows) if rows.ndim == 1 else rows
-    if len(rows) == 6:
-        signs = np.kron(np.diag((1.0, stretch)), signs)
-    return replace(section, stiffness=tuple(tuple(row) for row in (signs @ rows @ signs).tolist()))
+    both: Any = np.kron(np.diag((1.0, stretch)), signs) if len(rows) == 6 else signs
+    changed = tuple(tuple(row) for row in (both @ rows @ both).tolist())
+    turned: Section = replace(even, stiffness=changed)
+    return turned
 
 
 def imbalance(problem: ContactProblem, state: ContactState) -> tuple[float, float]:
@@ -156,7 +232,8 @@ def imbalance(problem: ContactProblem, state: ContactState) -> tuple[float, floa
     couples[-1] += problem.load.tip_moment
     # An element's weight acts on its arc, not on its chord.
     turn = Rotation.from_quat(state.orientations)
-    section, inner = problem.rod.section, turn.inv().apply(state.forces)
+    section: Any = problem.rod.section
+    inner = turn.inv().apply(state.forces)
     bent = np.linalg.solve(section.matrix, (state.moments - inner @ section.coupling.T).T).T
     strain = inner @ section.compliance - bent @ section.coupling
     slopes = turn.apply(strain + np.array((1.0, 0.0, 0.0)))
