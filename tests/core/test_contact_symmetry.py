@@ -11,11 +11,13 @@ import pytest
 from core.contact_cases import LENGTH, OUTER, grip
 from scipy.spatial.transform import Rotation
 
-from benchmarks.contact_paths import MIRROR, imbalance, mirrored, moved
+from benchmarks.contact_paths import MIRROR, Array, imbalance, mirrored, moved
+from benchmarks.rounding import followed as followed_otherwise
 from spiral_core import (
     Capsule,
     Clamped,
     Cone,
+    ContactPath,
     ContactProblem,
     ContactState,
     Cylinder,
@@ -171,3 +173,24 @@ def test_larger_rod_of_the_same_proportions_has_the_same_shape() -> None:
     np.testing.assert_allclose(state.positions, factor * plain.positions, atol=1e-6 * LENGTH)
     forces = factor**2 * plain.normal_forces
     np.testing.assert_allclose(state.normal_forces, forces, atol=1e-5 * forces.max())
+
+
+@pytest.mark.parametrize("version", ["turned", "mirrored", "shifted", "perturbed"])
+@pytest.mark.parametrize("index", [3, 29, 38])
+def test_path_with_friction_ends_where_it_did_however_it_is_asked(index: int, version: str) -> None:
+    """The increments of a path follow from its states, not from passes that rounding changes.
+
+    ``python -m benchmarks.rounding`` asks 200 of them; 29 and 38 ended 3e-6 L apart.
+    """
+    plain, expected = plainly_followed(index)
+    path, last = followed_otherwise(index, version)
+    assert not plain.events
+    assert not path.events
+    length = float(plain.states[-1].arc_lengths[-1])
+    np.testing.assert_allclose(last, expected, rtol=0.0, atol=1e-7 * length)
+
+
+@cache
+def plainly_followed(index: int) -> tuple[ContactPath, Array]:
+    """Return a random path as it is."""
+    return followed_otherwise(index, "as is")

@@ -23,9 +23,8 @@ LARGEST_MOVE = 0.1
 THROUGH = 2.0  # where an element passed through an obstacle
 # An iteration on whose way a node is so many times as far is given up.
 TOO_FAR = 3.0
-# Increments grow up to this many times where they are easy.
+# Increments grow up to this many times from one to the next.
 GROWTH = 1.6
-EASY_PASSES = 14
 # Two changes are proportional up to this fraction.
 ALIKE = 0.05
 # The branch has ended where no increment longer than this succeeds, if nothing else is asked for.
@@ -157,7 +156,9 @@ def advance(
     """Follow the branch from ``start``, on the way from ``first`` to ``end``; yield its points.
 
     Yields the passes spent in vain, and ends, where the branch ends. ``sizes`` are the smallest and
-    the largest increment. ``before`` is a point passed earlier, to extrapolate from.
+    the largest increment. With friction the states depend on the increments, so these follow from
+    states alone: neither the passes of an iteration nor where a failed one stopped, which rounding
+    changes, decides the next. ``before`` is a point passed earlier, to extrapolate from.
     """
     here = start
     smallest, largest = sizes
@@ -172,12 +173,12 @@ def advance(
             before, here = here, Point(at, arrays, x, anchors, solution, spent)
             yield here
             spent = 0
-            growth = GROWTH if solution.passes <= EASY_PASSES else 1.0
-            step = min(largest, step * min(growth, 0.7 / max(move, 1e-9)))
+            step = min(largest, step * min(GROWTH, 0.7 / max(move, 1e-9)))
             step = max(step, smallest)
         elif step > smallest or before is not None:
             before = None  # the next attempt goes without extrapolation
-            step = max(smallest, step * min(0.5, 0.6 / max(move, 1e-9)))
+            less = 0.6 / move if solution.outcome == CONVERGED else 0.5
+            step = max(smallest, step * min(0.5, less))
         else:
             yield spent
             return
