@@ -38,8 +38,11 @@ SLIDE_STEPS = 600
 DRAG_FALLS = 0.4
 DRAG_RISES = 5.0
 LOST = 2.0
-# By how much of its length a rod on a saddle is pushed aside, in the frame of its sections.
-ASIDE = np.array((0.0, 0.8e-7, 0.6e-7))
+# Where a rod on a saddle is pushed to, in the frame of its sections, and by how much of its length:
+# twice as far each time that it comes to rest there again, since what drives it off is within the
+# tolerance.
+ASIDE = np.array((0.0, 0.8, 0.6))
+LEAST_ASIDE, LARGEST_ASIDE = 1e-7, 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -267,7 +270,7 @@ def slide(
     drag = unit
     start = here
     trail = [here.x.p]
-    rests = 0
+    rests, aside = 0, LEAST_ASIDE
     for _ in range(SLIDE_STEPS):
         x, anchors, solution, move = attempt(here, arrays, here.x.copy(), drag)
         spent += solution.passes
@@ -292,14 +295,15 @@ def slide(
                 trail.append(x.p)
                 return Point(here.at, arrays, x, anchors, solution, spent), True, trail
             rests = 0
-            here = replace(here, x=pushed_aside(here))
+            here = replace(here, x=pushed_aside(here, aside))
+            aside = min(2.0 * aside, LARGEST_ASIDE)
     return replace(here, spent=spent), False, trail
 
 
-def pushed_aside(here: Point) -> Iterate:
-    """Return the rod moved a little: off a saddle between two sides, where it cannot rest."""
+def pushed_aside(here: Point, fraction: float) -> Iterate:
+    """Return the rod moved by a fraction of its length: off a saddle, where it cannot rest."""
     x, s = here.x.copy(), here.arrays.arc_lengths / here.arrays.length
-    x.p += here.arrays.length * (s * (1.6 - s))[:, None] * (matrices(x.q) @ ASIDE)
+    x.p += fraction * here.arrays.length * (s * (1.6 - s))[:, None] * (matrices(x.q) @ ASIDE)
     return x
 
 
