@@ -189,6 +189,10 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
         "problems",
         lambda: follow_contact([PROBLEM, replace(PROBLEM, obstacles=())]),
     ),
+    "stations of other shapes than the start's": (
+        "problems",
+        lambda: follow_contact([replace(PROBLEM, obstacles=())], start=solved()),
+    ),
     "stations of other point loads": (
         "problems",
         lambda: follow_contact([replace(PROBLEM, point_loads=(PointLoad(0.123),))], start=solved()),

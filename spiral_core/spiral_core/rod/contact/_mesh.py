@@ -154,8 +154,13 @@ def discretize_like(problem: ContactProblem, before: Arrays) -> Arrays:
     their piece between those.
 
     Raises:
-        InvalidInputError: a profile's values are not valid, or there are more or fewer pieces.
+        InvalidInputError: a profile's values are not valid, the obstacles have other shapes, or
+            there are more or fewer pieces.
     """
+    if [o.shape for o in problem.obstacles] != [o.shape for o in before.obstacles]:
+        raise InvalidInputError(
+            "problems", problem, "the obstacle shapes of the state they start from"
+        )
     nodes = before.arc_lengths * (problem.rod.length / before.length)
     apart = np.abs(nodes - np.array(_sites(problem))[:, None]).min(axis=1)
     if not apart.max() <= ON_A_NODE * problem.rod.length:
