@@ -321,8 +321,8 @@ def test_evaluation_keeps_the_estimate_and_the_lengths() -> None:
     evaluation = evaluate_candidate(PAPER_EXAMPLE, estimate)
     assert evaluation.estimate is estimate
     assert evaluation.exact is not None
-    assert evaluation.lengths_tried[0] == pytest.approx(estimate.length)
-    assert evaluation.exact.length in evaluation.lengths_tried
+    assert next(iter(evaluation.held)) == pytest.approx(estimate.length)
+    assert evaluation.held[evaluation.exact.length] == evaluation.exact.radius_max
 
 
 @pytest.mark.parametrize(

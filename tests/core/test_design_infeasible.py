@@ -188,7 +188,7 @@ def test_what_cannot_be_certified_ends_no_design(monkeypatch: pytest.MonkeyPatch
     def fails(*_: object) -> None:
         raise SolverError(RodStatus.UNSTABLE, 1.0, 1)
 
-    monkeypatch.setattr(relaxations, "_smallest_radius", fails)
+    monkeypatch.setattr(relaxations, "_nearest", fails)
     report = design_gripper(INFEASIBLE["too little pressure"][0])
     assert {r.field for r in report.relaxations} == {"pressure_max"}
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from spiral_core.actuator.actuation import FreeActuation
@@ -16,6 +17,7 @@ from spiral_core.design.helix_estimate import (
 from spiral_core.design.margin import Constraint, Margin, tightest
 from spiral_core.design.requirement import Candidate, DesignRequirement, Preference
 from spiral_core.design.rod_correction import (
+    NEAR_MISS,
     ExactFigures,
     OutOfReach,
     corrected_figures,
@@ -63,13 +65,13 @@ class Evaluation:
     Args:
         estimate: the candidate by the helix model.
         exact: its figures; None if no length wraps the largest object.
-        lengths_tried: every length solved on the way [m].
+        held: every length solved on the way [m], and the largest radius that it holds [m].
         margins: room on every constraint, the helix model's where there are no exact figures.
     """
 
     estimate: Estimate
     exact: ExactFigures | None
-    lengths_tried: tuple[float, ...]
+    held: dict[float, float]
     margins: tuple[Margin, ...]
 
     @property
@@ -112,29 +114,41 @@ def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> 
     return Estimate(candidate, largest, smallest, tuple(margins))
 
 
-def evaluate_candidate(requirement: DesignRequirement, estimate: Estimate) -> Evaluation:
+def evaluate_candidate(
+    requirement: DesignRequirement,
+    estimate: Estimate,
+    held: Mapping[float, float] | None = None,
+    near_miss: float = NEAR_MISS,
+) -> Evaluation:
     """Return a candidate as a rod under gravity, with its length corrected (step 6).
 
     Plain values in and out: it can run in another process.
+
+    Args:
+        requirement: objects and limits.
+        estimate: the candidate by the helix model.
+        held: lengths solved before, and the largest radii that they hold [m].
+        near_miss: by what the largest radius may fall short so that all lengths are gone through,
+            which takes seconds (log of the centerline's radius).
 
     Raises:
         SolverError: a shape could not be certified.
     """
     candidate = estimate.candidate
     if estimate.largest is None:
-        return Evaluation(estimate, None, (), estimate.margins)
+        return Evaluation(estimate, None, {}, estimate.margins)
     turns = requirement.turns_required * longest_length(requirement, candidate) / estimate.length
     if turns < HOPELESS_TURNS * requirement.turns_required:
         few = Margin(Constraint.TURNS, turns, requirement.turns_required)
-        return Evaluation(estimate, None, (), (*estimate.margins, few))
+        return Evaluation(estimate, None, {}, (*estimate.margins, few))
     try:
-        result = corrected_figures(requirement, candidate, estimate.length)
+        result = corrected_figures(requirement, candidate, estimate.length, held, near_miss)
     except NotGrippableError as error:  # even the largest object is too thin
         least = Margin(Constraint.SMALLEST_RADIUS, error.nearest_radius or 0.0, error.radius)
-        return Evaluation(estimate, None, (), (*_without_smallest(estimate), least))
+        return Evaluation(estimate, None, {}, (*_without_smallest(estimate), least))
     if isinstance(result, OutOfReach):
         reach = Margin(Constraint.LARGEST_RADIUS, result.radius_reached, requirement.radius_max)
-        return Evaluation(estimate, None, result.lengths_tried, (*estimate.margins, reach))
+        return Evaluation(estimate, None, result.held, (*estimate.margins, reach))
     margins = [
         *_smallest_radius_margins(requirement, estimate, result),
         *largest_margins(requirement, result.largest, result.length),
@@ -150,7 +164,7 @@ def evaluate_candidate(requirement: DesignRequirement, estimate: Estimate) -> Ev
         limit = pressure_limit(requirement, result)
         carried = carried_mass(requirement, candidate, result.length, limit)
         margins.append(Margin(Constraint.PAYLOAD, carried, requirement.payload))
-    return Evaluation(estimate, result, result.lengths_tried, tuple(margins))
+    return Evaluation(estimate, result, result.held, tuple(margins))
 
 
 def _without_smallest(estimate: Estimate) -> tuple[Margin, ...]:
@@ -169,9 +183,11 @@ def _smallest_radius_margins(
     return tuple(m for m in estimate.margins if m.constraint is Constraint.SMALLEST_RADIUS)
 
 
-def rank(margins: tuple[Margin, ...]) -> tuple[int, float]:
-    """Return the sort key of a candidate: fewest violations first, then largest margin."""
-    return sum(not margin.is_met for margin in margins), -tightest(margins).relative
+def rank(candidate: Estimate | Evaluation) -> tuple[int, bool, float]:
+    """Return the sort key of a candidate: fewest violations, those that wrap, largest margin."""
+    margins = candidate.margins
+    wraps = not isinstance(candidate, Evaluation) or candidate.exact is not None
+    return sum(not margin.is_met for margin in margins), not wraps, -tightest(margins).relative
 
 
 def preference_key(

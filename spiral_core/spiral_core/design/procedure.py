@@ -21,10 +21,17 @@ from spiral_core.design.evaluation import (
     rank,
 )
 from spiral_core.design.helix_estimate import GripFigures
+from spiral_core.design.margin import Constraint
 from spiral_core.design.relaxations import relaxations_of
 from spiral_core.design.report import Design, DesignReport, Relaxation
 from spiral_core.design.requirement import DesignRequirement, Preference
-from spiral_core.design.rod_correction import ExactFigures, grip_figures, gripper_of, pressure_limit
+from spiral_core.design.rod_correction import (
+    NEAR_MISS,
+    ExactFigures,
+    grip_figures,
+    gripper_of,
+    pressure_limit,
+)
 from spiral_core.design.steps import steps_of
 from spiral_core.errors import NoCoilError
 from spiral_core.wrap.curve import WrapCurve
@@ -112,7 +119,11 @@ def design_gripper(
 def _solve_in_order(
     requirement: DesignRequirement, order: Sequence[Estimate], progress: Progress | None
 ) -> list[Evaluation]:
-    """Return the candidates solved as rods: up to the first that does, and those it must beat."""
+    """Return the candidates solved as rods: up to the first that does, and those it must beat.
+
+    Where none does, those whose length fails are looked at again: at every length where nothing
+    else is nearer to the requirement, at every length after a near miss otherwise.
+    """
     tried: list[Evaluation] = []
     left = LOOK_AHEAD[requirement.preference]
     for number, estimate in enumerate(order):
@@ -122,14 +133,30 @@ def _solve_in_order(
         left -= found
         if progress is not None:
             progress(number, len(order), estimate.candidate.label)
-        tried.append(evaluate_candidate(requirement, estimate))
-    return tried
+        tried.append(evaluate_candidate(requirement, estimate, near_miss=0.0))
+    if any(evaluation.is_feasible for evaluation in tried):
+        return tried
+    solved: list[Evaluation] = []
+    fewest = min(rank(evaluation)[0] for evaluation in tried)
+    for evaluation in tried:
+        missed = {margin.constraint for margin in evaluation.margins if not margin.is_met}
+        if missed & {Constraint.LENGTH, Constraint.LARGEST_RADIUS}:
+            if progress is not None:
+                progress(len(solved), len(order), evaluation.candidate.label)
+            evaluation = evaluate_candidate(  # noqa: PLW2901
+                requirement,
+                evaluation.estimate,
+                evaluation.held,
+                math.inf if rank(evaluation)[0] == fewest else NEAR_MISS,
+            )
+        solved.append(evaluation)
+    return solved
 
 
 def _chosen(requirement: DesignRequirement, tried: Sequence[Evaluation]) -> Evaluation:
     """Return the preferred one of the candidates that do; if none does, what comes nearest."""
 
-    def key(evaluation: Evaluation) -> tuple[bool, float, tuple[int, float]]:
+    def key(evaluation: Evaluation) -> tuple[bool, float, tuple[int, bool, float]]:
         preferred = math.inf
         if evaluation.exact is not None and evaluation.exact.smallest is not None:
             preferred = preference_key(
@@ -141,7 +168,7 @@ def _chosen(requirement: DesignRequirement, tried: Sequence[Evaluation]) -> Eval
         return (
             not evaluation.is_feasible,
             preferred if evaluation.is_feasible else 0.0,
-            rank(evaluation.margins),
+            rank(evaluation),
         )
 
     return min(tried, key=key)
@@ -152,7 +179,7 @@ def _order(requirement: DesignRequirement, estimates: Sequence[Estimate]) -> lis
     passing = [e for e in estimates if e.is_feasible]
     passing.sort(key=lambda e: _preference(requirement, e))
     others = [e for e in estimates if not e.is_feasible]
-    others.sort(key=lambda e: rank(e.margins))
+    others.sort(key=rank)
     return passing + others[:OTHERS_TRIED]
 
 

@@ -3,23 +3,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 from spiral_core.design.evaluation import (
     Evaluation,
     estimate_candidate,
     evaluate_candidate,
     rank,
-    smallest_margins,
 )
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.report import Relaxation
-from spiral_core.design.requirement import Candidate, DesignRequirement
-from spiral_core.design.rod_correction import grip_figures, gripper_of
-from spiral_core.errors import NotGrippableError, SolverError
-from spiral_core.wrap.curve import WrapCurve
+from spiral_core.design.requirement import DesignRequirement
+from spiral_core.design.rod_correction import most_turns
+from spiral_core.errors import SolverError
 from spiral_core.wrap.gripper import DEFAULT_TURNS
 
 LIMITS = {
@@ -46,18 +46,12 @@ OF_LARGEST = frozenset(
         Constraint.TURNS,
     }
 )
-# Radii are given to this fraction: finer than tubing is bought.
-RADIUS_RESOLUTION = 5e-3
-# Turns are given to this fraction: each trial corrects the length of a long gripper anew.
-TURNS_RESOLUTION = 0.05
-# A search for a radius ends where this fraction of a limit, or less, is left unused.
-ROOM_RESOLUTION = 5e-3
-# Room of a radius that a gripper does not reach: none, by as much as makes the search halve.
-UNREACHABLE = -1.0
+# Radii and turns are found to this fraction: finer than tubing is bought.
+RESOLUTION = 4e-3
+# Of this many steps one halves the bracket, whatever the secant suggests.
+HALVING = 3
 # Limits are widened by this fraction beyond the figure that needs them, as rounding's share.
 ROUNDING = 1e-6
-# Of the candidates that come nearest, how many are searched for a radius they do meet.
-RADIUS_CANDIDATES = 2
 
 
 def relaxations_of(
@@ -75,11 +69,16 @@ def relaxations_of(
         evaluations: the candidates that were solved.
         binding: the constraint that forbids the nearest of them.
     """
-    by_room = sorted(evaluations, key=lambda e: rank(e.margins))
-    found = [_limit_relaxation(requirement, by_room, field, LIMITS[field]) for field in LIMITS]
-    for search in (_radius_min_relaxation, _radius_max_relaxation, _turns_relaxation):
-        with suppress(SolverError):  # what cannot be certified is not offered
-            found.append(search(requirement, by_room))
+    nearest = sorted(evaluations, key=rank)
+    found = [_limit_relaxation(requirement, nearest, field, LIMITS[field]) for field in LIMITS]
+    of_smallest = [e for e in nearest if e.exact is not None and _violated(e) <= OF_SMALLEST]
+    of_largest = [e for e in nearest if _violated(e) <= OF_LARGEST]
+    found += [
+        _least_change(requirement, "radius_min", of_smallest, requirement.radius_max),
+        _least_change(requirement, "radius_max", of_largest, requirement.radius_min),
+    ]
+    if requirement.turns_required > DEFAULT_TURNS:
+        found.append(_least_change(requirement, "turns_required", of_largest[:1], DEFAULT_TURNS))
     eases = _fields_easing(binding)
     return tuple(
         sorted(
@@ -121,130 +120,105 @@ def _limit_relaxation(
     return Relaxation(field, getattr(requirement, field), sufficient, label)
 
 
-def _radius_min_relaxation(
-    requirement: DesignRequirement, evaluations: list[Evaluation]
+def _least_change(
+    requirement: DesignRequirement, field: str, suited: Iterable[Evaluation], good: float
 ) -> Relaxation | None:
-    """Return the smallest object that a candidate does hold with all else kept."""
-    suited = [e for e in evaluations if e.exact is not None and _violated(e) <= OF_SMALLEST]
-    answers = [
-        _smallest_radius(requirement, evaluation) for evaluation in suited[:RADIUS_CANDIDATES]
-    ]
-    return min((a for a in answers if a is not None), key=lambda a: a.sufficient, default=None)
+    """Return the value of a field nearest to the one required at which a candidate will do.
+
+    Args:
+        requirement: that nothing meets.
+        field: a radius or the turns.
+        suited: candidates that miss nothing but what the field decides.
+        good: the value of the field that is easiest to meet.
+    """
+    requested, best = getattr(requirement, field), None
+    for evaluation in suited:
+
+        def room(value: float, tried: Evaluation = evaluation) -> float:
+            eased = replace(requirement, payload=None, **_changed(field, value))
+            # What a length holds does not depend on the largest object.
+            held = tried.held if field == "radius_max" else None
+            estimate = estimate_candidate(eased, tried.candidate)
+            return _least_room(evaluate_candidate(eased, estimate, held).margins, field)
+
+        with suppress(SolverError):  # what cannot be certified is not offered
+            room_good = room(good)
+            if room_good < 0.0:
+                continue
+            guess = _guess(requirement, field, evaluation)
+            value = _nearest(
+                room, (requested, _least_room(evaluation.margins, field)), (good, room_good), guess
+            )
+            if _carries(replace(requirement, **_changed(field, value)), evaluation):
+                good = value
+                best = Relaxation(field, requested, value, evaluation.candidate.label)
+                if abs(requested - value) <= RESOLUTION * value:
+                    break
+    return best
 
 
-def _smallest_radius(requirement: DesignRequirement, evaluation: Evaluation) -> Relaxation | None:
-    """Return the smallest object of one candidate, on the curve of its own length."""
-    if evaluation.exact is None:
-        return None
-    candidate, length = evaluation.candidate, evaluation.exact.length
-    curve = WrapCurve(gripper_of(requirement, candidate, length, evaluation.exact.pressure_max))
-
-    def room(radius: float) -> float:
-        try:
-            wrap = curve.wrap_for_radius(radius)
-        except NotGrippableError:
-            return UNREACHABLE
-        figures = grip_figures(wrap, requirement.turns_required)
-        return _least_room(smallest_margins(requirement, candidate, figures))
-
-    radius = _nearest(room, bad=requirement.radius_min, good=requirement.radius_max)
-    if radius is None:
-        return None
-    return Relaxation("radius_min", requirement.radius_min, radius, candidate.label)
+def _changed(field: str, value: float) -> dict[str, Any]:
+    return {field: value}
 
 
-def _eased_by_a_smaller_largest(evaluations: list[Evaluation]) -> list[Evaluation]:
-    """Return the candidates that miss nothing but what the largest object decides."""
-    return [
-        e
-        for e in evaluations
-        if _violated(e) <= OF_LARGEST
-        and (e.estimate.largest or Constraint.LARGEST_RADIUS in _violated(e))
-    ]
+def _guess(requirement: DesignRequirement, field: str, tried: Evaluation) -> float:
+    """Return about how much of a field a candidate does; nan where only a search tells."""
+    if field == "radius_max":
+        limit = requirement.length_max or math.inf
+        return max((r for x, r in tried.held.items() if x <= limit), default=math.nan)
+    if field == "turns_required":
+        return most_turns(requirement, tried.candidate, tried.estimate.length)
+    return math.nan
 
 
-def _turns_relaxation(
-    requirement: DesignRequirement, evaluations: list[Evaluation]
-) -> Relaxation | None:
-    """Return the most turns that the nearest candidate makes with all else kept."""
-    suited = _eased_by_a_smaller_largest(evaluations)
-    if not suited or not requirement.turns_required > DEFAULT_TURNS:
-        return None
-    candidate = suited[0].candidate
-
-    def room(turns: float) -> float:
-        return _room_of_largest(replace(requirement, turns_required=turns), candidate)
-
-    few = [m.value for m in suited[0].margins if m.constraint is Constraint.TURNS and not m.is_met]
-    bad = max(min([requirement.turns_required, *few]), DEFAULT_TURNS)
-    turns = _nearest(room, bad, good=DEFAULT_TURNS, resolution=TURNS_RESOLUTION)
-    if turns is None:
-        return None
-    return Relaxation("turns_required", requirement.turns_required, turns, candidate.label)
+def _carries(requirement: DesignRequirement, evaluation: Evaluation) -> bool:
+    """Return whether a candidate that meets all else carries the payload, if one is required."""
+    if requirement.payload is None:
+        return True
+    estimate = estimate_candidate(requirement, evaluation.candidate)
+    return evaluate_candidate(requirement, estimate).is_feasible
 
 
-def _room_of_largest(requirement: DesignRequirement, candidate: Candidate) -> float:
-    """Return the least room on what the largest object decides, the length corrected for it."""
-    result = evaluate_candidate(requirement, estimate_candidate(requirement, candidate))
-    return _least_room(m for m in result.margins if m.constraint in OF_LARGEST)
+def _least_room(margins: Iterable[Margin], field: str) -> float:
+    """Return the smallest relative margin of those that change with a field, or are not met.
 
-
-def _radius_max_relaxation(
-    requirement: DesignRequirement, evaluations: list[Evaluation]
-) -> Relaxation | None:
-    """Return the largest object that the nearest candidate does hold with all else kept."""
-    suited = _eased_by_a_smaller_largest(evaluations)
-    return _largest_radius(requirement, suited[0]) if suited else None
-
-
-def _largest_radius(requirement: DesignRequirement, evaluation: Evaluation) -> Relaxation | None:
-    """Return the largest object of one candidate, its length corrected for each radius tried."""
-    candidate = evaluation.candidate
-
-    def room(radius: float) -> float:
-        return _room_of_largest(replace(requirement, radius_max=radius), candidate)
-
-    bad = requirement.radius_max
-    reached = [m.value for m in evaluation.margins if m.constraint is Constraint.LARGEST_RADIUS]
-    if evaluation.exact is None and reached:  # no length reaches farther than this
-        bad = min(bad, *reached)
-    if not bad > requirement.radius_min:
-        return None
-    radius = _nearest(room, bad=bad, good=requirement.radius_min)
-    if radius is None:
-        return None
-    return Relaxation("radius_max", requirement.radius_max, radius, candidate.label)
-
-
-def _least_room(margins: Iterable[Margin]) -> float:
-    """Return the smallest relative margin; negative if one is not met, 1 if nothing limits."""
-    counted = (m.relative for m in margins if not (m.is_met and m.constraint.is_set_by_length))
+    It is negative if one is not met, and 1 if nothing limits. What the field does not change would
+    flatten the room, and mislead the secant.
+    """
+    eased = OF_SMALLEST if field == "radius_min" else OF_LARGEST
+    counted = (
+        m.relative
+        for m in margins
+        if not m.is_met or (m.constraint in eased and not m.constraint.is_set_by_length)
+    )
     return min(counted, default=1.0)
 
 
 def _nearest(
     room: Callable[[float], float],
-    bad: float,
-    good: float,
-    resolution: float = RADIUS_RESOLUTION,
-) -> float | None:
-    """Return a value with room >= 0 that leaves little of it; None if ``good`` has none.
+    without: tuple[float, float],
+    with_room: tuple[float, float],
+    guess: float,
+) -> float:
+    """Return the value with room >= 0 next to one without; of both the room is given.
 
-    False position, kept off the ends of the bracket: the room is nearly linear in a radius.
+    The guess, and later the root of a secant, is tried on its two sides in turn, so that both ends
+    of the bracket move.
     """
-    room_good, room_bad = room(good), room(bad)
-    if room_good < 0.0:
-        return None
-    if room_bad >= 0.0:
-        return bad
-    while room_good > ROOM_RESOLUTION and abs(good - bad) > resolution * good:
-        fraction = min(max(room_good / (room_good - room_bad), 0.1), 0.9)
-        middle = good + fraction * (bad - good)
+    (bad, room_bad), (good, room_good) = without, with_room
+    step, side = 0, -1.0
+    while abs(good - bad) > RESOLUTION * good:
+        step += 1
+        width = 0.45 * RESOLUTION * good / abs(bad - good)
+        share = (guess - good) / (bad - good)
+        if not 0.0 < share < 1.0:
+            share = 0.5 if step % HALVING == 0 else room_good / (room_good - room_bad)
+        middle = good + min(max(share + side * width, width), 1.0 - width) * (bad - good)
         value = room(middle)
         if value >= 0.0:
-            good, room_good = middle, value
+            good, room_good, side = middle, value, 1.0
         else:
-            bad, room_bad = middle, value
+            bad, room_bad, side = middle, value, -1.0
     return good
 
 

@@ -9,48 +9,65 @@ until it makes exactly the required turns about the largest object.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.design.helix_estimate import GripFigures, helix_radius, helix_stretch, turn_spacing
 from spiral_core.design.requirement import Candidate, DesignRequirement
-from spiral_core.errors import NoCoilError, SolverError
+from spiral_core.errors import NoCoilError, NotGrippableError, SolverError
+from spiral_core.numerics.roots import minimum
 from spiral_core.wrap.curve import WrapCurve
-from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper, gripper_from_actuator
+from spiral_core.wrap.gripper import (
+    DEFAULT_TURNS,
+    STANDARD_GRAVITY,
+    Gripper,
+    gripper_from_actuator,
+)
 from spiral_core.wrap.wrap import Wrap
 
-# Relative excess of the largest radius (of the centerline) that ends the search: 0.1 mm of the
-# paper's design, and about 5 thousandths of a turn.
-RADIUS_TOLERANCE = 3e-3
-# A bracket of lengths this narrow is a length: 0.1 mm of the paper's design.
-LENGTH_TOLERANCE = 3e-4
-# Weight over bending stiffness, w L^3 / EI, up to which a hanging coil is tried at once; a longer
-# first guess is shortened to it, because most of its length would only hang.
+# The search for the length ends where the length is too long by at most this fraction: 1 mm of
+# the paper's design, and about 5 thousandths of a turn.
+LENGTH_TOLERANCE = 3e-3
+# A bracket of lengths this narrow is a length, whatever happens inside.
+NARROWEST = 3e-4
+# Weight over bending stiffness, w L^3 / EI, up to which a coil is tried at once; and up to which
+# longer ones are tried: what hangs longer only sags more.
 SAG_AT_START = 100.0
-# ... and up to which longer ones are tried: what hangs longer only sags more.
 SAG_AT_MOST = 3000.0
 # Pressures are solved up to where a helix's centerline has this fraction of the radius that the
 # smallest object needs: room for what gravity changes, without coils nobody asked for.
 CLOSEST_COIL = 0.6
-# Lengths grow by at most this factor at once, and by at least that ...
+# The secant from the helix model's length takes so many steps at most, each longer by this factor
+# at most, as if the radius rose by at least this power of the length (1 is a helix).
+STEPS = 6
 GROWTH = 1.25
-LEAST_GROWTH = 1.002
-# ... up to this multiple of the helix model's.
-LONGEST = 3.0
-# Bounds on the slope that a secant may use: 1 is a helix, less a coil that sags.
 LEAST_SLOPE = 0.3
-GREATEST_SLOPE = 3.0
-# Of a coil that sags, the largest radius dips here and there as it grows with length. Where it
-# misses by less than this (log of the centerline's radius), longer ones are tried in these steps.
+# A near miss: the log of the centerline's radius lacks no more than this.
 NEAR_MISS = 0.05
-SCAN_GROWTH = 1.03
-SCAN_STEPS = 16
+# Lengths up to this multiple of the helix model's are tried.
+LONGEST = 3.0
+# Where the secant finds none, all powers of this factor are solved that may do: gravity makes the
+# largest radius rise in waves, with level parts, dips and jumps as the length grows. These lengths
+# do not depend on the largest object.
+RUNG = 1.06
+# A rod is shorter than the helix that holds the same by this factor at most: 1.14 in 72 random
+# mounts, 1.33 about given axes. Shorter ones are not solved.
+SHORTEST = 1.2
+SHORTEST_ABOUT_AXIS = 1.4
+# The crests between them are located that are as high as this fraction of the highest, and that
+# may exceed it by this fraction where the radius bends downwards.
+CREST = 0.95
+CREST_GAIN = 1e-3
+CREST_STEPS = 6
 # Where no pressure limit is required, that of the design is this fraction above what the smallest
 # object needs: past 25 % or so a coil unwinds from what it holds.
 PRESSURE_RESERVE = 0.2
-# A bracket of that width halves down to the tolerance in 13 steps; the secant needs 2 or 3.
+# A bracket halves down to the tolerance in 13 steps; the secant needs 2 or 3.
 ITERATION_LIMIT = 40
+# Of this many steps one halves the bracket, whatever the secant suggests.
+HALVING = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +82,7 @@ class ExactFigures:
         actuator_limit: the actuator's own largest pressure [Pa].
         radius_min: smallest radius that it wraps there [m].
         radius_max: largest radius that it wraps [m].
-        lengths_tried: every length solved on the way, in order [m].
+        held: every length solved on the way [m], and the largest radius that it holds [m].
     """
 
     length: float
@@ -75,7 +92,7 @@ class ExactFigures:
     actuator_limit: float
     radius_min: float
     radius_max: float
-    lengths_tried: tuple[float, ...]
+    held: dict[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +101,11 @@ class OutOfReach:
 
     Args:
         radius_reached: largest radius that any length tried does wrap [m]; 0 if none coils.
-        lengths_tried: every length solved on the way, in order [m].
+        held: every length solved on the way [m], and the largest radius that it holds [m].
     """
 
     radius_reached: float
-    lengths_tried: tuple[float, ...]
+    held: dict[float, float]
 
 
 def pressure_limit(requirement: DesignRequirement, exact: ExactFigures) -> float:
@@ -145,122 +162,217 @@ def grip_figures(wrap: Wrap, turns: float) -> GripFigures:
     )
 
 
-class _Trial(NamedTuple):
-    """One length, solved: its whole curve, and the radius up to which it wraps the objects [m]."""
+class LengthSearch:
+    """The shortest length that holds every object, and the largest object that any length holds.
 
-    length: float
-    curve: WrapCurve | None
-    radius_max: float
+    The largest radius that a length holds rises with the length as a helix's does, until gravity
+    opens the coil. A secant from the helix model's length is tried first; where it ends at a length
+    that is too long for the requirement, or at none, lengths are gone through in steps of
+    :data:`RUNG`: a crest narrower than that, or shorter than :data:`SHORTEST` allows, is missed.
 
+    Args:
+        requirement: objects, turns and mount.
+        candidate: tube, material, angles.
+        start: the helix model's length [m].
+        held: lengths that were solved for another largest object, and what they hold.
 
-class _Search:
-    """The shortest length that wraps the largest object, by a secant inside a bracket.
-
-    At the largest radius the coil makes exactly the required turns. For a helix its
-    centerline's radius is proportional to the length: the search runs on their logarithms.
+    Attributes:
+        held: largest radius that each length solved holds [m]; 0 where none coils.
+        reached: the largest object that any length within the limit holds [m], where none holds
+            all of them.
     """
 
-    def __init__(self, requirement: DesignRequirement, candidate: Candidate, start: float) -> None:
+    def __init__(
+        self,
+        requirement: DesignRequirement,
+        candidate: Candidate,
+        start: float,
+        held: Mapping[float, float] | None = None,
+    ) -> None:
         self.requirement = requirement
         self.candidate = candidate
+        self.start = start
         self.pressure_max = _sufficient_pressure(requirement, candidate)
         self.longest = min(LONGEST * start, longest_length(requirement, candidate))
-        self.too_short = 0.0
-        self.best: _Trial | None = None
-        self.trials = [
-            self._solved(min(start, length_at_sag(requirement, candidate, SAG_AT_START)))
-        ]
+        self.held = dict(held or {})
+        self.reached = 0.0
+        self._curves: dict[float, WrapCurve] = {}
 
-    def run(self) -> _Trial | None:
-        """Return the solved length, or None if no longer one that was tried would do either."""
-        self._iterate()
-        if self.best is None and self._nearly_reached() and self._scan_longer():
-            self._iterate()
-        return self.best
-
-    def _nearly_reached(self) -> bool:
-        return max(self._excess(trial) for trial in self.trials) > -NEAR_MISS
-
-    def _scan_longer(self) -> bool:
-        """Step past a dip of the largest radius; return whether it rises far enough behind it."""
-        for _ in range(SCAN_STEPS):
-            length = SCAN_GROWTH * self.trials[-1].length
-            if length > self.longest:
-                return False
-            self.trials.append(self._solved(length))
-            if self.trials[-1].radius_max >= self.requirement.radius_max:
-                return True
-            self.too_short = length
-        return False
-
-    def _iterate(self) -> None:
-        """Narrow the bracket down from the last trial."""
-        for _ in range(ITERATION_LIMIT):
-            trial = self.trials[-1]
-            if trial.radius_max >= self.requirement.radius_max:
-                self.best = trial
-            else:
-                self.too_short = trial.length
-            if self._is_done():
-                break
-            self.trials.append(self._solved(self._proposal(trial)))
-
-    def _is_done(self) -> bool:
-        if self.best is None:
-            return self.too_short >= self.longest or self._sags_only()
-        narrow = self.best.length - self.too_short <= LENGTH_TOLERANCE * self.best.length
-        return narrow or self._excess(self.best) <= RADIUS_TOLERANCE
-
-    def _sags_only(self) -> bool:
-        """Return whether more length goes into sagging instead of a wider coil."""
-        if self.trials[-1].curve is None or self._slope(-2) > LEAST_SLOPE:
-            return False
-        within_a_step = self._excess(self.trials[-1]) > -LEAST_SLOPE * math.log(GROWTH)
-        return not within_a_step or self._slope(-3) <= LEAST_SLOPE
-
-    def _excess(self, trial: _Trial) -> float:
-        """Return log of the largest centerline radius over the one wanted."""
-        outer = self.candidate.tube.outer_radius
-        return math.log((trial.radius_max + outer) / (self.requirement.radius_max + outer))
-
-    def _proposal(self, trial: _Trial) -> float:
-        """Return the next length, always inside the bracket [m]."""
-        proposal = GROWTH * trial.length
-        if trial.curve is not None:
-            excess = self._excess(trial) - 0.5 * RADIUS_TOLERANCE
-            proposal = min(trial.length * math.exp(-excess / self._slope()), proposal)
-        if self.best is None:
-            return min(max(proposal, LEAST_GROWTH * self.too_short), self.longest)
-        if self.too_short < proposal < self.best.length:
-            return proposal
-        return 0.5 * (self.too_short + self.best.length)
-
-    def _slope(self, first: int = -2) -> float:
-        """Return d log(radius) / d log(length) between two neighboring trials; 1 for a helix.
+    def run(self, near_miss: float) -> float | None:
+        """Return the shortest length that holds every object [m]; None if no length does.
 
         Args:
-            first: index of the earlier one among those that coil; -2 for the last two.
+            near_miss: log of the centerline's radius that a length may lack so that, where the
+                secant finds none that will do, all lengths are gone through.
         """
-        solved = [trial for trial in self.trials if trial.curve is not None]
-        if len(solved) < -first or solved[first].length == solved[first + 1].length:
-            return 1.0
-        rise = self._excess(solved[first + 1]) - self._excess(solved[first])
-        slope = rise / math.log(solved[first + 1].length / solved[first].length)
-        return min(max(slope, LEAST_SLOPE), GREATEST_SLOPE)
+        self._approach()
+        length = self._narrowed()
+        limit = self.requirement.length_max
+        if length is None:
+            self.reached = max(self.held.values())
+            if max(map(self._excess, self.held)) <= -near_miss:
+                return None
+            self._scan(self.longest)
+        elif limit is not None and length > limit:
+            if LEAST_SLOPE * math.log(length / limit) > near_miss:
+                return length
+            self._scan(limit)
+        else:
+            return length
+        return self._narrowed()
 
-    def _solved(self, length: float) -> _Trial:
-        try:
-            curve = WrapCurve(
-                gripper_of(self.requirement, self.candidate, length, self.pressure_max)
-            )
-        except (NoCoilError, SolverError):  # what cannot be certified is not offered
-            return _Trial(length, None, 0.0)
-        # An object in a gap of the range would not be held: the range counts up to the gap.
-        wanted = self.requirement
-        gaps = [
-            low for low, high in curve.gaps if low < wanted.radius_max and high > wanted.radius_min
-        ]
-        return _Trial(length, curve, min([curve.radius_max, *gaps]))
+    def curve(self, length: float) -> WrapCurve:
+        """Return the wraps of a length [m] that coils."""
+        if length not in self._curves:
+            gripper = gripper_of(self.requirement, self.candidate, length, self.pressure_max)
+            self._curves[length] = WrapCurve(gripper)
+        return self._curves[length]
+
+    def _approach(self) -> None:
+        """Step towards the length as a helix would, until one holds the largest object."""
+        if self._bracket() is not None:
+            return
+        wanted = self.requirement.radius_max
+        length = min(self.start, length_at_sag(self.requirement, self.candidate, SAG_AT_START))
+        length = min(max(length, self._shortest(wanted)), self.longest)
+        excess, slope = self._excess(length), 1.0
+        for _ in range(STEPS):
+            if excess >= 0.0:
+                return
+            rise = 0.5 * LENGTH_TOLERANCE - excess / max(slope, LEAST_SLOPE)
+            rise = min(rise, math.log(GROWTH))
+            length *= math.exp(rise)
+            if length > self.longest:
+                return
+            before, excess = excess, self._excess(length)
+            if math.isfinite(before):
+                slope = (excess - before) / rise
+
+    def _scan(self, longest: float) -> None:
+        """Solve the lengths up to one [m], from the shortest, until one holds the largest object.
+
+        If none does within the limit of the length, what it can hold there is located.
+        """
+        shortest = self._shortest(self.requirement.radius_max)
+        for length in self._lengths(longest):
+            if length >= shortest and self._excess(length) >= 0.0:
+                break
+        self.reach(longest)
+        limit = self.requirement.length_max or math.inf
+        lengths = [x for x in self._lengths(longest) if x in self.held]
+        for low, crest, end in zip(lengths, lengths[1:], lengths[2:], strict=False):
+            high = self.reached if crest <= limit else self.requirement.radius_max
+            fall = self.held[crest] - min(self.held[low], self.held[end])
+            if self.held[crest] + fall < (1.0 + CREST_GAIN) * high:
+                continue
+            if self.held[crest] >= max(CREST * high, self.held[low], self.held[end]):
+                place = minimum(lambda x: -self._solved(x), low, end, CREST_STEPS)
+                if place <= limit:
+                    self.reached = max(self.reached, self._solved(place))
+
+    def reach(self, longest: float) -> None:
+        """Find the most that lengths up to one [m] hold, from the longest that is allowed."""
+        limit, self.reached = self.requirement.length_max or math.inf, 0.0
+        for length in reversed([x for x in self._lengths(longest) if x <= limit]):
+            if length < self._shortest(CREST * self.reached):
+                break
+            self.reached = max(self.reached, self._solved(length))
+
+    def _lengths(self, longest: float) -> list[float]:
+        """Return the lengths up to one that are gone through [m]: they depend on no object."""
+        limit = self.requirement.length_max or math.inf
+        first, last = (math.log(x, RUNG) for x in (self._shortest(0.0), longest))
+        rungs = {RUNG**k for k in range(math.ceil(first), math.floor(last) + 1)}
+        return sorted(rungs | {min(limit, longest), longest})
+
+    def _shortest(self, radius: float) -> float:
+        """Return a length [m] that is too short for an object of a radius [m]."""
+        outer, wanted = self.candidate.tube.outer_radius, self.requirement.radius_max
+        shorter = SHORTEST if self.requirement.object_axis is None else SHORTEST_ABOUT_AXIS
+        return self.start * (radius + outer) / (wanted + outer) / shorter
+
+    def _bracket(self) -> tuple[float, float] | None:
+        """Return the last length that is too short (0 if none is) and the first that is not [m]."""
+        too_short = 0.0
+        for length in sorted(self.held):
+            if self._excess(length) >= 0.0:
+                return too_short, length
+            too_short = length
+        return None
+
+    def _narrowed(self) -> float | None:
+        """Return the shortest length that will do of those solved, after narrowing it down [m]."""
+        length: float | None = None
+        for step in range(1, ITERATION_LIMIT):
+            bracket = self._bracket()
+            if bracket is None:
+                return None
+            too_short, length = bracket
+            excess, slope = self._excess(length), 1.0
+            if too_short and math.isfinite(self._excess(too_short)):
+                slope = (excess - self._excess(too_short)) / math.log(length / too_short)
+            narrow = length - too_short <= NARROWEST * length
+            if narrow or excess <= LENGTH_TOLERANCE * slope:
+                break
+            shorter = length * math.exp(0.5 * LENGTH_TOLERANCE - excess / slope)
+            if too_short and (step % HALVING == 0 or not too_short < shorter < length):
+                shorter = 0.5 * (too_short + length)
+            self._excess(shorter)
+        return length
+
+    def _excess(self, length: float) -> float:
+        """Return log of the largest centerline radius over the one wanted; -inf: no coil."""
+        radius, outer = self._solved(length), self.candidate.tube.outer_radius
+        wanted = self.requirement.radius_max
+        return math.log((radius + outer) / (wanted + outer)) if radius else -math.inf
+
+    def _solved(self, length: float) -> float:
+        """Return the radius up to which a length [m] holds all objects [m]; 0 if none coils."""
+        if length not in self.held:
+            try:
+                curve = self.curve(length)
+            except (NoCoilError, SolverError):  # what cannot be certified is not offered
+                self.held[length] = 0.0
+            else:
+                # An object in a gap of the range would not be held: it counts up to the gap.
+                gaps = [low for low, high in curve.gaps if high > self.requirement.radius_min]
+                self.held[length] = radius = min([curve.radius_max, *gaps])
+                if radius < self.requirement.radius_max:
+                    del self._curves[length]
+        return self.held[length]
+
+
+class TurnSearch(LengthSearch):
+    """As :class:`LengthSearch`, with turns about the largest object for radii."""
+
+    def _solved(self, length: float) -> float:
+        """Return the turns of a length [m] about the largest object; 0 if it is not held."""
+        if length not in self.held:
+            self.held[length] = 0.0
+            with suppress(NoCoilError, NotGrippableError, SolverError):
+                wrap = self.curve(length).wrap_for_radius(self.requirement.radius_max)
+                self.held[length] = wrap.turns
+        return self.held[length]
+
+    def _shortest(self, turns: float) -> float:
+        """Return a length [m] that is too short for some turns."""
+        longest = super()._shortest(self.requirement.radius_max)
+        return max(turns, DEFAULT_TURNS) / self.requirement.turns_required * longest
+
+
+def most_turns(requirement: DesignRequirement, candidate: Candidate, start: float) -> float:
+    """Return about the most turns that a length makes about the largest object, by one scan.
+
+    Args:
+        requirement: objects, mount, and more turns than any length makes.
+        candidate: tube, material, angles.
+        start: the helix model's length [m].
+    """
+    few = replace(requirement, turns_required=DEFAULT_TURNS)
+    share = DEFAULT_TURNS / requirement.turns_required
+    search = TurnSearch(few, candidate, share * start)
+    search.reach(min(LONGEST * start, longest_length(requirement, candidate)))
+    return search.reached
 
 
 def longest_length(requirement: DesignRequirement, candidate: Candidate) -> float:
@@ -289,41 +401,45 @@ def _sufficient_pressure(requirement: DesignRequirement, candidate: Candidate) -
 
 
 def corrected_figures(
-    requirement: DesignRequirement, candidate: Candidate, start: float
+    requirement: DesignRequirement,
+    candidate: Candidate,
+    start: float,
+    held: Mapping[float, float] | None = None,
+    near_miss: float = NEAR_MISS,
 ) -> ExactFigures | OutOfReach:
     """Return a candidate with the length at which it makes the required turns as a rod.
 
     The result is verified, not extrapolated: the gripper of this very length was solved over its
-    whole range, and wraps the largest object with at least the required turns. Either its largest
-    radius is at most :data:`RADIUS_TOLERANCE` more than that, or the length is within
-    :data:`LENGTH_TOLERANCE` of one that does not.
+    whole range, and wraps the largest object with at least the required turns. Among the lengths
+    around it, it is longer than needed by at most :data:`LENGTH_TOLERANCE`.
 
     Args:
         requirement: objects, turns and mount.
         candidate: tube, material, angles.
         start: length to start from, the helix model's [m].
+        held: what other lengths hold [m], where they were solved for another largest object.
+        near_miss: see :meth:`LengthSearch.run`.
 
     Raises:
         NotGrippableError: even the largest object is thinner than the smallest radius solved.
         SolverError: a shape could not be certified.
     """
-    search = _Search(requirement, candidate, start)
-    trial = search.run()
-    tried = tuple(t.length for t in search.trials)
-    if trial is None or trial.curve is None:
-        return OutOfReach(max(t.radius_max for t in search.trials), tried)
-    turns = requirement.turns_required
-    largest = grip_figures(trial.curve.wrap_for_radius(requirement.radius_max), turns)
+    search = LengthSearch(requirement, candidate, start, held)
+    length = search.run(near_miss)
+    if length is None:
+        return OutOfReach(search.reached, search.held)
+    curve, turns = search.curve(length), requirement.turns_required
+    largest = grip_figures(curve.wrap_for_radius(requirement.radius_max), turns)
     smallest = None
-    if requirement.radius_min >= trial.curve.radius_min:
-        smallest = grip_figures(trial.curve.wrap_for_radius(requirement.radius_min), turns)
+    if requirement.radius_min >= curve.radius_min:
+        smallest = grip_figures(curve.wrap_for_radius(requirement.radius_min), turns)
     return ExactFigures(
-        length=trial.length,
+        length=length,
         largest=largest,
         smallest=smallest,
         pressure_max=search.pressure_max,
-        actuator_limit=trial.curve.gripper.actuation.pressure_limit,
-        radius_min=trial.curve.radius_min,
-        radius_max=trial.radius_max,
-        lengths_tried=tried,
+        actuator_limit=curve.gripper.actuation.pressure_limit,
+        radius_min=curve.radius_min,
+        radius_max=search.held[length],
+        held=search.held,
     )

@@ -178,7 +178,7 @@ def _object_length(requirement: DesignRequirement, estimate: Estimate) -> Design
 def _correction(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
     title = "correction for gravity"
     exact, estimate = chosen.exact, chosen.estimate
-    tried = StepQuantity("lengths solved", float(len(chosen.lengths_tried)), "1")
+    tried = StepQuantity("lengths solved", float(len(chosen.held)), "1")
     if exact is None:
         return DesignStep(
             6, title, satisfied=False, remark=_worst(chosen.margins), figures=(tried,)
