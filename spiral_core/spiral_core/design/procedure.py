@@ -43,6 +43,9 @@ CURVE_POINTS = 41
 # Candidates that fail as helices and are solved as rods all the same, if none does: gravity
 # changes figures by tens of percent, and what binds should be named from exact figures.
 OTHERS_TRIED = 12
+# Where no candidate is nearer to the requirement, all its lengths are solved if the largest radius
+# found misses by at most this factor: gravity was seen to gain 1.4.
+FAR_MISS = math.log(2.0)
 
 # Candidates solved after the first that does, as the order of helices is not quite that of rods.
 # Strain, pressure and length change by percents; a margin may change by half.
@@ -121,8 +124,9 @@ def _solve_in_order(
 ) -> list[Evaluation]:
     """Return the candidates solved as rods: up to the first that does, and those it must beat.
 
-    Where none does, those whose length fails are looked at again: at every length where nothing
-    else is nearer to the requirement, at every length after a near miss otherwise.
+    Where none does, those whose length fails are looked at again: at every length where they miss
+    by no more than a factor of two and nothing else is nearer to the requirement, at every length
+    after a near miss otherwise.
     """
     tried: list[Evaluation] = []
     left = LOOK_AHEAD[requirement.preference]
@@ -147,7 +151,7 @@ def _solve_in_order(
                 requirement,
                 evaluation.estimate,
                 evaluation.held,
-                math.inf if rank(evaluation)[0] == fewest else NEAR_MISS,
+                FAR_MISS if rank(evaluation)[0] == fewest else NEAR_MISS,
             )
         solved.append(evaluation)
     return solved

@@ -133,13 +133,18 @@ def _least_change(
     """
     requested, best = getattr(requirement, field), None
     for evaluation in suited:
+        held = dict(evaluation.held)
 
-        def room(value: float, tried: Evaluation = evaluation) -> float:
+        def room(
+            value: float, tried: Evaluation = evaluation, held: dict[float, float] = held
+        ) -> float:
             eased = replace(requirement, payload=None, **_changed(field, value))
-            # What a length holds does not depend on the largest object.
-            held = tried.held if field == "radius_max" else None
             estimate = estimate_candidate(eased, tried.candidate)
-            return _least_room(evaluate_candidate(eased, estimate, held).margins, field)
+            # What a length holds does not depend on the largest object.
+            known = held if field == "radius_max" else None
+            solved = evaluate_candidate(eased, estimate, known)
+            held.update(solved.held)
+            return _least_room(solved.margins, field)
 
         with suppress(SolverError):  # what cannot be certified is not offered
             room_good = room(good)

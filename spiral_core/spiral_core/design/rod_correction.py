@@ -235,6 +235,8 @@ class LengthSearch:
         wanted = self.requirement.radius_max
         length = min(self.start, length_at_sag(self.requirement, self.candidate, SAG_AT_START))
         length = min(max(length, self._shortest(wanted)), self.longest)
+        if any(self.held.values()):  # known for another largest object: from the best of them
+            length = max(self.held, key=self.held.__getitem__)
         excess, slope = self._excess(length), 1.0
         for _ in range(STEPS):
             if excess >= 0.0:
@@ -245,6 +247,8 @@ class LengthSearch:
             if length > self.longest:
                 return
             before, excess = excess, self._excess(length)
+            if excess < before - NEAR_MISS:  # beyond the crest
+                return
             if math.isfinite(before):
                 slope = (excess - before) / rise
 
