@@ -32,7 +32,7 @@ def test_a_working_installation_is_well() -> None:
     found = {each["name"]: each for each in json.loads(done.stdout)["checks"]}
     assert list(found) == ["versions", "kernels", "prototype_p1", "grip", "node"]
     assert "Python" in str(found["versions"]["text"])
-    assert "grips radii from 2.59" in str(found["prototype_p1"]["text"])
+    assert "tip criterion for radii from 2.59" in str(found["prototype_p1"]["text"])
     assert "an object of 9.604 mm" in str(found["grip"]["text"])
     answer = "an object of 9.604 mm" if find_spec("rclpy") else "not installed"
     assert answer in str(found["node"]["text"])

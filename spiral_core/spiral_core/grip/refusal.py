@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Why a gripper does not hold an object, and the nearest one that it holds."""
+"""Why a gripper does not hold an object, the nearest one that it holds, and all of them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import groupby, pairwise
+
+import numpy as np
 
 from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.grip.point import TOUCH_GAP
@@ -12,6 +15,7 @@ from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil
 from spiral_core.grip.window import GripWindow, WindowEnd, grip_window
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.gripper import Gripper
 
 # The nearest radius is looked for in steps of this fraction of the object's, outwards.
 RADIUS_STEP = 0.08
@@ -19,6 +23,11 @@ RADIUS_TRIES = 6
 # A radius counts as held where the tip touches at one of these fractions of the tip criterion's
 # pressure.
 FRACTIONS = (0.3, 0.6, 0.75, 0.85, 0.9, 0.94, 0.98, 1.02, 1.06)
+# All radii are looked for on so many, from no less than this fraction of the tube's outer radius,
+# then halved so often towards each end of what is held.
+RADII_TRIED = 8
+THINNEST = 0.1
+END_HALVINGS = 3
 
 
 def not_held(window: GripWindow) -> NotGrippableError:
@@ -90,6 +99,51 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
             except SpiralError:
                 continue
     return None
+
+
+def held_radii(
+    gripper: Gripper,
+) -> tuple[tuple[float, float], ...]:
+    """Return the ranges of radii that a gripper holds, each laid into its free coil [m], rising.
+
+    Both ends of each range are held, and every radius between them that was tried: eight over the
+    tip criterion's range, none thinner than a tenth of the tube's outer radius. An end is within
+    a few percent of a radius that is not held, or the end of what was tried.
+
+    Args:
+        gripper: as it is mounted, with its own friction or the default.
+
+    Raises:
+        NoCoilError: the gripper makes no coil.
+        SolverError: a free shape could not be certified.
+    """
+    curve = WrapCurve(replace(gripper, object_axis=None))
+
+    def is_held(radius: float) -> bool:
+        try:
+            return _is_wrapped(lay_into_coil(gripper, radius, curve=curve))
+        except SpiralError:
+            return False
+
+    low = max(curve.radius_min, THINNEST * gripper.tube.outer_radius)
+    radii = np.geomspace(low, curve.radius_max, RADII_TRIED)[1:-1].tolist()
+    radii = [low, *radii, curve.radius_max]
+    held = {radius: is_held(radius) for radius in radii}
+    for below, above in pairwise(radii):
+        if held[below] == held[above]:
+            continue
+        low, high = below, above
+        for _ in range(END_HALVINGS):
+            middle = math.sqrt(low * high)
+            held[middle] = is_held(middle)
+            low, high = (middle, high) if held[middle] == held[low] else (low, middle)
+    return _ranges(held)
+
+
+def _ranges(held: dict[float, bool]) -> tuple[tuple[float, float], ...]:
+    """Return the first and the last radius of each run of radii that are held [m], rising."""
+    found = (list(run) for is_held, run in groupby(sorted(held), held.__getitem__) if is_held)
+    return tuple((run[0], run[-1]) for run in found)
 
 
 def _is_wrapped(setup: GripSetup) -> bool:

@@ -105,7 +105,9 @@ def check_gripper(name: str) -> str:
     curve = WrapCurve(description.gripper)
     limit = shown(description.gripper.pressure_max, "Pa")
     radii = shown_range(curve.radius_min, curve.radius_max)
-    return "; ".join((f"grips radii from {radii}, up to {limit}", *description.warnings))
+    return "; ".join(
+        (f"tip criterion for radii from {radii}, up to {limit}", *description.warnings)
+    )
 
 
 def check_grip(name: str) -> str:

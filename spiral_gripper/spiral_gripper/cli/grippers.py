@@ -52,24 +52,30 @@ def show(gripper: str, as_json: bool) -> None:
 @grippers.command()
 @gripper_argument
 @output_options
-def check(gripper: str, as_json: bool) -> None:
+def check(gripper: str, as_json: bool) -> int:
     """Print whether GRIPPER's file is valid, its warnings, and the radii it grips.
 
-    GRIPPER is the name of a shipped gripper or the path of a description file. Exit code 2: the
-    file cannot be used.
+    GRIPPER is the name of a shipped gripper or the path of a description file. It closes on
+    cylinders over its range, with contact and friction, as in wrap and grip. Exit codes: 1, it
+    grips none of them; 2, the file cannot be used.
     """
-    from spiral_core.wrap.curve import WrapCurve
+    from spiral_core.grip.refusal import held_radii
+    from spiral_core.grip.setup import friction_of
     from spiral_gripper.files.shown import shown_range
 
     description = described(gripper)
-    curve = WrapCurve(description.gripper)
+    ranges = held_radii(description.gripper)
+    friction = friction_of(description.gripper, None)
     if as_json:
-        radii = [curve.radius_min, curve.radius_max]
-        print_json({"source": str(description.source), "radius_range": radii})
-        return
-    reach = shown_range(curve.radius_min, curve.radius_max)
+        reach = [ranges[0][0], ranges[-1][1]] if ranges else None
+        found = {"radius_range": reach, "radius_ranges": ranges, "friction": friction}
+        print_json({"source": str(description.source), **found})
+        return 0 if ranges else 1
     limit = description.written["limits.pressure_max"]
-    click.echo(f"{description.gripper.name}: valid; grips radii from {reach}, up to {limit}")
+    reached = ", ".join(f"from {shown_range(*each)}" for each in ranges)
+    said = f"grips radii {reached}," if ranges else "grips no radius where its free coil lies,"
+    click.echo(f"{description.gripper.name}: valid; {said} up to {limit}, friction {friction:g}")
+    return 0 if ranges else 1
 
 
 def _document(name_or_path: str) -> dict[str, Any]:
