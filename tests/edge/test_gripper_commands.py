@@ -14,6 +14,7 @@ from edge.cli_cases import answer
 from spiral_core import (
     WrapCurve,
 )
+from spiral_core.grip import refusal
 from spiral_gripper import (
     available_grippers,
     load_description,
@@ -219,8 +220,26 @@ def test_grippers_are_listed_shown_and_checked(
     shown = answer(capsys, "grippers", "show", str(path))
     assert shown["tube"]["length"] == 0.5
     assert shown["pressure_max"] == pytest.approx(110316.117)
-    assert run(["grippers", "check", str(path)]) == 0
-    checked = capsys.readouterr().out
-    assert checked == "prototype_p1: valid; grips radii from 2.591 mm to 35.59 mm, up to 16 psi\n"
-    low, high = answer(capsys, "grippers", "check", str(path))["radius_range"]
-    assert low < 0.01 < high
+
+
+def test_a_check_says_which_radii_contact_holds(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "mine.yaml"
+    written = load_description("paper_design_70").source.read_text(encoding="utf-8")
+    path.write_text(written.replace("pressure_max: 16 psi", "pressure_max: 38.5 kPa"))
+    found = answer(capsys, "grippers", "check", str(path))
+    curve = WrapCurve(load_gripper(path))
+    low, high = found["radius_range"]
+    assert low == found["radius_ranges"][0][0] == curve.radius_min
+    assert 0.99 * curve.radius_max < high == found["radius_ranges"][-1][1] <= curve.radius_max
+    assert found["friction"] == 0.3
+    for ranges, code, said in [
+        (((0.005, 0.01), (0.02, 0.03)), 0, "grips radii from 5 mm to 10 mm, from 20 mm to 30 mm"),
+        ((), 1, "grips no radius where its free coil lies"),
+    ]:
+        monkeypatch.setattr(refusal, "held_radii", lambda *_, ranges=ranges: ranges)
+        assert run(["grippers", "check", str(path)]) == code
+        assert capsys.readouterr().out == (
+            f"paper_design_70: valid; {said}, up to 38.5 kPa, friction 0.3\n"
+        )

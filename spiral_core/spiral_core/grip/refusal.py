@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -12,7 +14,7 @@ import numpy as np
 from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.grip.point import TOUCH_GAP
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil
-from spiral_core.grip.window import GripWindow, WindowEnd, grip_window
+from spiral_core.grip.window import GripWindow, Progress, WindowEnd, grip_window
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
@@ -20,14 +22,13 @@ from spiral_core.wrap.gripper import Gripper
 # The nearest radius is looked for in steps of this fraction of the object's, outwards.
 RADIUS_STEP = 0.08
 RADIUS_TRIES = 6
-# A radius counts as held where the tip touches at one of these fractions of the tip criterion's
-# pressure.
-FRACTIONS = (0.3, 0.6, 0.75, 0.85, 0.9, 0.94, 0.98, 1.02, 1.06)
-# All radii are looked for on so many, from no less than this fraction of the tube's outer radius,
-# then halved so often towards each end of what is held.
-RADII_TRIED = 8
+# All radii are looked for on so many, evenly spaced: closer than the gap between two ranges that
+# paper_design_70 has. Thinner than this fraction of the tube's outer radius is not tried: a coil
+# that tight has no hole left.
+RADII_TRIED = 16
 THINNEST = 0.1
-END_HALVINGS = 3
+# To this fraction of itself an end of a range is located.
+END_TOLERANCE = 0.01
 
 
 def not_held(window: GripWindow) -> NotGrippableError:
@@ -102,42 +103,58 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
 
 
 def held_radii(
-    gripper: Gripper,
+    gripper: Gripper, executor: Executor | None = None, progress: Progress | None = None
 ) -> tuple[tuple[float, float], ...]:
     """Return the ranges of radii that a gripper holds, each laid into its free coil [m], rising.
 
-    Both ends of each range are held, and every radius between them that was tried: eight over the
-    tip criterion's range, none thinner than a tenth of the tube's outer radius. An end is within
-    a few percent of a radius that is not held, or the end of what was tried.
+    Both ends of each range are held, and every radius between them that was tried: sixteen over the
+    tip criterion's range, none thinner than a tenth of the tube's outer radius. An end is within a
+    percent of a radius that is not held, or the end of what was tried.
 
     Args:
         gripper: as it is mounted, with its own friction or the default.
+        executor: where; None tries one after the other, here.
+        progress: called with the number of radii and ends that are done, and the number there are.
 
     Raises:
         NoCoilError: the gripper makes no coil.
         SolverError: a free shape could not be certified.
     """
     curve = WrapCurve(replace(gripper, object_axis=None))
-
-    def is_held(radius: float) -> bool:
-        try:
-            return _is_wrapped(lay_into_coil(gripper, radius, curve=curve))
-        except SpiralError:
-            return False
-
-    low = max(curve.radius_min, THINNEST * gripper.tube.outer_radius)
-    radii = np.geomspace(low, curve.radius_max, RADII_TRIED)[1:-1].tolist()
-    radii = [low, *radii, curve.radius_max]
-    held = {radius: is_held(radius) for radius in radii}
-    for below, above in pairwise(radii):
-        if held[below] == held[above]:
-            continue
-        low, high = below, above
-        for _ in range(END_HALVINGS):
-            middle = math.sqrt(low * high)
-            held[middle] = is_held(middle)
-            low, high = (middle, high) if held[middle] == held[low] else (low, middle)
+    low, high = max(curve.radius_min, THINNEST * gripper.tube.outer_radius), curve.radius_max
+    radii = [low, *np.linspace(low, high, RADII_TRIED)[1:-1].tolist(), high]
+    in_turn = map if executor is None else executor.map
+    done = (lambda *_: None) if progress is None else progress
+    held: dict[float, bool] = {}
+    for is_held in in_turn(partial(_is_held, gripper, curve), radii):
+        held[radii[len(held)]] = is_held
+        done(len(held), RADII_TRIED + 1)
+    ends = [pair for pair in pairwise(radii) if held[pair[0]] != held[pair[1]]]
+    firsts = [held[low] for low, _ in ends]
+    for count, found in enumerate(in_turn(partial(_end, gripper, curve), ends, firsts), start=1):
+        held |= found
+        done(RADII_TRIED + count, RADII_TRIED + len(ends))
     return _ranges(held)
+
+
+def _is_held(gripper: Gripper, curve: WrapCurve, radius: float) -> bool:
+    """Return whether a cylinder of a radius [m] is wrapped where the free coil lies."""
+    try:
+        return _is_wrapped(lay_into_coil(gripper, radius, curve=curve))
+    except SpiralError:
+        return False
+
+
+def _end(
+    gripper: Gripper, curve: WrapCurve, pair: tuple[float, float], first: bool
+) -> dict[float, bool]:
+    """Return which radii are held between two [m] of which one is: ``first`` says of the lower."""
+    (low, high), found = pair, {}
+    while high > (1.0 + END_TOLERANCE) * low:
+        middle = math.sqrt(low * high)
+        found[middle] = _is_held(gripper, curve, middle)
+        low, high = (middle, high) if found[middle] == first else (low, middle)
+    return found
 
 
 def _ranges(held: dict[float, bool]) -> tuple[tuple[float, float], ...]:
@@ -147,7 +164,5 @@ def _ranges(held: dict[float, bool]) -> tuple[tuple[float, float], ...]:
 
 
 def _is_wrapped(setup: GripSetup) -> bool:
-    """Return whether the tip touches near the tip criterion's pressure."""
-    limit, tip = setup.gripper.pressure_max, setup.tip_pressure or math.inf
-    pressures = [fraction * tip for fraction in FRACTIONS if fraction * tip <= limit]
-    return grip_window(setup, pressures).onset_wrap is not None
+    """Return whether a rising pressure wraps the object."""
+    return grip_window(setup, until_wrapped=True).onset_wrap is not None

@@ -169,6 +169,8 @@ def grip_window(
     setup: GripSetup,
     pressures: Sequence[float] | Array | None = None,
     progress: Progress | None = None,
+    *,
+    until_wrapped: bool = False,
 ) -> GripWindow:
     """Return what a pressure that rises from nothing does, up to the gripper's limit or the loss.
 
@@ -177,6 +179,7 @@ def grip_window(
         pressures: at which to look (n,) [Pa], increasing; None takes steps of a few percent. The
             window's pressures are located between them.
         progress: called with the number of steps done and the number there are, after each.
+        until_wrapped: whether to stop where the object is wrapped, for ``onset_wrap`` alone.
 
     Raises:
         InvalidInputError: pressures do not increase within (0, limit].
@@ -215,6 +218,8 @@ def grip_window(
             break
         if progress is not None:
             progress(count, len(stations))
+        if until_wrapped and onset is not None:
+            break
     return GripWindow(setup, tuple(points), onset, curling, loss, end, lift_off)
 
 

@@ -61,10 +61,15 @@ def check(gripper: str, as_json: bool) -> int:
     """
     from spiral_core.grip.refusal import held_radii
     from spiral_core.grip.setup import friction_of
+    from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
     from spiral_gripper.files.shown import shown_range
 
     description = described(gripper)
-    ranges = held_radii(description.gripper)
+    with (
+        process_pool(core_count()) as executor,
+        progress_bar("closing on cylinders", quiet=as_json) as progress,
+    ):
+        ranges = held_radii(description.gripper, executor, progress)
     friction = friction_of(description.gripper, None)
     if as_json:
         reach = [ranges[0][0], ranges[-1][1]] if ranges else None
