@@ -38,10 +38,10 @@ SLIDE_STEPS = 600
 DRAG_FALLS = 0.4
 DRAG_RISES = 5.0
 LOST = 2.0
-# Where a rod on a saddle is pushed to, in the frame of its sections, and by how much of its length:
-# twice as far each time that it comes to rest there again, since what drives it off is within the
-# tolerance.
-ASIDE = np.array((0.0, 0.8, 0.6))
+# Where a rod on a saddle is pushed to: towards the inside of its rest curvature and along it, or in
+# the frame of its sections without one; and by how much of its length: twice as far each time that
+# it comes to rest there again, since what drives it off is within the tolerance.
+INWARDS, ALONG = 0.8, 0.6
 LEAST_ASIDE, LARGEST_ASIDE = 1e-7, 1e-3
 
 
@@ -303,8 +303,27 @@ def slide(
 def pushed_aside(here: Point, fraction: float) -> Iterate:
     """Return the rod moved by a fraction of its length: off a saddle, where it cannot rest."""
     x, s = here.x.copy(), here.arrays.arc_lengths / here.arrays.length
-    x.p += fraction * here.arrays.length * (s * (1.6 - s))[:, None] * (matrices(x.q) @ ASIDE)
+    x.p += (
+        fraction
+        * here.arrays.length
+        * (s * (1.6 - s))[:, None]
+        * (matrices(x.q) @ push_direction(here.arrays))
+    )
     return x
+
+
+def push_direction(arrays: Arrays) -> Array:
+    """Return the direction (3,) in which a rod is pushed off a saddle, in the sections' frame.
+
+    It is made of the rest moment, so that a mirrored rod is pushed to the mirrored side.
+    """
+    twist, *bending = arrays.own[:, 4, 0].mean(axis=0).tolist()
+    size = math.hypot(*bending)
+    if not size > 0.0:
+        return np.array((0.0, INWARDS, ALONG))
+    second, third = bending[0] / size, bending[1] / size
+    along = ALONG if twist >= -1e-9 * size else -ALONG
+    return np.array((0.0, INWARDS * third + along * second, -INWARDS * second + along * third))
 
 
 def tried(here: Point) -> Point:
