@@ -18,11 +18,16 @@ BEST_EFFORT = (ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
 
 
 class Watchful:
-    """A regulator that asks to be told when its commands stop."""
+    """A regulator that asks to be told when its commands stop.
+
+    One at a time: Fast DDS miscounts what is alive once one of two readers of a process is gone
+    (https://github.com/eProsima/Fast-DDS/issues/4610).
+    """
 
     def __init__(self, client, kind):
         self.alive = []
-        self.subscription = client.create_subscription(
+        self._client = client
+        self._subscription = client.create_subscription(
             Float64,
             "pressure_command",
             lambda message: None,
@@ -36,33 +41,26 @@ class Watchful:
             ),
         )
 
-
-class WatchfulPair:
-    """A regulator of each kind of liveliness."""
-
-    def __init__(self, client):
-        kinds = (LivelinessPolicy.AUTOMATIC, LivelinessPolicy.MANUAL_BY_TOPIC)
-        self._client = client
-        self._regulators = [Watchful(client, kind) for kind in kinds]
-
     def wait_for(self, alive):
-        self._client.wait_until(
-            lambda: all(r.alive and r.alive[-1] == alive for r in self._regulators),
-            f"{alive} alive",
-        )
+        self._client.wait_until(lambda: self.alive and self.alive[-1] == alive, f"{alive} alive")
 
     def end(self):
-        for regulator in self._regulators:
-            self._client.destroy_subscription(regulator.subscription)
+        self._client.destroy_subscription(self._subscription)
+
+
+@pytest.fixture(params=[LivelinessPolicy.AUTOMATIC, LivelinessPolicy.MANUAL_BY_TOPIC])
+def kind(request):
+    """The kind of liveliness that a regulator asks for."""
+    return request.param
 
 
 @pytest.fixture
-def watchful(active):
-    """Regulators that hear the shared node."""
-    regulators = WatchfulPair(active)
-    regulators.wait_for(1)
-    yield regulators
-    regulators.end()
+def watchful(active, kind):
+    """A regulator that hears the shared node."""
+    regulator = Watchful(active, kind)
+    regulator.wait_for(1)
+    yield regulator
+    regulator.end()
 
 
 def test_a_regulator_is_told_when_a_node_is_deactivated(active, watchful):
@@ -77,13 +75,13 @@ def test_a_regulator_is_told_when_a_node_hangs_and_goes_on(shared_node, watchful
     watchful.wait_for(1)
 
 
-def test_a_regulator_is_told_when_a_node_is_killed(client, namespace):
-    regulators = WatchfulPair(client)
+def test_a_regulator_is_told_when_a_node_is_killed(client, namespace, kind):
+    regulator = Watchful(client, kind)
     with RunningNode(namespace, FAST_RAMP) as node:
         client.wait_until_active()
-        regulators.wait_for(1)
+        regulator.wait_for(1)
         node.stop(signal.SIGKILL)
-        regulators.wait_for(0)
+        regulator.wait_for(0)
 
 
 def test_slow_commands_are_signs_of_life(client, namespace):
