@@ -38,7 +38,7 @@ TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 .DELETE_ON_ERROR:
 
 help:
-	@echo 'make demo          start the node, send it a recorded stream of radii, show its answers'
+	@echo 'make demo          start the node, send it good and bad radii, show its answers'
 	@echo 'make test          format check, lint, types, tests, doctests'
 	@echo 'make test-fast     the same without ROS processes and without the files of tests that compute for long'
 	@echo 'make test-slow     the tests that compute for long'

@@ -16,7 +16,6 @@ SETTINGS = {
     "frame_id": str,
     "profile": str,
     "radius": float,
-    "recording": str,
     "fault": str,
     "estimate_noise": float,
     "stiffness_factor": float,
@@ -46,8 +45,6 @@ def node_and_simulator(context: LaunchContext) -> list[object]:
     """Return both, or neither: an argument that cannot be must not leave a node running."""
     given = {name: LaunchConfiguration(name).perform(context) for name in SETTINGS}
     values = {name: typed(name, value) for name, value in given.items() if value}
-    if "recording" in values:
-        values.setdefault("profile", "recording")
     return [
         IncludeLaunchDescription(
             PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/gripper.launch.py"]),
@@ -92,9 +89,8 @@ def _arguments() -> list[DeclareLaunchArgument]:
     described = {
         "namespace": "namespace of all nodes",
         "frame_id": "the gripper's base frame; default: gripper_base",
-        "profile": "the object's radius over time: constant, step, sine, recording or none",
+        "profile": "the object's radius over time: constant, step, sine or none",
         "radius": "the object's radius [m]; default: the middle of the gripper's range",
-        "recording": "CSV file with columns time [s], radius [m], label, replayed in a loop",
         "estimate_noise": "standard deviation of the radius estimates [m]",
         "fault": "fault of the regulator: none, leak, stuck_valve or lost_link",
         "stiffness_factor": "real stiffness of the gripper, as a multiple of the described one",

@@ -80,10 +80,9 @@ ROS_FREE = frozenset(
         "regulators.modbus_device", "regulators.parameters", "regulators.serial_device",
         "runtime.__init__", "runtime.event_log", "simulation.__init__",
         "simulation.pacing", "simulation.parameters", "simulation.radius_estimator",
-        "simulation.radius_source", "simulation.regulator", "simulation.replay",
+        "simulation.radius_source", "simulation.regulator",
         "simulation.simulated_gripper",
         "tools.__init__", "tools.demo_report",
-        "tools.live_view",
     }
 )  # fmt: skip
 

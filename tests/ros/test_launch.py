@@ -44,7 +44,6 @@ SET = {
     "frame_id": "tool0",
     "profile": "sine",
     "radius": "0.01",
-    "recording": "/some/file.csv",
     "fault": "leak",
     "estimate_noise": "0.0001",
     "stiffness_factor": "1.2",
@@ -146,14 +145,9 @@ def test_node_and_simulator_have_one_gripper_whatever_the_parameters_file_says()
         assert own_parameters(node)["gripper"] == own_parameters(simulator)["gripper"]
 
 
-def test_a_recording_is_played_and_nothing_else_is_set():
-    _, simulator = nodes(SIMULATION, recording="shipped")
-    assert own_parameters(simulator) == {
-        "gripper": "paper_design_70",
-        "recording": "shipped",
-        "profile": "recording",
-        "publish_clock": False,
-    }
+def test_what_is_not_given_is_not_set():
+    _, simulator = nodes(SIMULATION)
+    assert own_parameters(simulator) == {"gripper": "paper_design_70", "publish_clock": False}
 
 
 def test_the_node_activates_itself_unless_a_lifecycle_manager_does():

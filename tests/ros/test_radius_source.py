@@ -11,23 +11,9 @@ from hypothesis import strategies as st
 
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors, RadiusEstimator
-from spiral_gripper_ros.simulation.radius_source import (
-    FASTEST_RECORDING,
-    NoSource,
-    ProfileSource,
-    RecordingSource,
-    Shape,
-)
-from spiral_gripper_ros.simulation.replay import RadiusSample, shipped_recording
+from spiral_gripper_ros.simulation.radius_source import ProfileSource, Shape
 
 STEADY = ProfileSource(Shape.CONSTANT, radius=0.02, variation=0.0, period=1.0, rate=20.0)
-RECORDING = [
-    RadiusSample(5.0, 0.02, "pipe"),
-    RadiusSample(5.1, 0.07, "pipe, outlier"),
-    RadiusSample(5.2, math.nan, "pipe"),
-    RadiusSample(5.3, -1.0, "pipe"),
-    RadiusSample(5.4, 0.01, "rod"),
-]
 
 
 def take(source, end, step):
@@ -55,47 +41,15 @@ def test_a_sine_goes_up_and_down_by_its_variation():
     assert radii == pytest.approx([0.02, 0.03, 0.02, 0.01], rel=1e-12)
 
 
-def test_a_recording_plays_in_its_own_time_from_zero_and_stops():
-    source = RecordingSource(RECORDING, loop=False)
-    played = source.samples(0.0, 100.0)
-    assert played[:2] + played[3:] == [0.02, 0.07, -1.0, 0.01]
-    assert math.isnan(played[2])
-    assert source.samples(0.05, 0.15) == [0.07]
-    assert source.samples(100.0, 200.0) == []
-
-
-def test_a_looped_recording_begins_anew_after_its_usual_interval():
-    source = RecordingSource(RECORDING, loop=True)
-    assert source.samples(0.35, 0.65) == [0.01, 0.02, 0.07]
-    assert len(source.samples(0.0, 50.0)) == pytest.approx(500, abs=1)
-
-
-def test_the_object_of_a_recording_is_what_its_good_estimates_say():
-    source = RecordingSource(RECORDING, loop=True)
-    assert [source.true_radius(t) for t in (0.0, 0.15, 0.35, 0.45, 0.55)] == [
-        0.02, 0.02, 0.02, 0.01, 0.02
-    ]  # fmt: skip
-    with pytest.raises(InvalidInputError, match="positive number"):
-        RecordingSource(RECORDING[1:4], loop=True)
-
-
-def test_the_shipped_recordings_object_is_always_one_of_its_three():
-    source = RecordingSource(shipped_recording(), loop=True)
-    radii = [source.true_radius(0.1 * number) for number in range(500)]
-    assert min(radii) >= 0.0105
-    assert max(radii) <= 0.031
-
-
 @given(st.integers(1, 60), st.floats(0.01, 0.9))
 def test_how_the_time_is_cut_makes_no_difference(numbers, step):
     end = numbers * step
-    recorded = RecordingSource([s for s in RECORDING if not math.isnan(s.radius)], loop=True)
-    for source in (STEADY, recorded):
-        assert take(source, end, step) == source.samples(0.0, end)
+    source = replace(STEADY, shape=Shape.SINE)
+    assert take(source, end, step) == source.samples(0.0, end)
 
 
 def test_without_a_source_there_is_no_object_and_no_estimate():
-    estimator = RadiusEstimator(NoSource(), EstimatorErrors(bias=0.01))
+    estimator = RadiusEstimator(None, EstimatorErrors(bias=0.01))
     assert estimator.estimates(10.0) == []
     assert estimator.true_radius() is None
 
@@ -154,10 +108,3 @@ def _many(errors, seed=0):
     """4000 looks at the steady object."""
     estimator = RadiusEstimator(STEADY, errors, seed)
     return [radius for second in range(1, 201) for radius in estimator.estimates(float(second))]
-
-
-@pytest.mark.parametrize("step", [5e-324, 1e-9, 0.9 / FASTEST_RECORDING])
-def test_a_recording_whose_rows_come_too_fast_is_refused(step):
-    samples = [RadiusSample(number * step, 0.02, "pipe") for number in range(3)]
-    with pytest.raises(InvalidInputError, match="rows a second"):
-        RecordingSource(samples, loop=False)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`spiral-gripper simulate`, as people start it, watch it, break it and stop it."""
 
-import io
 import os
 import re
 import shlex
@@ -9,11 +8,9 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 from ros.harness import DEADLINE
 from ros.programs import group_exists, start, wait_for_the_end_of
 
@@ -21,28 +18,14 @@ from spiral_gripper.cli.main import run
 from spiral_gripper.cli.ros import side as ros_side
 from spiral_gripper.cli.ros import simulate as cli_simulate
 from spiral_gripper.cli.ros.simulate import FAULTS
-from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.tools.injection import injection_name
-from spiral_gripper_ros.tools.live_view import LiveView, View
 from spiral_gripper_ros.tools.simulate import program
 
 # Command and measurement are heard, and the node believes that the object is held.
 WRAPPED = r"\d +\d+\.\d\d +perfect wrap  yes"
 COMMAND = [str(Path(sys.executable).with_name("spiral-gripper")), "simulate"]
-VIEW = View(
-    elapsed=1.0,
-    radius=(20.0, 20.1),
-    command=57.0,
-    measured=None,
-    regime="overhang",
-    wrapped=False,
-    grip="perfect wrap",
-    state="tracking",
-    trouble="it leaks [badly]",
-    reasons=(Reason.PRESSURE_LOW,),
-)
 
 
 @pytest.fixture
@@ -146,8 +129,6 @@ def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulati
     ("arguments", "words"),
     [
         (["no_such_gripper"], "no gripper has this name"),
-        (["--recording", "/no/such/file"], "recording must be"),
-        (["--recording", "a.csv", "--radius", "20 mm"], "exclude each other"),
         (["--radius", "20"], "unit"),
         (["--radius", "0 mm"], "above 0 m"),
         (["--radius", "-1 mm"], "above 0 m"),
@@ -183,34 +164,6 @@ def test_without_ros_it_says_so_in_one_line(missing, monkeypatch, capsys):
 
 def test_the_faults_of_the_command_are_those_of_the_regulator():
     assert set(FAULTS) == {fault.value for fault in Fault}
-
-
-# --- what it shows -----------------------------------------------------------------------------
-
-
-def shown(*views, terminal):
-    output = io.StringIO()
-    with LiveView(Console(file=output, force_terminal=terminal, width=200)) as live:
-        for view in views:
-            live.show(view)
-    return output.getvalue()
-
-
-@pytest.mark.parametrize("terminal", [False, True])
-def test_a_view_shows_all_that_it_knows(terminal):
-    text = shown(VIEW, terminal=terminal)
-    for part in (
-        "object [mm]", "20.00", "20.10", "57.00", "overhang", "no", "perfect wrap", "tracking",
-        "it leaks [badly]",
-    ):  # fmt: skip
-        assert part in text
-
-
-def test_elsewhere_than_on_a_terminal_only_news_makes_a_line():
-    same = replace(VIEW, elapsed=1.1, command=57.1)
-    reworded = replace(VIEW, elapsed=1.1, trouble="it leaks [worse]")
-    news = replace(VIEW, elapsed=1.2, trouble="", reasons=())
-    assert shown(VIEW, same, reworded, news, same, terminal=False).count("\n") == 4
 
 
 def test_what_simulate_takes_is_what_the_simulator_takes():

@@ -222,7 +222,6 @@ def test_a_stop_signal_ends_it_in_order(namespace, number):
         ({"falt": "leak"}, "did you mean fault?"),
         ({"fault": "typhoon"}, "one of none, leak"),
         ({"gripper": "no_such_gripper"}, "no gripper has this name"),
-        ({"recording": __file__}, "rows of time"),
     ],
 )
 def test_a_start_that_cannot_be_ends_with_the_reason(client, namespace, parameters, message):

@@ -4,28 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Final
 
-from spiral_core.errors import InvalidInputError
-from spiral_gripper.files.storage import FileError, read_text
 from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue, number_spec
 from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors
 from spiral_gripper_ros.simulation.radius_source import (
     LARGEST_VARIATION,
-    NoSource,
     ProfileSource,
-    RadiusSource,
-    RecordingSource,
     Shape,
 )
 from spiral_gripper_ros.simulation.regulator import Fault, RegulatorModel
-from spiral_gripper_ros.simulation.replay import RadiusSample, samples_from_lines, shipped_recording
 
-RECORDING: Final = "recording"
 NONE: Final = "none"
-SHIPPED: Final = "shipped"
 
 
 def _probability(name: str, text: str) -> ParameterSpec:
@@ -121,7 +112,7 @@ RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "profile",
         Shape.CONSTANT.value,
         "The object's radius over time; none: no object, and estimates come from elsewhere.",
-        choices=(*(shape.value for shape in Shape), RECORDING, NONE),
+        choices=(*(shape.value for shape in Shape), NONE),
     ),
     number_spec(
         "radius", 0.0, 0.0, 1.0, "The object's radius [m]; 0: the middle of the gripper's range."
@@ -134,16 +125,7 @@ RADIUS_PARAMETERS: Final[tuple[ParameterSpec, ...]] = (
         "Height of the step or amplitude of the sine, as a part of the radius.",
     ),
     number_spec("radius_period", 8.0, 0.01, 3600.0, "Period of step and sine [s]."),
-    ParameterSpec(
-        "recording",
-        SHIPPED,
-        "CSV file of time [s], radius [m], label, for profile recording; shipped: the demo's.",
-        read_only=True,
-    ),
-    ParameterSpec("recording_loop", True, "Whether the recording begins anew at its end."),
-    number_spec(
-        "estimate_rate", 20.0, 0.1, 100.0, "Estimates per second [Hz], but in a recording."
-    ),
+    number_spec("estimate_rate", 20.0, 0.1, 100.0, "Estimates per second [Hz]."),
     number_spec("estimate_noise", 2.0e-5, 0.0, 0.1, "Standard deviation of the estimates [m]."),
     number_spec("estimate_bias", 0.0, -0.1, 0.1, "Bias of the estimates [m]; positive: too large."),
     _probability("outlier_probability", "are off by outlier_size"),
@@ -167,20 +149,17 @@ def regulator_model(values: Mapping[str, ParameterValue]) -> RegulatorModel:
 
 
 def radius_source(
-    values: Mapping[str, ParameterValue], samples: tuple[RadiusSample, ...], middle_radius: float
-) -> RadiusSource:
-    """Return the source that checked parameter values describe.
+    values: Mapping[str, ParameterValue], middle_radius: float
+) -> ProfileSource | None:
+    """Return the source that checked parameter values describe; None: there is no object.
 
     Args:
         values: of the parameters.
-        samples: of the recording.
         middle_radius: what stands for a radius that is not given [m].
     """
     profile = str(values["profile"])
     if profile == NONE:
-        return NoSource()
-    if profile == RECORDING:
-        return RecordingSource(samples, loop=bool(values["recording_loop"]))
+        return None
     return ProfileSource(
         shape=Shape(profile),
         radius=number(values, "radius") or middle_radius,
@@ -200,28 +179,3 @@ def estimator_errors(values: Mapping[str, ParameterValue]) -> EstimatorErrors:
         nan_probability=number(values, "nan_probability"),
         dropout_probability=number(values, "dropout_probability"),
     )
-
-
-def recording_samples(name_or_path: str) -> tuple[RadiusSample, ...]:
-    """Return a recording: the shipped one, or that of a file.
-
-    Raises:
-        InvalidInputError: the file cannot be read or is no recording of an object.
-    """
-    samples = _read_samples(name_or_path)
-    RecordingSource(samples, loop=True)  # raises now what nobody could answer for later
-    return samples
-
-
-def _read_samples(name_or_path: str) -> tuple[RadiusSample, ...]:
-    if name_or_path == SHIPPED:
-        return shipped_recording()
-    try:
-        text = read_text(Path(name_or_path))
-    except FileError as error:
-        raise InvalidInputError(
-            "recording",
-            name_or_path,
-            f"{SHIPPED!r} or a text file that can be read ({error.reason})",
-        ) from None
-    return samples_from_lines(text.splitlines())

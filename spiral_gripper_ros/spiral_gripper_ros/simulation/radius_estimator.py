@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.validation import require_finite, require_in_range, require_non_negative
-from spiral_gripper_ros.simulation.radius_source import RadiusSource
+from spiral_gripper_ros.simulation.radius_source import ProfileSource
 
 # After a longer pause of the simulation [s] what was due meanwhile is lost, as a stopped camera's
 # images are.
@@ -60,7 +60,7 @@ class RadiusEstimator:
     others where they were.
 
     Args:
-        source: of the true radius.
+        source: of the true radius; None: there is no object, and there are no estimates.
         errors: of the estimates.
         seed: of the errors.
 
@@ -74,7 +74,9 @@ class RadiusEstimator:
         [0.021, 0.021]
     """
 
-    def __init__(self, source: RadiusSource, errors: EstimatorErrors, seed: int = 0) -> None:
+    def __init__(
+        self, source: ProfileSource | None, errors: EstimatorErrors, seed: int = 0
+    ) -> None:
         self.source = source
         self.errors = errors
         self._random = np.random.default_rng(seed)
@@ -84,12 +86,14 @@ class RadiusEstimator:
         """Return the estimates [m] that fall due before a time [s]; a float, as estimators give."""
         start, end = max(self._time, until - LONGEST_BACKLOG), max(self._time, until)
         self._time = end
+        if self.source is None:
+            return []
         made = [self._estimate(radius) for radius in self.source.samples(start, end)]
         return [estimate for estimate in made if estimate is not None]
 
     def true_radius(self) -> float | None:
         """Return the object's radius [m] now; None: there is no object."""
-        return self.source.true_radius(self._time)
+        return None if self.source is None else self.source.true_radius(self._time)
 
     def _estimate(self, radius: float) -> float | None:
         errors, gauss = self.errors, float(self._random.standard_normal())

@@ -15,7 +15,6 @@ from spiral_gripper_ros.simulation.parameters import (
     RADIUS_PARAMETERS,
     estimator_errors,
     radius_source,
-    recording_samples,
 )
 from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator
 
@@ -40,9 +39,8 @@ class RadiusNode(Node):  # type: ignore[misc]
         self._middle_radius = middle_radius
         self._declared = DeclaredParameters(self, self._apply, table=RADIUS_PARAMETERS)
         values = self._declared.values()
-        self._samples = recording_samples(str(values["recording"]))
         self.estimator = RadiusEstimator(
-            radius_source(values, self._samples, middle_radius),
+            radius_source(values, middle_radius),
             estimator_errors(values),
             int(number(values, "seed")),
         )
@@ -57,5 +55,5 @@ class RadiusNode(Node):  # type: ignore[misc]
         """Let parameters take effect at once."""
         del names
         values = self._declared.values()
-        self.estimator.source = radius_source(values, self._samples, self._middle_radius)
+        self.estimator.source = radius_source(values, self._middle_radius)
         self.estimator.errors = estimator_errors(values)

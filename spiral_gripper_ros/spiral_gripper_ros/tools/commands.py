@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.action import ActionClient
-from rich.console import Console
 
 from spiral_core.errors import SpiralError
 from spiral_gripper.files.shown import reworded, shown, shown_range
@@ -21,7 +20,6 @@ from spiral_gripper_ros.client.listener import listening
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES
-from spiral_gripper_ros.tools.live_view import LiveView
 from spiral_gripper_ros.tools.watcher import Watcher
 
 # How long a command looks for the node: DDS may take seconds to discover it [s].
@@ -207,14 +205,10 @@ def status(namespace: str) -> Answer:
 def watch(namespace: str, duration: float) -> int:
     """Show what the node does for a time [s], or until a KeyboardInterrupt; return 0."""
     begin = time.monotonic()
-    with (
-        suppress(KeyboardInterrupt),
-        listening(lambda: Watcher(namespace)) as watcher,
-        LiveView(Console()) as view,
-    ):
+    with suppress(KeyboardInterrupt), listening(lambda: Watcher(namespace)) as watcher:
         while (elapsed := time.monotonic() - begin) < duration:
             watcher.spin(min(SHOW_PERIOD, duration - elapsed))
-            view.show(watcher.view(elapsed))
+            watcher.show(elapsed)
     return 0
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``spiral_gripper_demo``: the simulation with a recorded stream of radii, good and bad ones.
+"""``spiral_gripper_demo``: the simulation with a stream of radii, good and bad ones.
 
 Ends by itself after about 30 s; the exit code is 0 only if everything that should have happened
 did. Ctrl-C stops it.
@@ -7,9 +7,12 @@ did. Ctrl-C stops it.
 
 from __future__ import annotations
 
+import math
 import os
+import random
 import sys
 
+from rclpy.qos import qos_profile_sensor_data
 from std_msgs.msg import Float64
 
 from spiral_gripper import load_gripper
@@ -18,27 +21,61 @@ from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.process.program import HELP_OPTIONS
 from spiral_gripper_ros.tools.demo_report import DemoReport
-from spiral_gripper_ros.tools.session import STARTING, Plan, run_session, say
-from spiral_gripper_ros.tools.watcher import Watcher
+from spiral_gripper_ros.tools.session import STARTING, Plan, run_session
+from spiral_gripper_ros.tools.watcher import Watcher, say
 
 GRIPPER = "paper_design_70"
 OBJECTS = {"tube light": 0.011, "PVC pipe": 0.030}
-# The recording, which is in a loop since the simulator's start, and its longest object again [s].
+# The objects take turns, 8 s each. The demo makes the estimates.
+SIMULATOR = {
+    "profile": "step",
+    "radius": OBJECTS["PVC pipe"],
+    "radius_variation": OBJECTS["tube light"] / OBJECTS["PVC pipe"] - 1.0,
+    "radius_period": 16.0,
+    "dropout_probability": 1.0,
+}
+# Long enough for each object from its beginning to its end, whichever comes first [s].
 DURATION = 29.0
+# Standard deviation of the estimates [m].
+NOISE = 2.0e-5
+# So many estimates, and those of them that are wrong: the first, their number, and their radius
+# [m]; None: they do not come.
+CYCLE = 200
+FAULTS = (
+    (40, 5, math.nan),  # a blinded camera
+    (60, 2, -0.011),  # a sign error
+    (80, 2, 0.02),  # another object that could be gripped
+    (100, 6, 0.09),  # one that is too large
+    (120, 6, 0.002),  # one that is too small
+    (140, 40, None),  # the camera pauses
+)
 INTERRUPTED = 130
 BAD_USAGE = 2
 USAGE = """\
 usage: spiral_gripper_demo [-h]
 
-Starts node and simulator as processes: a recorded stream of radii, good and bad ones, for 30 s.
+Starts node and simulator as processes: a stream of radii, good and bad ones, for 30 s.
 Keeps to this machine and a namespace of its own, and ends vented; Ctrl-C stops it.
 Exit code: 0 all was as expected, 1 something was not, 2 an unknown argument, 130 interrupted.
 """
 _NOT_REFUSED = (Reason.NONE, Reason.NO_RADIUS, Reason.RELEASED, Reason.NOT_ACTIVE)
 
 
+def estimate(number: int, radius: float) -> float | None:
+    """Return the estimate of a number for an object's radius [m]; None: it does not come.
+
+    Example:
+        >>> estimate(40, 0.03), estimate(140, 0.03)
+        (nan, None)
+    """
+    for first, count, wrong in FAULTS:
+        if first <= number % CYCLE < first + count:
+            return wrong
+    return radius + random.gauss(0.0, NOISE)
+
+
 class DemoWatcher(Watcher):
-    """Notes in a report what the node answers.
+    """Publishes estimates of the simulated object, and notes in a report what the node answers.
 
     Args:
         namespace: of node and simulator.
@@ -48,10 +85,20 @@ class DemoWatcher(Watcher):
     def __init__(self, namespace: str, report: DemoReport) -> None:
         super().__init__(namespace)
         self._report = report
+        self._number = 0
         self._radius = 0.0
         self._reason = Reason.NONE
+        quality = qos_profile_sensor_data
+        self._estimates = self.create_publisher(Float64, "object_radius", quality)
+        self.create_subscription(Float64, "simulated/object_radius", self._on_object, quality)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, 10)
         self.create_subscription(GripStatus, "status", self._on_status, LATEST)
+
+    def _on_object(self, message: Float64) -> None:
+        radius = estimate(self._number, message.data)
+        self._number += 1
+        if radius is not None:
+            self._estimates.publish(Float64(data=radius))
 
     def _on_pressure(self, message: Float64) -> None:
         self._report.pressures.append(message.data)
@@ -83,7 +130,7 @@ def main(args: list[str] | None = None) -> int:
         sys.stderr.write(f"spiral_gripper_demo: it takes no arguments, got {given[0]!r}\n")
         return BAD_USAGE
     report = DemoReport(OBJECTS, load_gripper(GRIPPER).pressure_max)
-    plan = Plan(GRIPPER, {"profile": "recording"}, DURATION, f"spiral_gripper_demo_{os.getpid()}")
+    plan = Plan(GRIPPER, SIMULATOR, DURATION, f"spiral_gripper_demo_{os.getpid()}")
     lines = [STARTING, f"topics: below {plan.space}; stop: Ctrl-C"]
     problems, is_interrupted = run_session(plan, lines, lambda name: DemoWatcher(name, report))
     if problems:

@@ -10,7 +10,7 @@ from statistics import median
 
 from spiral_gripper_ros.control.states import Reason
 
-# What the shipped recording contains, one of each.
+# What the demo's stream of radii contains.
 EXPECTED_REFUSALS = frozenset(
     {
         Reason.RADIUS_NOT_FINITE,
@@ -21,7 +21,7 @@ EXPECTED_REFUSALS = frozenset(
         Reason.RADIUS_STALE,
     }
 )
-# The noise of the recording and the node's hysteresis together move the radius by less [m].
+# The noise of the estimates and the node's hysteresis together move the radius by less [m].
 RADIUS_SLACK = 3.0e-4
 
 

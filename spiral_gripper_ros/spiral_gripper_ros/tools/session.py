@@ -11,15 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
-from rich.console import Console
-
 from spiral_gripper_ros.client.listener import listening
 from spiral_gripper_ros.process.node_process import NodeProcess, simulated
 from spiral_gripper_ros.process.stop_signals import STOP_SIGNALS, StopSignals
-from spiral_gripper_ros.simulation.parameters import recording_samples
 from spiral_gripper_ros.tools.injection import local_discovery
-from spiral_gripper_ros.tools.live_view import LiveView
-from spiral_gripper_ros.tools.watcher import Watcher
+from spiral_gripper_ros.tools.watcher import Watcher, say
 
 # A first start compiles the solver: some ten seconds, a minute on a slow machine.
 START_TIMEOUT = 180.0
@@ -66,23 +62,13 @@ def run_session(
 
     Returns:
         What went wrong, and whether a signal ended it.
-
-    Raises:
-        InvalidInputError: the recording cannot be used.
     """
-    if "recording" in plan.settings:
-        recording_samples(str(plan.settings["recording"]))
     local_discovery()
     signals = StopSignals()
     signals.defer()
     with listening(lambda: listen(plan.space)) as watcher:
         problems = _Session(plan, signals, watcher).run(lines)
     return problems, signals.requested
-
-
-def say(text: str, style: str | None = None) -> None:
-    """Print a line as it is."""
-    Console().print(text, style=style, highlight=False, markup=False, soft_wrap=True)
 
 
 class _Session:
@@ -121,10 +107,9 @@ class _Session:
                 return [f"node and simulator were not ready within {START_TIMEOUT:g} s"]
         self._started = self._watcher.ready
         begin = time.monotonic()
-        with LiveView(Console()) as view:
-            while not self._is_over() and time.monotonic() - begin < self._plan.duration:
-                self._watcher.spin(SHOW_PERIOD)
-                view.show(self._watcher.view(time.monotonic() - begin))
+        while not self._is_over() and time.monotonic() - begin < self._plan.duration:
+            self._watcher.spin(SHOW_PERIOD)
+            self._watcher.show(time.monotonic() - begin)
         # Ctrl-C reaches all processes of a terminal: that they end is then as it should be.
         if self._signals.requested:
             return []

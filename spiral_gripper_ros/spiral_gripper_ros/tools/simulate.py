@@ -15,11 +15,7 @@ from spiral_gripper_ros.tools.session import STARTING, Plan, run_session
 
 
 def simulate(plan: Plan) -> int:
-    """Run node and simulator as planned; return the process's exit code.
-
-    Raises:
-        InvalidInputError: the recording cannot be used.
-    """
+    """Run node and simulator as planned; return the process's exit code."""
     problems, _ = run_session(plan, _introduction(plan.space))
     return 1 if problems else 0
 

@@ -1,28 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The subscriptions of ``spiral-gripper simulate`` to node and simulator."""
+"""The newest state of node and simulator in lines, for ``watch``, ``simulate`` and the demo."""
 
 from __future__ import annotations
 
+import time
+
 from rclpy.qos import qos_profile_sensor_data
+from rich.console import Console
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 
-from spiral_gripper.files.shown import in_units, reworded
+from spiral_gripper.files.shown import axis_label, in_units, reworded
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES
 from spiral_gripper_ros.messages.qos import LATEST
-from spiral_gripper_ros.tools.live_view import View
 
 # What is older than this [s] is no longer shown.
 FRESH = 1.0
+# Time between two lines while only numbers change [s].
+LINE_PERIOD = 1.0
+# Widths of the columns in characters.
+WIDTHS = (5, 11, 13, 13, 14, 12, 7, 13, 12, 0)
 # What is a state rather than trouble: the state says it already.
 _NO_TROUBLE = (Reason.NONE, Reason.NOT_ACTIVE)
 
 
 class Watcher(Listener):
-    """Subscribes to node and simulator, and returns their newest state as a :class:`View`.
+    """Subscribes to node and simulator, and prints their newest state.
 
     Args:
         namespace: of the gripper's node and of the simulator.
@@ -35,6 +41,8 @@ class Watcher(Listener):
         self.keep(FluidPressure, "measured_pressure", qos_profile_sensor_data)
         self.keep(Float64, "simulated/object_radius", qos_profile_sensor_data)
         self.keep(String, "simulated/grip", qos_profile_sensor_data)
+        self._shown: tuple[object, ...] = ()
+        self._due = 0.0
 
     @property
     def command(self) -> float | None:
@@ -49,32 +57,32 @@ class Watcher(Listener):
         active = status is not None and status.state != State.INACTIVE
         return active and self.newest("simulated/grip", FRESH) is not None
 
-    def view(self, elapsed: float) -> View:
-        """Return what there is to show, a time [s] after the node became active."""
+    def show(self, elapsed: float) -> None:
+        """Print a line with a time [s], if more than numbers has changed or the last is old."""
         status = self.newest("status", FRESH) or GripStatus()
         measured = self.newest("measured_pressure", FRESH)
+        radius = self.newest("simulated/object_radius", FRESH)
+        grip = self.newest("simulated/grip", FRESH)
         troubles = troubles_of(status)
-        radius, grip = (
-            self.newest("simulated/object_radius", FRESH),
-            self.newest("simulated/grip", FRESH),
-        )
-        return View(
-            elapsed=elapsed,
-            radius=(_in("m", radius and radius.data), _in("m", status.object_radius)),
-            command=None if self.command is None else float(in_units(self.command, "Pa")),
-            measured=None if measured is None else float(in_units(measured.fluid_pressure, "Pa")),
-            regime=REGIME_NAMES[status.measured_regime if status.measured else status.regime],
-            wrapped=bool(status.wrapped),
-            grip="-" if grip is None else grip.data,
-            state=State(status.state).name.lower().replace("_", " "),
-            trouble=reworded("; ".join(troubles.values())),
-            reasons=tuple(troubles),
-        )
-
-
-def _in(unit: str, value: float | None) -> float | None:
-    """Return a value of an SI unit as it is shown; what is 0 or None is not known."""
-    return float(in_units(value, unit)) if value else None
+        shown = (status.state, status.wrapped, grip and grip.data, *troubles)
+        if shown == self._shown and time.monotonic() < self._due:
+            return
+        cells = {
+            "t [s]": f"{elapsed:5.1f}",
+            axis_label("object", "m"): _number((radius and radius.data) or None, "m"),
+            axis_label("believed", "m"): _number(status.object_radius or None, "m"),
+            axis_label("command", "Pa"): _number(self.command, "Pa"),
+            axis_label("measured", "Pa"): _number(measured and measured.fluid_pressure, "Pa"),
+            "regime": REGIME_NAMES[status.measured_regime if status.measured else status.regime],
+            "wrapped": "yes" if status.wrapped else "no",
+            "really": "-" if grip is None else grip.data,
+            "state": State(status.state).name.lower().replace("_", " "),
+            "trouble": reworded("; ".join(troubles.values())),
+        }
+        for line in (cells.values(),) if self._shown else (cells, cells.values()):
+            padded = (text.ljust(width) for text, width in zip(line, WIDTHS, strict=True))
+            say("  ".join(padded).rstrip())
+        self._shown, self._due = shown, time.monotonic() + LINE_PERIOD
 
 
 def troubles_of(status: GripStatus) -> dict[int, str]:
@@ -85,3 +93,13 @@ def troubles_of(status: GripStatus) -> dict[int, str]:
     if status.reason not in (*_NO_TROUBLE, status.pressure_fault):
         troubles[status.reason] = status.reason_text
     return troubles
+
+
+def say(text: str, style: str | None = None) -> None:
+    """Print a line as it is."""
+    Console().print(text, style=style, highlight=False, markup=False, soft_wrap=True)
+
+
+def _number(value: float | None, unit: str) -> str:
+    """Return a value of an SI unit as it is shown; None is not known."""
+    return "-" if value is None else f"{in_units(value, unit):.2f}"

@@ -27,11 +27,6 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
     type=LENGTH,
     help="Radius of the object.  [default: the middle of the gripper's range]",
 )
-@click.option(
-    "--recording",
-    metavar="FILE",
-    help="CSV file with the columns time [s], radius [m], label, replayed in a loop.",
-)
 @click.option("--noise", type=LENGTH, help="Standard deviation of the radius estimates.")
 @click.option("--fault", type=click.Choice(FAULTS), default="none", help="Fault of the regulator.")
 @click.option(
@@ -45,7 +40,6 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
 def simulate(
     gripper: str,
     radius: float | None,
-    recording: str | None,
     noise: float | None,
     fault: str,
     duration: float | None,
@@ -57,20 +51,16 @@ def simulate(
     gripper and ends node and simulation. The exit code is 0 if both ended as they should, 1 if not.
     """
     _check(radius, noise, namespace)
-    if radius is not None and recording is not None:
-        raise click.UsageError("--radius and --recording exclude each other")
     if duration is not None and not duration > 0.0:
         raise click.BadParameter("it must be positive", param_hint="--duration")
     from spiral_gripper.files.description import load_gripper
 
     load_gripper(gripper)  # a bad description is refused before anything is started
     session = load_ros_side("tools.simulate")
-    settings = {"radius": radius, "recording": recording, "estimate_noise": noise, "fault": fault}
+    settings = {"radius": radius, "estimate_noise": noise, "fault": fault}
     given: dict[str, object] = {
         name: value for name, value in settings.items() if value is not None
     }
-    if recording is not None:
-        given["profile"] = "recording"
     return int(
         session.simulate(
             session.Plan(gripper, given, math.inf if duration is None else duration, namespace)
