@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from spiral_core import (
     solve_grip,
 )
 from spiral_core.grip import refusal
-from spiral_core.grip.refusal import held_radii
+from spiral_core.grip.refusal import find_place, held_radii, what_helps
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long
@@ -77,3 +78,74 @@ def test_no_radius_is_tried_that_a_closed_coil_has_no_hole_for(
     assert held_radii(gripper) == ()
     assert min(tried) == 0.1 * gripper.tube.outer_radius > 10.0 * WrapCurve(gripper).radius_min
     assert max(tried) == WrapCurve(gripper).radius_max
+
+
+LEANING = (-0.719 * 9.81, 0.678 * 9.81, 0.152 * 9.81)
+
+
+@pytest.fixture
+def holding(monkeypatch: pytest.MonkeyPatch) -> tuple[list[GripSetup], list[GripSetup]]:
+    """Setups that are closed, and those among them that are to be held: fill the second."""
+    closed: list[GripSetup] = []
+    held: list[GripSetup] = []
+
+    def window(setup: GripSetup, **_: object) -> SimpleNamespace:
+        closed.append(setup)
+        return SimpleNamespace(onset_wrap=5e4 if setup in held else None)
+
+    monkeypatch.setattr(refusal, "grip_window", window)
+    return closed, held
+
+
+@pytest.mark.parametrize("axis", [None, (1.0, 0.0, 0.0)])
+def test_places_near_the_coil_are_tried_the_nearest_first(
+    holding: tuple[list[GripSetup], list[GripSetup]], axis: tuple[float, float, float] | None
+) -> None:
+    setup = lay_into_coil(replace(load_gripper("prototype_p1"), object_axis=axis), 0.0165)
+    closed, held = holding
+    assert find_place(setup) is None
+    assert closed[0] is setup
+    assert len(closed) == 40
+    shifts = [np.subtract(one.obstacle.position, setup.obstacle.position) for one in closed]
+    assert np.linalg.matrix_rank(shifts) == 3
+    reach = 1.5 * (0.0165 + setup.gripper.tube.outer_radius)
+    assert 0.6 * reach < np.abs(shifts).max() <= np.sqrt(3.0) * reach
+    tilts = [np.arccos(min(1.0, one.axis @ setup.axis)) for one in closed]
+    if axis is None:
+        assert np.radians(5.0) < max(tilts) <= np.radians(14.2)
+        assert np.linalg.norm(shifts[1]) < 0.5 * np.linalg.norm(shifts[-1])
+    else:
+        assert max(tilts) < 1e-7
+    places = closed.copy()
+    held += [places[9], places[7]]
+    assert find_place(setup) == places[7]
+    held.append(setup)
+    assert find_place(setup) is setup
+
+
+def test_a_roll_helps_before_another_direction_does(
+    holding: tuple[list[GripSetup], list[GripSetup]],
+) -> None:
+    gripper = replace(load_gripper("prototype_p1"), gravity=LEANING, object_axis=(0.0, 0.0, 1.0))
+    setup = lay_into_coil(gripper, 0.0165)
+    closed, held = holding
+    assert "nor would" in what_helps(setup)
+    *rolled, fitted = closed
+    assert fitted.gripper == replace(gripper, object_axis=None)
+    # The base rolled by 90 degrees about x: what lay along z lies along its y.
+    x, y, z = LEANING
+    assert np.allclose(rolled[1].gripper.gravity, (x, z, -y))
+    assert np.allclose(rolled[1].gripper.object_axis or (), (0.0, 1.0, 0.0))
+    held.append(fitted)
+    assert "along the direction that fits the coil" in what_helps(setup)
+    held.append(rolled[1])
+    assert "rolled by 90 deg" in what_helps(setup)
+
+
+@pytest.mark.slow
+def test_an_object_that_is_held_elsewhere_is_found_there() -> None:
+    setup = lay_into_coil(replace(load_gripper("prototype_p1"), gravity=LEANING), 0.0165)
+    assert grip_window(setup).onset_wrap is None
+    found = find_place(setup)
+    assert found is not None
+    assert grip_window(found).onset_wrap is not None

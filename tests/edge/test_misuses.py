@@ -41,6 +41,12 @@ MISUSES = {
     D + "--gamma '20 deg' --beta '20 deg'": "--gamma must be at another angle than the wound",
     D + "--gamma 2": 'write "2 deg" or "2 rad"',
     M + "--gamma '1 deg' --gamma '2 deg'": "give --gamma once at most",
+    # the object's place
+    W + "--place '0 mm' '0 mm' '0 mm'": "the tube without pressure runs through",
+    W + "--place '0 mm' 'nan mm' '0 mm'": "a length with its unit",
+    W + "--place 1 2 3": 'write "1 mm"',
+    W + "--place '9 mm' '9 mm' '9 mm' --find-place": "give either --place or --find-place",
+    W + "--find-place --tip-criterion": "--tip-criterion knows no place but the free coil's",
     # shape
     "shape": "GRIPPER",
     "shape prototype_p1": "'--pressure'",

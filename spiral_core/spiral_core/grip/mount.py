@@ -72,18 +72,23 @@ def place_mount(
         tilt: see :class:`Mount` [rad].
         aim: what the score is.
     """
-    frame = mount_frame(setup)
-    moved = setup.obstacle.moved(
-        translation=tuple((np.asarray(shift) @ frame).tolist()),
-        rotation=tuple((np.asarray(tilt) @ frame[1:]).tolist()),
-    )
-    there = replace(setup, obstacle=moved)
+    there = moved(setup, shift, tilt)
     try:
         window = grip_window(there)
         score = _score(window, aim)
     except (NotGrippableError, SolverError):
         return Mount(shift, tilt, there, None, -math.inf)
     return Mount(shift, tilt, there, window, score)
+
+
+def moved(setup: GripSetup, shift: Vector, tilt: tuple[float, float]) -> GripSetup:
+    """Return the setup with its object shifted [m] and tilted [rad] as :class:`Mount` says."""
+    frame = mount_frame(setup)
+    obstacle = setup.obstacle.moved(
+        translation=tuple((np.asarray(shift) @ frame).tolist()),
+        rotation=tuple((np.asarray(tilt) @ frame[1:]).tolist()),
+    )
+    return replace(setup, obstacle=obstacle)
 
 
 def mount_frame(setup: GripSetup) -> Array:

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Why a gripper does not hold an object, the nearest one that it holds, and all of them."""
+"""Why a gripper does not hold an object, what it holds instead, and where it would hold it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import groupby, pairwise
@@ -12,10 +14,12 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.mount import moved
 from spiral_core.grip.point import TOUCH_GAP
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil
 from spiral_core.grip.window import GripWindow, Progress, WindowEnd, grip_window
 from spiral_core.rod.contact.shapes import Cylinder
+from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 
@@ -29,6 +33,13 @@ RADII_TRIED = 16
 THINNEST = 0.1
 # To this fraction of itself an end of a range is located.
 END_TOLERANCE = 0.01
+# Where an object is not held in its place, others are tried, this many in all: up to this many
+# radii of object and tube, and this many radians, away.
+PLACES_TRIED = 40
+FARTHEST_SHIFT = 1.5
+LARGEST_TILT = math.radians(10.0)
+# Rolls of the base about the tube that are tried where no place is found: a turn's eighths.
+ROLLS = 8
 
 
 def not_held(window: GripWindow) -> NotGrippableError:
@@ -66,10 +77,7 @@ def _held_back(setup: GripSetup) -> bool:
     rubs = setup.closing is Closing.SLOW and setup.obstacle.friction > 0.0
     if not rubs or setup.tip_pressure is None:
         return False
-    try:
-        return _is_wrapped(replace(setup, closing=Closing.FRICTIONLESS))
-    except SpiralError:
-        return False
+    return _is_wrapped(replace(setup, closing=Closing.FRICTIONLESS))
 
 
 def nearest_held_radius(setup: GripSetup) -> float | None:
@@ -82,12 +90,15 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
     if setup.tip_pressure is None or not isinstance(shape, Cylinder):
         return None
     curve = WrapCurve(replace(setup.gripper, object_axis=None))
+    laid = lay_into_coil(setup.gripper, shape.radius, curve=curve).obstacle
+    if (laid.position, laid.orientation) != (setup.obstacle.position, setup.obstacle.orientation):
+        return None
     for number in range(1, RADIUS_TRIES + 1):
         for factor in (1.0 + number * RADIUS_STEP, 1.0 - number * RADIUS_STEP):
             radius = factor * shape.radius
             if not curve.radius_min <= radius <= curve.radius_max:
                 continue
-            try:
+            with suppress(SpiralError):
                 other = lay_into_coil(
                     setup.gripper,
                     radius,
@@ -97,8 +108,6 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
                 )
                 if _is_wrapped(other):
                     return radius
-            except SpiralError:
-                continue
     return None
 
 
@@ -163,6 +172,111 @@ def _ranges(held: dict[float, bool]) -> tuple[tuple[float, float], ...]:
     return tuple((run[0], run[-1]) for run in found)
 
 
+def find_place(
+    setup: GripSetup, executor: Executor | None = None, progress: Progress | None = None
+) -> GripSetup | None:
+    """Return an object in its place or, where it is not held there, in a place near it where it is.
+
+    Forty places are tried, the nearest first. With the gripper's ``object_axis`` the object keeps
+    that direction; else it is also tilted by up to 10 degrees.
+
+    Args:
+        setup: the gripper and its object in its first place.
+        executor: where; None tries one after the other, here.
+        progress: called with the number of places tried and the most there are.
+
+    Returns:
+        The object in the first place found; None if it is held in none of them.
+    """
+    reach = FARTHEST_SHIFT * (setup.obstacle.shape.feature_radius + setup.gripper.tube.outer_radius)
+    tilt = LARGEST_TILT if setup.gripper.object_axis is None else 0.0
+    sizes = np.array((reach, reach, reach, tilt, tilt))
+    places = [setup]
+    for along, away, across, first, second in (sizes * _evenly(PLACES_TRIED - 1, 5)).tolist():
+        places.append(moved(setup, (along, away, across), (first, second)))
+    held = _tried(places, executor, progress)
+    return next((place for place, is_held in zip(places, held, strict=True) if is_held), None)
+
+
+def what_helps(setup: GripSetup, executor: Executor | None = None) -> str:
+    """Return what would make a gripper hold an object that it holds in no place nearby, in words.
+
+    Tried in this order: another roll of the base about the tube, the direction that fits the coil.
+    """
+    own, obstacle = setup.gripper, setup.obstacle
+    grippers = {
+        f"the base rolled by {360 * number // ROLLS} deg about the tube": _rolled(
+            own, 2.0 * math.pi * number / ROLLS
+        )
+        for number in range(1, ROLLS)
+    }
+    if own.object_axis is not None:
+        along = replace(own, object_axis=None)
+        grippers["the object along the direction that fits the coil"] = along
+    others: dict[str, GripSetup] = {}
+    for name, gripper in grippers.items():
+        with suppress(SpiralError):
+            others[name] = lay_into_coil(
+                gripper,
+                float(obstacle.shape.feature_radius),
+                shape=obstacle.shape,
+                friction=obstacle.friction,
+                closing=setup.closing,
+            )
+    held = _tried([*others.values()], executor, None)
+    helps = next((name for name, is_held in zip(others, held, strict=True) if is_held), None)
+    if helps is None:
+        return "nor would another roll of the base or another direction of the object help"
+    return f"it would be held with {helps}"
+
+
+def _rolled(gripper: Gripper, angle: float) -> Gripper:
+    """Return a gripper whose base is turned by an angle [rad] about the tube in the world."""
+    c, s = math.cos(angle), math.sin(angle)
+
+    def turned(vector: Vector) -> Vector:
+        x, y, z = vector
+        return (x, c * y + s * z, c * z - s * y)
+
+    axis = gripper.object_axis
+    return replace(
+        gripper,
+        gravity=turned(gripper.gravity),
+        object_axis=None if axis is None else turned(axis),
+    )
+
+
+def _tried(
+    setups: Sequence[GripSetup], executor: Executor | None, progress: Progress | None
+) -> Iterator[bool]:
+    """Yield of each setup whether it is held; a setup that has no answer is not."""
+    in_turn = map if executor is None else executor.map
+    for count, is_held in enumerate(in_turn(_is_wrapped, setups), start=1):
+        if progress is not None:
+            progress(count, len(setups))
+        yield is_held
+
+
+def _evenly(count: int, dimensions: int) -> Array:
+    """Return points (count, dimensions) that fill [-1, 1] evenly, those near zero first.
+
+    An additive recurrence whose steps are powers of the root of x^(dimensions + 1) = x + 1.
+
+    Source:
+        M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
+    """
+    root = 2.0
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (dimensions + 1))
+    steps = root ** -np.arange(1.0, dimensions + 1.0)
+    points = 2.0 * ((0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0) - 1.0
+    nearest: Array = points[np.argsort(np.linalg.norm(points, axis=1))]
+    return nearest
+
+
 def _is_wrapped(setup: GripSetup) -> bool:
-    """Return whether a rising pressure wraps the object."""
-    return grip_window(setup, until_wrapped=True).onset_wrap is not None
+    """Return whether a rising pressure wraps the object, for certain."""
+    try:
+        return grip_window(setup, until_wrapped=True).onset_wrap is not None
+    except SpiralError:
+        return False

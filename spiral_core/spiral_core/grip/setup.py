@@ -151,8 +151,9 @@ def lay_into_coil(
     closing: Closing = Closing.SLOW,
     elements: int | None = None,
     curve: WrapCurve | None = None,
+    center: Vector | None = None,
 ) -> GripSetup:
-    """Return the setup whose object lies where the free coil would wrap it.
+    """Return the setup whose object lies where the free coil would wrap it, or at a place.
 
     The object's axis is the gripper's ``object_axis`` or, if that is None, the one that fits the
     coil at the pressure of the perfect wrap; its center is where that coil touches it best. Where
@@ -167,9 +168,11 @@ def lay_into_coil(
         closing: with friction, or without.
         elements: of the rod; None takes enough.
         curve: the gripper's wraps about the axis that fits its coil, where they are known already.
+        center: where the shape's own origin lies instead, in the base frame [m].
 
     Raises:
-        InvalidInputError: the radius is not positive, or friction not in [0, 10].
+        InvalidInputError: the radius is not positive, friction not in [0, 10], the center not
+            finite.
         NotGrippableError: no pressure coils the gripper to this radius; carries the nearest radius
             that can be wrapped.
         NoCoilError: the gripper makes no coil.
@@ -180,7 +183,8 @@ def lay_into_coil(
     wrap = fitted.wrap_for_radius(radius)
     placement = place_object(_about(wrap, gripper.object_axis))
     body = Cylinder(radius) if shape is None else shape
-    center = _clear_of_base(placement, gripper.tube.outer_radius)
+    if center is None:
+        center = _clear_of_base(placement, gripper.tube.outer_radius)
     obstacle = Obstacle.along(body, center, placement.axis, friction_of(gripper, friction))
     return GripSetup(gripper, obstacle, closing, elements, wrap.pressure)
 
@@ -191,6 +195,7 @@ def lay_profile_into_coil(
     *,
     friction: float | None = None,
     closing: Closing = Closing.SLOW,
+    center: Vector | None = None,
 ) -> GripSetup:
     """Return the setup of an object whose radius varies along its axis.
 
@@ -202,6 +207,7 @@ def lay_profile_into_coil(
         profile: radii along the object's axis, which points the way the coil advances.
         friction: see :func:`lay_into_coil`.
         closing: with friction, or without.
+        center: of the part that is covered, in the base frame [m]; None: in the free coil.
 
     Raises:
         InvalidInputError: a value is out of its range.
@@ -220,6 +226,7 @@ def lay_profile_into_coil(
         friction=friction,
         closing=closing,
         curve=curve,
+        center=center,
     )
 
 

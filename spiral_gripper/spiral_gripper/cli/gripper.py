@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from spiral_gripper.cli.types import (
     note_unit,
     object_options,
     output_options,
+    place_options,
     plot_option,
     typed,
     typed_all,
@@ -31,6 +33,7 @@ from spiral_gripper.cli.workers import progress_bar
 if TYPE_CHECKING:
     from spiral_core.wrap.gripper import Gripper
     from spiral_gripper.files.description import GripperDescription
+    from spiral_gripper.reports.grip.document import GripQuestion
 
 
 @click.command()
@@ -68,6 +71,7 @@ def shape(
 @click.command()
 @gripper_argument
 @object_options
+@place_options
 @click.option("--pressure", type=PRESSURE, help="Print the wrap at this pressure.")
 @click.option(
     "--tip-criterion", is_flag=True, help="Estimate with the free coil alone, without contact."
@@ -79,6 +83,8 @@ def wrap(
     gripper: str,
     radius: float | None,
     profile: Path | None,
+    place: tuple[float, float, float] | None,
+    find_place: bool,
     pressure: float | None,
     tip_criterion: bool,
     as_json: bool,
@@ -96,6 +102,8 @@ def wrap(
         raise click.UsageError("give either --radius or --profile")
     if tip_criterion and profile is not None and pressure is not None:
         raise click.UsageError("with --tip-criterion --pressure goes with --radius")
+    if tip_criterion and (place or find_place):
+        raise click.UsageError("--tip-criterion knows no place but the free coil's")
     from spiral_gripper.reports.grip.document import GripQuestion, solve_closing
     from spiral_gripper.reports.grip.rows import wrap_as_dict, wrap_rows
     from spiral_gripper.reports.wrap_document import solve_profile, solve_wrap
@@ -108,9 +116,11 @@ def wrap(
     coiled, asked = mount, pressure
     if not tip_criterion:
         question = GripQuestion(
-            mount, radius, profile, pressures=() if pressure is None else (pressure,)
+            mount, radius, profile, pressures=() if pressure is None else (pressure,), place=place
         )
-        closed = solve_closing(question)
+        question = located(question, find_place, quiet=as_json)
+        with progress_bar("closing", quiet=as_json or not sys.stderr.isatty()) as progress:
+            closed = solve_closing(question, progress)
         coiled, asked = replace(mount, object_axis=None), None  # the coil that it was laid into
     free = (
         solve_profile(coiled, profile)
@@ -131,6 +141,7 @@ def wrap(
 @click.command()
 @gripper_argument
 @object_options
+@place_options
 @click.option(
     "--friction",
     type=NUMBER,
@@ -161,6 +172,8 @@ def grip(
     gripper: str,
     radius: float | None,
     profile: Path | None,
+    place: tuple[float, float, float] | None,
+    find_place: bool,
     friction: float | None,
     frictionless_closing: bool,
     every_direction: bool,
@@ -194,8 +207,9 @@ def grip(
         raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
     question = GripQuestion(
         mount, radius, profile, friction, frictionless_closing, every_direction, payload,
-        force_max, pressures,
+        force_max, pressures, place,
     )  # fmt: skip
+    question = located(question, find_place, quiet=as_json)
     with progress_bar("closing, then pulling", quiet=as_json) as progress:
         solved = solve_question(question, progress)
     if as_json:
@@ -212,6 +226,26 @@ def grip(
         title = f"{mount.name} on {what}"
         write_picture(grip_figure(solved.grip, title, solved.point.pressure), plot)
     return 0 if solved.refusal is None else 1
+
+
+def located(question: GripQuestion, find_place: bool, *, quiet: bool) -> GripQuestion:
+    """Return a question with the object where it is held, if a place is to be found.
+
+    Raises:
+        click.UsageError: a place is given as well.
+    """
+    if not find_place:
+        return question
+    if question.place is not None:
+        raise click.UsageError("give either --place or --find-place")
+    from spiral_gripper.cli.workers import core_count, process_pool
+    from spiral_gripper.reports.grip.document import placed
+
+    with (
+        process_pool(core_count()) as executor,
+        progress_bar("looking for a place", quiet=quiet) as progress,
+    ):
+        return placed(question, executor, progress)
 
 
 def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:

@@ -257,6 +257,23 @@ def object_options(function: Decorated) -> Decorated:
     return radius(profile(function))
 
 
+def place_options(function: Decorated) -> Decorated:
+    """Add ``--place`` and ``--find-place``: where the object lies."""
+    place = click.option(
+        "--place",
+        type=LENGTH,
+        nargs=3,
+        metavar="X Y Z",
+        help="The object's middle in the base frame; by default where the free coil lies.",
+    )
+    find = click.option(
+        "--find-place",
+        is_flag=True,
+        help="Where the object is not held, look for a place near by where it is.",
+    )
+    return place(find(function))
+
+
 def mount_options(function: Decorated) -> Decorated:
     """Add ``--gravity-direction``, ``--gravity-magnitude`` and ``--object-axis``."""
     for option in (

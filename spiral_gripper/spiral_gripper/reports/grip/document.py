@@ -4,17 +4,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from spiral_core.errors import NotGrippableError
 from spiral_core.grip.grip import Grip, solve_grip
 from spiral_core.grip.holding import HoldingForce, Pull, holding_forces
 from spiral_core.grip.point import GripPoint
-from spiral_core.grip.refusal import not_held
+from spiral_core.grip.refusal import (
+    PLACES_TRIED,
+    find_place,
+    nearest_held_radius,
+    not_held,
+    what_helps,
+)
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
 from spiral_core.grip.window import GripWindow, follow_loss, grip_window
 from spiral_core.rod.contact.shapes import Profile
+from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.reports.wrap_document import read_profile
 
@@ -33,6 +41,7 @@ class GripQuestion:
         payload: mass to carry [kg], or None.
         force_max: greatest sum of normal forces [N], or None.
         pressures: to look at [Pa]; none takes ten from a little below the wrap on.
+        place: of the object's middle, in the base frame [m]; None is in the free coil.
     """
 
     gripper: Gripper
@@ -44,6 +53,7 @@ class GripQuestion:
     payload: float | None = None
     force_max: float | None = None
     pressures: tuple[float, ...] = ()
+    place: Vector | None = None
 
     @property
     def pulls(self) -> tuple[Pull, ...]:
@@ -123,14 +133,41 @@ def solve_question(
     )
 
 
-def solve_closing(question: GripQuestion) -> SolvedGrip:
+def placed(
+    question: GripQuestion,
+    executor: Executor,
+    progress: Callable[[int, int], None] | None = None,
+) -> GripQuestion:
+    """Return a question with the object where it is held: in the free coil or, if not, near it.
+
+    Raises:
+        InvalidInputError: a value is out of its range, or the profile's file cannot be used.
+        NotGrippableError: the object is held in no place that was tried; says what would help.
+    """
+    setup, _ = _setup(question)
+    found = find_place(setup, executor, progress)
+    if found is None:
+        reason = f"of {PLACES_TRIED} places in and near the coil none holds it"
+        radius = float(setup.obstacle.shape.feature_radius)
+        helps = what_helps(setup, executor)
+        raise NotGrippableError(radius, f"{reason}; {helps}", -1.0, nearest_held_radius(setup))
+    if found is setup:
+        return question
+    x, y, z = found.axis.tolist()
+    gripper = replace(question.gripper, object_axis=(x, y, z))
+    return replace(question, gripper=gripper, place=found.obstacle.position)
+
+
+def solve_closing(
+    question: GripQuestion, progress: Callable[[int, int], None] | None = None
+) -> SolvedGrip:
     """Return at which pressures a gripper is wrapped around an object, without any force.
 
     Raises:
         InvalidInputError: a value is out of its range, or the profile's file cannot be used.
         NotGrippableError: the object is not held at any pressure.
     """
-    window, mark = _closed(question)
+    window, mark = _closed(question, progress)
     grip = Grip(window, (), {})
     recommended = grip.recommended_pressure()
     point = window.at(question.pressures[0] if question.pressures else recommended)
@@ -148,7 +185,11 @@ def _closed(
     setup, mark = _setup(question)
     window = grip_window(setup, progress=progress)
     if window.onset_wrap is None:
-        raise not_held(window)
+        refusal = not_held(window)
+        if question.place is not None:
+            raise refusal
+        reason = f"{refusal.constraint}; --find-place looks for a place near by where it is held"
+        raise NotGrippableError(refusal.radius, reason, refusal.margin, refusal.nearest_radius)
     for pressure in question.pressures:
         if pressure > window.top:
             at = window.top if window.loss is None else window.loss
@@ -164,11 +205,21 @@ def _setup(question: GripQuestion) -> tuple[GripSetup, float | None]:
     if question.profile is not None:
         profile = read_profile(question.profile)
         setup = lay_profile_into_coil(
-            question.gripper, profile, friction=question.friction, closing=closing
+            question.gripper,
+            profile,
+            friction=question.friction,
+            closing=closing,
+            center=question.place,
         )
         shape = setup.obstacle.shape
         first = shape.heights[0] if isinstance(shape, Profile) else 0.0
         return setup, profile.start - first
     radius = float(question.radius or 0.0)
-    setup = lay_into_coil(question.gripper, radius, friction=question.friction, closing=closing)
+    setup = lay_into_coil(
+        question.gripper,
+        radius,
+        friction=question.friction,
+        closing=closing,
+        center=question.place,
+    )
     return setup, None

@@ -403,6 +403,7 @@ _PLACE: Final = (
         "grip.setup.axis",
         lambda s: "({:.3f}, {:.3f}, {:.3f})".format(*s.grip.setup.axis),
     ),
+    Field("object_orientation", "", "grip.setup.obstacle.orientation"),
 )
 GRIP: Final = (
     *_CLOSED,
