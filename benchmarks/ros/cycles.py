@@ -39,7 +39,7 @@ from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcom
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.node.gripper_node import GripperNode
-from spiral_gripper_ros.simulation.parameters import REGULATOR_PARAMETERS, regulator_model
+from spiral_gripper_ros.simulation.parameters import SimulatedRegulatorParameters, regulator_model
 from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulator
 
 TICK = 0.02
@@ -87,13 +87,12 @@ class Rig:
             ],
         )
         if grip_radii:
-            gripper = load_gripper(str(self.node.runtime.values["gripper"]))
+            gripper = load_gripper(self.node.runtime.values.gripper)
             self.grips = GripBank(gripper, grip_radii, self.random)
             self.node.runtime.background.grips = self.grips  # type: ignore[assignment]
         self.node.runtime.outputs.publish_pressure = self._judge  # type: ignore[method-assign]
         self.node.runtime.now = lambda: self.time  # type: ignore[method-assign]
-        values = {spec.name: spec.default for spec in REGULATOR_PARAMETERS}
-        self.model = regulator_model(values)
+        self.model = regulator_model(SimulatedRegulatorParameters())
         self.regulator = SimulatedRegulator(self.model, seed)
         self.radius: float | None = None
         self.is_client_alive = True

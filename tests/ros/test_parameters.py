@@ -12,7 +12,12 @@ from spiral_gripper_ros.parameters.spec import (
     gravity_problem,
     may_be_unset,
 )
-from spiral_gripper_ros.parameters.table import PARAMETERS, limits_from_values, refusal_of_values
+from spiral_gripper_ros.parameters.table import (
+    PARAMETERS,
+    GripperParameters,
+    limits_from_values,
+    refusal_of_values,
+)
 
 DEFAULTS = {spec.name: spec.default for spec in PARAMETERS}
 NUMBERS = [spec for spec in PARAMETERS if spec.low is not None]
@@ -90,31 +95,30 @@ def test_weightlessness_is_a_gravity():
     [(math.nan, 1.0e5), (0.0, 0.0), (6.0e4, 6.0e4), (1.0e5, 1.0e5), (9.0e5, 1.0e5)],
 )
 def test_no_parameter_raises_the_cap_above_the_grippers_limit(parameter, expected):
-    values = {**DEFAULTS, "pressure_cap": parameter}
+    values = GripperParameters(pressure_cap=parameter)
     assert limits_from_values(values, pressure_max=1.0e5).pressure_cap == expected
 
 
 def test_every_limit_comes_from_its_parameter():
-    values = {
-        **DEFAULTS,
-        "pressure_rate_up": 101.0,
-        "pressure_rate_down": 102.0,
-        "radius_timeout": 103.0,
-        "radius_timeout_policy": "vent",
-        "radius_rate_limit": 0.104,
-        "radius_jump_limit": 0.105,
-        "radius_hysteresis": 0.0106,
-        "grasp_timeout": 107.0,
-        "grasp_abort_policy": "hold",
-        "measured_pressure_timeout": 108.0,
-        "pressure_settle_time": 10.9,
-        "pressure_tolerance": 110.0,
-        "pressure_fault_policy": "vent",
-        "grip_ratio": 1.15,
-        "keep_alive_timeout": 116.0,
-        "gravity_timeout": 117.0,
-        "gravity_timeout_policy": "vent",
-    }
+    values = GripperParameters(
+        pressure_rate_up=101.0,
+        pressure_rate_down=102.0,
+        radius_timeout=103.0,
+        radius_timeout_policy="vent",
+        radius_rate_limit=0.104,
+        radius_jump_limit=0.105,
+        radius_hysteresis=0.0106,
+        grasp_timeout=107.0,
+        grasp_abort_policy="hold",
+        measured_pressure_timeout=108.0,
+        pressure_settle_time=10.9,
+        pressure_tolerance=110.0,
+        pressure_fault_policy="vent",
+        grip_ratio=1.15,
+        keep_alive_timeout=116.0,
+        gravity_timeout=117.0,
+        gravity_timeout_policy="vent",
+    )
     assert limits_from_values(values, pressure_max=1.0e5) == Limits(
         pressure_cap=1.0e5,
         pressure_rate_up=101.0,
@@ -138,7 +142,7 @@ def test_every_limit_comes_from_its_parameter():
 
 
 def test_the_defaults_of_the_table_are_those_of_the_limits():
-    assert limits_from_values(DEFAULTS, pressure_max=1.0e5) == Limits(
+    assert limits_from_values(GripperParameters(), pressure_max=1.0e5) == Limits(
         pressure_cap=1.0e5, grip_ratio=1.1
     )
 

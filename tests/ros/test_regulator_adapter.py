@@ -2,6 +2,7 @@
 """The adapter's decisions, with devices that are lists: what is sent, what is told, how it ends."""
 
 import math
+from dataclasses import asdict, replace
 
 import pytest
 from geometry_msgs.msg import PoseArray
@@ -21,7 +22,7 @@ from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import LinkError, Reading
 from spiral_gripper_ros.regulators.message_field import MessageField, message_type
 from spiral_gripper_ros.regulators.parameters import (
-    REGULATOR_PARAMETERS,
+    RegulatorParameters,
     modbus_device,
     pressure_scale,
     require_timely,
@@ -30,7 +31,7 @@ from spiral_gripper_ros.regulators.parameters import (
 
 NAN, INF = math.nan, math.inf
 AIR = 101325.0
-DEFAULTS = {spec.name: spec.default for spec in REGULATOR_PARAMETERS}
+DEFAULTS = RegulatorParameters()
 
 
 class Device:
@@ -238,7 +239,7 @@ def test_a_format_that_holds_no_vent_or_not_the_limit_is_refused(span):
 
 
 def test_the_defaults_are_within_their_ranges():
-    assert refusal_of_values(DEFAULTS, table=REGULATOR_PARAMETERS) is None
+    assert refusal_of_values(asdict(DEFAULTS), table=RegulatorParameters.specs()) is None
     require_timely(DEFAULTS)
 
 
@@ -247,17 +248,17 @@ def test_the_defaults_are_within_their_ranges():
 )
 def test_times_that_would_let_the_watchdog_vent_between_exchanges_are_refused(name, value):
     with pytest.raises(InvalidInputError, match="watchdog_timeout"):
-        require_timely({**DEFAULTS, name: value})
+        require_timely(replace(DEFAULTS, **{name: value}))
 
 
 def test_a_set_point_that_its_format_cannot_hold_is_refused_at_start():
     with pytest.raises(InvalidInputError, match="command_format"):
         modbus_device(DEFAULTS)  # 3e5 Pa in 16 bits
-    modbus_device({**DEFAULTS, "command_unit": "hPa"}).close()
+    modbus_device(replace(DEFAULTS, command_unit="hPa")).close()
     with pytest.raises(InvalidInputError, match="command_scale"):
-        serial_device({**DEFAULTS, "command_scale": 1.0e9})
+        serial_device(replace(DEFAULTS, command_scale=1.0e9))
     with pytest.raises(InvalidInputError, match="measured_scale"):
-        pressure_scale({**DEFAULTS, "measured_scale": 0.0}, "measured")
+        pressure_scale(replace(DEFAULTS, measured_scale=0.0), "measured")
 
 
 # --- messages ----------------------------------------------------------------------------------

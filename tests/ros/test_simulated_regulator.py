@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from spiral_core import InvalidInputError
-from spiral_gripper_ros.simulation.parameters import REGULATOR_PARAMETERS, regulator_model
+from spiral_gripper_ros.simulation.parameters import SimulatedRegulatorParameters, regulator_model
 from spiral_gripper_ros.simulation.regulator import Fault, RegulatorModel, SimulatedRegulator
 
 MODEL = RegulatorModel(
@@ -213,8 +213,7 @@ def test_a_model_or_a_time_that_cannot_be_is_refused(bad):
 
 def test_a_gripper_is_empty_so_long_after_the_last_command():
     # docs/simulation.md: from 57 kPa to 1 kPa in 0.90 s, with the default parameters.
-    values = {spec.name: spec.default for spec in REGULATOR_PARAMETERS}
-    model = replace(regulator_model(values), noise=0.0, resolution=0.0)
+    model = replace(regulator_model(SimulatedRegulatorParameters()), noise=0.0, resolution=0.0)
     regulator = regulator_at(5.7e4, model)
     regulator.step(0.9)
     assert regulator.pressure > 1000.0

@@ -28,7 +28,6 @@ from spiral_gripper_ros.actions.server import ActionAdapter, GoalServer
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import opening_joint
-from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 from spiral_gripper_ros.runtime.runtime import Runtime
 
@@ -44,7 +43,7 @@ def gripper_command_servers(node: Node, runtime: Runtime, runner: GoalRunner) ->
     except ImportError:
         logger.info(f"{PACKAGE} is not installed: gripper_cmd is not offered")
         return servers
-    chosen = str(runtime.values["gripper_cmd_type"])
+    chosen = runtime.values.gripper_cmd_type
     names = {"gripper_cmd": chosen, "parallel_gripper_cmd": "ParallelGripperCommand"}
     if chosen == "ParallelGripperCommand":  # one name for one action
         del names["parallel_gripper_cmd"]
@@ -115,7 +114,7 @@ class _CommandAdapter:
         return contact_force(plan, planner, pressure)
 
     def _opening(self) -> float:
-        return number(self._runtime.values, "gripper_command_open")
+        return self._runtime.values.gripper_command_open
 
 
 class GripperCommandAdapter(_CommandAdapter):
@@ -170,7 +169,7 @@ class ParallelGripperCommandAdapter(_CommandAdapter):
         state = JointState(position=[reading.position], effort=[reading.effort])
         state.header.stamp = self._node.get_clock().now().to_msg()
         named = list(request.command.name)[:1]
-        state.name = named or [opening_joint(str(self._runtime.values["frame_id"]))]
+        state.name = named or [opening_joint(self._runtime.values.frame_id)]
         return state
 
 

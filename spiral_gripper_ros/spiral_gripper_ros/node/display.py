@@ -15,7 +15,6 @@ from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.messages.conversions import shown_regime
 from spiral_gripper_ros.messages.markers import Scene, no_markers, scene_to_msg
 from spiral_gripper_ros.node.robot_state import RobotState
-from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.grip_figures import GripFigures, TubeShape
 from spiral_gripper_ros.planning.grip_follower import InUse
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
@@ -74,7 +73,7 @@ class Display:
             return
         message = scene_to_msg(
             self._scene(runtime.loaded, runtime.control.snapshot()),
-            points=int(number(runtime.values, "backbone_points")),
+            points=runtime.values.backbone_points,
             lifetime=LIFETIME_PERIODS * self._period(),
             header=runtime.outputs.header(),
         )
@@ -113,7 +112,7 @@ class Display:
         return placement
 
     def _rate(self) -> float:
-        return number(self._runtime.values, "marker_rate")
+        return self._runtime.values.marker_rate
 
     def _period(self) -> float:
         return min(1.0 / self._rate(), LONGEST_PERIOD)

@@ -22,7 +22,7 @@ from spiral_gripper_ros.node.inputs import Inputs
 from spiral_gripper_ros.node.proposed_gripper import ProposedGripper
 from spiral_gripper_ros.node.services import Services
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
-from spiral_gripper_ros.parameters.table import number
+from spiral_gripper_ros.parameters.table import GripperParameters
 from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.runtime.guards import guarded_transition, vent_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -45,7 +45,9 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         errors = ErrorLog(self.get_logger())
         guard_services(self, errors)
         self._proposed = ProposedGripper()
-        self._declared = DeclaredParameters(self, self._on_change, judge=self._proposed.refusal)
+        self._declared = DeclaredParameters(
+            self, self._on_change, GripperParameters, judge=self._proposed.refusal
+        )
         self.runtime = Runtime(self, self._declared.values(), errors)
         self.goals = GoalServers(self, self.runtime)
         self._display = Display(self, self.runtime)
@@ -88,7 +90,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         runtime = self.runtime
         runtime.clock.choose()
         runtime.objects.forget()
-        runtime.control.activate(take_over=runtime.values["activation"] == "take_over")
+        runtime.control.activate(take_over=runtime.values.activation == "take_over")
         self._start_timers()
         runtime.publish()
         runtime.log.tell_limits(runtime.limits)
@@ -157,7 +159,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     def _start_timers(self) -> None:
         self._stop_timers()
-        period = 1.0 / number(self.runtime.values, "publish_rate")
+        period = 1.0 / self.runtime.values.publish_rate
         tick = vent_on_error(self.runtime, self._on_tick)
         self._timer = self.create_timer(period, tick, clock=self.runtime.clock.clock)
         self.runtime.is_active = True

@@ -18,7 +18,7 @@ from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import frame_problem, vector_from_msg
 from spiral_gripper_ros.messages.qos import LATEST, NEWEST
 from spiral_gripper_ros.parameters.spec import gravity_problem
-from spiral_gripper_ros.parameters.table import measured_scale, number
+from spiral_gripper_ros.parameters.table import measured_scale
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.control_clock import STEADY
 from spiral_gripper_ros.runtime.guards import vent_on_error
@@ -94,7 +94,7 @@ class Inputs:
         runtime = self._runtime
         if not runtime.is_active:
             return
-        limit = number(runtime.values, "radius_age_limit")
+        limit = runtime.values.radius_age_limit
         refusal = stale_estimate(self._age(message.header.stamp), limit)
         if refusal is None:
             self.hear_radius(Float64(data=message.radius))
@@ -114,19 +114,19 @@ class Inputs:
         if runtime.loaded is None:
             return
         gravity = vector_from_msg(message.vector)
-        frame = str(runtime.values["frame_id"])
+        frame = runtime.values.frame_id
         age, limit = self._stamped_age(message.header.stamp), "radius_age_limit"
         problem = (
             frame_problem("gravity", message, frame)
             or gravity_problem(gravity)
-            or age_problem("gravity", min(age, 0.0), limit, number(runtime.values, limit))
+            or age_problem("gravity", min(age, 0.0), limit, runtime.values.radius_age_limit)
         )
         if problem:
             runtime.control.refuse(Refusal(Reason.GRAVITY_INVALID, problem))
             return
         runtime.control.hear_gravity(runtime.now(), age)
         runtime.gravity = gravity
-        runtime.loaded.mount.want(gravity, number(runtime.values, "gravity_hysteresis"))
+        runtime.loaded.mount.want(gravity, runtime.values.gravity_hysteresis)
 
     def _hear_object_pose(self, message: PoseStamped) -> None:
         """Note where the object is; what is commanded does not depend on it."""
@@ -134,7 +134,7 @@ class Inputs:
         if not runtime.is_active:
             return
         position, turn = message.pose.position, message.pose.orientation
-        problem = frame_problem("object_pose", message, str(runtime.values["frame_id"]))
+        problem = frame_problem("object_pose", message, runtime.values.frame_id)
         if problem is not None:
             runtime.objects.refuse(problem)
             return
@@ -144,7 +144,7 @@ class Inputs:
             (turn.x, turn.y, turn.z, turn.w),
             seen_at=runtime.now() - age,
             age=age,
-            limit=number(runtime.values, "object_pose_timeout"),
+            limit=runtime.values.object_pose_timeout,
         )
 
     def _stamped_age(self, stamp: Any) -> float:  # noqa: ANN401

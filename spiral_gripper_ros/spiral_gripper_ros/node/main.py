@@ -75,12 +75,12 @@ class NodeProgram:
         loop = GuardedLoop(node.runtime.errors, executor)
         try:
             _compile_kernels(node, loop, signals)
-            if node.runtime.values["autostart"] and not signals.requested and not node.start():
+            if node.runtime.values.autostart and not signals.requested and not node.start():
                 return 1
             while not signals.requested:
                 memory.freeze_for(node.runtime.loaded)
                 loop.turn()
-                if node.runtime.values["exit_with_parent"] and self._parent.has_gone:
+                if node.runtime.values.exit_with_parent and self._parent.has_gone:
                     node.get_logger().warning("the process that started this one has gone: vented")
                     break
         except (KeyboardInterrupt, ExternalShutdownException):

@@ -14,7 +14,6 @@ from sensor_msgs.msg import JointState
 
 from spiral_gripper_ros.actions.gripper_command import wrapped_diameter
 from spiral_gripper_ros.messages.conversions import opening_joint, pose_along, prefix_of
-from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -44,7 +43,7 @@ class RobotState:
     def start(self) -> None:
         """Publish from now on, at the present rate."""
         self.stop()
-        rate = number(self._runtime.values, "robot_state_rate")
+        rate = self._runtime.values.robot_state_rate
         if rate > 0.0:
             self._connect()
             clock = self._runtime.clock.clock
@@ -96,7 +95,7 @@ class RobotState:
     def _joint(self, loaded: LoadedGripper, header: Any) -> JointState:  # noqa: ANN401
         runtime, seen = self._runtime, self._runtime.control.snapshot()
         pressure = seen.pressure_command if seen.measured is None else seen.measured.pressure
-        opening = number(runtime.values, "gripper_command_open")
+        opening = runtime.values.gripper_command_open
         position = wrapped_diameter(pressure, opening, loaded.planner)
         state = JointState(header=header, name=[opening_joint(header.frame_id)])
         state.position = [position if math.isfinite(position) else opening]

@@ -23,7 +23,6 @@ from spiral_gripper_ros.node.plan_service import (
     answer_plan_wraps,
     refuse_all,
 )
-from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.runtime.background import QuestionPool
 from spiral_gripper_ros.runtime.guards import report
@@ -126,7 +125,7 @@ class Services:
             gripper=loaded.gripper,
             pressure_cap=runtime.limits.pressure_cap,
             grip_ratio=runtime.limits.grip_ratio,
-            points=int(number(runtime.values, "backbone_points")),
+            points=runtime.values.backbone_points,
             header=runtime.outputs.header(),
             is_wanted=lambda: runtime.loaded is loaded and not runtime.background.has_ended,
             table_grip=loaded.table_grip,

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, Generic, TypeVar
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -16,22 +16,30 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from spiral_gripper_ros.parameters.spec import ParameterSpec, ParameterValue, may_be_unset
-from spiral_gripper_ros.parameters.table import PARAMETERS, refusal_of_values
+from spiral_gripper_ros.parameters.spec import (
+    Parameters,
+    ParameterSpec,
+    ParameterValue,
+    may_be_unset,
+)
+from spiral_gripper_ros.parameters.table import refusal_of_values
 
 # A vector that is not set: files and `ros2 param` can read and write this value.
 UNSET_VECTOR = (math.nan, math.nan, math.nan)
 
 
-class DeclaredParameters:
-    """Declares the table on a node and refuses invalid values.
+ParametersT = TypeVar("ParametersT", bound=Parameters)
+
+
+class DeclaredParameters(Generic[ParametersT]):
+    """Declares parameters on a node and refuses invalid values.
 
     Args:
         node: a node whose parameters these become.
         changed: called with the names after good values were set.
-        judge: says why proposed values that the table allows cannot be used, or None if they can;
+        kind: the parameters.
+        judge: says why proposed values that these allow cannot be used, or None if they can;
             not asked about the values given at start.
-        table: the parameters.
 
     Raises:
         ValueError: a value given at start (file or command line) is bad; the message says why.
@@ -41,25 +49,28 @@ class DeclaredParameters:
         self,
         node: Node,
         changed: Callable[[set[str]], None],
+        kind: type[ParametersT],
         *,
         judge: Callable[[dict[str, ParameterValue]], str | None] = lambda proposed: None,
-        table: Sequence[ParameterSpec] = PARAMETERS,
     ) -> None:
         self._node = node
         self._changed = changed
         self._judge = judge
-        self._table = table
-        for spec in table:
+        self._kind, self._table = kind, kind.specs()
+        for spec in self._table:
             node.declare_parameter(spec.name, _ros_default(spec.default), _descriptor(spec))
-        problem = self._refusal(self.values())
+        problem = self._refusal(self._values())
         if problem is not None:
             raise ValueError(problem)
         node.add_pre_set_parameters_callback(self._read_texts)
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._report)
 
-    def values(self) -> dict[str, ParameterValue]:
-        """Return the value of every parameter in the table."""
+    def values(self) -> ParametersT:
+        """Return the value of every parameter."""
+        return self._kind(**self._values())
+
+    def _values(self) -> dict[str, ParameterValue]:
         return {
             spec.name: _plain_value(self._node.get_parameter(spec.name).value)
             for spec in self._table

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The specification of one parameter: type, default and allowed values."""
+"""Parameters as dataclasses: each field with its type, default, description and range."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from enum import Enum
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from spiral_core.errors import InvalidInputError
 
@@ -41,18 +41,44 @@ class ParameterSpec:
     read_only: bool = False
 
 
-def number_spec(
-    name: str, default: float, low: float, high: float, text: str, *, read_only: bool = False
-) -> ParameterSpec:
-    """Return the parameter of a number between two bounds, with its description."""
-    return ParameterSpec(name, default, text, low=low, high=high, read_only=read_only)
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """Checked values of the parameters of a node.
+
+    Its subclasses are the tables of parameters: each field is made by :func:`parameter`.
+
+    Example:
+        >>> @dataclass(frozen=True, slots=True)
+        ... class Leak(Parameters):
+        ...     leak_time: float = parameter(0.2, "Time constant [s].", 0.01, 100.0)
+        >>> Leak().leak_time, Leak.specs()[0].high
+        (0.2, 100.0)
+    """
+
+    @classmethod
+    def specs(cls) -> tuple[ParameterSpec, ...]:
+        """Return the specification of each parameter."""
+        values = cls()
+        return tuple(
+            ParameterSpec(f.name, getattr(values, f.name), **f.metadata) for f in fields(cls)
+        )
 
 
-def choice_spec(name: str, default: Enum, text: str) -> ParameterSpec:
-    """Return the parameter of one of the values of an enumeration."""
-    return ParameterSpec(
-        name, default.value, text, choices=tuple(policy.value for policy in type(default))
-    )
+def parameter(
+    default: ParameterValue,
+    description: str,
+    low: float | None = None,
+    high: float | None = None,
+    **more: Any,  # noqa: ANN401
+) -> Any:  # noqa: ANN401
+    """Return a field of :class:`Parameters`, with the arguments of :class:`ParameterSpec`."""
+    given = {"description": description, "low": low, "high": high}
+    return field(default=default, metadata=given | more)
+
+
+def choice(default: Enum, description: str) -> Any:  # noqa: ANN401
+    """Return a field that is one of the values of an enumeration."""
+    return parameter(default.value, description, choices=tuple(one.value for one in type(default)))
 
 
 def gravity_problem(components: Iterable[float]) -> str | None:

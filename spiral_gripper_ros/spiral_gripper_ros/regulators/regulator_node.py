@@ -15,7 +15,6 @@ from std_msgs.msg import Float64, Header
 
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
-from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.regulators.adapter import Link, RegulatorAdapter
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
@@ -23,8 +22,8 @@ from spiral_gripper_ros.regulators.device import PressureDevice
 from spiral_gripper_ros.regulators.parameters import (
     MODBUS,
     NONE,
-    REGULATOR_PARAMETERS,
     SERIAL,
+    RegulatorParameters,
     modbus_device,
     pressure_scale,
     require_timely,
@@ -55,13 +54,13 @@ class RegulatorNode(Node):  # type: ignore[misc]
         super().__init__(REGULATOR_NODE, **options)
         self.errors = ErrorLog(self.get_logger())
         guard_services(self, self.errors)
-        declared = DeclaredParameters(self, lambda names: None, table=REGULATOR_PARAMETERS)
+        declared = DeclaredParameters(self, lambda names: None, RegulatorParameters)
         self.values = declared.values()
         require_timely(self.values)
-        timeout = number(self.values, "watchdog_timeout")
+        timeout = self.values.watchdog_timeout
         command_scale = pressure_scale(self.values, "command")
         self.adapter = RegulatorAdapter(
-            CommandWatch(number(self.values, "pressure_limit"), timeout),
+            CommandWatch(self.values.pressure_limit, timeout),
             self._device(command_scale.to_device(0.0)),
             command_scale,
             pressure_scale(self.values, "measured"),
@@ -72,24 +71,24 @@ class RegulatorNode(Node):  # type: ignore[misc]
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_subscription(Float64, "pressure_command", self._on_command, COMMANDS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0 / number(self.values, "rate"), self._exchange, clock=steady)
+        self.create_timer(1.0 / self.values.rate, self._exchange, clock=steady)
         self.create_timer(DIAGNOSTICS_PERIOD, self._diagnose, clock=steady)
 
     def _device(self, vented: float) -> PressureDevice:
         values = self.values
-        if values["device"] == SERIAL:
+        if values.device == SERIAL:
             return serial_device(values)
-        if values["device"] == MODBUS:
+        if values.device == MODBUS:
             return modbus_device(values)
 
         def topic(side: str, length: int = 0) -> NumberTopic:
             name, kind, field = (
-                str(values[f"{side}_{part}"]) for part in ("topic", "type", "field")
+                getattr(values, f"{side}_{part}") for part in ("topic", "type", "field")
             )
             return NumberTopic(name, kind, field, length)
 
-        measured = None if values["measured_topic"] == NONE else topic("measured")
-        command = topic("command", int(number(values, "command_length")))
+        measured = None if values.measured_topic == NONE else topic("measured")
+        command = topic("command", values.command_length)
         return TopicDevice(self, command, measured, vented)
 
     def _on_command(self, message: Float64) -> None:
@@ -102,7 +101,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
             stamp = self.adapter.stamp
             if stamp is None or not (stamp.sec or stamp.nanosec):
                 stamp = self.get_clock().now().to_msg()
-            header = Header(stamp=stamp, frame_id=str(self.values["frame_id"]))
+            header = Header(stamp=stamp, frame_id=self.values.frame_id)
             self._measured.publish(FluidPressure(header=header, fluid_pressure=pressure))
         self._tell()
 
@@ -148,7 +147,5 @@ class RegulatorNode(Node):  # type: ignore[misc]
         }
         name, stamp = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
         self._diagnostics.publish(
-            diagnostic_message(
-                f"{name}: adapter", str(self.values["device"]), self._state(), values, stamp
-            )
+            diagnostic_message(f"{name}: adapter", self.values.device, self._state(), values, stamp)
         )

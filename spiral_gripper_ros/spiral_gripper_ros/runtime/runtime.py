@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from typing import cast
 
 from rclpy.lifecycle import LifecycleNode
 
@@ -15,8 +14,7 @@ from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg
 from spiral_gripper_ros.messages.grip import grip_to_msg
-from spiral_gripper_ros.parameters.spec import ParameterValue
-from spiral_gripper_ros.parameters.table import limits_from_values, number
+from spiral_gripper_ros.parameters.table import GripperParameters, limits_from_values
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
@@ -60,9 +58,7 @@ class Runtime:
         on_published: called after each publication of a command and its status.
     """
 
-    def __init__(
-        self, node: LifecycleNode, values: Mapping[str, ParameterValue], errors: ErrorLog
-    ) -> None:
+    def __init__(self, node: LifecycleNode, values: GripperParameters, errors: ErrorLog) -> None:
         self.values = values
         self.loaded: LoadedGripper | None = None
         self.gravity: tuple[float, ...] = ()
@@ -70,7 +66,7 @@ class Runtime:
         self.control: GripControl[WrapPlan] = GripControl(self.limits)
         self.errors = errors
         self.clock = ControlClock(node, self.errors)
-        self.outputs = Outputs(node, str(values["frame_id"]))
+        self.outputs = Outputs(node, values.frame_id)
         self.background = Background()
         self.objects = ObjectWatch()
         self.log = EventLog(node.get_logger())
@@ -90,7 +86,7 @@ class Runtime:
         self.gravity = self._given_gravity()
         self.control.forget_gravity()
         self.loaded = LoadedGripper.ready(
-            str(self.values["gripper"]), self.gravity, self.background.gravity
+            self.values.gripper, self.gravity, self.background.gravity
         )
         self._prepare_grips()
         self.use_limits()
@@ -152,12 +148,12 @@ class Runtime:
 
     def seen_object(self) -> SeenObject | None:
         """Return where the object is, if that is known and young enough."""
-        return self.objects.seen(self.now(), number(self.values, "object_pose_timeout"))
+        return self.objects.seen(self.now(), self.values.object_pose_timeout)
 
     def follow_grips(self) -> None:
         """Have grips solved in the background, and take those that are ready."""
         if self.loaded is not None:
-            count, radius = int(number(self.values, "grip_radii")), self.control.snapshot().radius
+            count, radius = self.values.grip_radii, self.control.snapshot().radius
             self.loaded.follow_grips(self.now(), count, radius, self.seen_object())
 
     def solved_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripEntry:
@@ -256,7 +252,7 @@ class Runtime:
             age = now - seen_object.seen_at
             fill_object(status, seen_object, age, loaded.placement(snapshot.plan))
         self.outputs.publish("status", status)
-        points = int(number(self.values, "backbone_points"))
+        points = self.values.backbone_points
         if moved:
             self.outputs.publish_shape("backbone", loaded.shape, points, header)
         if measured_moved:
@@ -267,7 +263,7 @@ class Runtime:
     def _grip_to_msg(
         self, answer: GripAnswer | None, loaded: LoadedGripper, payload: float = 0.0
     ) -> Grip:
-        mass = payload or number(self.values, "payload")
+        mass = payload or self.values.payload
         return grip_to_msg(answer, self.now(), mass, loaded.mount.gravity)
 
     def _end_grips(self) -> None:
@@ -282,11 +278,11 @@ class Runtime:
 
     def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
         """Return the grip for the ramp that the node has now; called in the background."""
-        rate = number(self.values, "pressure_rate_up")
+        rate = self.values.pressure_rate_up
         return self.background.solve_grip(replace(question, rate=rate), is_wanted)
 
     def _given_gravity(self) -> tuple[float, ...]:
-        return cast("tuple[float, ...]", self.values["gravity"])
+        return self.values.gravity
 
     def _limits(self) -> Limits:
         own = NO_GRIPPER_PRESSURE if self.loaded is None else self.loaded.gripper.pressure_max

@@ -10,9 +10,8 @@ from rclpy.qos import qos_profile_sensor_data
 from std_msgs.msg import Float64
 
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
-from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.simulation.parameters import (
-    RADIUS_PARAMETERS,
+    RadiusParameters,
     estimator_errors,
     radius_source,
 )
@@ -37,12 +36,12 @@ class RadiusNode(Node):  # type: ignore[misc]
     def __init__(self, middle_radius: float, **options: Any) -> None:  # noqa: ANN401
         super().__init__(RADIUS_NODE, **options)
         self._middle_radius = middle_radius
-        self._declared = DeclaredParameters(self, self._apply, table=RADIUS_PARAMETERS)
+        self._declared = DeclaredParameters(self, self._apply, RadiusParameters)
         values = self._declared.values()
         self.estimator = RadiusEstimator(
             radius_source(values, middle_radius),
             estimator_errors(values),
-            int(number(values, "seed")),
+            values.seed,
         )
         self._radii = self.create_publisher(Float64, "object_radius", qos_profile_sensor_data)
 

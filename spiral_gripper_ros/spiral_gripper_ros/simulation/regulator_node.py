@@ -15,10 +15,9 @@ from std_srvs.srv import Trigger
 
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
-from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.simulation.pacing import RateGate
 from spiral_gripper_ros.simulation.parameters import (
-    REGULATOR_PARAMETERS,
+    SimulatedRegulatorParameters,
     regulator_model,
 )
 from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulator
@@ -51,11 +50,9 @@ class RegulatorNode(Node):  # type: ignore[misc]
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(REGULATOR_NODE, **options)
-        self._declared = DeclaredParameters(self, self._apply, table=REGULATOR_PARAMETERS)
+        self._declared = DeclaredParameters(self, self._apply, SimulatedRegulatorParameters)
         self.values = self._declared.values()
-        self.regulator = SimulatedRegulator(
-            regulator_model(self.values), int(number(self.values, "seed"))
-        )
+        self.regulator = SimulatedRegulator(regulator_model(self.values), self.values.seed)
         self._measuring, self._diagnosing = RateGate(), RateGate()
         self._measured = self.create_publisher(FluidPressure, "measured_pressure", MEASUREMENTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -74,14 +71,14 @@ class RegulatorNode(Node):  # type: ignore[misc]
             stamp: the same for messages.
         """
         self.regulator.step(duration)
-        if self._measuring.due(now, number(self.values, "measured_rate")):
+        if self._measuring.due(now, self.values.measured_rate):
             self._measure(stamp)
         if self._diagnosing.due(now, DIAGNOSTICS_RATE):
             self._diagnose(stamp)
 
     def header(self, stamp: Any) -> Any:  # noqa: ANN401
         """Return the header of a message."""
-        return Header(stamp=stamp, frame_id=str(self.values["frame_id"]))
+        return Header(stamp=stamp, frame_id=self.values.frame_id)
 
     def _on_command(self, message: Float64) -> None:
         self.regulator.command(message.data)
@@ -91,7 +88,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         del names
         self.values = self._declared.values()
         self.regulator.model = regulator_model(self.values)
-        fault = Fault(self.values["fault"])
+        fault = Fault(self.values.fault)
         if fault is not self.regulator.fault:
             self.get_logger().info(f"fault: {self.regulator.fault.value} -> {fault.value}")
         self.regulator.fault = fault

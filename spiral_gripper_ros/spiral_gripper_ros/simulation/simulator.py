@@ -14,7 +14,6 @@ from rclpy.executors import Executor
 from rosgraph_msgs.msg import Clock
 
 from spiral_gripper import load_gripper
-from spiral_gripper_ros.parameters.table import number
 from spiral_gripper_ros.planning.grip_worker import GripProcess
 from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.simulation.moving_tube import MovingTube
@@ -41,19 +40,17 @@ class Simulator:
     def __init__(self, executor: Executor, **options: Any) -> None:  # noqa: ANN401
         self._regulator = RegulatorNode(**options)
         values = self._regulator.values
-        gripper = SimulatedGripper(
-            load_gripper(str(values["gripper"])), number(values, "stiffness_factor")
-        )
+        gripper = SimulatedGripper(load_gripper(values.gripper), values.stiffness_factor)
         self._radii = RadiusNode(gripper.middle_radius, **options)
         process, pool = GripProcess(), ThreadPoolExecutor(1, thread_name_prefix="grips")
         hold = ObjectHold(gripper.gripper, process.answer, pool)
         self._regulator.context.on_shutdown(process.end)
-        self._tube = MovingTube(gripper.gripper) if values["shape_in_time"] else None
+        self._tube = MovingTube(gripper.gripper) if values.shape_in_time else None
         if self._tube is not None:
             self._regulator.context.on_shutdown(self._tube.end)
         self._truth = Truth(self._regulator, gripper, hold, self._tube)
         self._telling = RateGate()
-        publishes_clock = bool(values["publish_clock"])
+        publishes_clock = values.publish_clock
         self._pacing = Pacing(publishes_clock)
         self._clock = (
             self._regulator.create_publisher(Clock, "/clock", 10) if publishes_clock else None
@@ -78,12 +75,12 @@ class Simulator:
             self._keep_pace()
         self._regulator.step(duration, now, stamp)
         self._radii.step(now)
-        if self._telling.due(now, number(self._regulator.values, "truth_rate")):
+        if self._telling.due(now, self._regulator.values.truth_rate):
             self._truth.publish(
                 now,
                 self._regulator.regulator.pressure,
                 self._radii.estimator.true_radius(),
-                number(self._regulator.values, "object_load"),
+                self._regulator.values.object_load,
                 self._regulator.header(stamp),
             )
 
@@ -110,6 +107,6 @@ class Simulator:
 
     def _keep_pace(self) -> None:
         """Let a changed real_time_factor take effect."""
-        period = round(STEP / number(self._regulator.values, "real_time_factor") * 1e9)
+        period = round(STEP / self._regulator.values.real_time_factor * 1e9)
         if self._timer.timer_period_ns != period:
             self._timer.timer_period_ns = period
