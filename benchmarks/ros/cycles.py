@@ -228,8 +228,8 @@ class Rig:
         self.radius, self.is_client_alive, self.sends_radii = None, True, True
         self.regulator.fault, self.regulator.model = Fault.NONE, self.model
         self._start_release()
-        if not self.call("release").success:
-            self._complain("a release was refused")
+        if not self.call("vent").success:
+            self._complain("a vent was refused")
         self.run(RELEASE_TIME)
         if self._last[1] != 0.0:
             self._complain("inflated after a release")

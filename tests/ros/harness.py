@@ -257,7 +257,7 @@ class Client(Node):
         return next(future.result() for future in futures if future.done())
 
     def release(self):
-        return self.call(Trigger, "release")
+        return self.call(Trigger, "vent")
 
     def rearm(self):
         return self.call(Trigger, "rearm")

@@ -91,7 +91,7 @@ def test_a_bad_namespace_is_refused_without_a_warning(bad):
 def test_a_node_that_is_gone_is_noticed_while_polling(slow, monkeypatch):
     slow.wrap(RADIUS, timeout=600.0)
     monkeypatch.setattr(slow._grasp, "server_is_ready", lambda: False)
-    monkeypatch.setattr(slow._release, "service_is_ready", lambda: False)
+    monkeypatch.setattr(slow._vent, "service_is_ready", lambda: False)
     with pytest.raises(NoAnswerError, match="no gripper's node answers"):
         slow.is_done()
     monkeypatch.undo()

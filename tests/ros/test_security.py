@@ -122,13 +122,13 @@ def test_a_node_of_rclpy_may_start_in_each_enclave(namespace, client, enclave):
         ("publish", "/tf", {"gripper"}),
         ("publish", "/gravity", {"arm"}),
         ("publish", "/clock", {"simulator"}),
-        ("request", "/release", {"commander", "operator"}),
+        ("request", "/vent", {"commander", "operator"}),
         ("request", "/rearm", {"commander", "operator"}),
         ("request", "/release/_action/send_goal", {"commander", "operator"}),
         ("request", "/grasp/_action/send_goal", {"commander"}),
         ("request", "/spiral_gripper/set_parameters", {"operator"}),
         ("request", "/spiral_gripper/change_state", {"operator"}),
-        ("reply", "/release", {"gripper"}),
+        ("reply", "/vent", {"gripper"}),
     ],
 )
 def test_who_may_move_the_gripper(right, name, enclaves):

@@ -84,7 +84,7 @@ class SpiralGripper:
         node = self._link.node
         self._grasp = ActionClient(node, Grasp, "grasp")
         self._plan = node.create_client(PlanWrap, "plan_wrap")
-        self._release = node.create_client(Trigger, "release")
+        self._vent = node.create_client(Trigger, "vent")
         self._rearm = node.create_client(Trigger, "rearm")
         self._alive = node.create_publisher(Empty, "keep_alive", 1)
         self._heard = time.monotonic()
@@ -178,13 +178,13 @@ class SpiralGripper:
             NoAnswerError: the node does not answer.
         """
         try:
-            self._link.call(self._release, Trigger.Request())
+            self._link.call(self._vent, Trigger.Request())
         except Exception:
             if not self._link.is_shut_down:
                 raise
             self._link.close()
             self._connect()
-            self._link.call(self._release, Trigger.Request())
+            self._link.call(self._vent, Trigger.Request())
 
     def rearm(self) -> None:
         """Follow `object_radius` again, after a release or a fault.
@@ -338,7 +338,7 @@ class SpiralGripper:
         """Return what there is of the gripper's node, and how to go on."""
         namespace = self._link.node.get_namespace()
         node = f"{namespace.rstrip('/')}/spiral_gripper"
-        if not self._release.service_is_ready():
+        if not self._vent.service_is_ready():
             return no_node_in(namespace)
         return (
             f"the node {node} is there but not active: `ros2 lifecycle set {node} configure`, "

@@ -33,7 +33,7 @@ A lifecycle node that turns object radii into the pressure of the perfect wrap.
   subscribes object_radius [m], gravity [m/s^2], measured_pressure [Pa gauge, optional]
   publishes  pressure_command [Pa gauge]
              status, backbone, measured_backbone, markers, /diagnostics
-  serves     release, rearm, plan_wrap, design_gripper; actions: grasp and, with control_msgs,
+  serves     vent, rearm, plan_wrap, design_gripper; actions: grasp, release and, with control_msgs,
              gripper_cmd and parallel_gripper_cmd
 
 example:

@@ -37,7 +37,7 @@ RELEASED_INACTIVE = "vented; the node is not active"
 
 
 class Services:
-    """Serves `plan_wrap`, `plan_wraps`, `design_gripper`, `release`, ... while the node exists.
+    """Serves `plan_wrap`, `plan_wraps`, `design_gripper`, `vent`, ... while the node exists.
 
     Plans and designs are answered in the background, each kind in a callback group and by a worker
     of its own, so that they hold up neither the control loop nor each other. An exception in one of
@@ -63,7 +63,7 @@ class Services:
             node.create_service(kind, name, callback, **options)
         for name, act in (
             ("cancel_design", self._cancel_design),
-            ("release", self._release),
+            ("vent", self._vent),
             ("rearm", self._rearm),
         ):
             node.create_service(Trigger, name, act, qos_profile=REQUESTS)
@@ -147,7 +147,7 @@ class Services:
             )
             return _failed(response, f"internal error: {error!r}", Reason.INTERNAL_ERROR)
 
-    def _release(self, request: Any, response: Any) -> Any:  # noqa: ANN401
+    def _vent(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         done = RELEASED if self._runtime.is_active else RELEASED_INACTIVE
         return self._acted(self._runtime.control.release, done, response)
 
