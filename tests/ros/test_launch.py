@@ -19,7 +19,7 @@ from ros.launch_stand_ins import LifecycleNode, LogInfo, Node, Shutdown, started
 from ros.simulation_harness import RunningSimulator
 from ruamel.yaml import YAML
 
-from spiral_gripper_ros.parameters.table import PARAMETERS, refusal_of_values
+from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
 from spiral_gripper_ros.process.stop_signals import STARTED_BY
 from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
 
@@ -310,7 +310,7 @@ def test_the_sample_parameters_are_the_nodes_defaults():
     for name, value in values.items():
         assert value == table[name] or (value != value and table[name] != table[name]), name
         assert type(value) is type(table[name]), name
-    assert refusal_of_values(values) is None
+    assert GripperParameters.refusal(values) is None
 
 
 def test_the_node_reads_a_parameters_file_in_any_namespace(client, namespace, tmp_path):

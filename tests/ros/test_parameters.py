@@ -8,15 +8,12 @@ from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
 from spiral_gripper_ros.parameters.spec import (
     GRAVITY_LIMIT,
-    ParameterSpec,
     gravity_problem,
     may_be_unset,
 )
 from spiral_gripper_ros.parameters.table import (
     PARAMETERS,
     GripperParameters,
-    limits_from_values,
-    refusal_of_values,
 )
 
 DEFAULTS = {spec.name: spec.default for spec in PARAMETERS}
@@ -31,16 +28,16 @@ def test_names_are_unique_and_every_parameter_is_described():
 
 
 def test_the_defaults_are_accepted():
-    assert refusal_of_values(DEFAULTS) is None
+    assert GripperParameters.refusal(DEFAULTS) is None
 
 
 @pytest.mark.parametrize("spec", NUMBERS, ids=lambda spec: spec.name)
 def test_bounds_are_accepted_and_what_lies_outside_is_not(spec):
-    assert refusal_of_values({spec.name: spec.low}) is None
-    assert refusal_of_values({spec.name: spec.high}) is None
+    assert GripperParameters.refusal({spec.name: spec.low}) is None
+    assert GripperParameters.refusal({spec.name: spec.high}) is None
     unset = () if may_be_unset(spec) else (math.nan,)
     for bad in (spec.low - 1.0, 2.0 * spec.high, *unset, math.inf, -math.inf, True, "1"):
-        refusal = refusal_of_values({spec.name: bad})
+        refusal = GripperParameters.refusal({spec.name: bad})
         assert refusal is not None, bad
         assert spec.name in refusal
 
@@ -54,27 +51,19 @@ def test_bounds_are_accepted_and_what_lies_outside_is_not(spec):
     ],
 )
 def test_a_choice_that_is_none_names_those_there_are(name, policies):
-    refusal = refusal_of_values({name: "panic"})
+    refusal = GripperParameters.refusal({name: "panic"})
     for policy in policies:
         assert policy.value in refusal
-        assert refusal_of_values({name: policy.value}) is None
+        assert GripperParameters.refusal({name: policy.value}) is None
 
 
 def test_a_gripper_has_a_name():
-    assert refusal_of_values({"gripper": "prototype_p1"}) is None
-    assert "not empty" in refusal_of_values({"gripper": ""})
-
-
-def test_values_are_judged_by_the_table_they_belong_to():
-    table = (ParameterSpec("leak", 0.0, "How much leaks.", low=0.0, high=1.0),)
-    assert refusal_of_values({"leak": 2.0}, table=table) == (
-        "leak must be a number from 0 to 1, got 2.0"
-    )
-    assert refusal_of_values({"radius_timeout": -1.0}, table=table) is None
+    assert GripperParameters.refusal({"gripper": "prototype_p1"}) is None
+    assert "not empty" in GripperParameters.refusal({"gripper": ""})
 
 
 def test_parameters_of_others_are_none_of_its_business():
-    assert refusal_of_values({"use_sim_time": True}) is None
+    assert GripperParameters.refusal({"use_sim_time": True}) is None
 
 
 @pytest.mark.parametrize(
@@ -83,7 +72,7 @@ def test_parameters_of_others_are_none_of_its_business():
 )
 def test_a_gravity_that_is_none_is_refused(gravity):
     assert gravity_problem(gravity) is not None
-    assert refusal_of_values({"gravity": gravity}) is not None
+    assert GripperParameters.refusal({"gravity": gravity}) is not None
 
 
 def test_weightlessness_is_a_gravity():
@@ -96,7 +85,7 @@ def test_weightlessness_is_a_gravity():
 )
 def test_no_parameter_raises_the_cap_above_the_grippers_limit(parameter, expected):
     values = GripperParameters(pressure_cap=parameter)
-    assert limits_from_values(values, pressure_max=1.0e5).pressure_cap == expected
+    assert values.limits(pressure_max=1.0e5).pressure_cap == expected
 
 
 def test_every_limit_comes_from_its_parameter():
@@ -119,7 +108,7 @@ def test_every_limit_comes_from_its_parameter():
         gravity_timeout=117.0,
         gravity_timeout_policy="vent",
     )
-    assert limits_from_values(values, pressure_max=1.0e5) == Limits(
+    assert values.limits(pressure_max=1.0e5) == Limits(
         pressure_cap=1.0e5,
         pressure_rate_up=101.0,
         pressure_rate_down=102.0,
@@ -142,7 +131,7 @@ def test_every_limit_comes_from_its_parameter():
 
 
 def test_the_defaults_of_the_table_are_those_of_the_limits():
-    assert limits_from_values(GripperParameters(), pressure_max=1.0e5) == Limits(
+    assert GripperParameters().limits(pressure_max=1.0e5) == Limits(
         pressure_cap=1.0e5, grip_ratio=1.1
     )
 
@@ -183,4 +172,4 @@ def test_a_policy_must_be_one(field, names):
 
 
 def test_no_number_is_too_large_to_be_refused():
-    assert "publish_rate must be" in refusal_of_values({"publish_rate": 10**400})
+    assert "publish_rate must be" in GripperParameters.refusal({"publish_rate": 10**400})

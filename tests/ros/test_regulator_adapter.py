@@ -11,7 +11,6 @@ from std_msgs.msg import Float32, Float32MultiArray, Float64, Float64MultiArray,
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.parameters.pressure_scale import UNITS, PressureScale, Reference
-from spiral_gripper_ros.parameters.table import refusal_of_values
 from spiral_gripper_ros.regulators.adapter import (
     VENT_ATTEMPTS,
     Link,
@@ -239,7 +238,7 @@ def test_a_format_that_holds_no_vent_or_not_the_limit_is_refused(span):
 
 
 def test_the_defaults_are_within_their_ranges():
-    assert refusal_of_values(asdict(DEFAULTS), table=RegulatorParameters.specs()) is None
+    assert RegulatorParameters.refusal(asdict(DEFAULTS)) is None
     require_timely(DEFAULTS)
 
 

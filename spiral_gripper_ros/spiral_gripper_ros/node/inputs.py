@@ -18,7 +18,6 @@ from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import frame_problem, vector_from_msg
 from spiral_gripper_ros.messages.qos import LATEST, NEWEST
 from spiral_gripper_ros.parameters.spec import gravity_problem
-from spiral_gripper_ros.parameters.table import measured_scale
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.control_clock import STEADY
 from spiral_gripper_ros.runtime.guards import vent_on_error
@@ -104,7 +103,7 @@ class Inputs:
     def hear_measured(self, message: FluidPressure) -> None:
         """Compare a measured gauge pressure [Pa] with what is commanded."""
         if self._runtime.is_active:
-            pressure = measured_scale(self._runtime.values).to_gauge(message.fluid_pressure)
+            pressure = self._runtime.values.measured_scale.to_gauge(message.fluid_pressure)
             age = self._stamped_age(message.header.stamp)
             self._runtime.control.offer_measured(self._runtime.now(), pressure, age)
 

@@ -22,7 +22,6 @@ from spiral_gripper_ros.parameters.spec import (
     ParameterValue,
     may_be_unset,
 )
-from spiral_gripper_ros.parameters.table import refusal_of_values
 
 # A vector that is not set: files and `ros2 param` can read and write this value.
 UNSET_VECTOR = (math.nan, math.nan, math.nan)
@@ -59,7 +58,7 @@ class DeclaredParameters(Generic[ParametersT]):
         self._kind, self._table = kind, kind.specs()
         for spec in self._table:
             node.declare_parameter(spec.name, _ros_default(spec.default), _descriptor(spec))
-        problem = self._refusal(self._values())
+        problem = kind.refusal(self._values())
         if problem is not None:
             raise ValueError(problem)
         node.add_pre_set_parameters_callback(self._read_texts)
@@ -76,9 +75,6 @@ class DeclaredParameters(Generic[ParametersT]):
             for spec in self._table
         }
 
-    def _refusal(self, proposed: dict[str, ParameterValue]) -> str | None:
-        return refusal_of_values(proposed, table=self._table)
-
     def _read_texts(self, parameters: Iterable[Any]) -> list[Parameter]:
         """Return parameters with the numbers that `ros2 param load` sends as texts: nan, 1e-05."""
         floats = {spec.name for spec in self._table if isinstance(spec.default, (float, tuple))}
@@ -87,7 +83,7 @@ class DeclaredParameters(Generic[ParametersT]):
     def _on_set(self, parameters: Iterable[Any]) -> SetParametersResult:
         own = {spec.name for spec in self._table}
         proposed = {p.name: _plain_value(p.value) for p in parameters if p.name in own}
-        problem = self._refusal(proposed) or self._judge(proposed)
+        problem = self._kind.refusal(proposed) or self._judge(proposed)
         return SetParametersResult(successful=problem is None, reason=problem or "")
 
     def _report(self, parameters: Iterable[Any]) -> None:

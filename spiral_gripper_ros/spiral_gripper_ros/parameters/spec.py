@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Any, TypeAlias
@@ -53,6 +53,8 @@ class Parameters:
         ...     leak_time: float = parameter(0.2, "Time constant [s].", 0.01, 100.0)
         >>> Leak().leak_time, Leak.specs()[0].high
         (0.2, 100.0)
+        >>> Leak.refusal({"leak_time": float("nan")})
+        'leak_time must be a number from 0.01 to 100, got nan'
     """
 
     @classmethod
@@ -62,6 +64,20 @@ class Parameters:
         return tuple(
             ParameterSpec(f.name, getattr(values, f.name), **f.metadata) for f in fields(cls)
         )
+
+    @classmethod
+    def refusal(cls, proposed: Mapping[str, ParameterValue]) -> str | None:
+        """Return why some values, by name, cannot be set, or None if they can.
+
+        Names of other parameters are not judged.
+        """
+        for spec in cls.specs():
+            if spec.name in proposed:
+                value = proposed[spec.name]
+                requirement = unmet_requirement(spec, value)
+                if requirement is not None:
+                    return str(InvalidInputError(spec.name, value, requirement))
+        return None
 
 
 def parameter(

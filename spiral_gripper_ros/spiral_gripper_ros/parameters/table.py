@@ -4,21 +4,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Final
 
-from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, Limits
 from spiral_gripper_ros.parameters.pressure_scale import PressureScale, Reference
 from spiral_gripper_ros.parameters.spec import (
     GRAVITY_LIMIT,
     Parameters,
-    ParameterSpec,
-    ParameterValue,
     choice,
     parameter,
-    unmet_requirement,
 )
 
 _LIMITS = Limits(pressure_cap=1.0)
@@ -204,55 +199,25 @@ class GripperParameters(Parameters):
         50, "Largest number of poses in backbone, base and tip included.", 2, 1000
     )
 
+    @property
+    def measured_scale(self) -> PressureScale:
+        """How `measured_pressure` states a pressure."""
+        reference = Reference(self.measured_pressure_reference)
+        return PressureScale(reference=reference, ambient_pressure=self.ambient_pressure)
+
+    def limits(self, pressure_max: float) -> Limits:
+        """Return the control logic's limits.
+
+        Args:
+            pressure_max: the gripper's own limit [Pa]; no parameter can raise the cap above it.
+        """
+        given = {
+            field.name: type(getattr(_LIMITS, field.name))(getattr(self, field.name))
+            for field in fields(Limits)
+        }
+        cap = self.pressure_cap
+        highest = pressure_max if math.isnan(cap) else min(cap, pressure_max)
+        return Limits(**given | {"pressure_cap": highest})
+
 
 PARAMETERS: Final = GripperParameters.specs()
-
-
-def refusal_of_values(
-    proposed: Mapping[str, ParameterValue],
-    *,
-    table: Sequence[ParameterSpec] = PARAMETERS,
-) -> str | None:
-    """Return why these values cannot be set, or None if they can.
-
-    Args:
-        proposed: new values by name; names that are not in the table are not judged.
-        table: what they may be.
-
-    Example:
-        >>> refusal_of_values({"radius_timeout": float("nan")})
-        'radius_timeout must be a number from 0.01 to 3600, got nan'
-    """
-    known = {spec.name: spec for spec in table}
-    for name, value in proposed.items():
-        spec = known.get(name)
-        if spec is None:
-            continue
-        requirement = unmet_requirement(spec, value)
-        if requirement is not None:
-            return str(InvalidInputError(name, value, requirement))
-    return None
-
-
-def limits_from_values(values: GripperParameters, pressure_max: float) -> Limits:
-    """Return the control logic's limits for checked parameter values.
-
-    Args:
-        values: of the parameters.
-        pressure_max: the gripper's own limit [Pa]; no parameter can raise the cap above it.
-    """
-    given = {
-        field.name: type(getattr(_LIMITS, field.name))(getattr(values, field.name))
-        for field in fields(Limits)
-    }
-    cap = given["pressure_cap"]
-    highest = pressure_max if math.isnan(cap) else min(cap, pressure_max)
-    return Limits(**given | {"pressure_cap": highest})
-
-
-def measured_scale(values: GripperParameters) -> PressureScale:
-    """Return how `measured_pressure` states a pressure, for checked parameter values."""
-    return PressureScale(
-        reference=Reference(values.measured_pressure_reference),
-        ambient_pressure=values.ambient_pressure,
-    )

@@ -14,7 +14,7 @@ from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg
 from spiral_gripper_ros.messages.grip import grip_to_msg
-from spiral_gripper_ros.parameters.table import GripperParameters, limits_from_values
+from spiral_gripper_ros.parameters.table import GripperParameters
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
@@ -83,7 +83,7 @@ class Runtime:
         Raises:
             SpiralError: the description cannot be used, or the gripper cannot coil.
         """
-        self.gravity = self._given_gravity()
+        self.gravity = self.values.gravity
         self.control.forget_gravity()
         self.loaded = LoadedGripper.ready(
             self.values.gripper, self.gravity, self.background.gravity
@@ -118,7 +118,7 @@ class Runtime:
 
     def use_gravity(self, *, plan: bool) -> None:
         """Take gravity from the parameter; ``plan``: have the gripper planned for at once."""
-        self.gravity = self._given_gravity()
+        self.gravity = self.values.gravity
         if plan and self.loaded is not None:
             self.loaded.mount.want(gravity_or_own(self.gravity, self.loaded.gripper), 0.0)
             self.control.forget_gravity()
@@ -281,9 +281,6 @@ class Runtime:
         rate = self.values.pressure_rate_up
         return self.background.solve_grip(replace(question, rate=rate), is_wanted)
 
-    def _given_gravity(self) -> tuple[float, ...]:
-        return self.values.gravity
-
     def _limits(self) -> Limits:
         own = NO_GRIPPER_PRESSURE if self.loaded is None else self.loaded.gripper.pressure_max
-        return limits_from_values(self.values, own)
+        return self.values.limits(own)
