@@ -39,8 +39,11 @@ from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcom
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.node.gripper_node import GripperNode
-from spiral_gripper_ros.simulation.parameters import SimulatedRegulatorParameters, regulator_model
-from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulator
+from spiral_gripper_ros.simulation.regulator import (
+    Fault,
+    SimulatedRegulator,
+    SimulatedRegulatorParameters,
+)
 
 TICK = 0.02
 NOISE = 1.0e3  # of the measured pressure, at most [Pa]
@@ -92,8 +95,8 @@ class Rig:
             self.node.runtime.background.grips = self.grips  # type: ignore[assignment]
         self.node.runtime.outputs.publish_pressure = self._judge  # type: ignore[method-assign]
         self.node.runtime.now = lambda: self.time  # type: ignore[method-assign]
-        self.model = regulator_model(SimulatedRegulatorParameters())
-        self.regulator = SimulatedRegulator(self.model, seed)
+        self.model = SimulatedRegulatorParameters(seed=seed)
+        self.regulator = SimulatedRegulator(self.model)
         self.radius: float | None = None
         self.is_client_alive = True
         self.sends_radii = True
@@ -307,7 +310,7 @@ class Rig:
 
     def release_with_a_cut_link(self) -> None:
         """Release after the link was cut, from a device that keeps its pressure."""
-        self.regulator.model = replace(self.model, watchdog_timeout=1.0e3)
+        self.regulator.model = replace(self.model, watchdog_timeout=60.0)
         self.lost_link()
         self.run(self.random.uniform(0.0, 0.8))
         self._start_release()

@@ -79,8 +79,7 @@ ROS_FREE = frozenset(
         "regulators.device", "regulators.line_protocol", "regulators.message_field",
         "regulators.modbus_device", "regulators.parameters", "regulators.serial_device",
         "runtime.__init__", "runtime.event_log", "simulation.__init__",
-        "simulation.pacing", "simulation.parameters", "simulation.radius_estimator",
-        "simulation.radius_source", "simulation.regulator",
+        "simulation.pacing", "simulation.radius_estimator", "simulation.regulator",
         "simulation.simulated_gripper",
         "tools.__init__", "tools.demo_report",
     }

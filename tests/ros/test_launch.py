@@ -21,7 +21,8 @@ from ruamel.yaml import YAML
 
 from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
 from spiral_gripper_ros.process.stop_signals import STARTED_BY
-from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
+from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
+from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 
 PACKAGE = ROOT / "spiral_gripper_ros"
 DESCRIPTION, GRIPPER, GRIPPERS, SIMULATION = FILES = tuple(
@@ -35,7 +36,7 @@ COMMON = {"use_sim_time": False}
 TABLES = {
     "spiral_gripper_node": {s.name: s.default for s in PARAMETERS} | COMMON,
     "spiral_gripper_simulator": {
-        s.name: s.default for s in REGULATOR_PARAMETERS + RADIUS_PARAMETERS
+        s.name: s.default for s in SimulatedRegulatorParameters.specs() + RadiusParameters.specs()
     }
     | COMMON,
 }

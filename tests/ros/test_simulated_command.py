@@ -18,7 +18,7 @@ from spiral_gripper.cli.main import run
 from spiral_gripper.cli.ros import side as ros_side
 from spiral_gripper.cli.ros import simulate as cli_simulate
 from spiral_gripper.cli.ros.simulate import FAULTS
-from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS
+from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.tools.injection import injection_name
 from spiral_gripper_ros.tools.simulate import program
@@ -167,6 +167,6 @@ def test_the_faults_of_the_command_are_those_of_the_regulator():
 
 
 def test_what_simulate_takes_is_what_the_simulator_takes():
-    high = {spec.name: spec.high for spec in RADIUS_PARAMETERS}
+    high = {spec.name: spec.high for spec in RadiusParameters.specs()}
     assert high["radius"] == cli_simulate.RADIUS_MAX
     assert high["estimate_noise"] == cli_simulate.NOISE_MAX

@@ -13,9 +13,8 @@ from std_msgs.msg import Float64
 
 from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.simulation.main import main
-from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
-from spiral_gripper_ros.simulation.radius_estimator import EstimatorErrors, RadiusEstimator
-from spiral_gripper_ros.simulation.radius_source import ProfileSource, Shape
+from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator, RadiusParameters
+from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
 
 WRAP = 57.0e3
@@ -185,8 +184,7 @@ def test_its_errors_follow_from_its_seed(namespace):
     with RunningSimulator(namespace, parameters):
         alone.wait_until(lambda: len(alone.radii) >= 100, "estimates")
     alone.close()
-    source = ProfileSource(Shape.CONSTANT, RADIUS, variation=0.0, period=1.0, rate=100.0)
-    estimator = RadiusEstimator(source, EstimatorErrors(noise=1e-4), seed=5)
+    estimator = RadiusEstimator(RadiusParameters(**parameters), RADIUS)
     expected = [estimate for second in range(1, 60) for estimate in estimator.estimates(second)]
     assert {message.data for message in alone.radii} <= set(expected)
 
@@ -235,5 +233,5 @@ def test_a_start_that_cannot_be_ends_with_the_reason(client, namespace, paramete
 def test_help_tells_every_parameter(capsys):
     assert main(["--help"]) == 0
     text = capsys.readouterr().out
-    specs = REGULATOR_PARAMETERS + RADIUS_PARAMETERS
+    specs = SimulatedRegulatorParameters.specs() + RadiusParameters.specs()
     assert all(f"  {spec.name} (" in text for spec in specs)

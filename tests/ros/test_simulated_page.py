@@ -8,12 +8,15 @@ from repo.source_tree import ROOT
 from ros import launch_stand_ins
 
 from spiral_gripper_ros.parameters.spec import ParameterSpec
-from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
-from spiral_gripper_ros.simulation.regulator import Fault
+from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
+from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulatorParameters
 from spiral_gripper_ros.simulation.simulated_gripper import Grip
 
 PAGE = (ROOT / "docs/simulation.md").read_text(encoding="utf-8")
-TABLES = {"simulated_regulator": REGULATOR_PARAMETERS, "radius_source": RADIUS_PARAMETERS}
+TABLES = {
+    "simulated_regulator": SimulatedRegulatorParameters.specs(),
+    "radius_source": RadiusParameters.specs(),
+}
 SPECS = [(node, spec) for node, table in TABLES.items() for spec in table]
 
 

@@ -41,7 +41,7 @@ class DeclaredParameters(Generic[ParametersT]):
             not asked about the values given at start.
 
     Raises:
-        ValueError: a value given at start (file or command line) is bad; the message says why.
+        InvalidInputError: a value given at start (file, command line) is bad; it says why.
     """
 
     def __init__(
@@ -58,22 +58,19 @@ class DeclaredParameters(Generic[ParametersT]):
         self._kind, self._table = kind, kind.specs()
         for spec in self._table:
             node.declare_parameter(spec.name, _ros_default(spec.default), _descriptor(spec))
-        problem = kind.refusal(self._values())
-        if problem is not None:
-            raise ValueError(problem)
+        self.values()
         node.add_pre_set_parameters_callback(self._read_texts)
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._report)
 
     def values(self) -> ParametersT:
         """Return the value of every parameter."""
-        return self._kind(**self._values())
-
-    def _values(self) -> dict[str, ParameterValue]:
-        return {
-            spec.name: _plain_value(self._node.get_parameter(spec.name).value)
-            for spec in self._table
-        }
+        return self._kind(
+            **{
+                spec.name: _plain_value(self._node.get_parameter(spec.name).value)
+                for spec in self._table
+            }
+        )
 
     def _read_texts(self, parameters: Iterable[Any]) -> list[Parameter]:
         """Return parameters with the numbers that `ros2 param load` sends as texts: nan, 1e-05."""

@@ -43,9 +43,12 @@ class ParameterSpec:
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """Checked values of the parameters of a node.
+    """Values of the parameters of a node, each within its range.
 
     Its subclasses are the tables of parameters: each field is made by :func:`parameter`.
+
+    Raises:
+        InvalidInputError: a value is not what its parameter may be.
 
     Example:
         >>> @dataclass(frozen=True, slots=True)
@@ -57,13 +60,17 @@ class Parameters:
         'leak_time must be a number from 0.01 to 100, got nan'
     """
 
+    def __post_init__(self) -> None:
+        for spec in self.specs():
+            value = getattr(self, spec.name)
+            requirement = unmet_requirement(spec, value)
+            if requirement is not None:
+                raise InvalidInputError(spec.name, value, requirement)
+
     @classmethod
     def specs(cls) -> tuple[ParameterSpec, ...]:
         """Return the specification of each parameter."""
-        values = cls()
-        return tuple(
-            ParameterSpec(f.name, getattr(values, f.name), **f.metadata) for f in fields(cls)
-        )
+        return tuple(ParameterSpec(one.name, **one.metadata) for one in fields(cls))
 
     @classmethod
     def refusal(cls, proposed: Mapping[str, ParameterValue]) -> str | None:
@@ -71,12 +78,11 @@ class Parameters:
 
         Names of other parameters are not judged.
         """
-        for spec in cls.specs():
-            if spec.name in proposed:
-                value = proposed[spec.name]
-                requirement = unmet_requirement(spec, value)
-                if requirement is not None:
-                    return str(InvalidInputError(spec.name, value, requirement))
+        own = {one.name for one in fields(cls)}
+        try:
+            cls(**{name: value for name, value in proposed.items() if name in own})
+        except InvalidInputError as error:
+            return str(error)
         return None
 
 
@@ -88,7 +94,7 @@ def parameter(
     **more: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
     """Return a field of :class:`Parameters`, with the arguments of :class:`ParameterSpec`."""
-    given = {"description": description, "low": low, "high": high}
+    given = {"default": default, "description": description, "low": low, "high": high}
     return field(default=default, metadata=given | more)
 
 

@@ -44,11 +44,12 @@ class SimulatorProgram:
 
     def parameters(self) -> Mapping[str, Sequence[ParameterSpec]]:
         """Return its tables of parameters."""
-        from spiral_gripper_ros.simulation.parameters import RADIUS_PARAMETERS, REGULATOR_PARAMETERS
+        from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
+        from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 
         return {
-            "parameters of simulated_regulator": REGULATOR_PARAMETERS,
-            "parameters of radius_source": RADIUS_PARAMETERS,
+            "parameters of simulated_regulator": SimulatedRegulatorParameters.specs(),
+            "parameters of radius_source": RadiusParameters.specs(),
         }
 
     def spin(self, simulator: Simulator, signals: StopSignals) -> int:

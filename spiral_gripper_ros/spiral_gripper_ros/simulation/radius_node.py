@@ -10,12 +10,7 @@ from rclpy.qos import qos_profile_sensor_data
 from std_msgs.msg import Float64
 
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
-from spiral_gripper_ros.simulation.parameters import (
-    RadiusParameters,
-    estimator_errors,
-    radius_source,
-)
-from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator
+from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator, RadiusParameters
 
 RADIUS_NODE = "radius_source"
 
@@ -35,14 +30,8 @@ class RadiusNode(Node):  # type: ignore[misc]
 
     def __init__(self, middle_radius: float, **options: Any) -> None:  # noqa: ANN401
         super().__init__(RADIUS_NODE, **options)
-        self._middle_radius = middle_radius
         self._declared = DeclaredParameters(self, self._apply, RadiusParameters)
-        values = self._declared.values()
-        self.estimator = RadiusEstimator(
-            radius_source(values, middle_radius),
-            estimator_errors(values),
-            values.seed,
-        )
+        self.estimator = RadiusEstimator(self._declared.values(), middle_radius)
         self._radii = self.create_publisher(Float64, "object_radius", qos_profile_sensor_data)
 
     def step(self, now: float) -> None:
@@ -53,6 +42,4 @@ class RadiusNode(Node):  # type: ignore[misc]
     def _apply(self, names: set[str]) -> None:
         """Let parameters take effect at once."""
         del names
-        values = self._declared.values()
-        self.estimator.source = radius_source(values, self._middle_radius)
-        self.estimator.errors = estimator_errors(values)
+        self.estimator.values = self._declared.values()

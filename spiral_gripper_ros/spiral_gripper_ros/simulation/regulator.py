@@ -21,7 +21,8 @@ from enum import Enum
 
 import numpy as np
 
-from spiral_core.validation import require_non_negative, require_positive
+from spiral_core.validation import require_non_negative
+from spiral_gripper_ros.parameters.spec import Parameters, choice, parameter
 
 
 class Fault(Enum):
@@ -34,33 +35,73 @@ class Fault(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class RegulatorModel:
-    """The properties of a regulator.
+class SimulatedRegulatorParameters(Parameters):
+    """Parameters of the simulated regulator and gripper."""
 
-    Args:
-        time_constant: lag of its pressure behind its target [s], > 0.
-        supply_pressure: gauge pressure of its supply [Pa], > 0; a command above it is refused.
-        watchdog_timeout: silence after which it vents [s], > 0.
-        leak_time: time in which a leak lets the pressure of a closed gripper fall to 1/e [s], > 0.
-        noise: standard deviation of the reported pressure [Pa], >= 0.
-        resolution: of the reported pressure [Pa], >= 0; 0: no rounding.
-
-    Raises:
-        InvalidInputError: a value is out of its range.
-    """
-
-    time_constant: float
-    supply_pressure: float
-    watchdog_timeout: float
-    leak_time: float
-    noise: float = 0.0
-    resolution: float = 0.0
-
-    def __post_init__(self) -> None:
-        for field in ("time_constant", "supply_pressure", "watchdog_timeout", "leak_time"):
-            require_positive(field, getattr(self, field))
-        for field in ("noise", "resolution"):
-            require_non_negative(field, getattr(self, field))
+    gripper: str = parameter(
+        "paper_design_70",
+        "Gripper description of the simulated gripper: a shipped one's name, or a file's path.",
+        read_only=True,
+    )
+    frame_id: str = parameter("gripper_base", "Frame of every stamped message.", read_only=True)
+    stiffness_factor: float = parameter(
+        1.0,
+        "Real stiffness of the gripper's material, as a multiple of the described one.",
+        0.2,
+        5.0,
+        read_only=True,
+    )
+    object_load: float = parameter(
+        0.0,
+        "Force that pulls at the object along gravity [N], its weight in the air; 0: none.",
+        0.0,
+        1000.0,
+    )
+    fault: str = choice(Fault.NONE, "Fault of the regulator.")
+    time_constant: float = parameter(0.1, "Lag of the regulator's loop [s].", 0.001, 10.0)
+    supply_pressure: float = parameter(
+        3.0e5,
+        "Gauge pressure of the supply [Pa]; a command above it is refused.",
+        1.0e4,
+        1.0e6,
+        read_only=True,
+    )
+    watchdog_timeout: float = parameter(
+        0.5,
+        "Silence of pressure_command after which the regulator vents by itself [s].",
+        0.02,
+        60.0,
+    )
+    leak_time: float = parameter(
+        0.2,
+        "Time in which a leak empties a closed gripper to 1/e [s]; acts at fault leak.",
+        0.01,
+        100.0,
+    )
+    pressure_noise: float = parameter(
+        50.0, "Standard deviation of the measured pressure [Pa].", 0.0, 1.0e5
+    )
+    pressure_resolution: float = parameter(
+        10.0, "Step of the measured pressure [Pa]; 0: none.", 0.0, 1.0e5
+    )
+    measured_rate: float = parameter(50.0, "Rate of measured_pressure [Hz].", 1.0, 100.0)
+    truth_rate: float = parameter(20.0, "Rate of the topics below simulated/ [Hz].", 1.0, 50.0)
+    shape_in_time: bool = parameter(
+        False,
+        "Let simulated/backbone lag behind the pressure and swing, as a free tube with its "
+        "mass does; computed in a process of its own.",
+        read_only=True,
+    )
+    publish_clock: bool = parameter(
+        False,
+        "Publish /clock, for nodes with use_sim_time; the simulation is then as fast as "
+        "real_time_factor says, whatever the machine does.",
+        read_only=True,
+    )
+    real_time_factor: float = parameter(
+        1.0, "Speed of /clock; acts when publish_clock is true.", 0.01, 10.0
+    )
+    seed: int = parameter(0, "Seed of all noise.", 0, 1_000_000, read_only=True)
 
 
 class SimulatedRegulator:
@@ -68,17 +109,13 @@ class SimulatedRegulator:
 
     Args:
         model: what it is like.
-        seed: of the noise in its reports.
 
     Attributes:
         model: may be replaced at any time by one with the same supply pressure.
         fault: may be changed at any time.
 
     Example:
-        >>> model = RegulatorModel(
-        ...     time_constant=0.1, supply_pressure=3e5, watchdog_timeout=0.5, leak_time=0.2
-        ... )
-        >>> regulator = SimulatedRegulator(model)
+        >>> regulator = SimulatedRegulator(SimulatedRegulatorParameters())
         >>> regulator.command(4e4)
         True
         >>> regulator.step(0.5)
@@ -89,10 +126,10 @@ class SimulatedRegulator:
         (0.0, True)
     """
 
-    def __init__(self, model: RegulatorModel, seed: int = 0) -> None:
+    def __init__(self, model: SimulatedRegulatorParameters) -> None:
         self.model = model
         self.fault = Fault.NONE
-        self._random = np.random.default_rng(seed)
+        self._random = np.random.default_rng(model.seed)
         self._pressure = 0.0
         self._command: float | None = None
         self._silence = 0.0
@@ -159,9 +196,12 @@ class SimulatedRegulator:
         """Return the pressure [Pa] that its transmitter reports now; None: the link is lost."""
         if self.fault is Fault.LOST_LINK:
             return None
-        reported = self._pressure + self.model.noise * float(self._random.standard_normal())
-        if self.model.resolution > 0.0:
-            reported = round(reported / self.model.resolution) * self.model.resolution
+        reported = self._pressure + self.model.pressure_noise * float(
+            self._random.standard_normal()
+        )
+        resolution = self.model.pressure_resolution
+        if resolution > 0.0:
+            reported = round(reported / resolution) * resolution
         return min(max(reported, 0.0), self.model.supply_pressure)
 
     def _flow(self, duration: float, target: float) -> None:

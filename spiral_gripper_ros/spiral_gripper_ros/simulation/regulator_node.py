@@ -16,11 +16,11 @@ from std_srvs.srv import Trigger
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.simulation.pacing import RateGate
-from spiral_gripper_ros.simulation.parameters import (
+from spiral_gripper_ros.simulation.regulator import (
+    Fault,
+    SimulatedRegulator,
     SimulatedRegulatorParameters,
-    regulator_model,
 )
-from spiral_gripper_ros.simulation.regulator import Fault, SimulatedRegulator
 
 REGULATOR_NODE = "simulated_regulator"
 DIAGNOSTICS_RATE = 1.0
@@ -52,7 +52,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         super().__init__(REGULATOR_NODE, **options)
         self._declared = DeclaredParameters(self, self._apply, SimulatedRegulatorParameters)
         self.values = self._declared.values()
-        self.regulator = SimulatedRegulator(regulator_model(self.values), self.values.seed)
+        self.regulator = SimulatedRegulator(self.values)
         self._measuring, self._diagnosing = RateGate(), RateGate()
         self._measured = self.create_publisher(FluidPressure, "measured_pressure", MEASUREMENTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -87,7 +87,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         """Let parameters take effect at once."""
         del names
         self.values = self._declared.values()
-        self.regulator.model = regulator_model(self.values)
+        self.regulator.model = self.values
         fault = Fault(self.values.fault)
         if fault is not self.regulator.fault:
             self.get_logger().info(f"fault: {self.regulator.fault.value} -> {fault.value}")
@@ -108,7 +108,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         if pressure is None:
             return
         message = FluidPressure(header=self.header(stamp), fluid_pressure=pressure)
-        message.variance = self.regulator.model.noise**2
+        message.variance = self.regulator.model.pressure_noise**2
         self._measured.publish(message)
 
     def _diagnose(self, stamp: Any) -> None:  # noqa: ANN401
