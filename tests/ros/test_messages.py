@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseArray
-from rclpy.serialization import deserialize_message
 from ros.harness import all_finite
 from std_msgs.msg import Header
 
@@ -22,7 +20,6 @@ from spiral_gripper_ros.control.snapshot import MeasuredPressure, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.messages.conversions import (
     REGIMES,
-    backbone_to_bytes,
     backbone_to_msg,
     status_to_msg,
 )
@@ -75,16 +72,6 @@ def test_the_backbone_has_the_ends_and_the_frames_of_the_shape(planner):
         p, q = pose.position, pose.orientation
         assert (p.x, p.y, p.z) == tuple(state.positions[index])
         assert (q.x, q.y, q.z, q.w) == tuple(state.orientations[index])
-
-
-@pytest.mark.parametrize("points", [2, 7, 50])
-@pytest.mark.parametrize("length", range(9))
-def test_the_backbone_as_bytes_is_the_same_message(planner, points, length):
-    """However long the name of the frame is, which moves the numbers behind it."""
-    state, header = planner.plan(0.02).wrap.state, Header(frame_id="f" * length)
-    header.stamp.sec, header.stamp.nanosec = 5, 7
-    sent = backbone_to_bytes(state, points, header)
-    assert deserialize_message(sent, PoseArray) == backbone_to_msg(state, points, header)
 
 
 def test_a_poses_x_axis_is_the_tangent(planner):

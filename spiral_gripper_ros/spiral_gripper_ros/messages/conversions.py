@@ -5,13 +5,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
 from numpy.typing import NDArray
-from rclpy.serialization import serialize_message
 
 from spiral_core.rod.types import RodState, Vector
 from spiral_core.wrap.placement import ObjectPlacement
@@ -76,16 +74,8 @@ def vector_to_msg(vector: Sequence[float]) -> Vector3:
 
 def picked_nodes(state: RodState | TubeShape, points: int) -> NDArray[np.intp]:
     """Return the indices of at most ``points`` >= 2 nodes, evenly spread, the ends always."""
-    return _evenly(len(state.positions), points)
-
-
-@lru_cache(maxsize=64)
-def _evenly(count: int, points: int) -> NDArray[np.intp]:
-    """Return indices of ``count`` nodes; shape after shape asks for the same ones."""
-    last = count - 1
-    picked = np.unique(np.linspace(0, last, min(points, count)).round().astype(np.intp))
-    picked.flags.writeable = False
-    return picked
+    last = len(state.positions) - 1
+    return np.linspace(0, last, min(points, last + 1)).round().astype(np.intp)
 
 
 def backbone_to_msg(state: RodState | TubeShape, points: int, header: Any) -> PoseArray:  # noqa: ANN401
@@ -107,19 +97,6 @@ def backbone_to_msg(state: RodState | TubeShape, points: int, header: Any) -> Po
         for p, q in zip(positions, orientations, strict=True)
     ]
     return PoseArray(header=header, poses=poses)
-
-
-def backbone_to_bytes(state: RodState, points: int, header: Any) -> bytes:  # noqa: ANN401
-    """Return :func:`backbone_to_msg` as it is sent.
-
-    In CDR a sequence of poses is their number and the array itself. To make fifty Python objects
-    of them and to serialize those takes 0.25 ms, this a thirtieth.
-    """
-    picked = picked_nodes(state, points)
-    poses = np.hstack((state.positions[picked], state.orientations[picked]))
-    start = bytes(serialize_message(PoseArray(header=header)))[:-4]  # without the number, 0
-    aligned = -len(start) % 8  # the array begins at a multiple of 8, counted from the fifth byte on
-    return start + np.uint32(len(poses)).tobytes() + bytes(aligned) + poses.tobytes()
 
 
 def pose_along(placement: ObjectPlacement) -> Pose:

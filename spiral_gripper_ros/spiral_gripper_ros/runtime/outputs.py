@@ -14,7 +14,7 @@ from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import MarkerArray
 
 from spiral_gripper_msgs.msg import GripStatus
-from spiral_gripper_ros.messages.conversions import backbone_to_bytes
+from spiral_gripper_ros.messages.conversions import backbone_to_msg
 from spiral_gripper_ros.messages.qos import COMMAND, LATEST
 from spiral_gripper_ros.planning.planner import GripShape
 
@@ -75,7 +75,7 @@ class Outputs:
     def publish_shape(self, name: str, shape: GripShape | None, points: int, header: Any) -> None:  # noqa: ANN401
         """Publish a shape, if there is one and the node is active."""
         if shape is not None:
-            self.publish(name, backbone_to_bytes(shape.state, points, header))
+            self.publish(name, backbone_to_msg(shape.state, points, header))
 
     @property
     def markers_are_wanted(self) -> bool:
