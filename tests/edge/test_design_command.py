@@ -13,6 +13,7 @@ from spiral_core import (
     DesignRequirement,
     design_gripper,
 )
+from spiral_core.design.closing import ClosedObject
 from spiral_gripper import (
     convert_from_si,
     load_description,
@@ -24,9 +25,16 @@ from spiral_gripper.files.units import Dimension
 
 pytestmark = pytest.mark.long
 
+# The seven steps alone: closing on these objects takes half a minute.
+PAPER = [*EXAMPLE, "--paper"]
+SMALL = [
+    "design", "--radius-min", "12 mm", "--radius-max", "25 mm", "--tube", "9.5 mm x 0.8 mm",
+    "--beta", "60 deg",
+]  # fmt: skip
+
 
 def test_design_prints_the_steps_and_the_answer(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(EXAMPLE) == 0
+    assert run(PAPER) == 0
     text = capsys.readouterr().out
     for expected in ("1 tube", "7 exact design space", "70 deg", "364 mm", "feasible"):
         assert expected in text
@@ -35,7 +43,7 @@ def test_design_prints_the_steps_and_the_answer(capsys: pytest.CaptureFixture[st
 
 
 def test_design_in_json_is_the_call_in_python(capsys: pytest.CaptureFixture[str]) -> None:
-    document = answer(capsys, *EXAMPLE)
+    document = answer(capsys, *PAPER)
     report = design_gripper(
         DesignRequirement(
             radius_min=0.011,
@@ -59,10 +67,40 @@ def test_design_in_json_is_the_call_in_python(capsys: pytest.CaptureFixture[str]
     assert document["binding"]["constraint"] in {"strain", "object_length"}
 
 
+def test_a_design_is_closed_on_its_objects_as_grip_closes_its_file(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.yaml"
+    document = answer(capsys, *SMALL, "--friction", "0.4", "--save", str(path))
+    closing = document["steps"][7]
+    assert (closing["number"], closing["satisfied"]) == (8, True)
+    onsets = {figure["name"]: figure["value"] for figure in closing["figures"]}
+    assert list(onsets) == [f"wrapped from, {radius} mm" for radius in ("25", "18.5", "12")]
+    assert load_description(path).gripper.friction_coefficient == 0.4
+    gripped = answer(capsys, "wrap", str(path), "--radius", "18.5 mm")
+    # Twelve digits are written.
+    assert gripped["pressure"] == pytest.approx(onsets["wrapped from, 18.5 mm"], rel=1e-6)
+
+
+def test_a_design_that_contact_does_not_wrap_is_refused(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "spiral_core.design.closing.close_on_objects",
+        lambda *_, **__: (ClosedObject(0.025, 40e3), ClosedObject(0.012, reason="it slips")),
+    )
+    assert run([*SMALL, "--units", "psi,in"]) == 1
+    text = " ".join(capsys.readouterr().out.split())
+    assert "8 closing with contact no" in text
+    assert "not feasible: objects wrapped with contact: 1, at least 2" in text
+    assert "0.4724 in is not wrapped: it slips" in text
+    assert "no single change" not in text
+
+
 def test_infeasible_design_exits_with_1_and_says_what_would_do(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert run([*EXAMPLE, "--pressure-max", "50 kPa"]) == 1
+    assert run([*PAPER, "--pressure-max", "50 kPa"]) == 1
     text = " ".join(capsys.readouterr().out.split())
     assert "not feasible: pressure limit" in text
     assert "sufficient change: pressure_max = 78.19 kPa instead of 50 kPa" in text
@@ -71,7 +109,7 @@ def test_infeasible_design_exits_with_1_and_says_what_would_do(
 @pytest.mark.parametrize("suffix", [".md", ".html"])
 def test_report_holds_steps_figures_and_picture(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"report{suffix}"
-    assert run([*EXAMPLE, "--json", "--report", str(path)]) == 0
+    assert run([*PAPER, "--json", "--report", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
     assert "Step 7" in text
     assert "364 mm" in text
@@ -83,7 +121,7 @@ def test_saved_description_is_the_design(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / "mine.yaml"
-    document = answer(capsys, *EXAMPLE, "--save", str(path))
+    document = answer(capsys, *PAPER, "--save", str(path))
     description = load_description(path)
     assert description.gripper.name == "mine"
     # Twelve digits are written.
@@ -104,14 +142,14 @@ def test_a_saved_description_has_the_friction_that_its_payload_was_judged_with(
 ) -> None:
     monkeypatch.setattr("spiral_core.design.payload.carried_mass", lambda *_: 0.02)
     path = tmp_path / "mine.yaml"
-    assert run([*EXAMPLE, "--payload", "10 g", "--friction", "0.5", "--save", str(path)]) == 0
+    assert run([*PAPER, "--payload", "10 g", "--friction", "0.5", "--save", str(path)]) == 0
     assert load_description(path).gripper.friction_coefficient == 0.5
 
 
 @pytest.mark.parametrize("name", ["70", "2026-01-01", "null", 'a: "b"'])
 def test_a_saved_description_may_have_any_name(name: str, tmp_path: Path) -> None:
     path = tmp_path / f"{name}.yaml"
-    assert run([*EXAMPLE, "--save", str(path)]) == 0
+    assert run([*PAPER, "--save", str(path)]) == 0
     assert load_description(path).gripper.name == name
 
 
@@ -119,7 +157,7 @@ def test_nothing_is_saved_that_is_not_feasible(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / "mine.yaml"
-    assert run([*EXAMPLE, "--pressure-max", "50 kPa", "--save", str(path)]) == 2
+    assert run([*PAPER, "--pressure-max", "50 kPa", "--save", str(path)]) == 2
     assert "nothing is saved: not feasible" in capsys.readouterr().err
     assert not path.exists()
 
@@ -127,7 +165,7 @@ def test_nothing_is_saved_that_is_not_feasible(
 def test_an_existing_file_is_kept(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("mine", encoding="utf-8")
-    assert run([*EXAMPLE, "--save", str(path)]) == 2
+    assert run([*PAPER, "--save", str(path)]) == 2
     assert "exists already and is kept" in capsys.readouterr().err
     assert path.read_text(encoding="utf-8") == "mine"
 
@@ -141,7 +179,7 @@ def test_without_matplotlib_one_line_says_what_to_install(
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     saved = tmp_path / "mine.yaml"
     picture = str(tmp_path / "mine.png")
-    assert run([*EXAMPLE, "--save", str(saved), "--plot", picture]) == 2
+    assert run([*PAPER, "--save", str(saved), "--plot", picture]) == 2
     assert "spiral-gripper[plot]" in capsys.readouterr().err
     assert saved.exists()
 

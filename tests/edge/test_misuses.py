@@ -162,7 +162,7 @@ MISUSES = {
     D + "--alpha '100 deg'": "is -80 deg here",
     D + "--prefer cheapest": "least-strain",
     D + "--pressure-max '-1 psi'": "--pressure-max must be",
-    D + "--friction 0.5": "--friction goes with --payload",
+    D + "--paper --friction 0.5": "--friction goes with --payload",
     P + "--friction 0.5": "--friction goes with --payload",
     D + "--end-allowance '-1 mm'": "--end-allowance must be",
     D + "--save x.yml": ".yaml",

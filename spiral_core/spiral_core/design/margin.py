@@ -22,6 +22,7 @@ class Constraint(Enum):
     LARGEST_RADIUS = "largest radius of the coil"
     TURNS = "turns"
     PAYLOAD = "payload"
+    WRAPPED = "objects wrapped with contact"
 
     @property
     def unit(self) -> str:
@@ -39,9 +40,9 @@ class Constraint(Enum):
         return "at most" if self.is_upper else "at least"
 
     @property
-    def is_set_by_length(self) -> bool:
-        """Whether the choice of length meets it just so, and its margin says nothing."""
-        return self in (Constraint.TURNS, Constraint.LARGEST_RADIUS)
+    def is_met_just_so(self) -> bool:
+        """Whether a design that meets it does so just so, and its margin says nothing."""
+        return self in (Constraint.TURNS, Constraint.LARGEST_RADIUS, Constraint.WRAPPED)
 
 
 _UNITS = {
@@ -49,12 +50,14 @@ _UNITS = {
     Constraint.PRESSURE: "Pa",
     Constraint.TURNS: "1",
     Constraint.PAYLOAD: "kg",
+    Constraint.WRAPPED: "1",
 }
 _LOWER = (
     Constraint.TURN_CLEARANCE,
     Constraint.LARGEST_RADIUS,
     Constraint.TURNS,
     Constraint.PAYLOAD,
+    Constraint.WRAPPED,
 )
 
 
@@ -107,7 +110,7 @@ class Margin:
 def tightest(margins: tuple[Margin, ...]) -> Margin:
     """Return the margin that binds: the smallest relative one of those that the design can choose.
 
-    A constraint that the length is chosen to meet just so counts only when it is violated.
+    A constraint that is met just so counts only when it is violated.
     """
-    counted = [m for m in margins if not (m.constraint.is_set_by_length and m.is_met)]
+    counted = [m for m in margins if not (m.constraint.is_met_just_so and m.is_met)]
     return min(counted or margins, key=lambda margin: margin.relative)

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The design procedure: a gripper for given objects and limits, or the constraint that prevents it.
 
-The paper's seven steps; ``docs/design.md`` describes them and what was added.
+The paper's seven steps, and an eighth that closes the gripper on the objects with contact;
+``docs/design.md`` describes them and what was added.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,11 +34,14 @@ from spiral_core.design.rod_correction import (
     gripper_of,
     pressure_limit,
 )
-from spiral_core.design.steps import steps_of
+from spiral_core.design.steps import closing_step, steps_of
 from spiral_core.errors import NoCoilError
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import place_object
+
+if TYPE_CHECKING:
+    from spiral_core.design.closing import ClosedObject
 
 # Points of the answer's pressure-radius curve.
 CURVE_POINTS = 41
@@ -56,11 +61,15 @@ LOOK_AHEAD = {
     Preference.LARGEST_MARGIN: 1000,
 }
 
+# So many feasible candidates are closed on the objects where the free coil lies, before other
+# places are tried for the preferred one.
+MOST_CLOSED = 6
+
 Progress = Callable[[int, int, str], None]
 
 
 def design_gripper(
-    requirement: DesignRequirement, progress: Progress | None = None
+    requirement: DesignRequirement, progress: Progress | None = None, *, contact: bool = False
 ) -> DesignReport:
     """Return a gripper for objects and limits, or the constraint that forbids it.
 
@@ -72,10 +81,14 @@ def design_gripper(
     Args:
         requirement: objects, limits, what is on offer.
         progress: called with the number of candidates solved, the number there may be, and the
-            name of the next, before each.
+            name of the next, before each; then likewise of the objects that are closed on.
+        contact: whether the gripper is also closed on the largest, the middle and the smallest
+            object, with contact and friction. A candidate that leaves one of them unwrapped where
+            the free coil lies gives way to the next; where each does, other places are tried for
+            the preferred one. Takes some seconds, with other places up to minutes.
 
     Returns:
-        The design with its seven steps; if there is none, what comes nearest, what binds, and the
+        The design with its steps; if there is none, what comes nearest, what binds, and the
         least changes that suffice.
 
     Raises:
@@ -103,15 +116,21 @@ def design_gripper(
     order = _order(requirement, estimates)
     tried = _solve_in_order(requirement, order, progress)
     chosen = _chosen(requirement, tried)
+    closed: tuple[ClosedObject, ...] = ()
+    if contact and chosen.is_feasible:
+        tried, chosen, closed = _closed(requirement, tried, progress)
     design = _design(requirement, chosen)
+    steps = steps_of(requirement, estimates, tried, chosen, design)
     relaxations: tuple[Relaxation, ...] = ()
-    if not chosen.is_feasible:
+    if closed:
+        steps = (*steps, closing_step(closed))
+    elif not chosen.is_feasible:
         relaxations = relaxations_of(requirement, tried, chosen.binding.constraint)
     return DesignReport(
         requirement=requirement,
         feasible=chosen.is_feasible,
         design=design,
-        steps=steps_of(requirement, estimates, tried, chosen, design),
+        steps=steps,
         binding=chosen.binding,
         relaxations=relaxations,
         tried=tuple(tried),
@@ -157,8 +176,50 @@ def _solve_in_order(
     return solved
 
 
+def _closed(
+    requirement: DesignRequirement, tried: Sequence[Evaluation], progress: Progress | None
+) -> tuple[list[Evaluation], Evaluation, tuple[ClosedObject, ...]]:
+    """Return the candidates judged by contact, the preferred that wraps every object, and how.
+
+    If none wraps every object, the preferred one of all.
+
+    Raises:
+        SolverError: a free shape could not be certified.
+    """
+    # Contact is loaded only when it is asked for.
+    from spiral_core.design.closing import close_on_objects, judged, objects_of
+
+    preferred = _preferred(requirement)
+    order = [number for number, evaluation in enumerate(tried) if evaluation.is_feasible]
+    order = sorted(order, key=lambda number: preferred(tried[number]))[:MOST_CLOSED]
+    steps = (len(order) + 2) * len(objects_of(requirement))
+    done = 0
+
+    def told(what: str) -> None:
+        nonlocal done
+        if progress is not None:
+            progress(done, steps, what)
+        done += 1
+
+    result, number = list(tried), order[0]
+    closed: tuple[ClosedObject, ...] = ()
+    for number, anywhere in (*((n, False) for n in order), (order[0], True)):
+        closed = close_on_objects(requirement, tried[number], told, anywhere=anywhere)
+        result[number] = judged(tried[number], closed)
+        if result[number].is_feasible:
+            break
+    return result, result[number], closed
+
+
 def _chosen(requirement: DesignRequirement, tried: Sequence[Evaluation]) -> Evaluation:
     """Return the preferred one of the candidates that do; if none does, what comes nearest."""
+    return min(tried, key=_preferred(requirement))
+
+
+def _preferred(
+    requirement: DesignRequirement,
+) -> Callable[[Evaluation], tuple[bool, float, tuple[int, bool, float]]]:
+    """Return the sort key of candidates: those that do, by preference, then by what is violated."""
 
     def key(evaluation: Evaluation) -> tuple[bool, float, tuple[int, bool, float]]:
         preferred = math.inf
@@ -175,7 +236,7 @@ def _chosen(requirement: DesignRequirement, tried: Sequence[Evaluation]) -> Eval
             rank(evaluation),
         )
 
-    return min(tried, key=key)
+    return key
 
 
 def _order(requirement: DesignRequirement, estimates: Sequence[Estimate]) -> list[Estimate]:

@@ -194,7 +194,7 @@ def _least_room(margins: Iterable[Margin], field: str) -> float:
     counted = (
         m.relative
         for m in margins
-        if not m.is_met or (m.constraint in eased and not m.constraint.is_set_by_length)
+        if not m.is_met or (m.constraint in eased and not m.constraint.is_met_just_so)
     )
     return min(counted, default=1.0)
 

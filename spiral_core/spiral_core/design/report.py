@@ -10,7 +10,7 @@ from spiral_core.actuator.actuator import Actuator, Winding
 from spiral_core.brief import brief_repr
 from spiral_core.design.evaluation import Evaluation
 from spiral_core.design.helix_estimate import GripFigures
-from spiral_core.design.margin import Margin
+from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.requirement import DesignRequirement, Elastomer, TubeSize
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement
@@ -36,10 +36,10 @@ class StepQuantity:
 
 @dataclass(frozen=True, slots=True)
 class DesignStep:
-    """One of the seven steps, with its intermediate result.
+    """One step of the design, with its intermediate result.
 
     Args:
-        number: 1 to 7.
+        number: 1 to 7, as in the paper; 8 closes the gripper on the objects.
         title: what is decided.
         satisfied: whether the step could be met.
         remark: how, or why not, in one line.
@@ -156,7 +156,7 @@ class DesignReport:
         feasible: whether everything required is met.
         design: the answer; if nothing meets the requirement, what comes nearest; None if nothing
             wraps at all.
-        steps: the seven steps.
+        steps: the seven steps, and the eighth where contact was asked for.
         binding: the constraint that leaves least room, or that forbids.
         relaxations: if infeasible, sufficient changes of one requirement, the smallest first.
         tried: the candidates that were solved as rods, in the order they were tried.
@@ -175,15 +175,21 @@ class DesignReport:
     candidates: int
 
     @property
+    def outlook(self) -> str:
+        """What would help where no design is feasible, or why nothing is known to, in one line."""
+        if self.relaxations:
+            first = self.relaxations[0]
+            return (
+                f"feasible with {first.field} = {first.sufficient:.5g} instead of "
+                f"{first.requested:.5g} ({first.design})"
+            )
+        if self.binding.constraint is Constraint.WRAPPED:
+            return self.steps[-1].remark
+        return "no single change of the requirement makes it feasible"
+
+    @property
     def message(self) -> str:
         """The answer in one line."""
         if self.feasible and self.design is not None:
             return self.design.sentence
-        nearest = "no single change of the requirement makes it feasible"
-        if self.relaxations:
-            first = self.relaxations[0]
-            nearest = (
-                f"feasible with {first.field} = {first.sufficient:.5g} instead of "
-                f"{first.requested:.5g} ({first.design})"
-            )
-        return f"not feasible: {self.binding.sentence}; {nearest}"
+        return f"not feasible: {self.binding.sentence}; {self.outlook}"

@@ -20,6 +20,7 @@ from spiral_core.errors import NoCoilError, NotGrippableError, SolverError
 from spiral_core.numerics.roots import minimum
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import (
+    DEFAULT_FRICTION,
     DEFAULT_TURNS,
     STANDARD_GRAVITY,
     Gripper,
@@ -135,6 +136,8 @@ def gripper_of(
         length: unstretched length [m].
         pressure_max: largest gauge pressure [Pa]; None takes the actuator's own limit.
     """
+    friction = requirement.friction_coefficient
+    told = friction != DEFAULT_FRICTION
     return gripper_from_actuator(
         candidate.label,
         candidate.actuator(requirement, length),
@@ -144,7 +147,7 @@ def gripper_of(
         gravity=requirement.gravity,
         object_axis=requirement.object_axis,
         turns_required=requirement.turns_required,
-        friction_coefficient=requirement.friction_coefficient if requirement.payload else None,
+        friction_coefficient=friction if requirement.payload or told else None,
     )
 
 

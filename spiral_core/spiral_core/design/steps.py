@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The seven steps of the design procedure, each with its own intermediate result."""
+"""The steps of the design procedure, each with its own intermediate result."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.design.evaluation import Estimate, Evaluation
@@ -11,6 +12,9 @@ from spiral_core.design.helix_estimate import GripFigures, helix_radius
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.report import Design, DesignStep, StepQuantity
 from spiral_core.design.requirement import DesignRequirement
+
+if TYPE_CHECKING:
+    from spiral_core.design.closing import ClosedObject
 
 
 def steps_of(
@@ -229,6 +233,23 @@ def _design_space(chosen: Evaluation, design: Design | None) -> DesignStep:
         f"{design.smallest.pressure / 1e3:.4g} kPa at {1e3 * design.smallest.radius:.4g} mm"
     )
     return DesignStep(7, title, _met(margins), remark, figures)
+
+
+def closing_step(closed: Sequence[ClosedObject]) -> DesignStep:
+    """Return the eighth step: what closing on the objects with contact ended with."""
+    figures, said = [], []
+    for one in closed:
+        name = f"{1e3 * one.radius:.4g} mm"
+        if one.onset is None:
+            said.append(f"{name} is not wrapped: {one.reason}")
+            continue
+        figures.append(StepQuantity(f"wrapped from, {name}", one.onset, "Pa"))
+        if one.shift:
+            figures.append(StepQuantity(f"object shifted by, {name}", one.shift, "m"))
+            said.append(f"{name} is wrapped from another place than the free coil's")
+    remark = "; ".join(said) or "all objects are wrapped where the free coil lies"
+    satisfied = all(one.onset is not None for one in closed)
+    return DesignStep(8, "closing with contact", satisfied, remark, tuple(figures))
 
 
 def _only(margins: Iterable[Margin], *constraints: Constraint) -> list[Margin]:

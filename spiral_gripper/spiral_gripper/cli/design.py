@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ import click
 from spiral_gripper.cli.output import print_json, say_written, write_picture
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
 from spiral_gripper.cli.types import REPORT_FILE, YAML_FILE, output_options, plot_option
+from spiral_gripper.cli.workers import progress_bar
 
 if TYPE_CHECKING:
     from spiral_core.design.report import DesignReport
@@ -25,6 +27,11 @@ Example:
 
 @click.command(epilog=EXAMPLE)
 @requirement_options
+@click.option(
+    "--paper",
+    is_flag=True,
+    help="The paper's seven steps alone: nothing is closed on an object.",
+)
 @output_options
 @plot_option
 @click.option("--report", type=REPORT_FILE, help="Write a report to a .md or .html file.")
@@ -34,15 +41,21 @@ Example:
     help="Write the gripper's description to a .yaml file, for the node and the other commands.",
 )
 def design(
-    as_json: bool, plot: Path | None, report: Path | None, save: Path | None, **options: object
+    as_json: bool,
+    plot: Path | None,
+    report: Path | None,
+    save: Path | None,
+    paper: bool,
+    **options: object,
 ) -> int:
     """Design a gripper for given objects and limits.
 
     The paper's seven steps: tube, radius ratios, fiber angle, length, object length, correction
-    for gravity, exact pressure-radius curve. Exit code 1: no design is feasible; the output states
-    the limit that prevents it and the smallest change that makes one feasible.
+    for gravity, exact pressure-radius curve. In an eighth the gripper closes on the largest, the
+    middle and the smallest object, with contact and friction. Exit code 1: no design is feasible;
+    the output states the limit that prevents it and the smallest change that makes one feasible.
     """
-    requirement = requirement_from(options)
+    requirement = requirement_from(options, contact=not paper)
 
     from spiral_core.design.procedure import design_gripper
     from spiral_gripper.cli.sentences import typed_units
@@ -50,7 +63,11 @@ def design(
 
     context = click.get_current_context()
     context.with_resource(units_shown(typed_units(context.obj or {})))
-    result = design_gripper(requirement)
+    quiet = as_json or not sys.stderr.isatty()
+    with progress_bar("designing", quiet=quiet) as move:
+        result = design_gripper(
+            requirement, lambda done, total, _: move(done, total), contact=not paper
+        )
     if as_json:
         from spiral_gripper.reports.design_document import report_as_dict
 

@@ -77,7 +77,7 @@ _OPTIONS: Final = (
         "friction_coefficient",
         type=NUMBER,
         metavar="MU",
-        help="Friction coefficient of tube and objects, for --payload. [default: 0.3]",
+        help="Friction coefficient of tube and objects, where contact counts. [default: 0.3]",
     ),
     click.option(
         "--end-allowance", type=LENGTH, help="Tube beyond the gripper at each end. [default: 20 mm]"
@@ -100,15 +100,19 @@ def requirement_options(function: Decorated) -> Decorated:
     return function
 
 
-def requirement_from(options: dict[str, Any]) -> DesignRequirement:
+def requirement_from(options: dict[str, Any], *, contact: bool = False) -> DesignRequirement:
     """Return the requirement that the options state, and remove them from ``options``.
+
+    Args:
+        options: as they were typed.
+        contact: whether friction matters without a payload, too.
 
     Raises:
         DescriptionError: the tubing file cannot be used.
         InvalidInputError: a value is out of its range.
-        click.UsageError: friction without a payload, which alone it matters to.
+        click.UsageError: friction where it matters to nothing.
     """
-    if options["friction_coefficient"] is not None and options["payload"] is None:
+    if options["friction_coefficient"] is not None and options["payload"] is None and not contact:
         raise click.UsageError("--friction goes with --payload")
     from spiral_core.design.requirement import DesignRequirement, Preference
     from spiral_gripper.files.plausibility import warnings_of_size

@@ -20,7 +20,7 @@ MARGIN_HEADER = ("constraint", "figure", "bound", "room")
 
 
 def print_report(report: DesignReport, console: Console) -> None:
-    """Print a design report: the seven steps, the answer, the margins."""
+    """Print a design report: the steps, the answer, the margins."""
     for step in report.steps:
         _print_step(step, console)
     if report.design is not None:
@@ -33,7 +33,7 @@ def print_report(report: DesignReport, console: Console) -> None:
     for relaxation in report.relaxations:
         console.print(f"  sufficient change: {relaxation_text(relaxation)}", highlight=False)
     if not report.relaxations:
-        console.print("  no single change of the requirement makes a design feasible")
+        console.print(f"  {reworded(report.outlook)}", highlight=False)
 
 
 def answer_title(report: DesignReport) -> str:
