@@ -190,7 +190,7 @@ def test_plots_in_every_format(suffix: str, start: bytes, tmp_path: Path) -> Non
             ["wrap", "prototype_p1", "--radius", "9 mm"],
             r"prototype_p1 around 9 mm, at \d\d\.\d+ kPa",
         ),
-        (["chart", "pressure", "prototype_p1"], "prototype_p1"),
+        (["chart", "pressure", "prototype_p1"], "prototype_p1, by the tip criterion"),
         (["chart", "gravity", "prototype_p1"], "prototype_p1"),
         (["chart", "design-space", "prototype_p1"], "tube of prototype_p1, helix model"),
     ],

@@ -207,8 +207,11 @@ def test_colors_follow_what_they_name(description, held):
 def test_words_say_what_is_known(said, answer, settings, state):
     assert "computing" in said(None, settings, state)
     text = said(answer, replace(settings, pressure=answer.wrap.pressure), state)
-    assert "perfect wrap" in text
+    assert "tip criterion of 20 mm" in text
     assert f"{answer.wrap.pressure / 1e3:.4g} kPa" in text
+    unheld = said(replace(answer, no_grip="it slips"), settings, state)
+    assert unheld.startswith("**not wrapped** (in contact)")
+    assert "**not held:** it slips" in unheld
     refused = replace(answer, wrap=None, placement=None, refusal="too thick for it")
     assert "20 mm cannot be wrapped:** too thick for it" in said(refused, settings, state)
 
@@ -224,7 +227,7 @@ def test_margins_are_those_of_limit_and_strain(said, description, answer, settin
     with display_units("psi", "in"):
         text = said(answer, replace(settings, pressure=0.75 * limit), state)
         assert "25 % below the pressure limit (16 psi)" in text
-        assert "perfect wrap of 0.7874 in: **8.274 psi**" in text
+        assert "tip criterion of 0.7874 in: **8.274 psi**" in text
         assert not any(unit in text for unit in (" mm", " kPa"))
 
 

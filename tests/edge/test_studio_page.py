@@ -20,7 +20,7 @@ def address():
 @pytest.fixture
 def page(address):
     with opened(address) as page:
-        appears(page, "perfect wrap of")
+        appears(page, "tip criterion of")
         yield page
 
 
@@ -70,7 +70,7 @@ def test_the_closing_is_computed_and_played_in_true_time(page):
 
 def test_the_page_is_in_the_units_that_were_chosen():
     with studio("--units", "psi,in") as address, opened(address) as page:
-        appears(page, r"perfect wrap of .* in: .*psi")
+        appears(page, r"tip criterion of .* in: .*psi")
         slider = page.get_by_role("slider").first
         before = appears(page, r" at [\d.]+ psi")
         slider.focus()

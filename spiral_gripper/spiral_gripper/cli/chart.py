@@ -108,7 +108,7 @@ def pressure(
     plot: Path | None,
     **options: object,
 ) -> None:
-    """Pressure against object radius, with the regimes: overhang, perfect wrap, curling."""
+    """The tip criterion's pressure against object radius: overhang, perfect wrap, curling."""
     _require_output(as_json, plot)
     from spiral_core.design.charts import regime_chart
     from spiral_core.wrap.curve import WrapCurve

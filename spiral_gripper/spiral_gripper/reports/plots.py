@@ -71,7 +71,7 @@ def design_figure(report: DesignReport) -> Figure:
 def regime_figure(
     chart: RegimeChart, name: str, uncertain: Sequence[RadiusPressure] = ()
 ) -> Figure:
-    """Return pressure against object radius with the three regimes as areas, below the limit.
+    """Return the tip criterion's pressure against object radius, with three regimes as areas.
 
     Args:
         chart: the regimes.
@@ -103,7 +103,7 @@ def regime_figure(
         )  # fmt: skip
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
-    axes.set_title(name)
+    axes.set_title(f"{name}, by the tip criterion")
     figure.legend(loc="outside right upper")
     return figure
 

@@ -42,9 +42,9 @@ def add_chart(
 
 
 def add_radius_chart(gui: viser.GuiApi) -> viser.GuiUplotHandle:
-    """Add the chart of the pressure against the radius that it wraps."""
+    """Add the chart of the tip criterion's pressure against the object's radius."""
     labels = axis_label("object radius", "m"), axis_label("pressure", "Pa")
-    return add_chart(gui, *labels, {"perfect wrap": RED})
+    return add_chart(gui, *labels, {"tip criterion": RED})
 
 
 def add_force_chart(gui: viser.GuiApi) -> viser.GuiUplotHandle:

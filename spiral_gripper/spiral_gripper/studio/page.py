@@ -197,7 +197,7 @@ class Page:
         self._scene.show_object(place, opacity=opacity, taper=settings.taper)
 
     def _wrap_pressure(self) -> float | None:
-        """Return the pressure of the perfect wrap [Pa], where it is known."""
+        """Return the tip criterion's pressure [Pa], where it is known."""
         session = self._session
         if session is None or not session.current or session.answer is None:
             return None

@@ -39,7 +39,7 @@ def answer_text(
         return "\n\n".join([*lines, *margin_lines(answer, settings, gripper)])
     lines.insert(0, f"{regime_text(answer, settings)} at {shown(settings.pressure, 'Pa')}")
     pressure, turns = shown(answer.wrap.pressure, "Pa"), answer.wrap.turns
-    lines.append(f"perfect wrap of {radius}: **{pressure}**, {turns:.2f} turns")
+    lines.append(f"tip criterion of {radius}: **{pressure}**, {turns:.2f} turns")
     lines += margin_lines(answer, settings, gripper)
     return "\n\n".join([*lines, *grip_lines(answer, settings, since)])
 
@@ -51,8 +51,10 @@ def regime_text(answer: Answer, settings: Settings) -> str:
         return f"**{point.regime.value}** (in contact)"
     if answer.window is not None:
         return "**lost:** the wrapped coil has lost its stability"
+    if answer.no_grip:
+        return "**not wrapped** (in contact)"
     regime = answer.regime(settings.pressure)
-    return f"**{regime.value if regime else 'no coil'}** (free coil)"
+    return f"**{regime.value if regime else 'no coil'}** (by the tip criterion)"
 
 
 def margin_lines(answer: Answer, settings: Settings, gripper: Gripper) -> list[str]:
