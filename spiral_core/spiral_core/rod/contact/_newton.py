@@ -51,8 +51,9 @@ LAST_BARRIER = 1e-14
 LAST_MOVE = 1e-9
 # Stiffness against motions that nothing resists (a rod spinning about itself), in EI/L.
 NEUTRAL = 1e-9
-# Below this residual friction follows the normal force within a step, which converges
-# quadratically.
+# At rest, friction follows the normal force within a step, which converges quadratically, below
+# this residual. In motion always: an impact is many times the scale of forces, and friction that
+# lags behind its normal force by a pass makes the iteration go in circles.
 COUPLING_RESIDUAL = 5.0
 # Steps shorter than this fraction are blocked by the barrier: it is widened.
 BLOCKED = 0.2
@@ -176,9 +177,10 @@ class Newton:
         return again or still or any(contact.active.any() for contact in solution.contacts)
 
     def _couple(self, solution: Solution) -> None:
-        """Let friction follow the normal force in the next pass, near the end."""
-        near = self.law.slip == self.last_slip and solution.residual < COUPLING_RESIDUAL
-        self.law = replace(self.law, coupled=self.rubs and near and self.shift == 0.0)
+        """Let friction follow the normal force in the next pass, near the end and in motion."""
+        near = solution.residual < COUPLING_RESIDUAL or self.added is not None
+        last = self.law.slip == self.last_slip and self.shift == 0.0
+        self.law = replace(self.law, coupled=self.rubs and near and last)
 
     def _certified(self, solution: Solution) -> Solution:
         """Return the solution with the smallest pivot of its symmetric Hessian."""
