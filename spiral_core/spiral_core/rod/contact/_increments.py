@@ -180,8 +180,7 @@ def advance(
             step = max(step, smallest)
         elif step > smallest or before is not None:
             before = None  # the next attempt goes without extrapolation
-            less = 0.6 / move if solution.outcome == CONVERGED else 0.5
-            step = max(smallest, step * min(0.5, less))
+            step = max(smallest, 0.5 * step)
         else:
             yield spent
             return
