@@ -28,7 +28,7 @@ requirement = DesignRequirement(
     pressure_max=110.316e3,
     strain_max=0.3,
 )
-report = design_gripper(requirement)
+report = design_gripper(requirement, contact=False)  # the paper's seven steps
 
 for step in report.steps:
     print(f"{step.number} {step.title}: {step.remark}")

@@ -40,12 +40,12 @@ G = 9.80665
 @pytest.fixture(scope="module")
 def report() -> DesignReport:
     """Return the paper's example, designed."""
-    return design_gripper(PAPER_EXAMPLE)
+    return design_gripper(PAPER_EXAMPLE, contact=False)
 
 
 def designed(requirement: DesignRequirement) -> Design:
     """Return the design of a feasible requirement."""
-    report = design_gripper(requirement)
+    report = design_gripper(requirement, contact=False)
     assert report.feasible, report.message
     assert report.design is not None
     return report.design
@@ -249,7 +249,7 @@ def test_a_known_direction_of_the_objects_is_designed_for() -> None:
     """Gaps of the range do not lie between the objects, and no error ends the procedure."""
     tilted = (0.8 * G, 0.6 * G, 0.0)
     wanted = replace(PAPER_EXAMPLE, gravity=tilted, object_axis=(1.0, 0.0, 0.0), object_length=None)
-    found = design_gripper(wanted)
+    found = design_gripper(wanted, contact=False)
     assert found.binding is not None
     if found.design is not None and found.feasible:
         curve = WrapCurve(found.design.gripper)
@@ -300,7 +300,7 @@ def test_exact_curvature_form_is_passed_on() -> None:
 
 def test_progress_counts_the_candidates_solved() -> None:
     calls: list[tuple[int, int, str]] = []
-    report = design_gripper(PAPER_EXAMPLE, lambda *call: calls.append(call))
+    report = design_gripper(PAPER_EXAMPLE, lambda *call: calls.append(call), contact=False)
     assert [call[0] for call in calls] == list(range(len(report.tried)))
     assert {call[1] for call in calls} == {4}
     assert [call[2][-6:] for call in calls] == ["60 deg", "70 deg", "80 deg"]
@@ -366,7 +366,9 @@ def test_bad_angles_and_parts_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="inner_radius"):
         replace(PAPER_TUBE, inner_radius=-1.0)
     with pytest.raises(InvalidInputError, match="extend"):
-        design_gripper(replace(PAPER_EXAMPLE, fiber_angle_alpha=0.5, fiber_angles_beta=(-0.5,)))
+        design_gripper(
+            replace(PAPER_EXAMPLE, fiber_angle_alpha=0.5, fiber_angles_beta=(-0.5,)), contact=False
+        )
 
 
 def test_a_dip_of_the_largest_radius_does_not_hide_a_longer_gripper_that_reaches() -> None:
@@ -426,14 +428,16 @@ def test_a_helix_about_a_helical_fiber_is_widest_at_some_stretch() -> None:
 
 
 def test_a_fiber_so_steep_that_no_coil_is_wide_enough_is_refused_with_the_radius() -> None:
-    report = design_gripper(replace(HELICAL, fiber_angles_gamma=(math.radians(12.0),)))
+    report = design_gripper(
+        replace(HELICAL, fiber_angles_gamma=(math.radians(12.0),)), contact=False
+    )
     assert not report.feasible
     assert report.binding.constraint is Constraint.LARGEST_RADIUS
     assert 0.0 < report.binding.value < 0.03
     (relaxation, *_) = report.relaxations
     assert relaxation.field == "radius_max"
     eased = replace(report.requirement, radius_max=relaxation.sufficient)
-    assert design_gripper(eased).feasible
+    assert design_gripper(eased, contact=False).feasible
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,10 @@ INFEASIBLE = {
 @pytest.fixture(scope="module")
 def reports() -> dict[str, DesignReport]:
     """Return every infeasible case, designed once."""
-    return {name: design_gripper(requirement) for name, (requirement, _, _) in INFEASIBLE.items()}
+    return {
+        name: design_gripper(requirement, contact=False)
+        for name, (requirement, _, _) in INFEASIBLE.items()
+    }
 
 
 @pytest.mark.parametrize("name", INFEASIBLE)
@@ -83,7 +86,7 @@ def test_every_relaxation_suffices(name: str, reports: dict[str, DesignReport]) 
     for relaxation in relaxations:
         assert relaxation.requested == getattr(requirement, relaxation.field)
         relaxed = replace(requirement, **{relaxation.field: relaxation.sufficient})
-        assert design_gripper(relaxed).feasible, relaxation
+        assert design_gripper(relaxed, contact=False).feasible, relaxation
 
 
 @pytest.mark.parametrize(
@@ -97,7 +100,7 @@ def test_a_limit_is_relaxed_no_more_than_needed(
     requirement = INFEASIBLE[name][0]
     (relaxation,) = (r for r in reports[name].relaxations if r.field == field)
     short = replace(requirement, **{field: 0.99 * relaxation.sufficient})
-    assert not design_gripper(short).feasible
+    assert not design_gripper(short, contact=False).feasible
 
 
 def test_what_comes_nearest_is_shown_with_its_violation(reports: dict[str, DesignReport]) -> None:
@@ -115,11 +118,13 @@ def test_a_coil_that_gravity_opens_has_no_design(reports: dict[str, DesignReport
     assert report.design is None
     assert [step.satisfied for step in report.steps][5:] == [False, False]
     # In free fall the same request is met.
-    assert design_gripper(replace(FREE, radius_max=0.12, gravity=(0.0, 0.0, 0.0))).feasible
+    assert design_gripper(
+        replace(FREE, radius_max=0.12, gravity=(0.0, 0.0, 0.0)), contact=False
+    ).feasible
 
 
 def test_two_wishes_at_odds_name_one_and_offer_both() -> None:
-    report = design_gripper(replace(PAPER_EXAMPLE, radius_min=3.0e-3))
+    report = design_gripper(replace(PAPER_EXAMPLE, radius_min=3.0e-3), contact=False)
     assert not report.feasible
     fields = {relaxation.field for relaxation in report.relaxations}
     assert {"object_length", "radius_min"} <= fields
@@ -127,10 +132,12 @@ def test_two_wishes_at_odds_name_one_and_offer_both() -> None:
 
 def test_over_the_catalog_the_nearest_is_found() -> None:
     wanted = replace(PAPER_EXAMPLE, tubes=CATALOG, object_length=0.06)
-    report = design_gripper(wanted)
+    report = design_gripper(wanted, contact=False)
     assert report.binding.constraint is Constraint.OBJECT_LENGTH
     (relaxation,) = (r for r in report.relaxations if r.field == "object_length")
-    assert design_gripper(replace(wanted, object_length=relaxation.sufficient)).feasible
+    assert design_gripper(
+        replace(wanted, object_length=relaxation.sufficient), contact=False
+    ).feasible
 
 
 def test_rubber_that_ends_first_names_the_actuator() -> None:
@@ -139,7 +146,7 @@ def test_rubber_that_ends_first_names_the_actuator() -> None:
         "brittle", Gent(shear_modulus=290.0e3, extension_limit=0.1), 950.0, PressureLaw.UNIFORM
     )
     wanted = replace(FREE, elastomers=(brittle,), fiber_angles_beta=(math.radians(70.0),))
-    report = design_gripper(wanted)
+    report = design_gripper(wanted, contact=False)
     assert not report.feasible
     assert report.binding.constraint is Constraint.SMALLEST_RADIUS
     assert report.design is not None
@@ -170,7 +177,7 @@ def test_absurdly_many_turns_are_refused_without_solving_every_tube(
 
     monkeypatch.setattr(rod_correction, "WrapCurve", counted)
     wanted = replace(FREE, tubes=CATALOG[::3], turns_required=100.0)
-    report = design_gripper(wanted)
+    report = design_gripper(wanted, contact=False)
     assert not report.feasible
     assert report.binding.constraint is Constraint.TURNS
     assert len(solved) <= 45
@@ -179,7 +186,7 @@ def test_absurdly_many_turns_are_refused_without_solving_every_tube(
     fewer = replace(wanted, turns_required=first.sufficient)
     named = next(c for c in fewer.candidates() if c.label == first.design)
     only = replace(fewer, tubes=(named.tube,), fiber_angles_beta=(named.fiber_angle_beta,))
-    assert design_gripper(only).feasible
+    assert design_gripper(only, contact=False).feasible
 
 
 def test_what_cannot_be_certified_ends_no_design(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,7 +196,7 @@ def test_what_cannot_be_certified_ends_no_design(monkeypatch: pytest.MonkeyPatch
         raise SolverError(RodStatus.UNSTABLE, 1.0, 1)
 
     monkeypatch.setattr(relaxations, "_nearest", fails)
-    report = design_gripper(INFEASIBLE["too little pressure"][0])
+    report = design_gripper(INFEASIBLE["too little pressure"][0], contact=False)
     assert {r.field for r in report.relaxations} == {"pressure_max"}
 
 
@@ -208,7 +215,7 @@ ON_THE_MOON = {"gravity": (0.0, 0.0, -1.62), "object_axis": (1.0, 0.0, 0.0), "ra
     ],
 )
 def test_absurd_wishes_are_answered_too(wanted: DesignRequirement) -> None:
-    report = design_gripper(wanted)
+    report = design_gripper(wanted, contact=False)
     assert not report.feasible
     assert report.binding.room < 0.0
     assert [step.number for step in report.steps] == [1, 2, 3, 4, 5, 6, 7]

@@ -143,7 +143,7 @@ def test_the_papers_example_is_the_python_call_to_the_last_digit(papers_example)
 
 def test_a_whole_request_reaches_the_procedure(active):
     """Each of these fields changes the report of this feasible design."""
-    axis, gravity = (0.8, 0.0, -0.6), (9.0, 0.0, -3.0)
+    axis, gravity = (0.95, 0.0, -0.3), (9.7, 0.0, -1.0)
     answer = asked(
         active,
         0.012,

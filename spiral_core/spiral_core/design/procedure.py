@@ -69,23 +69,24 @@ Progress = Callable[[int, int, str], None]
 
 
 def design_gripper(
-    requirement: DesignRequirement, progress: Progress | None = None, *, contact: bool = False
+    requirement: DesignRequirement, progress: Progress | None = None, *, contact: bool = True
 ) -> DesignReport:
     """Return a gripper for objects and limits, or the constraint that forbids it.
 
     Candidates (tube, material, angle) are ordered by the requirement's preference as the helix
     model sees them, and solved as rods under gravity in that order, each with its length corrected.
     A candidate that fails there sends the procedure back to its second step, with the next; of the
-    first that meet everything the preferred one is taken.
+    first that meet everything the preferred one is taken. Its gripper closes on the largest, the
+    middle and the smallest object, with contact and friction. A candidate that leaves one of them
+    unwrapped where the free coil lies gives way to the next; where each does, other places are
+    tried for the preferred one. That takes some seconds, with other places up to minutes.
 
     Args:
         requirement: objects, limits, what is on offer.
         progress: called with the number of candidates solved, the number there may be, and the
             name of the next, before each; then likewise of the objects that are closed on.
-        contact: whether the gripper is also closed on the largest, the middle and the smallest
-            object, with contact and friction. A candidate that leaves one of them unwrapped where
-            the free coil lies gives way to the next; where each does, other places are tried for
-            the preferred one. Takes some seconds, with other places up to minutes.
+        contact: whether the gripper closes on objects; otherwise the tip criterion alone decides,
+            as in the paper.
 
     Returns:
         The design with its steps; if there is none, what comes nearest, what binds, and the
