@@ -27,6 +27,10 @@ from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, Stat
 from spiral_gripper_ros.control.target import Target
 from spiral_gripper_ros.control.timing import MonotonicClock, Silence
 
+# How long 0 Pa is commanded before a start from nothing [s]: a watchdog that has vented waits for it,
+# and in a queue of one a single message can be overtaken by the next.
+REST_TIME = 0.5
+
 
 class StateMachine(Generic[PlanT]):
     """Moves between the states of :class:`State` and ramps the command to the target of each.
@@ -49,6 +53,7 @@ class StateMachine(Generic[PlanT]):
         self._gate = RadiusGate()
         self._target: Target[PlanT] = Target()
         self._ramped_until = 0.0
+        self._rests_until = 0.0
         self._pressure = 0.0
         self._accepted = 0
         self._accepted_at: float | None = None
@@ -99,7 +104,11 @@ class StateMachine(Generic[PlanT]):
             self._vent(State.RELEASED, refusal)
 
     def start_again(self, refusal: Refusal) -> None:
-        """Vent because the gripper is vented already; a radius is followed anew, a goal is not."""
+        """Vent for a while because the gripper is vented already.
+
+        A radius is followed anew, a goal is not.
+        """
+        self._rests_until = self._clock.now + REST_TIME
         followed = self._state in (State.TRACKING, State.HOLDING)
         self._vent(State.WAITING if followed else State.RELEASED, refusal)
 
@@ -242,7 +251,7 @@ class StateMachine(Generic[PlanT]):
         time = self.advance(now)
         elapsed, self._ramped_until = time - self._ramped_until, time
         self._act_on_timeout()
-        if self._state.is_vented:
+        if self._state.is_vented or time < self._rests_until:
             self._pressure = 0.0
         else:
             goal = self.pressure_target
