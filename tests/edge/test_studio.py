@@ -130,8 +130,17 @@ def test_an_answer_is_that_of_the_core(answer):
     assert answer.regime(answer.wrap.pressure) is WrapRegime.PERFECT_WRAP
     assert answer.regime(0.5 * answer.wrap.pressure) is WrapRegime.OVERHANG
     assert answer.placement.radius == pytest.approx(0.02)
-    assert np.all(np.diff(answer.radii) < 0.0)
+    assert np.all(np.diff(answer.radii) > 0.0)
+    assert np.all(np.diff(answer.pressures) < 0.0)
     assert answer.refusal == ""
+
+
+def test_a_gripper_whose_coiled_range_has_a_gap_is_answered(description, settings):
+    level = replace(settings, length=0.3, tilt=0.5 * math.pi)
+    answer = answer_for(level, gripper_for(description, level))
+    ((low, high),) = answer.curve.gaps
+    known = np.isfinite(answer.pressures)
+    assert np.array_equal(known, (answer.radii <= low) | (answer.radii >= high))
 
 
 def test_what_cannot_be_wrapped_is_refused_with_its_reason(description, settings):

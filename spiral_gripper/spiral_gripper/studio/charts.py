@@ -72,8 +72,7 @@ def chart_data(answer: Answer | None, radius: float, pressure: float) -> tuple[A
     if answer is None or answer.radii.size == 0:
         here = in_units([radius, radius + 1e-6], "m")
         return here, np.full(2, np.nan), in_units([pressure, np.nan], "Pa")
-    order = np.argsort(answer.radii)
-    radii, (pressures,), place = _with(radius, answer.radii[order], [answer.pressures[order]])
+    radii, (pressures,), place = _with(radius, answer.radii, [answer.pressures])
     now = np.full(len(radii), np.nan)
     now[place] = pressure
     return in_units(radii, "m"), in_units(pressures, "Pa"), in_units(now, "Pa")

@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,8 +18,6 @@ from spiral_core import (
     Gripper,
     GripPoint,
     GripWindow,
-    NoCoilError,
-    NotGrippableError,
     ObjectPlacement,
     Profile,
     RodState,
@@ -46,8 +45,8 @@ class Answer:
 
     Args:
         settings: what it answers, whatever the pressure.
-        pressures, radii: (n,) the chart: each pressure [Pa] and the radius that it wraps [m]; empty
-            where nothing is wrapped.
+        pressures, radii: (n,) the chart: rising radii [m] and the pressure that wraps each [Pa], NaN
+            in a gap; empty where nothing is wrapped.
         wrap: the perfect wrap of the object; None where there is none.
         placement: where the object then lies.
         refusal: why there is no wrap.
@@ -223,13 +222,16 @@ def answer_for(settings: Settings, gripper: Gripper) -> Answer:
     empty = np.empty(0)
     try:
         curve = WrapCurve(gripper)
-    except (NoCoilError, SpiralError) as error:
+    except SpiralError as error:
         return Answer(settings, empty, empty, None, None, str(error), None)
-    pressures = np.linspace(curve.pressure_min, curve.pressure_max, CHART_POINTS)
-    radii = np.array([curve.radius_from_pressure(float(pressure)) for pressure in pressures])
+    radii = np.linspace(curve.radius_min, curve.radius_max, CHART_POINTS)
+    pressures = np.full(CHART_POINTS, np.nan)
+    for index, radius in enumerate(radii.tolist()):
+        with suppress(SpiralError):
+            pressures[index] = curve.pressure_from_radius(radius)
     try:
         wrap = curve.wrap_for_radius(settings.object_radius)
-    except NotGrippableError as error:
+    except SpiralError as error:
         return Answer(settings, pressures, radii, None, None, str(error), curve)
     return Answer(settings, pressures, radii, wrap, place_object(wrap), "", curve)
 
