@@ -45,8 +45,8 @@ class Answer:
 
     Args:
         settings: what it answers, whatever the pressure.
-        pressures, radii: (n,) the chart: rising radii [m] and the pressure that wraps each [Pa], NaN
-            in a gap; empty where nothing is wrapped.
+        pressures, radii: (n,) the chart: rising radii [m] and the pressure that wraps each [Pa],
+            NaN in a gap; empty where nothing is wrapped.
         wrap: the perfect wrap of the object; None where there is none.
         placement: where the object then lies.
         refusal: why there is no wrap.

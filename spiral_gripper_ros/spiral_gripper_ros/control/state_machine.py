@@ -27,8 +27,8 @@ from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, Stat
 from spiral_gripper_ros.control.target import Target
 from spiral_gripper_ros.control.timing import MonotonicClock, Silence
 
-# How long 0 Pa is commanded before a start from nothing [s]: a watchdog that has vented waits for it,
-# and in a queue of one a single message can be overtaken by the next.
+# How long 0 Pa is commanded before a start from nothing [s]: a watchdog that has vented waits for
+# it, and in a queue of one a single message can be overtaken by the next.
 REST_TIME = 0.5
 
 
