@@ -65,7 +65,7 @@ class Bench:
 
     def follow(self, in_use=None, gravity=DOWN, radii=RANGE, elapsed=0.1):
         self.now += elapsed
-        self.follower.follow(self.now, gravity, radii, self.count, in_use)
+        return self.follower.follow(self.now, gravity, radii, self.count, in_use)
 
     def fill(self):
         """Answer until the table is done: its radii, and the middle of each two."""

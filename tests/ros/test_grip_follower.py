@@ -54,6 +54,21 @@ def test_a_radius_that_is_not_held_leaves_its_neighborhood_unknown(grips):
     assert grips.follower.window(0.01, 5.0e4) == pytest.approx((4.9e4, 6.0e4, 8.0e4))
 
 
+def test_an_object_that_contact_never_wraps_is_refused_with_its_reason(grips):
+    never = NotGrippableError(0.02, "the tube passes by", 0.0, None)
+    grips.follow(InUse(0.02))
+    grips.follow(InUse(0.02), elapsed=1.0)
+    grips.pool.answer(figures())  # of the table, whose middle had been asked for
+    grips.follow(InUse(0.02))
+    grips.pool.answer(never)
+    assert grips.follower.refusal(InUse(0.02)) is None
+    assert grips.follow(InUse(0.02))
+    assert grips.follower.refusal(InUse(0.0201)) is never
+    assert grips.follower.refusal(InUse(0.021)) is None
+    grips.follow(gravity=(0.0, 9.80665, 0.0))
+    assert grips.follower.refusal(InUse(0.02)) is None
+
+
 def test_a_defect_is_raised_once_and_not_asked_for_again(grips):
     grips.follow()
     grips.pool.answer(ZeroDivisionError("broken on purpose"))

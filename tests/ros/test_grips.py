@@ -3,6 +3,7 @@
 
 import math
 import time
+from concurrent.futures import Future
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -14,7 +15,7 @@ from ros.grip_stand_ins import DOWN, figures
 from ros.harness import DEADLINE, all_finite, deliver
 from std_msgs.msg import Float64, Header
 
-from spiral_core import WrapRegime
+from spiral_core import NotGrippableError, WrapRegime
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
@@ -23,7 +24,7 @@ from spiral_gripper_ros.actions.gripper_command import contact_force
 from spiral_gripper_ros.client.goals import result_of_wrap
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
-from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.control.target import Target
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.messages.markers import scene_to_msg
@@ -80,6 +81,52 @@ def test_the_default_grip_stays_within_the_window(known):
     weight = known.statuses[-1].grip.holding_force_down - known.statuses[-1].grip.payload_margin
     assert weight == pytest.approx(9.80665)
     assert all_finite(*known.statuses)
+
+
+@pytest.mark.parametrize(("onset", "curling", "part"), [(1.02, 1.1, 1.02), (0.8, 0.9, 0.9)])
+def test_the_pressure_lies_within_the_window(known, onset, curling, part):
+    tip = known.runtime.loaded.planner.plan(0.02).wrap.pressure
+    widen(known, onset, curling)
+    seen = follow(known, 0.02)
+    assert seen.pressure_target == pytest.approx(part * tip, rel=1e-3)
+    assert seen.plan.wrap.pressure == tip
+    answer = answered(known, PlanWrap.Request(object_radius=0.02))
+    assert answer.pressure == seen.pressure_target
+
+
+def widen(node, onset, curling):
+    """Let the table's wraps begin and curl at these multiples of the tip criterion's pressure."""
+    follower = node.runtime.loaded.grips
+    for entry in follower._table._entries.values():
+        tip = entry.figures.tip_pressure
+        grip = replace(entry.figures, onset_wrap=onset * tip, onset_curling=curling * tip)
+        object.__setattr__(entry, "figures", grip)
+
+
+def test_a_radius_that_contact_never_wraps_is_refused_once_that_is_known(known):
+    seen = follow(known, 0.02)
+    held = seen.pressure_command
+    never = NotGrippableError(0.02, "the tube passes by", 0.0, None)
+    known.runtime.loaded.grips._job = InUse(0.02), answered_job(never)
+    known._timer.callback()
+    seen = known.runtime.control.snapshot()
+    assert (seen.state, seen.refusal.reason) == (State.HOLDING, Reason.NOT_CERTIFIED)
+    assert "the tube passes by" in seen.refusal.text
+    assert seen.pressure_command == held
+    assert not seen.wrapped
+    deliver(known, "object_radius", Float64(data=0.02))
+    assert known.runtime.control.snapshot().state is State.HOLDING
+    answer = answered(known, PlanWrap.Request(object_radius=0.02))
+    assert not answer.success
+    assert "the tube passes by" in answer.message
+    deliver(known, "object_radius", Float64(data=0.022))
+    assert known.runtime.control.snapshot().state is State.TRACKING
+
+
+def answered_job(error):
+    job = Future()
+    job.set_exception(error)
+    return job
 
 
 def test_an_overpressure_that_loses_the_grip_is_refused_and_changes_nothing(known):

@@ -180,7 +180,7 @@ class GripControl(Generic[PlanT]):
         self._regime = None if force is not None and not force > 0.0 else regime
 
     def replan(self, planner: Planner[PlanT]) -> None:
-        """Aim anew for the radius in use, because gravity has changed."""
+        """Aim anew for the radius in use: gravity has changed, or more is known of its grip."""
         self._machine.replan(planner)
         self._follow()
 

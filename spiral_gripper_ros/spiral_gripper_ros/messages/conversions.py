@@ -207,7 +207,7 @@ def _fill_plan(message: GripStatus, plan: WrapPlan, radius: float) -> None:
 
 def _line_force(plan: WrapPlan, target: float, loaded: LoadedGripper) -> float:
     """Return the normal force per length [N/m], overpressure included."""
-    if target > plan.pressure and isinstance(loaded.planner, GripperPlanner):
+    if target > plan.wrap.pressure and isinstance(loaded.planner, GripperPlanner):
         return loaded.planner.line_force(plan.wrap, target)
     return plan.line_force
 

@@ -183,9 +183,9 @@ def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners
     _fill_wrap(response, wrap, context)
     _check_length(length, response.object_length_needed)
     overpressure = overpressure or default_overpressure(
-        wrap.pressure, context.grip_ratio, min(context.pressure_cap, highest)
+        plan.pressure, context.grip_ratio, min(context.pressure_cap, highest)
     )
-    response.pressure = _capped(wrap.pressure + overpressure, context)
+    response.pressure = _capped(plan.pressure + overpressure, context)
     response.line_force = planner.line_force(wrap, response.pressure)
     answer = _grip(request, response.pressure, plan, context)
     if answer is not None:
@@ -197,7 +197,7 @@ def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners
     response.nearest_radius = radius
     response.message = (
         f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa, "
-        f"{response.pressure - wrap.pressure:.4g} Pa above the bare wrap; "
+        f"{response.pressure - plan.pressure:.4g} Pa above the bare wrap; "
         f"the free coil is up to {response.largest_gap:.3g} m off the object"
     )
 
@@ -208,7 +208,7 @@ def _grip(request: Any, pressure: float, plan: WrapPlan, context: PlanContext) -
         is_other = request.gravity or request.object_axis or request.friction_coefficient > 0.0
         if is_other:
             return None
-        return context.table_grip(request.object_radius, plan.pressure, pressure)
+        return context.table_grip(request.object_radius, plan.wrap.pressure, pressure)
     pose = None
     if request.object_pose:
         position, turn = request.object_pose[0].position, request.object_pose[0].orientation

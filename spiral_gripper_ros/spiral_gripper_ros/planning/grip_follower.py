@@ -10,7 +10,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from spiral_core.errors import SpiralError
+from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
@@ -79,7 +79,7 @@ class GripFollower:
         self._solve, self._pool = solve, pool
         self._count = 0
         self._table: RefiningTable | None = None
-        self._in_use: tuple[InUse, GripEntry | None] | None = None
+        self._in_use: tuple[InUse, GripEntry | SpiralError | None] | None = None
         self._wanted: InUse | None = None
         self._wanted_at = 0.0
         self._turned_at = -math.inf  # when gravity changed
@@ -93,8 +93,8 @@ class GripFollower:
         radius_range: tuple[float, float],
         count: int,
         in_use: InUse | None,
-    ) -> None:
-        """Take the grips that are solved and start the next one.
+    ) -> bool:
+        """Take the grips that are solved and start the next one; return whether one was taken.
 
         Args:
             now: time [s], never decreasing.
@@ -103,7 +103,7 @@ class GripFollower:
             count: of the table's radii; 0: nothing is computed.
             in_use: the object in use.
         """
-        self._take(now)
+        taken = self._take(now)
         if math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE:
             self._gravity, self._turned_at = gravity, now
             self._forget()
@@ -118,6 +118,7 @@ class GripFollower:
             self._wanted, self._wanted_at = in_use, now
         if self._job is None and count and now - self._turned_at >= SETTLING:
             self._start(now)
+        return taken
 
     def answer(self, in_use: InUse, tip_pressure: float, pressure: float) -> GripAnswer | None:
         """Return the grip on an object at a pressure [Pa], or None if it is not known.
@@ -147,14 +148,23 @@ class GripFollower:
 
     def entry(self, in_use: InUse) -> GripEntry | None:
         """Return the grip that was computed for this very object, or None."""
-        known = self._in_use
-        return None if known is None or not in_use.is_like(known[0]) else known[1]
+        found = self._found(in_use)
+        return found if isinstance(found, GripEntry) else None
+
+    def refusal(self, in_use: InUse) -> NotGrippableError | None:
+        """Return why contact never wraps this very object, where that is known."""
+        found = self._found(in_use)
+        return found if isinstance(found, NotGrippableError) else None
 
     def end(self) -> None:
         """Take back the question; another gripper or another life follows."""
         self._outdated.set()
         if self._job is not None:
             self._job[1].cancel()
+
+    def _found(self, in_use: InUse) -> GripEntry | SpiralError | None:
+        known = self._in_use
+        return None if known is None or not in_use.is_like(known[0]) else known[1]
 
     def _forget(self) -> None:
         self._table = self._in_use = None
@@ -165,22 +175,24 @@ class GripFollower:
                 self._job[1],
             )  # it runs, and will be ended; whatever it answers is for what was
 
-    def _take(self, now: float) -> None:
+    def _take(self, now: float) -> bool:
         if self._job is None or not self._job[1].done():
-            return
+            return False
         (what, job), self._job = self._job, None
         if job.cancelled() or what is None:
-            return
-        entry: GripEntry | None = None
+            return False
+        entry: GripEntry | SpiralError | None = None
         try:
             entry = GripEntry(job.result(), now)
-        except SpiralError:  # this object is not held, or its grip not certified
-            pass
+        except SpiralError as error:  # this object is not held, or its grip not certified
+            entry = error
         finally:
             if isinstance(what, InUse):
                 self._in_use = (what, entry)
             elif self._table is not None:
-                self._table = self._table.added(what, entry)
+                held = entry if isinstance(entry, GripEntry) else None
+                self._table = self._table.added(what, held)
+        return True
 
     def _start(self, now: float) -> None:
         wanted = self._wanted

@@ -83,6 +83,7 @@ class LoadedGripper:
         self._is_measured = False
         self.grips: GripFollower | None = None
         self._contact: GripFigures | None = None
+        self._is_never_wrapped = False
         self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
 
     @classmethod
@@ -150,7 +151,7 @@ class LoadedGripper:
     @property
     def is_regime_from_contact(self) -> bool:
         """Whether regimes are those of the contact, because the object's place is known."""
-        return self._contact is not None
+        return self._contact is not None or self._is_never_wrapped
 
     def regime(self, pressure: float | None = None) -> WrapRegime | None:
         """Return how the object in use is held, as far as is known: measured, else as commanded.
@@ -162,14 +163,16 @@ class LoadedGripper:
 
     def regime_of(self, shape: GripShape | None, pressure: float | None) -> WrapRegime | None:
         """Return the regime of a shape: of the contact at its pressure [Pa], else of its tip."""
+        if self._is_never_wrapped and shape is not None:
+            return WrapRegime.OVERHANG
         if self._contact is not None and pressure is not None:
             return self._contact.regime(pressure)
         return None if shape is None else shape.regime
 
     def follow_grips(
         self, now: float, count: int, radius: float | None, seen: SeenObject | None
-    ) -> None:
-        """Take the grips that are solved, and start the next one.
+    ) -> bool:
+        """Take the grips that are solved, start the next one; return whether one was taken.
 
         Args:
             now: time [s].
@@ -177,14 +180,17 @@ class LoadedGripper:
             radius: of the object in use [m], or None.
             seen: where it is, or None.
         """
-        self._contact = None
+        self._contact, self._is_never_wrapped = None, False
         if self.grips is None:
-            return
+            return False
         in_use = None if radius is None else InUse(radius, seen)
-        self.grips.follow(now, self.mount.gravity, self.planner.radius_range, count, in_use)
-        if in_use is not None and seen is not None:
+        radii = self.planner.radius_range
+        taken = self.grips.follow(now, self.mount.gravity, radii, count, in_use)
+        if in_use is not None:
+            self._is_never_wrapped = self.grips.refusal(in_use) is not None
             entry = self.grips.entry(in_use)
-            self._contact = None if entry is None else entry.figures
+            self._contact = entry.figures if entry is not None and seen is not None else None
+        return taken
 
     def grip(
         self, plan: WrapPlan | None, radius: float | None, seen: SeenObject | None, pressure: float
@@ -192,7 +198,7 @@ class LoadedGripper:
         """Return the grip on an object at a pressure [Pa], from contact; None: it is not known."""
         if self.grips is None or plan is None or radius is None:
             return None
-        return self.grips.answer(InUse(radius, seen), plan.pressure, pressure)
+        return self.grips.answer(InUse(radius, seen), plan.wrap.pressure, pressure)
 
     def line_force(self, plan: WrapPlan | None, pressure: float) -> float | None:
         """Return the force per length on a plan's object at a pressure [N/m], if it is known."""

@@ -48,6 +48,7 @@ class WrapPlan:
         wrap: the core's answer.
         gripper: that it is for, as it is mounted.
         solve_time: time that the answer took [s].
+        onset: pressure from which the object is wrapped [Pa], by contact; 0 where it is not known.
         highest_good: largest pressure of a good grip [Pa], by contact; inf where it is not known.
         loss: pressure at which the grip is lost [Pa], by contact; inf where it is not known.
     """
@@ -55,13 +56,14 @@ class WrapPlan:
     wrap: Wrap
     gripper: Gripper
     solve_time: float
+    onset: float = 0.0
     highest_good: float = math.inf
     loss: float = math.inf
 
     @property
     def pressure(self) -> float:
-        """Gauge pressure of the perfect wrap [Pa]."""
-        return self.wrap.pressure
+        """Gauge pressure of the perfect wrap [Pa]: the tip criterion's, within contact's window."""
+        return min(max(self.wrap.pressure, self.onset), self.highest_good)
 
     @property
     def turns_margin(self) -> float:
@@ -119,14 +121,25 @@ class GripperPlanner:
         return self.curve.radius_min, self.curve.radius_max
 
     def plan(self, radius: float) -> WrapPlan:
-        """Return the perfect wrap of a radius [m]; raise the core's error if there is none."""
+        """Return the perfect wrap of a radius [m]; raise the core's error if there is none.
+
+        Raises:
+            NotGrippableError: the tip criterion has no pressure, or contact is known to find none.
+        """
         start = time.perf_counter()
         wrap = self.curve.wrap_for_radius(radius)
-        window = None if self.grips is None else self.grips.window(radius, wrap.pressure)
+        window = refusal = None
+        if self.grips is not None:
+            window = self.grips.window(radius, wrap.pressure)
+            refusal = self.grips.refusal(InUse(radius))
+        if refusal is not None:
+            raise refusal
         solve_time = time.perf_counter() - start
         if window is None:
             return WrapPlan(wrap, self.gripper, solve_time)
-        return WrapPlan(wrap, self.gripper, solve_time, highest_good(*window), loss=window[2])
+        return WrapPlan(
+            wrap, self.gripper, solve_time, window[0], highest_good(*window), loss=window[2]
+        )
 
     def contact_force(self, wrap: Wrap, pressure: float) -> float:
         """Return the normal force on the object of ``wrap`` at a pressure [Pa], in all [N].

@@ -151,10 +151,12 @@ class Runtime:
         return self.objects.seen(self.now(), self.values.object_pose_timeout)
 
     def follow_grips(self) -> None:
-        """Have grips solved in the background, and take those that are ready."""
-        if self.loaded is not None:
-            count, radius = self.values.grip_radii, self.control.snapshot().radius
-            self.loaded.follow_grips(self.now(), count, radius, self.seen_object())
+        """Have grips solved in the background; plan again with those that are ready."""
+        if self.loaded is None:
+            return
+        count, radius = self.values.grip_radii, self.control.snapshot().radius
+        if self.loaded.follow_grips(self.now(), count, radius, self.seen_object()):
+            self.control.replan(self.loaded.planner)
 
     def solved_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripEntry:
         """Return the grip on one object, in seconds; called in the background.
