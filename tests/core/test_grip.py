@@ -105,6 +105,14 @@ def test_a_given_direction_is_kept_and_points_where_the_coil_advances() -> None:
     np.testing.assert_allclose(laid.axis, (1.0, 0.0, 0.0), atol=1e-12)
 
 
+def test_wraps_about_a_given_direction_do_not_say_where_the_coil_lies() -> None:
+    aside = replace(gripper(), object_axis=(0.0, 0.6, 0.8))
+    about_it = WrapCurve(aside)
+    laid = lay_into_coil(aside, RADIUS, curve=about_it)
+    assert laid == lay_into_coil(aside, RADIUS)
+    assert laid.tip_pressure != about_it.pressure_from_radius(RADIUS)
+
+
 def test_the_knee_lies_within_5_percent_of_the_tip_criterion() -> None:
     tip = setup().tip_pressure
     found = window()

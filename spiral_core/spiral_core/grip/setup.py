@@ -167,7 +167,7 @@ def lay_into_coil(
             :data:`DEFAULT_FRICTION`.
         closing: with friction, or without.
         elements: of the rod; None takes enough.
-        curve: the gripper's wraps about the axis that fits its coil, where they are known already.
+        curve: the gripper's wraps, where they are known already; of use if about a fitted axis.
         center: where the shape's own origin lies instead, in the base frame [m].
 
     Raises:
@@ -179,8 +179,9 @@ def lay_into_coil(
         SolverError: a shape could not be certified.
     """
     require_positive("radius", radius)
-    fitted = WrapCurve(replace(gripper, object_axis=None)) if curve is None else curve
-    wrap = fitted.wrap_for_radius(radius)
+    if curve is None or curve.gripper.object_axis is not None:
+        curve = WrapCurve(replace(gripper, object_axis=None))
+    wrap = curve.wrap_for_radius(radius)
     placement = place_object(_about(wrap, gripper.object_axis))
     body = Cylinder(radius) if shape is None else shape
     if center is None:
