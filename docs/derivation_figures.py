@@ -37,7 +37,6 @@ from spiral_gripper.reports.style import (
     CURLING_COLOR,
     DPI,
     OVERHANG_COLOR,
-    PERFECT_COLOR,
     color_of,
     panels,
     paper_style,
@@ -95,19 +94,16 @@ def wrap_figure(gripper: Gripper) -> Figure:
     left.legend()
     chart = regime_chart(curve, 0.3 * curve.radius_max, curve.radius_max)
     radii = 1e3 * chart.radius
-    top = np.full_like(chart.upper, 1.2e-3 * chart.upper.max())
-    right.fill_between(radii, 0.0, 1e-3 * chart.lower, color=OVERHANG_COLOR, alpha=0.5, lw=0.0)
-    right.fill_between(
-        radii, 1e-3 * chart.lower, 1e-3 * chart.upper, color=PERFECT_COLOR, alpha=0.5, lw=0.0
-    )
-    right.fill_between(radii, 1e-3 * chart.upper, top, color=CURLING_COLOR, alpha=0.5, lw=0.0)
-    right.plot(radii, 1e-3 * chart.perfect, color=COLORS[0], label="perfect wrap, hanging")
+    tip, top = 1e-3 * chart.tip, 1.2e-3 * chart.tip.max()
+    right.fill_between(radii, 0.0, tip, color=OVERHANG_COLOR, alpha=0.5, lw=0.0)
+    right.fill_between(radii, tip, top, color=CURLING_COLOR, alpha=0.5, lw=0.0)
+    right.plot(radii, tip, color=COLORS[0], label="perfect wrap, hanging")
     inside = [r for r in chart.radius if light.radius_min < r < light.radius_max]
     pressures = [1e-3 * light.pressure_from_radius(float(r)) for r in inside]
     right.plot(1e3 * np.array(inside), pressures, "--", color=COLORS[0], label="gravity zero")
     for x, y, text in ((0.25, 0.25, "overhang"), (0.75, 0.75, "curling")):
         right.text(x, y, text, transform=right.transAxes, ha="center")
-    right.set(xlabel="object radius [mm]", ylabel="pressure [kPa]", ylim=(0.0, top[0]))
+    right.set(xlabel="object radius [mm]", ylabel="pressure [kPa]", ylim=(0.0, top))
     right.legend(loc="upper right")
     return figure
 

@@ -19,12 +19,14 @@ from spiral_core import (
     Tube,
     WrapCurve,
     design_space,
+    grip_window,
     helix_range,
+    lay_into_coil,
     pressure_range,
     regime_chart,
     without_gravity,
 )
-from spiral_core.wrap.wrap import PERFECT_BAND
+from spiral_core.design import charts
 
 TUBE = Tube(4.7625e-3, 0.79375e-3, 0.361)
 HOOP = Actuator(TUBE, FiberAngles(math.pi / 2, math.radians(60.0)), MooneyRivlin(130e3, 15e3))
@@ -83,27 +85,28 @@ def test_helix_range_refuses_no_pressure() -> None:
         helix_range(linear_gripper(), np.array([0.0]))
 
 
-def test_regimes_are_those_of_the_wrap_curve() -> None:
-    curve = WrapCurve(paper_gripper("70 degrees"))
-    chart = regime_chart(curve, 0.012, 0.028, points=5)
-    assert (chart.lower < chart.perfect).all()
-    assert (chart.perfect < chart.upper).all()
-    for radius, lower, upper in zip(chart.radius, chart.lower, chart.upper, strict=True):
-        regimes = [curve.regime(f * lower, float(radius)).name for f in (0.999, 1.001)]
-        assert regimes == ["OVERHANG", "PERFECT_WRAP"]
-        regimes = [curve.regime(f * upper, float(radius)).name for f in (0.999, 1.001)]
-        assert regimes == ["PERFECT_WRAP", "CURLING"]
-    assert chart.radius[0] * (1.0 + PERFECT_BAND) == pytest.approx(
-        curve.radius_from_pressure(float(chart.lower[0]))
-    )
-
-
-def test_regime_chart_ends_with_the_range_and_refuses_beyond() -> None:
+def test_the_chart_has_the_tip_criterion_and_refuses_what_that_does_not_wrap() -> None:
     curve = WrapCurve(paper_gripper("70 degrees"))
     chart = regime_chart(curve, curve.radius_min, curve.radius_max, points=3)
-    assert chart.lower[0] == pytest.approx(chart.perfect[0])
+    assert chart.tip.tolist() == [curve.pressure_from_radius(radius) for radius in chart.radius]
+    assert chart.onset_wrap is None
     with pytest.raises(NotGrippableError):
         regime_chart(curve, 0.012, 1.01 * curve.radius_max)
+
+
+def test_the_windows_of_a_chart_are_those_of_the_grips(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(charts, "CONTACT_POINTS", 2)
+    gripper, done = paper_gripper("70 degrees"), []
+    steps = lambda *step: done.append(step)  # noqa: E731
+    chart = charts.contact_chart(WrapCurve(gripper), 0.025, 0.033, progress=steps)
+    assert done == [(1, 2), (2, 2)]
+    assert np.isnan(chart.onset_wrap).tolist() == [True, False]
+    for index, radius in enumerate(chart.radius.tolist()):
+        window = grip_window(lay_into_coil(gripper, radius))
+        found = window.onset_wrap, window.onset_curling, window.loss
+        expected = [math.nan if end is None else end for end in found]
+        said = [each[index] for each in (chart.onset_wrap, chart.onset_curling, chart.loss)]
+        np.testing.assert_array_equal(said, expected)
 
 
 def test_charts_scale_with_the_pressure_limit() -> None:

@@ -14,6 +14,7 @@ from edge.cli_cases import answer
 from spiral_core import (
     WrapCurve,
 )
+from spiral_core.design import charts
 from spiral_core.grip import refusal
 from spiral_gripper import (
     available_grippers,
@@ -162,15 +163,24 @@ def test_charts_as_data(capsys: pytest.CaptureFixture[str]) -> None:
     assert len(curves[0]["stretch"]) == len(curves[0]["length_ratio"])
     gravity = answer(capsys, "chart", "gravity", "prototype_p1")
     assert gravity["with_gravity"]["radius"][0] > gravity["without_gravity"]["radius"][0]
-    regimes = answer(capsys, "chart", "pressure", "prototype_p1", "--radius-max", "30 mm")
-    assert regimes["radius"][0] == pytest.approx(0.03)
-    assert regimes["pressure_max"] == load_gripper("prototype_p1").pressure_max
 
 
-def test_a_chart_of_the_pressure_shows_its_limit(tmp_path: Path) -> None:
+def test_a_chart_of_the_pressure_has_the_regimes_of_contact_and_the_limit(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(charts, "CONTACT_POINTS", 3)
     path = tmp_path / "pressure.svg"
-    assert run(["chart", "pressure", "prototype_p1", "--plot", str(path)]) == 0
-    assert "pressure limit," in path.read_text(encoding="utf-8")
+    asked = ["chart", "pressure", "prototype_p1", "--radius-max", "20 mm", "--plot", str(path)]
+    said = answer(capsys, *asked)
+    assert said["radius"] == pytest.approx([0.02, 0.0125, 0.005])
+    assert said["pressure_max"] == load_gripper("prototype_p1").pressure_max
+    wrapped = answer(capsys, "wrap", "prototype_p1", "--radius", "12.5 mm")
+    assert said["onset_wrap"][1] == wrapped["onset_wrap"]
+    assert said["onset_curling"][1] == wrapped["onset_curling"]
+    assert said["onset_wrap"][0] is None
+    drawn = path.read_text(encoding="utf-8")
+    for label in ("prototype_p1", "perfect wrap,", "curling", "not held", "pressure limit,"):
+        assert f">{label}<" in drawn
 
 
 @pytest.mark.parametrize(
@@ -190,7 +200,6 @@ def test_plots_in_every_format(suffix: str, start: bytes, tmp_path: Path) -> Non
             ["wrap", "prototype_p1", "--radius", "9 mm"],
             r"prototype_p1 around 9 mm, at \d\d\.\d+ kPa",
         ),
-        (["chart", "pressure", "prototype_p1"], "prototype_p1, by the tip criterion"),
         (["chart", "gravity", "prototype_p1"], "prototype_p1"),
         (["chart", "design-space", "prototype_p1"], "tube of prototype_p1, helix model"),
     ],

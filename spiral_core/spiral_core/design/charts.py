@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,19 +15,22 @@ from spiral_core.actuator.actuator import Actuator
 from spiral_core.actuator.curvature import longest_stretch, unloaded_shape_from_stretch
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.brief import brief_repr
-from spiral_core.errors import InvalidInputError
+from spiral_core.errors import InvalidInputError, SpiralError
+from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.window import Progress, grip_window
 from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.helix import helix_from_curvature
-from spiral_core.wrap.wrap import PERFECT_BAND
 
 NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
 # A curve ends this fraction of the elongation before a fiber locks, where torsion diverges.
 SHORT_OF_LOCKING = 1e-3
 # At rest everything is infinite: a curve begins at this strain.
 LEAST_STRAIN = 0.01
+# Objects on which the gripper is closed for a chart: a second of computing each.
+CONTACT_POINTS = 21
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,25 +75,24 @@ class PressureRange:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RegimeChart:
-    """Pressure against object radius, with the band that still counts as a perfect wrap.
-
-    Below the band the gripper overhangs, above it its end curls.
+    """Pressure against object radius: the tip criterion's, and the window of contact.
 
     Args:
         radius: (n,) object radius [m], falling.
-        perfect: (n,) pressure of the perfect wrap [Pa].
-        lower: (n,) pressure at which the perfect wrap begins [Pa].
-        upper: (n,) pressure at which curling begins [Pa].
+        tip: (n,) pressure of the tip criterion [Pa].
         pressure_max: the gripper's limit [Pa].
+        onset_wrap, onset_curling, loss: (n,) where the wrap begins, curls and is lost by contact
+            [Pa], NaN where it does not; None where no contact was computed.
     """
 
     __repr__ = brief_repr
 
     radius: Array
-    perfect: Array
-    lower: Array
-    upper: Array
+    tip: Array
     pressure_max: float
+    onset_wrap: Array | None = None
+    onset_curling: Array | None = None
+    loss: Array | None = None
 
 
 def design_space(
@@ -174,7 +179,7 @@ def without_gravity(gripper: Gripper) -> Gripper:
 def regime_chart(
     curve: WrapCurve, radius_min: float, radius_max: float, points: int = 61
 ) -> RegimeChart:
-    """Return pressure against object radius, and where each regime begins.
+    """Return the tip criterion's pressure against object radius.
 
     Args:
         curve: of the gripper.
@@ -186,19 +191,50 @@ def regime_chart(
         NotGrippableError: a radius is outside the grippable range.
     """
     radii = np.linspace(radius_max, radius_min, points)
-    pressures = (
-        [curve.pressure_from_radius(_clipped(curve, float(radius * scale))) for radius in radii]
-        for scale in (1.0, 1.0 + PERFECT_BAND, 1.0 - PERFECT_BAND)
-    )
-    for radius in (radius_max, radius_min):
-        curve.wrap_for_radius(radius)
-    perfect, lower, upper = (np.array(values) for values in pressures)
-    return RegimeChart(radii, perfect, lower, upper, curve.gripper.pressure_max)
+    return RegimeChart(radii, curve.pressures_from_radii(radii), curve.gripper.pressure_max)
 
 
-def _clipped(curve: WrapCurve, radius: float) -> float:
-    """Return the band's edge, which ends where the grippable range does."""
-    return min(max(radius, curve.radius_min), curve.radius_max)
+def contact_chart(
+    curve: WrapCurve,
+    radius_min: float,
+    radius_max: float,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> RegimeChart:
+    """Return the tip criterion's pressure and contact's window against object radius.
+
+    Args:
+        curve: of the gripper, with its own friction or the default.
+        radius_min: smallest object [m].
+        radius_max: largest object [m].
+        executor: where the windows are computed; None: one after the other, here.
+        progress: called with the number of windows that are done, and the number there are.
+
+    Raises:
+        NotGrippableError: a radius is outside the grippable range.
+    """
+    chart = regime_chart(curve, radius_min, radius_max, CONTACT_POINTS)
+    in_turn = map if executor is None else executor.map
+    windows: list[tuple[float, float, float]] = []
+    for window in in_turn(partial(_window, curve.gripper), chart.radius.tolist()):
+        windows.append(window)
+        if progress is not None:
+            progress(len(windows), CONTACT_POINTS)
+    onset, curling, loss = np.array(windows).T
+    return replace(chart, onset_wrap=onset, onset_curling=curling, loss=loss)
+
+
+def _window(gripper: Gripper, radius: float) -> tuple[float, float, float]:
+    """Return where the wrap of a radius [m] begins, curls and is lost [Pa]; NaN where not."""
+    try:
+        window = grip_window(lay_into_coil(gripper, radius))
+    except SpiralError:
+        return math.nan, math.nan, math.nan
+    if window.onset_wrap is None:
+        return math.nan, math.nan, math.nan
+    ends = window.onset_curling, window.loss
+    curling, loss = (math.nan if end is None else end for end in ends)
+    return window.onset_wrap, curling, loss
 
 
 def _with_beta(actuator: Actuator, beta: float) -> Actuator:

@@ -108,10 +108,14 @@ def pressure(
     plot: Path | None,
     **options: object,
 ) -> None:
-    """The tip criterion's pressure against object radius: overhang, perfect wrap, curling."""
+    """Pressure against object radius: overhang, perfect wrap, curling, and the tip criterion's.
+
+    The gripper is closed on each of 21 objects, with contact and friction, as in wrap and grip.
+    """
     _require_output(as_json, plot)
-    from spiral_core.design.charts import regime_chart
+    from spiral_core.design.charts import contact_chart
     from spiral_core.wrap.curve import WrapCurve
+    from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
 
     if None not in (radius_min, radius_max) and not radius_min < radius_max:  # type: ignore[operator]
         low_text, high_text = typed("radius_min"), typed("radius_max")
@@ -119,7 +123,11 @@ def pressure(
     curve = WrapCurve(mounted(described(gripper).gripper, options))
     high = curve.radius_max if radius_max is None else radius_max
     low = max(curve.radius_min, 0.25 * high) if radius_min is None else radius_min
-    data = regime_chart(curve, low, high)
+    with (
+        process_pool(core_count()) as executor,
+        progress_bar("closing on cylinders", quiet=as_json) as progress,
+    ):
+        data = contact_chart(curve, low, high, executor, progress)
     _print_data(data, as_json)
     if plot is not None:
         from spiral_gripper.reports.plots import regime_figure

@@ -71,27 +71,20 @@ def design_figure(report: DesignReport) -> Figure:
 def regime_figure(
     chart: RegimeChart, name: str, uncertain: Sequence[RadiusPressure] = ()
 ) -> Figure:
-    """Return the tip criterion's pressure against object radius, with three regimes as areas.
+    """Return the tip criterion's pressure against object radius; regimes of contact as areas.
 
     Args:
-        chart: the regimes.
+        chart: the pressures.
         name: of the gripper.
         uncertain: pressures with the intervals of a calibration, drawn as a band.
     """
     figure, (axes,) = panels(1)
-    radius, top = in_units(chart.radius, "m"), 1.15 * float(in_units(chart.upper, "Pa").max())
-    limit = float(in_units(chart.pressure_max, "Pa"))
+    radius, tip = in_units(chart.radius, "m"), in_units(chart.tip, "Pa")
+    limit, top = float(in_units(chart.pressure_max, "Pa")), 1.15 * float(tip.max())
     if limit < FAR_LIMIT * top:
         top = max(top, 1.05 * limit)
-    lower, upper = in_units(chart.lower, "Pa"), in_units(chart.upper, "Pa")
-    areas = (
-        (np.zeros_like(lower), lower, OVERHANG_COLOR, "overhang"),
-        (lower, upper, PERFECT_COLOR, "perfect wrap\n(within 2 % of\nthe radius)"),
-        (upper, np.full_like(upper, top), CURLING_COLOR, "curling"),
-    )
-    for bottom, edge, color, label in areas:
-        axes.fill_between(radius, bottom, edge, color=color, alpha=0.5, lw=0.0, label=label)
-    axes.plot(radius, in_units(chart.perfect, "Pa"), color=COLORS[0], lw=0.8)
+    _draw_regimes(axes, chart, min(limit, top))
+    axes.plot(radius, tip, color=COLORS[0], lw=1.2, label="tip criterion")
     label = f"pressure limit,\n{shown(chart.pressure_max, 'Pa')}"
     axes.axhline(limit, color="black", lw=0.8, ls="--", label=label)
     if uncertain:
@@ -103,9 +96,28 @@ def regime_figure(
         )  # fmt: skip
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
-    axes.set_title(f"{name}, by the tip criterion")
+    axes.set_title(name if chart.onset_wrap is not None else f"{name}, by the tip criterion")
     figure.legend(loc="outside right upper")
     return figure
+
+
+def _draw_regimes(axes: Axes, chart: RegimeChart, top: float) -> None:
+    """Draw the regimes up to a pressure in the units shown, where contact was computed."""
+    if chart.onset_wrap is None or chart.onset_curling is None or chart.loss is None:
+        return
+    radius, onset = in_units(chart.radius, "m"), in_units(chart.onset_wrap, "Pa")
+    loss = np.fmin(in_units(chart.loss, "Pa"), top)
+    curling = np.fmin(in_units(chart.onset_curling, "Pa"), loss)
+    held = np.isfinite(onset)
+    areas = (
+        (np.zeros_like(onset), onset, OVERHANG_COLOR, "overhang"),
+        (onset, curling, PERFECT_COLOR, "perfect wrap,\nwith contact"),
+        (curling, loss, CURLING_COLOR, "curling"),
+    )
+    axes.axhspan(0.0, top, color="#e6e6e6", lw=0.0, label="not held")
+    for bottom, edge, color, label in areas:
+        axes.fill_between(radius, bottom, edge, held, color="white", lw=0.0)
+        axes.fill_between(radius, bottom, edge, held, color=color, alpha=0.5, lw=0.0, label=label)
 
 
 @paper_style()
