@@ -12,6 +12,7 @@ from spiral_core import (
     SolverError,
     WrapCurve,
     WrapRegime,
+    lay_into_coil,
 )
 from spiral_core.errors import ActuationLimit, ActuationLimitError
 from spiral_core.rod.types import RodStatus
@@ -69,6 +70,13 @@ def test_a_plan_is_the_cores_wrap_with_margin_and_force(planner, curve, gripper)
         rel=1e-6,
     )
     assert 0.0 < plan.solve_time < 10.0
+
+
+def test_an_object_of_known_direction_lies_where_its_grip_has_it(gripper):
+    planner = GripperPlanner(replace(gripper, object_axis=(0.96, 0.0, -0.28)))
+    plan, setup = planner.plan(0.02), lay_into_coil(planner.gripper, 0.02)
+    assert plan.placement.center == setup.obstacle.position
+    assert plan.laid.pressure == setup.tip_pressure != plan.wrap.pressure
 
 
 def test_the_regime_is_that_of_the_commanded_pressure(planner):

@@ -18,9 +18,8 @@ from spiral_core.rod.types import MAX_ELEMENTS, Array, Vector
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import DEFAULT_FRICTION, FRICTION_MAX, Gripper
-from spiral_core.wrap.placement import ObjectPlacement, place_object
+from spiral_core.wrap.placement import coil_place
 from spiral_core.wrap.profile import ObjectProfile, wrap_for_profile
-from spiral_core.wrap.wrap import Wrap
 
 # Elements of the rod: at least so many, and none longer than this fraction of the arc on which the
 # tube's axis goes around the object.
@@ -30,8 +29,6 @@ ELEMENT_ARC = 0.4
 FREE_ELEMENTS = 60
 # Weight per length times length cubed, over the bending stiffness, at which a column buckles.
 TALLEST_COLUMN = 7.837
-# Between the base and an object that the coil would put inside of it [outer radii of the tube].
-CLEARANCE = 0.02
 
 
 class Closing(Enum):
@@ -182,10 +179,10 @@ def lay_into_coil(
     if curve is None or curve.gripper.object_axis is not None:
         curve = WrapCurve(replace(gripper, object_axis=None))
     wrap = curve.wrap_for_radius(radius)
-    placement = place_object(_about(wrap, gripper.object_axis))
+    placement = coil_place(wrap, gripper)
     body = Cylinder(radius) if shape is None else shape
     if center is None:
-        center = _clear_of_base(placement, gripper.tube.outer_radius)
+        center = placement.center
     obstacle = Obstacle.along(body, center, placement.axis, friction_of(gripper, friction))
     return GripSetup(gripper, obstacle, closing, elements, wrap.pressure)
 
@@ -241,24 +238,3 @@ def friction_of(gripper: Gripper, friction: float | None) -> float:
         own = gripper.friction_coefficient
         friction = DEFAULT_FRICTION if own is None else own
     return require_in_range("friction", friction, 0.0, FRICTION_MAX)
-
-
-def _about(wrap: Wrap, axis: Vector | None) -> Wrap:
-    """Return a wrap about a given axis, which points the way the coil advances."""
-    if axis is None:
-        return wrap
-    sign = 1.0 if float(np.dot(axis, wrap.axis)) >= 0.0 else -1.0
-    x, y, z = (sign * component for component in axis)
-    return replace(wrap, axis=(x, y, z))
-
-
-def _clear_of_base(placement: ObjectPlacement, outer_radius: float) -> Vector:
-    """Return the object's center [m], moved square to its axis until the base lies outside."""
-    center, axis = np.asarray(placement.center), np.asarray(placement.axis)
-    across = center - (center @ axis) * axis
-    distance = float(np.linalg.norm(across))
-    needed = placement.radius + (1.0 + CLEARANCE) * outer_radius
-    if 0.0 < distance < needed:
-        center = center + (needed / distance - 1.0) * across
-    x, y, z = center.tolist()
-    return (x, y, z)

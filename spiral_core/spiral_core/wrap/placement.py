@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap
 
 # The search for the axis ends when a step is this fraction of the contact radius; it halves its
 # error several times over with each step and needs fewer than ten.
 FIT_TOLERANCE = 1e-9
 FIT_STEPS = 50
+# Between the base and an object that the coil would put inside of it [outer radii of the tube].
+CLEARANCE = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +38,17 @@ class ObjectPlacement:
     radius: float
     length: float
     largest_gap: float
+
+
+def coil_place(wrap: Wrap, gripper: Gripper) -> ObjectPlacement:
+    """Return where a grip lays the object of a wrap.
+
+    Args:
+        wrap: about the axis that fits the coil.
+        gripper: that makes it, with the object's direction, if that is known.
+    """
+    placement = place_object(_about(wrap, gripper.object_axis))
+    return replace(placement, center=_clear_of_base(placement, gripper.tube.outer_radius))
 
 
 def place_object(wrap: Wrap) -> ObjectPlacement:
@@ -123,3 +137,24 @@ def _fitted_center(points: Array, start: Array, contact_radius: float) -> Array:
         if float(np.linalg.norm(step)) <= FIT_TOLERANCE * contact_radius:
             break
     return center
+
+
+def _about(wrap: Wrap, axis: Vector | None) -> Wrap:
+    """Return a wrap about a given axis, which points the way the coil advances."""
+    if axis is None:
+        return wrap
+    sign = 1.0 if float(np.dot(axis, wrap.axis)) >= 0.0 else -1.0
+    x, y, z = (sign * component for component in axis)
+    return replace(wrap, axis=(x, y, z))
+
+
+def _clear_of_base(placement: ObjectPlacement, outer_radius: float) -> Vector:
+    """Return the object's center [m], moved square to its axis until the base lies outside."""
+    center, axis = np.asarray(placement.center), np.asarray(placement.axis)
+    across = center - (center @ axis) * axis
+    distance = float(np.linalg.norm(across))
+    needed = placement.radius + (1.0 + CLEARANCE) * outer_radius
+    if 0.0 < distance < needed:
+        center = center + (needed / distance - 1.0) * across
+    x, y, z = center.tolist()
+    return (x, y, z)

@@ -155,7 +155,7 @@ def contact_force(plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -
     """
     if not isinstance(planner, GripperPlanner):
         return 0.0
-    return planner.contact_force(plan.wrap, pressure)
+    return planner.contact_force(plan, pressure)
 
 
 def wrapped_diameter(pressure: float, opening: float, planner: AnyPlanner | None) -> float:

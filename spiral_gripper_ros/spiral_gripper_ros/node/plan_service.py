@@ -18,8 +18,6 @@ from spiral_core.validation import (
     require_non_negative,
 )
 from spiral_core.wrap.gripper import FRICTION_MAX, Gripper
-from spiral_core.wrap.placement import place_object
-from spiral_core.wrap.wrap import Wrap
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
@@ -180,7 +178,7 @@ def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners
     response.radius_min, response.radius_max = planner.radius_range
     plan = planner.plan(radius)
     wrap, highest = plan.wrap, plan.highest_good
-    _fill_wrap(response, wrap, context)
+    _fill_wrap(response, plan, context)
     _check_length(length, response.object_length_needed)
     overpressure = overpressure or default_overpressure(
         plan.pressure, context.grip_ratio, min(context.pressure_cap, highest)
@@ -208,7 +206,7 @@ def _grip(request: Any, pressure: float, plan: WrapPlan, context: PlanContext) -
         is_other = request.gravity or request.object_axis or request.friction_coefficient > 0.0
         if is_other:
             return None
-        return context.table_grip(request.object_radius, plan.wrap.pressure, pressure)
+        return context.table_grip(request.object_radius, plan.laid.pressure, pressure)
     pose = None
     if request.object_pose:
         position, turn = request.object_pose[0].position, request.object_pose[0].orientation
@@ -238,13 +236,13 @@ def _capped(pressure: float, context: PlanContext) -> float:
     return pressure
 
 
-def _fill_wrap(response: Any, wrap: Wrap, context: PlanContext) -> None:  # noqa: ANN401
+def _fill_wrap(response: Any, plan: WrapPlan, context: PlanContext) -> None:  # noqa: ANN401
+    wrap, placement = plan.wrap, plan.placement
     response.turns = wrap.turns
     response.contact_length = wrap.contact_length
     response.gripper_length_needed = wrap.gripper_length_needed or 0.0
     response.object_length_needed = wrap.object_length_needed or 0.0
     response.object_axis = vector_to_msg(wrap.coil.axis)
-    placement = place_object(wrap)
     x, y, z = placement.center
     response.object_center = Point(x=x, y=y, z=z)
     response.largest_gap = placement.largest_gap

@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from spiral_core.errors import SpiralError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
-from spiral_core.wrap.placement import ObjectPlacement, place_object
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription, load_description
 from spiral_gripper_ros.planning.grip_figures import GripFigures
@@ -198,7 +198,7 @@ class LoadedGripper:
         """Return the grip on an object at a pressure [Pa], from contact; None: it is not known."""
         if self.grips is None or plan is None or radius is None:
             return None
-        return self.grips.answer(InUse(radius, seen), plan.wrap.pressure, pressure)
+        return self.grips.answer(InUse(radius, seen), plan.laid.pressure, pressure)
 
     def line_force(self, plan: WrapPlan | None, pressure: float) -> float | None:
         """Return the force per length on a plan's object at a pressure [N/m], if it is known."""
@@ -210,11 +210,11 @@ class LoadedGripper:
             return None
 
     def placement(self, plan: WrapPlan | None) -> ObjectPlacement | None:
-        """Return where a plan's object is in the free coil; None without a plan."""
+        """Return where a plan's object lies in the free coil; None without a plan."""
         if plan is None:
             return None
         if self._placed is None or self._placed[0] is not plan:
-            self._placed = (plan, place_object(plan.wrap))
+            self._placed = (plan, plan.placement)
         return self._placed[1]
 
     def table_grip(self, radius: float, tip_pressure: float, pressure: float) -> GripAnswer | None:

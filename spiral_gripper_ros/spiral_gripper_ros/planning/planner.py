@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NoReturn
 
 from spiral_core.actuator.actuator import UnloadedShape
@@ -13,6 +13,7 @@ from spiral_core.errors import SpiralError
 from spiral_core.rod.types import RodState, Vector
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.placement import ObjectPlacement, coil_place
 from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
 from spiral_gripper_ros.planning.grip_table import highest_good
@@ -45,7 +46,8 @@ class WrapPlan:
     """A perfect wrap; derived quantities are computed on request.
 
     Args:
-        wrap: the core's answer.
+        wrap: the core's answer, about the object's direction if that is known.
+        laid: the wrap about the axis that fits the coil: where the object lies.
         gripper: that it is for, as it is mounted.
         solve_time: time that the answer took [s].
         onset: pressure from which the object is wrapped [Pa], by contact; 0 where it is not known.
@@ -54,6 +56,7 @@ class WrapPlan:
     """
 
     wrap: Wrap
+    laid: Wrap
     gripper: Gripper
     solve_time: float
     onset: float = 0.0
@@ -64,6 +67,11 @@ class WrapPlan:
     def pressure(self) -> float:
         """Gauge pressure of the perfect wrap [Pa]: the tip criterion's, within contact's window."""
         return min(max(self.wrap.pressure, self.onset), self.highest_good)
+
+    @property
+    def placement(self) -> ObjectPlacement:
+        """Where the object lies, as in its grip."""
+        return coil_place(self.laid, self.gripper)
 
     @property
     def turns_margin(self) -> float:
@@ -107,7 +115,9 @@ class GripperPlanner:
 
     def __init__(self, gripper: Gripper) -> None:
         self.gripper = gripper
-        self.curve = WrapCurve(gripper)
+        self.curve = self._fitted = WrapCurve(gripper)
+        if gripper.object_axis is not None:
+            self._fitted = WrapCurve(replace(gripper, object_axis=None))
         self.grips: GripFollower | None = None
 
     @property
@@ -127,27 +137,29 @@ class GripperPlanner:
             NotGrippableError: the tip criterion has no pressure, or contact is known to find none.
         """
         start = time.perf_counter()
-        wrap = self.curve.wrap_for_radius(radius)
+        wrap = laid = self.curve.wrap_for_radius(radius)
+        if self._fitted is not self.curve:
+            laid = self._fitted.wrap_for_radius(radius)
         window = refusal = None
         if self.grips is not None:
-            window = self.grips.window(radius, wrap.pressure)
+            window = self.grips.window(radius, laid.pressure)
             refusal = self.grips.refusal(InUse(radius))
         if refusal is not None:
             raise refusal
         solve_time = time.perf_counter() - start
         if window is None:
-            return WrapPlan(wrap, self.gripper, solve_time)
-        return WrapPlan(
-            wrap, self.gripper, solve_time, window[0], highest_good(*window), loss=window[2]
-        )
+            return WrapPlan(wrap, laid, self.gripper, solve_time)
+        good = highest_good(*window)
+        return WrapPlan(wrap, laid, self.gripper, solve_time, window[0], good, loss=window[2])
 
-    def contact_force(self, wrap: Wrap, pressure: float) -> float:
-        """Return the normal force on the object of ``wrap`` at a pressure [Pa], in all [N].
+    def contact_force(self, plan: WrapPlan, pressure: float) -> float:
+        """Return the normal force on the object of ``plan`` at a pressure [Pa], in all [N].
 
         By contact where that grip is known, else what the free coil says.
         """
+        wrap = plan.wrap
         if self.grips is not None:
-            grip = self.grips.answer(InUse(wrap.object_radius), wrap.pressure, pressure)
+            grip = self.grips.answer(InUse(wrap.object_radius), plan.laid.pressure, pressure)
             if grip is not None:
                 return grip.normal_force
         return max(self.line_force(wrap, pressure), 0.0) * wrap.contact_length

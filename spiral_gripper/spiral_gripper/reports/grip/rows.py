@@ -172,7 +172,8 @@ def _against_tip(grip: Grip) -> str:
     if tip is None:
         return text
     percent = 100.0 * (grip.onset_wrap / tip - 1.0)
-    return f"{text}, {percent:+.1f} % from the tip criterion's {shown(tip, 'Pa')}"
+    other = "tip criterion's" if grip.setup.gripper.object_axis is None else "free coil's"
+    return f"{text}, {percent:+.1f} % from the {other} {shown(tip, 'Pa')}"
 
 
 def _reaction(point: GripPoint) -> str:
