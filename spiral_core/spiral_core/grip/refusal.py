@@ -38,6 +38,15 @@ END_TOLERANCE = 0.01
 PLACES_TRIED = 40
 FARTHEST_SHIFT = 1.5
 LARGEST_TILT = math.radians(10.0)
+# So many of them fill that box; the others lie around the best found so far, this many around each
+# of so many, first within this part of the box, then each time within that part of the last.
+EXPLORED = 16
+NARROWED, BEST = 5, 2
+FIRST_PART, NEXT_PART = 0.5, 0.6
+# A place is the better the nearer the tip comes and the more of the tube touches: nothing at all
+# counts as much as so many radii of the tube, this part of it as none.
+UNTOUCHED, ENOUGH = 6.0, 0.3
+LEAST_MISSING = 1e-6
 # Rolls of the base about the tube that are tried where no place is found: a turn's eighths.
 ROLLS = 8
 
@@ -177,8 +186,10 @@ def find_place(
 ) -> GripSetup | None:
     """Return an object in its place or, where it is not held there, in a place near it where it is.
 
-    Forty places are tried, the nearest first. With the gripper's ``object_axis`` the object keeps
-    that direction; else it is also tilted by up to 10 degrees.
+    Forty places are tried: first some that fill a box about the first one, the nearest first, then
+    others around those in which the tip came nearest and most of the tube touched. With the
+    gripper's ``object_axis`` the object keeps its direction; else it is also tilted by up to 10
+    degrees about each of two axes.
 
     Args:
         setup: the gripper and its object in its first place.
@@ -191,11 +202,52 @@ def find_place(
     reach = FARTHEST_SHIFT * (setup.obstacle.shape.feature_radius + setup.gripper.tube.outer_radius)
     tilt = LARGEST_TILT if setup.gripper.object_axis is None else 0.0
     sizes = np.array((reach, reach, reach, tilt, tilt))
-    places = [setup]
-    for along, away, across, first, second in (sizes * _evenly(PLACES_TRIED - 1, 5)).tolist():
-        places.append(moved(setup, (along, away, across), (first, second)))
-    held = _tried(places, executor, progress)
-    return next((place for place, is_held in zip(places, held, strict=True) if is_held), None)
+    in_turn = map if executor is None else executor.map
+    steps, part = _evenly(PLACES_TRIED, len(sizes)), FIRST_PART
+    tried: list[tuple[float, Array]] = []
+    batch = [np.zeros(len(sizes)), *_evenly(EXPLORED, len(sizes))]
+    while batch:
+        places = [_shifted(setup, sizes * shift) for shift in batch]
+        for shift, place, missing in zip(batch, places, in_turn(_missing, places), strict=True):
+            if missing == 0.0:
+                return place
+            tried.append((missing, shift))
+            if progress is not None:
+                progress(len(tried), PLACES_TRIED)
+        best = sorted(tried, key=lambda one: one[0])[:BEST]
+        around = steps[len(tried) - EXPLORED - 1 :]
+        batch = [
+            np.clip(shift + part * step, -1.0, 1.0)
+            for number, (_, shift) in enumerate(best)
+            for step in around[number * NARROWED : (number + 1) * NARROWED]
+        ][: PLACES_TRIED - len(tried)]
+        part *= NEXT_PART
+    return None
+
+
+def _shifted(setup: GripSetup, by: Array) -> GripSetup:
+    """Return the object moved by three lengths [m] and two angles [rad]."""
+    along, away, across, first, second = by.tolist()
+    if not by.any():
+        return setup
+    return moved(setup, (along, away, across), (first, second))
+
+
+def _missing(setup: GripSetup) -> float:
+    """Return how far a closing gripper is from the wrap: 0 where it wraps, inf without answer."""
+    try:
+        window = grip_window(setup, until_wrapped=True)
+    except SpiralError:
+        return math.inf
+    if window.onset_wrap is not None:
+        return 0.0
+    enough, outer = ENOUGH * setup.gripper.tube.length, setup.gripper.tube.outer_radius
+    return min(
+        LEAST_MISSING
+        + max(point.tip_gap, 0.0) / outer
+        + UNTOUCHED * max(0.0, 1.0 - point.contact_length / enough)
+        for point in window.points
+    )
 
 
 def what_helps(setup: GripSetup, executor: Executor | None = None) -> str:
