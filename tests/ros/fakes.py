@@ -13,6 +13,7 @@ class FakePlan:
     pressure: float
     highest_good: float = math.inf
     loss: float = math.inf
+    recommended: float | None = None
 
 
 class FakePlanner:
@@ -24,6 +25,8 @@ class FakePlanner:
         self.product = product
         self.asked: list[float] = []
         self.error: Exception | None = None
+        self.recommended: float | None = None  # both as multiples of the wrap
+        self.highest_good = math.inf
 
     def plan(self, radius: float) -> FakePlan:
         self.asked.append(radius)
@@ -32,7 +35,9 @@ class FakePlanner:
         low, high = self.radius_range
         if not low <= radius <= high:
             raise NotGrippableError(radius, "out of range", -1.0, low if radius < low else high)
-        return FakePlan(self.product / radius)
+        wrap = self.product / radius
+        recommended = None if self.recommended is None else self.recommended * wrap
+        return FakePlan(wrap, self.highest_good * wrap, recommended=recommended)
 
 
 class RegulatorFault(Enum):

@@ -22,6 +22,7 @@ def figures(tip=5.0e4, curling=6.0e4, loss=8.0e4, force=1.0):
         onset_wrap=0.98 * tip,
         onset_curling=curling,
         loss=loss,
+        highest_good=curling,
         top=1.5 * tip,
         friction=0.3,
         pressures=path,

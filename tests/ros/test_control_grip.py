@@ -31,6 +31,27 @@ def test_a_radius_is_gripped_harder_than_its_bare_wrap():
     assert bench.seen.shown(WrapRegime.CURLING) is WrapRegime.PERFECT_WRAP
 
 
+@pytest.mark.parametrize(
+    ("recommended", "part"), [(None, 1.1), (1.05, 1.05), (0.97, 1.0), (1.3, 1.2)]
+)
+def test_without_a_ratio_the_grip_is_the_recommended_one(recommended, part):
+    bench = bench_with(grip_ratio=None)
+    bench.planner.recommended, bench.planner.highest_good = recommended, 1.2
+    assert bench.run(1.5, radius=0.02)[-1] == pytest.approx(part * WRAP)
+
+
+def test_a_grip_that_becomes_known_is_not_loosened():
+    bench = bench_with(grip_ratio=None)
+    bench.run(1.5, radius=0.02)
+    bench.planner.recommended = 1.04
+    bench.control.replan(bench.planner)
+    assert bench.tick(radius=0.02) == pytest.approx(1.1 * WRAP)
+    bench.planner.highest_good = 1.07
+    bench.control.replan(bench.planner)
+    assert bench.run(1.0, radius=0.02)[-1] == pytest.approx(1.07 * WRAP)
+    assert bench.run(1.0, radius=0.021)[-1] == pytest.approx(1.04 * WRAP / 1.05)
+
+
 def test_a_goal_without_an_overpressure_has_that_of_the_default_grip():
     bench = bench_with(grip_ratio=1.1)
     grasp = bench.grasp()

@@ -14,7 +14,7 @@ from spiral_gripper_ros.planning.grip_solution import solve_figures
 from spiral_gripper_ros.planning.grip_table import (
     GripEntry,
     blended_answer,
-    highest_good,
+    blended_window,
     neighbors,
 )
 
@@ -101,11 +101,10 @@ def test_the_neighbors_of_a_radius(radius, places):
     assert neighbors((0.01, 0.02, 0.04), radius) == places
 
 
-def test_a_good_grip_ends_at_curling_or_below_the_loss_but_never_below_the_wrap():
-    assert highest_good(5.0e4, 6.0e4, 8.0e4) == 6.0e4
-    assert highest_good(5.0e4, math.inf, 8.0e4) == pytest.approx(7.2e4)
-    assert highest_good(5.0e4, math.inf, 5.2e4) == 5.0e4
-    assert highest_good(5.0e4, math.inf, math.inf) == math.inf
+def test_good_grips_between_two_radii_end_between_theirs():
+    entries = [GripEntry(figures(), 0.0), GripEntry(figures(tip=3.0e4, curling=3.3e4), 0.0)]
+    _, good, _ = blended_window([0.01, 0.03], entries, 0.02, 4.0e4)
+    assert good == pytest.approx(4.0e4 * 0.5 * (1.2 + 1.1))
 
 
 @pytest.mark.slow

@@ -45,7 +45,7 @@ def known(node):
     follower._count, follower._table = 0, RefiningTable((low, high))
     for radius in (low, high, math.sqrt(low * high)):
         tip = loaded.planner.plan(min(max(radius, 1.001 * low), 0.999 * high)).pressure
-        grip = replace(figures(tip), onset_curling=1.05 * tip, loss=1.3 * tip)
+        grip = figures(tip, curling=1.05 * tip, loss=1.3 * tip)
         follower._table = follower._table.added(radius, GripEntry(grip, node.runtime.now()))
     node.statuses = []
     node.runtime.outputs.publish = lambda name, message: (
@@ -87,11 +87,20 @@ def test_the_default_grip_stays_within_the_window(known):
 def test_the_pressure_lies_within_the_window(known, onset, curling, part):
     tip = known.runtime.loaded.planner.plan(0.02).wrap.pressure
     widen(known, onset, curling)
-    seen = follow(known, 0.02)
+    seen = follow(known, 0.02, grip_ratio=1.0)
     assert seen.pressure_target == pytest.approx(part * tip, rel=1e-3)
     assert seen.plan.wrap.pressure == tip
     answer = answered(known, PlanWrap.Request(object_radius=0.02))
     assert answer.pressure == seen.pressure_target
+
+
+def test_unless_told_a_ratio_the_node_commands_what_the_grip_recommends(known):
+    tip = known.runtime.loaded.planner.plan(0.02).wrap.pressure
+    widen(known, 0.98, 1.08)
+    known.set_parameters([Parameter("grip_ratio", value=math.nan)])
+    seen = follow(known, 0.02)
+    assert seen.pressure_target == pytest.approx(1.03 * tip, rel=1e-3)
+    assert answered(known, PlanWrap.Request(object_radius=0.02)).pressure == seen.pressure_target
 
 
 def widen(node, onset, curling):
@@ -99,7 +108,12 @@ def widen(node, onset, curling):
     follower = node.runtime.loaded.grips
     for entry in follower._table._entries.values():
         tip = entry.figures.tip_pressure
-        grip = replace(entry.figures, onset_wrap=onset * tip, onset_curling=curling * tip)
+        grip = replace(
+            entry.figures,
+            onset_wrap=onset * tip,
+            onset_curling=curling * tip,
+            highest_good=curling * tip,
+        )
         object.__setattr__(entry, "figures", grip)
 
 

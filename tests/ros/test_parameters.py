@@ -132,7 +132,7 @@ def test_every_limit_comes_from_its_parameter():
 
 def test_the_defaults_of_the_table_are_those_of_the_limits():
     assert GripperParameters().limits(pressure_max=1.0e5) == Limits(
-        pressure_cap=1.0e5, grip_ratio=1.1
+        pressure_cap=1.0e5, grip_ratio=None
     )
 
 

@@ -131,9 +131,7 @@ def _overpressure_within(
 ) -> float:
     """Return the overpressure [Pa] whose force keeps a limit [N]; 0 if the default grip does."""
     low = 0.0
-    high = default_overpressure(
-        plan.pressure, limits.grip_ratio, min(limits.pressure_cap, plan.highest_good)
-    )
+    high = default_overpressure(plan, limits)
     if contact_force(plan, planner, plan.pressure + high) <= limit:
         return 0.0
     while high - low > OVERPRESSURE_STEP:

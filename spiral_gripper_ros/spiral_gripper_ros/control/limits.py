@@ -54,7 +54,7 @@ class Limits:
             fault [Pa], > 0.
         pressure_fault_policy: what happens at a fault of the measured pressure.
         grip_ratio: pressure of a grip, as a multiple of the pressure of the bare wrap, unless a
-            goal names an overpressure, >= 1.
+            goal names an overpressure, >= 1; None: the one that contact recommends.
         keep_alive_timeout: without a sign of life of the client for this time [s] a grip is vented;
             0: none is expected.
         gravity_timeout: age of a heard gravity at which it is stale [s]; 0: it never is.
@@ -82,7 +82,7 @@ class Limits:
     pressure_settle_time: float = 0.5
     pressure_tolerance: float = 1000.0
     pressure_fault_policy: FaultPolicy = FaultPolicy.REPORT
-    grip_ratio: float = 1.0
+    grip_ratio: float | None = 1.0
     keep_alive_timeout: float = 0.0
     gravity_timeout: float = 0.0
     gravity_timeout_policy: FaultPolicy = FaultPolicy.REPORT
@@ -92,7 +92,8 @@ class Limits:
             require_positive(field, getattr(self, field))
         for field in _NON_NEGATIVE:
             require_non_negative(field, getattr(self, field))
-        require_in_range("grip_ratio", self.grip_ratio, 1.0, HIGHEST_GRIP_RATIO)
+        if self.grip_ratio is not None:
+            require_in_range("grip_ratio", self.grip_ratio, 1.0, HIGHEST_GRIP_RATIO)
         for field, policies in _POLICIES.items():
             policy = getattr(self, field)
             if not isinstance(policy, policies):

@@ -25,6 +25,11 @@ class Plan(Protocol):
         ...
 
     @property
+    def recommended(self) -> float | None:
+        """Pressure that contact recommends [Pa]; None where it is not known."""
+        ...
+
+    @property
     def loss(self) -> float:
         """Pressure at which the grip is lost [Pa]; inf where it is not known, or never."""
         ...

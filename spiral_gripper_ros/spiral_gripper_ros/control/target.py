@@ -5,14 +5,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Generic
+from typing import Final, Generic
 
 from spiral_core.errors import SpiralError
 from spiral_core.validation import require_positive
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.pressure_ramp import capped_pressure
-from spiral_gripper_ros.control.snapshot import Planner, PlanT
+from spiral_gripper_ros.control.snapshot import Plan, Planner, PlanT
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
+
+# Pressure of a grip that contact does not know yet, as a multiple of the pressure of the bare wrap.
+UNKNOWN_RATIO: Final = 1.1
 
 
 class Target(Generic[PlanT]):
@@ -48,16 +51,19 @@ class Target(Generic[PlanT]):
 
     def needs_plan(self, radius: float, hysteresis: float) -> bool:
         """Return whether a radius [m] needs a plan: outside the hysteresis [m], or outdated."""
-        if self._outdated or self.radius is None:
-            return True
-        return not abs(radius - self.radius) <= hysteresis
+        return self._outdated or self._is_other(radius, hysteresis)
+
+    def _is_other(self, radius: float, hysteresis: float) -> bool:
+        """Return whether a radius [m] is not the one in use, outside the hysteresis [m]."""
+        return self.radius is None or not abs(radius - self.radius) <= hysteresis
 
     def set_radius(
         self, radius: float, planner: Planner[PlanT], limits: Limits, overpressure: float = 0.0
     ) -> Refusal | None:
         """Plan for ``radius`` [m] and make it the target, or return why not and change nothing.
 
-        An overpressure of 0 stands for that of ``grip_ratio``, within the cap and the good grips.
+        An overpressure of 0 stands for that of :func:`default_overpressure`. An object that stays
+        in use is not held more loosely because its grip becomes known.
         """
         try:
             plan = planner.plan(radius)
@@ -68,13 +74,20 @@ class Target(Generic[PlanT]):
             return _above_cap(pressure, overpressure, limits)
         if not (overpressure == 0.0 or pressure + overpressure < plan.loss):
             return beyond_loss(pressure + overpressure, plan.loss)
+        least = 0.0 if overpressure else self._kept(radius, plan, limits)
         self.radius, self.plan, self._demanded = radius, plan, overpressure
         self._planner = planner
-        self.overpressure = overpressure or default_overpressure(
-            pressure, limits.grip_ratio, min(limits.pressure_cap, plan.highest_good)
-        )
+        self.overpressure = overpressure or default_overpressure(plan, limits, least)
         self._frozen, self._outdated = None, False
         return None
+
+    def _kept(self, radius: float, plan: Plan, limits: Limits) -> float:
+        """Return the pressure that holds the object in use as before [Pa]; 0 for another one."""
+        if self.plan is None or self._is_other(radius, limits.radius_hysteresis):
+            return 0.0
+        if self._demanded or limits.grip_ratio is not None:
+            return 0.0
+        return plan.pressure * (1.0 + self.overpressure / self.plan.pressure)
 
     def lower(self, cap: float) -> None:
         """Stay below a cap [Pa], even if it is raised again, until :meth:`resume`."""
@@ -109,19 +122,23 @@ class Target(Generic[PlanT]):
         return capped_pressure(min(wanted, self._ceiling), cap)
 
 
-def default_overpressure(wrap_pressure: float, grip_ratio: float, cap: float) -> float:
-    """Return the overpressure of a grip that names none [Pa]: what ``grip_ratio`` says.
+def default_overpressure(plan: Plan, limits: Limits, least: float = 0.0) -> float:
+    """Return the overpressure of a grip that names none [Pa].
+
+    With a ``grip_ratio`` the pressure is that multiple of the bare wrap's, which presses on the
+    object with next to nothing. Without one it is what contact recommends or, where that is not
+    known, ``UNKNOWN_RATIO`` times the bare wrap's. It stays within the cap and the good grips.
 
     Args:
-        wrap_pressure: of the bare wrap, which presses on the object with next to nothing [Pa].
-        grip_ratio: pressure of the grip, as a multiple of that.
-        cap: bounds the pressure of the grip [Pa].
-
-    Example:
-        >>> default_overpressure(5.0e4, grip_ratio=1.2, cap=5.4e4)
-        4000.0
+        plan: the wrap.
+        limits: hold the ratio and the cap.
+        least: pressure [Pa], where the good grips and the cap allow it.
     """
-    return max(min((grip_ratio - 1.0) * wrap_pressure, cap - wrap_pressure), 0.0)
+    ratio, wanted = limits.grip_ratio, plan.recommended
+    if ratio is not None or wanted is None:
+        wanted = (UNKNOWN_RATIO if ratio is None else ratio) * plan.pressure
+    highest = min(max(wanted, least), limits.pressure_cap, plan.highest_good)
+    return max(highest - plan.pressure, 0.0)
 
 
 def beyond_loss(pressure: float, loss: float) -> Refusal:

@@ -19,6 +19,7 @@ from spiral_core.validation import (
 )
 from spiral_core.wrap.gripper import FRICTION_MAX, Gripper
 from spiral_gripper_msgs.srv import PlanWrap
+from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 from spiral_gripper_ros.control.target import beyond_loss, default_overpressure
@@ -53,8 +54,7 @@ class PlanContext:
     Args:
         planner: for the present mount; used if the request names no other.
         gripper: the gripper.
-        pressure_cap: largest pressure that the node would command [Pa].
-        grip_ratio: pressure of a grip, as a multiple of the wrap pressure, unless the request says.
+        limits: of the commands; their cap and the pressure of a grip, unless the request says.
         points: largest number of poses of the shape.
         header: stamp and frame of the shape.
         is_wanted: tells whether a long answer is still awaited.
@@ -66,8 +66,7 @@ class PlanContext:
 
     planner: AnyPlanner
     gripper: Gripper
-    pressure_cap: float
-    grip_ratio: float
+    limits: Limits
     points: int
     header: Any
     is_wanted: Callable[[], bool]
@@ -177,12 +176,10 @@ def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners
         planner.plan(radius)
     response.radius_min, response.radius_max = planner.radius_range
     plan = planner.plan(radius)
-    wrap, highest = plan.wrap, plan.highest_good
+    wrap = plan.wrap
     _fill_wrap(response, plan, context)
     _check_length(length, response.object_length_needed)
-    overpressure = overpressure or default_overpressure(
-        plan.pressure, context.grip_ratio, min(context.pressure_cap, highest)
-    )
+    overpressure = overpressure or default_overpressure(plan, context.limits)
     response.pressure = _capped(plan.pressure + overpressure, context)
     response.line_force = planner.line_force(wrap, response.pressure)
     answer = _grip(request, response.pressure, plan, context)
@@ -230,8 +227,9 @@ def _check_length(available: float, needed: float) -> None:
 
 def _capped(pressure: float, context: PlanContext) -> float:
     """Return ``pressure`` [Pa] if the node would command it."""
-    if not pressure <= context.pressure_cap:
-        text = f"needs {pressure:.6g} Pa, above pressure_cap = {context.pressure_cap:.6g} Pa"
+    cap = context.limits.pressure_cap
+    if not pressure <= cap:
+        text = f"needs {pressure:.6g} Pa, above pressure_cap = {cap:.6g} Pa"
         raise _RefusedError(Refusal(Reason.PRESSURE_CAP, text))
     return pressure
 

@@ -123,8 +123,7 @@ class Services:
         return PlanContext(
             planner=loaded.planner,
             gripper=loaded.gripper,
-            pressure_cap=runtime.limits.pressure_cap,
-            grip_ratio=runtime.limits.grip_ratio,
+            limits=runtime.limits,
             points=runtime.values.backbone_points,
             header=runtime.outputs.header(),
             is_wanted=lambda: runtime.loaded is loaded and not runtime.background.has_ended,

@@ -142,9 +142,10 @@ class GripperParameters(Parameters):
         "Action at a pressure fault: report it, or vent until rearm; a running grasp fails.",
     )
     grip_ratio: float = parameter(
-        1.1,
+        math.nan,
         "Pressure of a grip, as a multiple of the pressure of the perfect wrap, whose contact "
-        "force is almost zero; limited by pressure_cap.",
+        "force is almost zero; .nan: what the grip with contact recommends, and 1.1 until it is "
+        "known. Limited by pressure_cap.",
         1.0,
         HIGHEST_GRIP_RATIO,
     )
@@ -217,7 +218,8 @@ class GripperParameters(Parameters):
         }
         cap = self.pressure_cap
         highest = pressure_max if math.isnan(cap) else min(cap, pressure_max)
-        return Limits(**given | {"pressure_cap": highest})
+        ratio = None if math.isnan(self.grip_ratio) else self.grip_ratio
+        return Limits(**given | {"pressure_cap": highest, "grip_ratio": ratio})
 
 
 PARAMETERS: Final = GripperParameters.specs()

@@ -54,6 +54,7 @@ class GripFigures:
         onset_wrap: lowest pressure of the perfect wrap [Pa].
         onset_curling: pressure at which the tip lifts off again [Pa]; None: it does not.
         loss: pressure at which the wrapped coil loses stability [Pa]; None: it does not.
+        highest_good: upper end of the recommended range [Pa].
         top: largest pressure at which the grip was found to hold [Pa].
         friction: coefficient used.
         pressures: of the path (n,) [Pa].
@@ -73,6 +74,7 @@ class GripFigures:
     onset_wrap: float
     onset_curling: float | None
     loss: float | None
+    highest_good: float
     top: float
     friction: float
     pressures: Array

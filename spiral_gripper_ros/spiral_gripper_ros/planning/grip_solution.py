@@ -14,6 +14,7 @@ import numpy as np
 
 from spiral_core.closing.settling import settling_after_ramp
 from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, holding_forces
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup, lay_into_coil
@@ -52,6 +53,7 @@ def solve_figures(question: GripQuestion) -> GripFigures:
         onset_wrap=window.onset_wrap,
         onset_curling=window.onset_curling,
         loss=window.loss,
+        highest_good=Grip(window, (), {}).recommended_range[1],
         top=window.top,
         friction=setup.obstacle.friction,
         pressures=window.pressures,

@@ -13,9 +13,6 @@ import numpy as np
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.planning.grip_figures import GripFigures
 
-# A good grip keeps this fraction away from the loss.
-LOSS_MARGIN = 0.1
-
 
 @dataclass(frozen=True, slots=True)
 class GripAnswer:
@@ -92,7 +89,9 @@ def blended_answer(
         pressure: asked for [Pa].
     """
     weights, scales = _weights(radii, radius), _scales(entries, tip)
-    onset, curling, loss = blended_window(radii, entries, radius, tip)
+    onset, _, loss = blended_window(radii, entries, radius, tip)
+    curls = (s * _or_inf(e.figures.onset_curling) for s, e in zip(scales, entries, strict=True))
+    curling = _blended_end(weights, *curls)
     low, high = (_at(e.figures, pressure / s) for s, e in zip(scales, entries, strict=True))
     blended = {name: weights[0] * low[name] + weights[1] * high[name] for name in low}
     regime = WrapRegime.PERFECT_WRAP if pressure < curling else WrapRegime.CURLING
@@ -115,7 +114,7 @@ def blended_answer(
 def blended_window(
     radii: Sequence[float], entries: Sequence[GripEntry], radius: float, tip: float
 ) -> tuple[float, float, float]:
-    """Return where the wrap begins, where it curls and where it is lost [Pa]; inf: nowhere.
+    """Return where good grips begin and end, and where the grip is lost [Pa]; inf: nowhere.
 
     The arguments are those of :func:`blended_answer`.
     """
@@ -126,16 +125,6 @@ def blended_window(
     )
     onset = weights[0] * low[0] + weights[1] * high[0]
     return onset, _blended_end(weights, low[1], high[1]), _blended_end(weights, low[2], high[2])
-
-
-def highest_good(onset: float, curling: float, loss: float) -> float:
-    """Return the largest pressure of a good grip [Pa]: to curling, or safely below the loss.
-
-    Example:
-        >>> highest_good(5.0e4, 6.0e4, 8.0e4), highest_good(5.0e4, float("inf"), 6.0e4)
-        (60000.0, 54000.0)
-    """
-    return max(onset, min(curling, (1.0 - LOSS_MARGIN) * loss))
 
 
 def table_radii(smallest: float, largest: float, count: int) -> tuple[float, ...]:
@@ -191,7 +180,7 @@ def _scales(entries: Sequence[GripEntry], tip: float) -> list[float]:
 
 
 def _ends(figures: GripFigures) -> tuple[float, float, float]:
-    return figures.onset_wrap, _or_inf(figures.onset_curling), _or_inf(figures.loss)
+    return figures.onset_wrap, figures.highest_good, _or_inf(figures.loss)
 
 
 def _or_inf(pressure: float | None) -> float:

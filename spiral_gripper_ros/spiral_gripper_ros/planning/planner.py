@@ -16,7 +16,6 @@ from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement, coil_place
 from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
-from spiral_gripper_ros.planning.grip_table import highest_good
 
 
 class StillLoadingError(SpiralError):
@@ -53,6 +52,7 @@ class WrapPlan:
         onset: pressure from which the object is wrapped [Pa], by contact; 0 where it is not known.
         highest_good: largest pressure of a good grip [Pa], by contact; inf where it is not known.
         loss: pressure at which the grip is lost [Pa], by contact; inf where it is not known.
+        recommended: middle of the good grips [Pa], by contact; None where it is not known.
     """
 
     wrap: Wrap
@@ -62,6 +62,7 @@ class WrapPlan:
     onset: float = 0.0
     highest_good: float = math.inf
     loss: float = math.inf
+    recommended: float | None = None
 
     @property
     def pressure(self) -> float:
@@ -149,8 +150,9 @@ class GripperPlanner:
         solve_time = time.perf_counter() - start
         if window is None:
             return WrapPlan(wrap, laid, self.gripper, solve_time)
-        good = highest_good(*window)
-        return WrapPlan(wrap, laid, self.gripper, solve_time, window[0], good, loss=window[2])
+        onset, good, loss = window
+        middle = 0.5 * (onset + min(good, self.gripper.pressure_max))
+        return WrapPlan(wrap, laid, self.gripper, solve_time, onset, good, loss, middle)
 
     def contact_force(self, plan: WrapPlan, pressure: float) -> float:
         """Return the normal force on the object of ``plan`` at a pressure [Pa], in all [N].

@@ -113,9 +113,11 @@ class EventLog:
     def tell_limits(self, limits: Limits) -> None:
         """Log what bounds the commands from now on, and what happens when inputs stop."""
         up, down = 1e-3 * limits.pressure_rate_up, 1e-3 * limits.pressure_rate_down
+        ratio = limits.grip_ratio
+        grip = "recommended pressure" if ratio is None else f"grip_ratio {ratio:.4g}"
         self._logger.info(
             f"active: at most {1e-3 * limits.pressure_cap:.4g} kPa, {up:.4g} kPa/s up, "
-            f"{down:.4g} kPa/s down, grip_ratio {limits.grip_ratio:.4g}; when radii stop: "
+            f"{down:.4g} kPa/s down, {grip}; when radii stop: "
             f"{limits.radius_timeout_policy.value}, at a pressure fault: "
             f"{limits.pressure_fault_policy.value}, when a grasp fails: "
             f"{limits.grasp_abort_policy.value}"
