@@ -27,7 +27,7 @@ from spiral_gripper.reports.shaded import (
     turned_surface,
 )
 from spiral_gripper.reports.shape_plots import shape_figure
-from spiral_gripper.reports.winding_sheet import STRIP_LENGTH, unrolled_line, winding_figures
+from spiral_gripper.reports.winding_sheet import winding_figures
 
 RADIUS = 0.0055
 
@@ -100,27 +100,6 @@ def test_a_drawn_outline_is_the_objects_projection(state):
         assert np.ptp(end[:, 0]) == pytest.approx(0.6 * 1.0e3, rel=1e-3)
 
 
-@pytest.mark.parametrize("angle", [-88.0, -60.0, -5.0, 5.0, 45.0, 70.0, 88.0])
-@pytest.mark.parametrize("start", [0.0, 10.0, 17.5])
-def test_an_unrolled_fiber_keeps_its_angle_length_and_place(angle, start):
-    around, length, slope = 35.0, 200.0, math.tan(math.radians(angle))
-    pieces = unrolled_line(math.radians(angle), start, around, length)
-    along = pieces[1]
-    assert (along[0, 0], along[-1, 1]) == (0.0, length)
-    assert along[:-1, 1] == pytest.approx(along[1:, 0])  # each piece begins where one has ended
-    for across, up in zip(*pieces, strict=True):
-        assert across.min() >= -1e-9
-        assert across.max() <= around + 1e-9
-        assert np.diff(across) == pytest.approx(slope * np.diff(up), abs=1e-8)
-        place = (start + slope * up.mean() - across.mean()) / around
-        assert place == pytest.approx(round(place), abs=1e-9)
-
-
-def test_a_straight_fiber_is_one_piece():
-    across, along = unrolled_line(0.0, 17.5, 35.0, 200.0)
-    assert (across.tolist(), along.tolist()) == ([[17.5, 17.5]], [[0.0, 200.0]])
-
-
 def test_the_sheet_shows_each_turn_in_true_size(actuator):
     (page,) = winding_figures(actuator, "p2", 0.02)
     assert page.get_size_inches() * 25.4 == pytest.approx((210.0, 279.0))
@@ -129,19 +108,23 @@ def test_the_sheet_shows_each_turn_in_true_size(actuator):
     ruler = axes.get_lines()[0].get_xdata()
     assert np.ptp(ruler) == pytest.approx(100.0)
     around = 2e3 * math.pi * actuator.tube.outer_radius
-    turn = windings_of(actuator)[1]
-    broken = [line.get_xydata().reshape(-1, 3, 2) for line in axes.get_lines() if _is_broken(line)]
-    pieces = np.concatenate(broken)  # two ends each, and the gap behind them
-    width, rise = np.abs(pieces[:, 1] - pieces[:, 0]).T
-    whole = np.isclose(width, around) & np.isclose(rise, 1e3 * turn.pitch)
-    # All turns but those that an end of the tube or of a strip cuts.
-    strips = math.ceil(1e3 * actuator.tube.length / STRIP_LENGTH)
-    assert turn.turns - 2.0 * strips <= whole.sum() <= turn.turns
-
-
-def _is_broken(line) -> bool:
-    """Return whether a line has gaps, as those that show fibers do."""
-    return bool(np.isnan(line.get_xdata()[2::3]).any())
+    strips = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
+    assert [strip.width for strip in strips] == pytest.approx([around] * len(strips))
+    assert sum(strip.height for strip in strips) == pytest.approx(1e3 * actuator.tube.length)
+    angles = [turn.angle for turn in windings_of(actuator)]
+    angles += [fiber.angle for fiber in actuator.single_fibers]
+    lines = axes.get_lines()[1:]  # strip by strip, behind the ruler
+    assert len(lines) == len(strips) * len(angles)
+    for number, line in enumerate(lines):
+        strip, slope = strips[number // len(angles)], math.tan(angles[number % len(angles)])
+        pieces = line.get_xydata().reshape(-1, 3, 2)[:, :2]  # two ends each, and the gap
+        assert pieces[:, :, 1] == pytest.approx(np.tile((strip.y0, strip.y1), (len(pieces), 1)))
+        assert np.ptp(pieces[:, :, 0], axis=1) == pytest.approx(abs(slope) * strip.height)
+        assert ((pieces[:, 1, 0] - pieces[:, 0, 0]) * slope >= 0.0).all()
+        assert np.diff(pieces[:, 0, 0]) == pytest.approx(-around)  # each turn is drawn anew
+        assert line.clipbox.extents == pytest.approx(axes.transData.transform_bbox(strip).extents)
+        ends = (pieces[0, 0, 0], pieces[-1, 1, 0]) if slope >= 0.0 else (pieces[-1, 0, 0],)
+        assert all(strip.x0 <= end <= strip.x1 for end in ends)
 
 
 def test_a_sheet_that_cannot_be_is_refused(actuator, tmp_path, capsys):

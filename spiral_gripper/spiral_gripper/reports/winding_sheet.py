@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from spiral_core.actuator.actuator import Actuator, windings_of
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.types import Array
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.style import COLORS, paper_style
 from spiral_gripper.reports.tables import winding_rows
@@ -26,43 +26,6 @@ RULER = 100.0
 MILLIMETERS_PER_INCH = 25.4
 FAMILY_STYLES = ((COLORS[1], 0.25), (COLORS[2], 0.8))
 FIBER_STYLE = ("black", 1.4)
-
-
-def unrolled_line(angle: float, start: float, around: float, length: float) -> tuple[Array, Array]:
-    """Return a fiber on the unrolled surface as pieces that end where it passes the seam.
-
-    Seen from outside, the tube's axis upwards; a right-handed fiber rises to the right.
-
-    Args:
-        angle: from the axis [rad], positive is right-handed.
-        start: place around the tube at the lower end, in [0, around).
-        around: circumference, in the unit of ``start`` and ``length``.
-        length: of the tube.
-
-    Returns:
-        The places of each piece's two ends around the tube (n, 2), in [0, around], and along it
-        (n, 2).
-
-    Example:
-        >>> across, along = unrolled_line(math.radians(45.0), start=2.0, around=3.0, length=4.0)
-        >>> across.round(6).tolist(), along.round(6).tolist()
-        ([[2.0, 3.0], [0.0, 3.0]], [[0.0, 1.0], [1.0, 4.0]])
-    """
-    reach = start + length * math.tan(angle)
-    seams = np.arange(
-        math.floor(min(start, reach) / around) + 1, math.ceil(max(start, reach) / around)
-    )
-    crossings = around * (seams if reach >= start else seams[::-1])
-    across = np.concatenate(([start], crossings, [reach]))
-    along = np.concatenate(
-        ([0.0], (crossings - start) / math.tan(angle) if seams.size else [], [length])
-    )
-    sheets = around * np.floor(0.5 * (across[:-1] + across[1:]) / around)
-    pieces = along[1:] > along[:-1]
-    return (
-        np.column_stack((across[:-1] - sheets, across[1:] - sheets))[pieces],
-        np.column_stack((along[:-1], along[1:]))[pieces],
-    )
 
 
 def winding_figures(actuator: Actuator, name: str, end_allowance: float) -> list[Figure]:
@@ -117,13 +80,17 @@ def write_winding_sheet(actuator: Actuator, name: str, end_allowance: float, pat
 def _page(
     actuator: Actuator, name: str, end_allowance: float, starts: list[float], around: float
 ) -> Figure:
-    """Return one page with the strips that begin at these places along the tube [mm]."""
+    """Return one page with the strips that begin at these places along the tube [mm].
+
+    Seen from outside, the tube's axis upwards; a right-handed fiber rises to the right. On each
+    turn a fiber is drawn again, one circumference to the left; the strip's edges cut it off.
+    """
     size = (PAGE_WIDTH / MILLIMETERS_PER_INCH, PAGE_HEIGHT / MILLIMETERS_PER_INCH)
     figure = Figure(figsize=size)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, PAGE_WIDTH), ylim=(0.0, PAGE_HEIGHT))
     axes.set_axis_off()
-    top = PAGE_HEIGHT - MARGIN
+    top, bottom, length = PAGE_HEIGHT - MARGIN, 1.8 * MARGIN, 1e3 * actuator.tube.length
     axes.text(MARGIN, top, f"{name}: winding sheet, print at 100 %", fontsize=11, va="top")
     for number, (label, text) in enumerate(winding_rows(actuator, end_allowance)):
         height = top - 8.0 - 4.2 * number
@@ -132,37 +99,26 @@ def _page(
     axes.plot([MARGIN, MARGIN + RULER], [MARGIN] * 2, color="black", lw=0.8, marker="|", ms=8)
     axes.text(MARGIN + RULER + 3.0, MARGIN, "must measure 100 mm", va="center")
     for place, start in enumerate(starts):
-        left = MARGIN + place * (around + STRIP_GAP)
-        end = min(start + STRIP_LENGTH, 1e3 * actuator.tube.length)
-        x, y = np.array([0, around, around, 0, 0]), np.array([0, 0, 1, 1, 0]) * (end - start)
-        axes.plot(left + x, 1.8 * MARGIN + y, color="gray", lw=0.4)
-        axes.text(left, 1.8 * MARGIN - 3.5, f"{start:.4g} to {end:.4g} mm", fontsize=7)
-        for (across, along), (color, thickness) in _lines(actuator, around):
-            x, y = _between(across, along, start, end)
-            axes.plot(left + x, 1.8 * MARGIN + y - start, color=color, lw=thickness)
+        left, end = MARGIN + place * (around + STRIP_GAP), min(start + STRIP_LENGTH, length)
+        strip = Rectangle((left, bottom), around, end - start, fill=False, ec="gray", lw=0.4)
+        axes.add_patch(strip)
+        axes.text(left, bottom - 3.5, f"{start:.4g} to {end:.4g} mm", fontsize=7)
+        for angle, middle, (color, thickness) in _fibers(actuator, around):
+            ends = middle + math.tan(angle) * np.array((start, end, math.nan))
+            turns = np.floor(np.array((ends[:2].min(), ends[:2].max())) / around)
+            across = left + ends - around * np.arange(turns[0], turns[1] + 1.0)[:, None]
+            along = np.tile((bottom, bottom + end - start, math.nan), len(across))
+            (line,) = axes.plot(across.ravel(), along, color=color, lw=thickness)
+            line.set_clip_path(strip)  # as an argument it would be lost when the line is added
     return figure
 
 
-def _lines(
-    actuator: Actuator, around: float
-) -> list[tuple[tuple[Array, Array], tuple[str, float]]]:
-    """Return every fiber's pieces and its style; the first single fiber is in the middle."""
-    length = 1e3 * actuator.tube.length
+def _fibers(actuator: Actuator, around: float) -> list[tuple[float, float, tuple[str, float]]]:
+    """Return angle, place around the lower end and style of each fiber."""
     families = zip(windings_of(actuator), FAMILY_STYLES, strict=False)
     fibers = [(winding.angle, 0.5 * around, style) for winding, style in families]
     first = actuator.single_fibers[0].position if actuator.single_fibers else 0.0
     for fiber in actuator.single_fibers:
         turned = (0.5 + (fiber.position - first) / (2.0 * math.pi)) % 1.0
         fibers.append((fiber.angle, turned * around, FIBER_STYLE))
-    return [(unrolled_line(angle, start, around, length), style) for angle, start, style in fibers]
-
-
-def _between(across: Array, along: Array, low: float, high: float) -> tuple[Array, Array]:
-    """Return the parts of pieces (n, 2) between two places along the tube, as one broken line."""
-    seen = (along[:, 1] > low) & (along[:, 0] < high)
-    across, along = across[seen], along[seen]
-    kept = np.clip(along, low, high)
-    slope = (across[:, 1:] - across[:, :1]) / (along[:, 1:] - along[:, :1])
-    places = across[:, :1] + slope * (kept - along[:, :1])
-    gap = np.full((len(kept), 1), np.nan)
-    return np.hstack((places, gap)).ravel(), np.hstack((kept, gap)).ravel()
+    return fibers
