@@ -33,7 +33,7 @@ def update_times(name: str) -> np.ndarray:
     for pressure in np.linspace(0.0, session.gripper.pressure_max, PRESSURES):
         begin = time.thread_time()
         session.update(replace(settings, pressure=float(pressure)))
-        tube_mesh(session.shape(), session.gripper.tube.outer_radius)
+        tube_mesh(session.shape().positions, session.gripper.tube.outer_radius)
         times.append(time.thread_time() - begin)
     return np.array(times)
 

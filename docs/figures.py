@@ -41,7 +41,7 @@ def draw_moment(figure: FigureBase, point: GripPoint, pole: Surface, said: str) 
     """Draw the gripper on its object at one pressure, alone on a figure, with a line below."""
     figure.clear()
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    surfaces = [tube_surface(point.state, point.outer_radius), pole]
+    surfaces = [tube_surface(point.state.positions, point.outer_radius), pole]
     draw_surfaces(axes, surfaces, RIGHT, UP)
     axes.set(xlim=ACROSS, ylim=DOWN)
     axes.set_axis_off()

@@ -61,7 +61,7 @@ def plot(result: object) -> Figure:
 
 def _wrap(wrap: Wrap) -> Figure:
     title = f"{shown(wrap.object_radius, 'm')} at {shown(wrap.pressure, 'Pa')}"
-    return shape_figure(wrap.state, wrap.outer_radius, title, place_object(wrap))
+    return shape_figure(wrap.state.positions, wrap.outer_radius, title, place_object(wrap))
 
 
 def _curve(curve: WrapCurve) -> Figure:

@@ -83,15 +83,15 @@ def test_a_picture_is_to_scale_in_millimeters_and_shows_the_front_only():
 
 def test_a_shape_has_the_outline_of_its_object_or_none(state):
     placement = ObjectPlacement((0.1, 0.0, 0.0), (1.0, 0.0, 0.0), 0.02, 0.08, 0.0)
-    figure = shape_figure(state, RADIUS, "title", placement)
+    figure = shape_figure(state.positions, RADIUS, "title", placement)
     assert [axes.get_xlabel() for axes in figure.axes] == ["y [mm]", "z [mm]"]
     assert [len(axes.patches) for axes in figure.axes] == [3, 3]
-    assert not shape_figure(state, RADIUS, "title").axes[0].patches
+    assert not shape_figure(state.positions, RADIUS, "title").axes[0].patches
 
 
 def test_a_drawn_outline_is_the_objects_projection(state):
     placement = ObjectPlacement((1.0, 2.0, 3.0), (0.0, 0.6, 0.8), 0.5, 2.5, 0.0)
-    figure = shape_figure(state, RADIUS, "title", placement)
+    figure = shape_figure(state.positions, RADIUS, "title", placement)
     body, *ends = (patch.get_xy() for patch in figure.axes[1].patches)
     # Seen along y the axis has 0.8 of its length, 2.5 m and 1.5 radii at each end.
     assert np.ptp(body[:, 0]) == pytest.approx(0.8 * 4.0e3)

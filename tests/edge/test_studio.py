@@ -22,7 +22,7 @@ from spiral_core import (
 )
 from spiral_gripper import load_description
 from spiral_gripper.files.shown import display_units
-from spiral_gripper.reports.meshes import SIDES, tube_mesh, turned_mesh
+from spiral_gripper.reports.meshes import SIDES, tube_mesh
 from spiral_gripper.studio.charts import chart_data, chart_scales, force_data, force_scales
 from spiral_gripper.studio.closing import Closings, StoppedError
 from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
@@ -82,7 +82,7 @@ def surface(mesh):
 
 
 def test_a_tube_is_closed_and_holds_its_volume(state):
-    mesh = tube_mesh(state, RADIUS)
+    mesh = tube_mesh(state.positions, RADIUS)
     tube = surface(mesh)
     assert tube.is_watertight
     # Pappus: area times length of the centerline; chords between nodes 10 mm apart lose 1.8 %.
@@ -93,7 +93,7 @@ def test_a_tube_is_closed_and_holds_its_volume(state):
 
 def test_a_turned_object_is_closed_and_holds_its_volume():
     ends = np.array([[0.1, 0.2, 0.3], [0.1, 0.2, 0.5]])
-    cone = surface(turned_mesh(ends, np.array([0.01, 0.03]), sides=SIDES))
+    cone = surface(tube_mesh(ends, np.array([0.01, 0.03])))
     assert cone.is_watertight
     exact = math.pi * 0.2 / 3.0 * (0.01**2 + 0.01 * 0.03 + 0.03**2)
     assert cone.volume == pytest.approx(exact * ROUNDNESS, rel=1e-9)
@@ -191,9 +191,11 @@ def test_exports_hold_the_shape(state):
     rows = np.genfromtxt(io.BytesIO(shape_csv(state)), delimiter=",", skip_header=1)
     assert rows[:, 1:4] == pytest.approx(state.positions, abs=1e-8)
     for kind in ("stl", "glb"):
-        data = shape_mesh(state, RADIUS, kind)
+        data = shape_mesh(state.positions, RADIUS, kind)
         read = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh")
-        assert read.bounds == pytest.approx(surface(tube_mesh(state, RADIUS)).bounds, abs=1e-6)
+        assert read.bounds == pytest.approx(
+            surface(tube_mesh(state.positions, RADIUS)).bounds, abs=1e-6
+        )
 
 
 @pytest.mark.slow

@@ -65,7 +65,8 @@ def shape(
     if plot is not None:
         from spiral_gripper.reports.shape_plots import shape_figure
 
-        write_picture(shape_figure(solved.state, solved.gripper.tube.outer_radius, title), plot)
+        positions, radius = solved.state.positions, mount.tube.outer_radius
+        write_picture(shape_figure(positions, radius, title), plot)
 
 
 @click.command()

@@ -13,7 +13,7 @@ from matplotlib.colors import to_rgb
 
 from spiral_core.rod.types import Array, Vector
 from spiral_gripper.files.shown import in_units
-from spiral_gripper.reports.meshes import SIDES, Mesh, Solved, tube_mesh, turned_mesh
+from spiral_gripper.reports.meshes import SIDES, Mesh, tube_mesh
 
 TUBE_COLOR, OBJECT_COLOR = "#c8553d", "#9dbfc9"
 # Rings along an object: faces as short as the tube's, so that they are drawn in the right order.
@@ -34,14 +34,14 @@ class Surface(NamedTuple):
     colors: Array
 
 
-def tube_surface(state: Solved, radius: float) -> Surface:
-    """Return a tube of this outer radius [m]."""
-    return _surface(tube_mesh(state, radius), TUBE_COLOR)
+def tube_surface(positions: Array, radius: float) -> Surface:
+    """Return a tube of this outer radius around points (n, 3) [m]."""
+    return _surface(tube_mesh(positions, radius), TUBE_COLOR)
 
 
 def turned_surface(ends: Array, radii: Array) -> Surface:
     """Return a body of revolution: radii (n,) at equal distances between two points (2, 3) [m]."""
-    return _surface(turned_mesh(ends, radii, sides=4 * SIDES), OBJECT_COLOR)
+    return _surface(tube_mesh(np.linspace(*ends, len(radii)), radii, sides=4 * SIDES), OBJECT_COLOR)
 
 
 def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector) -> None:

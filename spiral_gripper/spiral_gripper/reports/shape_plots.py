@@ -11,7 +11,6 @@ from matplotlib.patches import Polygon
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units
-from spiral_gripper.reports.meshes import Solved
 from spiral_gripper.reports.shaded import draw_surfaces, same_scale, tube_surface
 from spiral_gripper.reports.style import COLORS, paper_style
 
@@ -30,7 +29,7 @@ VIEWS: tuple[tuple[str, Vector, Vector], ...] = (
 
 @paper_style()
 def shape_figure(
-    state: Solved,
+    positions: Array,
     outer_radius: float,
     title: str,
     placement: ObjectPlacement | None = None,
@@ -40,7 +39,7 @@ def shape_figure(
     The coil is free: an object is a dashed outline, where it must lie.
 
     Args:
-        state: the shape.
+        positions: nodes of the shape (n, 3) [m].
         outer_radius: of the tube [m].
         title: the gripper's name and the pressure.
         placement: of the object, or None.
@@ -49,7 +48,7 @@ def shape_figure(
     figure.suptitle(title, wrap=True)
     views = [figure.add_subplot(1, 2, number) for number in (1, 2)]
     for number, (axes, (name, right, up)) in enumerate(zip(views, VIEWS, strict=True)):
-        draw_surfaces(axes, [tube_surface(state, outer_radius)], right, up)
+        draw_surfaces(axes, [tube_surface(positions, outer_radius)], right, up)
         if placement is not None:
             rims = in_units(_rims(placement) @ np.array((right, up)).T, "m")
             _draw_outline(axes, rims, label=None if number else "object (contact not solved)")

@@ -10,9 +10,9 @@ from types import MappingProxyType
 import numpy as np
 import trimesh
 
-from spiral_core.rod.types import RodState
+from spiral_core.rod.types import Array, RodState
 from spiral_gripper.files.description_text import description_text
-from spiral_gripper.reports.meshes import Solved, tube_mesh
+from spiral_gripper.reports.meshes import tube_mesh
 from spiral_gripper.reports.robot_model import model_as_urdf, model_as_yaml, solve_model
 from spiral_gripper.studio.session import Session
 from spiral_gripper.studio.settings import description_of
@@ -32,9 +32,9 @@ def shape_csv(state: RodState) -> bytes:
     return text.getvalue().encode()
 
 
-def shape_mesh(state: Solved, outer_radius: float, kind: str) -> bytes:
-    """Return the tube's surface in meters, as ``"stl"`` or ``"glb"``."""
-    mesh = tube_mesh(state, outer_radius)
+def shape_mesh(positions: Array, outer_radius: float, kind: str) -> bytes:
+    """Return a tube's surface in meters as ``"stl"`` or ``"glb"``; its nodes are (n, 3) [m]."""
+    mesh = tube_mesh(positions, outer_radius)
     data = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(file_type=kind)
     return data if isinstance(data, bytes) else str(data).encode()
 
@@ -50,7 +50,7 @@ def png(picture: np.ndarray) -> bytes:
 
 def _mesh(session: Session, kind: str) -> bytes:
     """Return the surface that is shown: in contact where that is solved."""
-    return shape_mesh(session.shown(), session.gripper.tube.outer_radius, kind)
+    return shape_mesh(session.shown().positions, session.gripper.tube.outer_radius, kind)
 
 
 def _model(session: Session, write: Callable[..., str]) -> bytes:

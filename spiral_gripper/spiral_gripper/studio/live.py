@@ -12,9 +12,8 @@ import viser
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units, shown
-from spiral_gripper.reports.meshes import line_mesh
 from spiral_gripper.studio.charts import DARK, RED, add_chart, ranges
-from spiral_gripper.studio.scene import FAINT, OPAQUE, TUBE_COLOR, Scene
+from spiral_gripper.studio.scene import FAINT, OPAQUE, Scene
 
 # The chart shows so much of the past [s].
 PAST = 60.0
@@ -102,7 +101,7 @@ class LivePage:
             if abs(length - self._length) > 0.5 * self._length:  # another gripper, or the first
                 self._scene.look_at_gripper(length)
                 self._length = length
-            self._scene.show_mesh("/gripper", line_mesh(heard.tube, heard.outer_radius), TUBE_COLOR)
+            self._scene.show_gripper(heard.tube, heard.outer_radius, None)
         opacity = FAINT if heard.held is None else OPAQUE
         self._scene.show_object(heard.placement, opacity=opacity)
 

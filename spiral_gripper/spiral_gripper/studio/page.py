@@ -189,8 +189,8 @@ class Page:
         shown = state if point is None else point.state
         pressure = settings.pressure if point is None else point.pressure
         values = node_values(gripper, pressure, shown, self._coloring.value)
-        self._scene.show_gripper(shown, outer, values)
-        self._scene.show_ghost(None if point is None else state, outer)
+        self._scene.show_gripper(shown.positions, outer, values)
+        self._scene.show_ghost(None if point is None else state.positions, outer)
         self._scene.show_gravity(settings.gravity_vector)
         opacity = FAINT if point is None else OPAQUE
         place = None if answer is None else answer.object_place()
@@ -270,7 +270,7 @@ class Page:
             if not self._playing.is_set():
                 return
             with self._lock:
-                self._scene.show_gripper(frame.state, outer, None)
+                self._scene.show_gripper(frame.state.positions, outer, None)
                 self._words.content = frame_text(frame, closing.course.at(frame.time))
         time.sleep(PULL_SECONDS / 2.0)
 
@@ -287,7 +287,7 @@ class Page:
             if not self._playing.is_set():
                 break
             with self._lock:
-                self._scene.show_gripper(frame.state, outer, None)
+                self._scene.show_gripper(frame.state.positions, outer, None)
                 self._scene.show_object(place, frame.displacement, taper=taper)
                 distance = shown(float(np.linalg.norm(frame.displacement)), "m", 3)
                 self._words.content = f"**pulled by {distance}: {shown(frame.force, 'N', 3)}**"

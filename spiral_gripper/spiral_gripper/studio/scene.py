@@ -10,7 +10,7 @@ from matplotlib import colormaps
 
 from spiral_core import ContactState, Gripper, ObjectPlacement, RodState
 from spiral_core.rod.types import Array, Vector
-from spiral_gripper.reports.meshes import Mesh, Solved, tube_mesh, turned_mesh
+from spiral_gripper.reports.meshes import SIDES, Mesh, tube_mesh
 
 TUBE_COLOR = (200, 85, 61)
 OBJECT_COLOR = (123, 167, 180)
@@ -43,24 +43,17 @@ class Scene:
         self._camera.look_at = (0.4 * length, 0.0, 0.0)
         self._camera.position = (0.2 * length, -1.1 * length, 0.6 * length)
 
-    def show_gripper(self, state: Solved, outer_radius: float, values: Array | None) -> None:
-        """Draw the tube, colored by values at its nodes (n,), or in one color."""
-        mesh = tube_mesh(state, outer_radius)
+    def show_gripper(self, positions: Array, outer_radius: float, values: Array | None) -> None:
+        """Draw the tube around its nodes (n, 3) [m], in one color or by values at them (n,)."""
+        mesh = tube_mesh(positions, outer_radius)
         self._scene.add_mesh_trimesh("/gripper", _colored(mesh, values))
 
-    def show_mesh(self, name: str, mesh: Mesh, color: tuple[int, int, int]) -> None:
-        """Draw a surface in one color."""
-        self._scene.add_mesh_simple(name, mesh.vertices, mesh.faces, color=color)
-
-    def show_ghost(self, state: Solved | None, outer_radius: float) -> None:
+    def show_ghost(self, positions: Array | None, outer_radius: float) -> None:
         """Draw the free coil beside the one in contact, or nothing."""
-        if state is None:
+        if positions is None:
             self._scene.remove_by_name("/free_coil")
-            return
-        mesh = tube_mesh(state, outer_radius)
-        self._scene.add_mesh_simple(
-            "/free_coil", mesh.vertices, mesh.faces, color=GHOST_COLOR, opacity=0.25
-        )
+        else:
+            self._show("/free_coil", tube_mesh(positions, outer_radius), GHOST_COLOR, 0.25)
 
     def show_object(
         self,
@@ -89,10 +82,8 @@ class Scene:
             apex = -0.8 * placement.radius / np.tan(taper)
             heights = np.maximum(heights, apex) if taper > 0.0 else np.minimum(heights, apex)
         ends = center + heights[:, None] * axis
-        mesh = turned_mesh(ends, placement.radius + np.tan(taper) * heights)
-        self._scene.add_mesh_simple(
-            "/object", mesh.vertices, mesh.faces, color=OBJECT_COLOR, opacity=opacity
-        )
+        mesh = tube_mesh(ends, placement.radius + np.tan(taper) * heights, 2 * SIDES)
+        self._show("/object", mesh, OBJECT_COLOR, opacity)
         self._scene.add_frame(
             "/object_frame", axes_length=1.5 * placement.radius, axes_radius=0.0008,
             position=tuple(center.tolist()), wxyz=tuple(_turned_to(axis).tolist()),
@@ -101,8 +92,12 @@ class Scene:
     def show_mount(self, outer_radius: float) -> None:
         """Draw the clamp of a tube of this outer radius [m]: it ends where the base frame is."""
         ends = np.array(((-CLAMP, 0.0, 0.0), (0.0, 0.0, 0.0)))
-        mesh = turned_mesh(ends, np.full(2, 1.4 * outer_radius))
-        self.show_mesh("/mount", mesh, GHOST_COLOR)
+        self._show("/mount", tube_mesh(ends, 1.4 * outer_radius, 2 * SIDES), GHOST_COLOR)
+
+    def _show(
+        self, name: str, mesh: Mesh, color: tuple[int, int, int], opacity: float | None = None
+    ) -> None:
+        self._scene.add_mesh_simple(name, mesh.vertices, mesh.faces, color=color, opacity=opacity)
 
     def show_gravity(self, gravity: Vector) -> None:
         """Draw gravity [m/s^2] as an arrow beside the base."""

@@ -83,8 +83,8 @@ def wrap_figure(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None, tit
         outer_radius = free.gripper.tube.outer_radius
         title = f"{title} {shown(free.wrap.pressure, 'Pa')}"
         if isinstance(free, SolvedWrap):
-            return shape_figure(free.wrap.state, outer_radius, title, free.placement)
-        return shape_figure(free.state, outer_radius, title)
+            return shape_figure(free.wrap.state.positions, outer_radius, title, free.placement)
+        return shape_figure(free.state.positions, outer_radius, title)
     return _coil_figure(closed.point, f"{title} {shown(closed.point.pressure, 'Pa')}")
 
 
@@ -246,7 +246,10 @@ def draw_coil(
     ``reach`` is where the object ends, along its axis [m]; None draws it as far as the tube goes.
     """
     name, right, up = view
-    surfaces = [tube_surface(point.state, point.outer_radius), object_surface(point, reach)]
+    surfaces = [
+        tube_surface(point.state.positions, point.outer_radius),
+        object_surface(point, reach),
+    ]
     draw_surfaces(axes, surfaces, right, up)
     axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
     axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
