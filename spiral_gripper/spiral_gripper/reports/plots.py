@@ -136,8 +136,7 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
         axes.set_ylim(0.0, _useful_top(axes))
     axes_list[0].set_ylim(0.0, LARGEST_RATIO)
     figure.suptitle(f"tube of {name}, helix model")
-    handles, labels = axes_list[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right upper", title="β")
+    figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper", title="β")
     return figure
 
 
@@ -145,20 +144,22 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
 def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -> Figure:
     """Return radius, gripper length, object length against pressure, with and without gravity."""
     figure, axes_list = panels(3)
-    fields = ("radius", "gripper_length", "object_length")
-    names = ("object radius", "gripper length needed", "object length needed")
-    titles = [axis_label(name, "m") for name in names]
-    curves = ((heavy, "with gravity"), (weightless, "gravity zero"))
-    for axes, field, title in zip(axes_list, fields, titles, strict=True):
-        for number, (data, label) in enumerate(curves):
-            style = "-" if number == 0 else "--"
-            values, pressure = in_units(getattr(data, field), "m"), in_units(data.pressure, "Pa")
-            axes.plot(pressure, values, style, color=color_of(2 * number), label=label)
-        axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=title)
+    fields = {
+        "radius": "object radius",
+        "gripper_length": "gripper length needed",
+        "object_length": "object length needed",
+    }
+    for axes, (field, title) in zip(axes_list, fields.items(), strict=True):
+        for data, style, color, label in (
+            (heavy, "-", COLORS[0], "with gravity"),
+            (weightless, "--", COLORS[2], "gravity zero"),
+        ):
+            pressure, values = in_units(data.pressure, "Pa"), in_units(getattr(data, field), "m")
+            axes.plot(pressure, values, style, color=color, label=label)
+        axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(title, "m"))
         axes.set_ylim(bottom=0.0)
     figure.suptitle(name)
-    handles, labels = axes_list[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right upper")
+    figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper")
     return figure
 
 
@@ -246,6 +247,7 @@ def _draw_section(axes: Axes, ring: Ring, tube: Tube, shades: Normalize) -> None
     axes.plot(radii[1], 0.0, "o", ms=4, color=COLORS[2])
     axes.set(xlabel=axis_label("y", "m"), ylabel=axis_label("z", "m"))
     axes.set_aspect("equal")
+    axes.use_sticky_edges = False  # pcolormesh would touch the frame
     axes.margins(0.08)
     axes.grid(visible=False)
 

@@ -36,13 +36,17 @@ def close_figure(closing: TimedClosing) -> Figure:
     figure, (left, right) = panels(2)
     times = [frame.time for frame in closing.frames]
     left.plot(times, [100.0 * c for c in closing.contact_fractions], color=COLORS[1])
-    left.set(xlabel="time [s]", ylabel="in contact [% of the tube]")
+    left.set(xlabel="time [s]", ylabel="in contact [% of the tube]", ylim=(0.0, 100.0))
     beside = left.twinx()
     beside.plot(times, in_units([closing.course.at(t) for t in times], "Pa"), ":", color=COLORS[2])
     beside.set_ylabel(axis_label("pressure", "Pa"), color=COLORS[2])
+    beside.set_ylim(bottom=0.0)
     speeds = [float(np.linalg.norm(frame.velocities[-1])) for frame in closing.frames]
     right.plot(times, speeds, color=COLORS[0])
     right.set(xlabel="time [s]", ylabel="speed of the tip [m/s]")
+    right.set_ylim(bottom=0.0)
+    radius = shown(float(closing.setup.obstacle.shape.feature_radius), "m")
+    figure.suptitle(f"{closing.setup.gripper.name} closes on radius {radius}")
     return figure
 
 
