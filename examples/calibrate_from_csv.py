@@ -20,9 +20,10 @@ from pathlib import Path
 from spiral_core import WrapCurve, leave_one_out, pressure_uncertainty, weak_directions
 from spiral_gripper import load_description, load_gripper
 from spiral_gripper.bench.calibrated_file import write_calibrated_description
-from spiral_gripper.bench.measurements import MeasurementOptions, load_measurements
+from spiral_gripper.bench.measurements import load_measurements
+from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.residual_plot import residual_figure
-from spiral_gripper.bench.run import CalibrationRequest, run_calibration
+from spiral_gripper.bench.run import run_calibration
 from spiral_gripper.reports.style import save_figure
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
@@ -34,11 +35,11 @@ shutil.copy(source / "my_gripper.yaml", folder)
 description = load_description(folder / "my_gripper.yaml")
 
 # Every cell is checked; a psi taken for a kPa would be refused here.
-measurements = load_measurements(data, description.actuator.tube.length, MeasurementOptions())
+measurements = load_measurements(data, description.actuator.tube.length)
 
 # Fit two laws, and let AICc choose.
-request = CalibrationRequest(laws=("neo_hookean", "mooney_rivlin"))
-choice = run_calibration(description, [measurements], request)
+options = CalibrationOptions(laws=("neo_hookean", "mooney_rivlin"))
+choice = run_calibration(description, [measurements], options)
 for fit, weight in zip(choice.calibrations, choice.weights, strict=True):
     print(f"{fit.model.fitted_law.__name__}: weight {weight:.2f}")
     for name in fit.names:

@@ -15,7 +15,8 @@ from spiral_core import (
 )
 from spiral_gripper import load_description
 from spiral_gripper.bench.measurements import load_measurements
-from spiral_gripper.bench.run import CalibrationRequest, run_calibration
+from spiral_gripper.bench.options import CalibrationOptions
+from spiral_gripper.bench.run import run_calibration
 from spiral_gripper.cli import main as cli
 
 PSI = 6894.757293168361
@@ -52,7 +53,7 @@ def fitted(folder, **request):
     return (
         description,
         measurements,
-        run_calibration(description, [measurements], CalibrationRequest(**request)),
+        run_calibration(description, [measurements], CalibrationOptions(**request)),
     )
 
 

@@ -17,9 +17,10 @@ from spiral_core import (
 )
 from spiral_gripper import load_description
 from spiral_gripper.bench.measurements import Measurements
+from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.report import outlier_warnings, warnings_of
 from spiral_gripper.bench.residual_plot import residual_figure
-from spiral_gripper.bench.run import CalibrationRequest, run_calibration
+from spiral_gripper.bench.run import run_calibration
 from spiral_gripper.files.table import TableError
 from spiral_gripper.reports.style import save_figure
 
@@ -92,7 +93,7 @@ def test_laws_that_fail_are_reported_and_all_failing_is_an_error(folder):
     with pytest.raises(InvalidInputError):
         fitted(folder, fixed={"c3": 0.0})
     with pytest.raises(InvalidInputError, match="one of neo_hookean"):
-        CalibrationRequest(laws=("ogden",))
+        CalibrationOptions(laws=("ogden",))
 
 
 def test_the_picture_shows_what_was_measured_and_fitted(folder):
@@ -185,7 +186,7 @@ def test_the_files_law_is_simplified_only_where_the_readings_tell_no_more(folder
     result = run(folder, "--no-save")
     assert result.output.splitlines()[0] == "law: NeoHookean"
     assert "do not tell the constants of mooney_rivlin, the file's law" in result.output
-    assert "--law mooney_rivlin fits it all the same" in result.output
+    assert "--law mooney_rivlin fits it anyway" in result.output
     asked = run(folder, "--no-save", "--law", "mooney_rivlin")
     assert asked.output.splitlines()[0] == "law: MooneyRivlin"
     assert "the file's law" not in asked.output
@@ -193,7 +194,7 @@ def test_the_files_law_is_simplified_only_where_the_readings_tell_no_more(folder
     (folder / "bench.csv").write_text(bench_test(rows=[6] * 6))
     result = run(folder, "--no-save")
     assert result.output.splitlines()[0] == "law: NeoHookean"
-    assert "fits it all the same" not in result.output
+    assert "fits it anyway" not in result.output
     refused = run(folder, "--no-save", "--law", "mooney_rivlin")
     assert refused.exit_code == 2
     assert "at 2 different pressures above 0 at least" in refused.output

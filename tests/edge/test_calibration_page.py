@@ -13,7 +13,8 @@ import pytest
 
 from spiral_core import FreeActuation, MooneyRivlin, PressureLaw
 from spiral_gripper import load_description
-from spiral_gripper.bench.measurements import COLUMNS, parse_measurements
+from spiral_gripper.bench.measurements import COLUMNS
+from spiral_gripper.files.table import read_table
 
 pytestmark = pytest.mark.long
 
@@ -58,7 +59,7 @@ def test_the_error_example_is_what_the_code_says():
     rows = ["1,1,1,1", "2,1,1,1", "three,1,1,1", *["4,1,1,1"] * 4, "5,1,1"]
     header = "pressure [psi],extension [mm],extension_error [mm],section_length [mm]"
     with pytest.raises(ValueError, match="bench") as caught:
-        parse_measurements("\n".join([header, *rows]), Path("bench.csv"), 0.1)
+        read_table("\n".join([header, *rows]), "bench.csv", COLUMNS)
     assert str(caught.value) == block.strip()
 
 

@@ -4,7 +4,6 @@
 import dataclasses
 import math
 import pickle
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -12,18 +11,21 @@ from hypothesis import strategies as st
 
 from spiral_core import BendReading, ExtensionReading, GripReading, ShapeReading, TwistReading
 from spiral_gripper.bench.measurements import (
-    MeasurementOptions,
+    COLUMNS,
     load_measurements,
-    parse_measurements,
+    measurements_of,
 )
-from spiral_gripper.files.table import TableError
+from spiral_gripper.bench.options import CalibrationOptions
+from spiral_gripper.files.table import TableError, read_table
 
 PSI = 6894.757293168361
 GOOD = "pressure [kPa],extension [mm],extension_error [mm]\n20,4.0,0.2\n40,9.5,0.2\n"
 
 
 def parse(text, **options):
-    return parse_measurements(text, Path("bench.csv"), 0.361, MeasurementOptions(**options))
+    stated = CalibrationOptions(**options)
+    table = read_table(text, "bench.csv", COLUMNS, stated.units, stated.ignored)
+    return measurements_of(table, 0.361, stated)
 
 
 def problems(text, **options):

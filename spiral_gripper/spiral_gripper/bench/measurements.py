@@ -19,7 +19,8 @@ from spiral_core import (
     ShapeReading,
     TwistReading,
 )
-from spiral_gripper.files.table import Row, Table, read_table, read_table_file
+from spiral_gripper.bench.options import CalibrationOptions
+from spiral_gripper.files.table import Row, Table, read_table_file
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 
 COLUMNS: Final = MappingProxyType(
@@ -48,26 +49,6 @@ COLUMNS: Final = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class MeasurementOptions:
-    """Options that supplement a file of measurements.
-
-    Args:
-        units: unit of a column whose heading has none, by column name.
-        errors: standard error of a measured column without a column of its own for it: a quantity,
-            ``"0.5 mm"``, or a share of each value, ``"2 %"``; by the measured column's name
-            (``position`` for x, y and z).
-        section_length: unstretched length that was measured [m], where no column says it; None is
-            the length of the described tube.
-        ignored: headings of columns that are not measurements.
-    """
-
-    units: Mapping[str, str] = field(default_factory=dict)
-    errors: Mapping[str, str] = field(default_factory=dict)
-    section_length: float | None = None
-    ignored: Collection[str] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class Measurements:
     """The readings of one file.
 
@@ -85,7 +66,7 @@ class Measurements:
 
 
 def load_measurements(
-    path: str | os.PathLike[str], tube_length: float, options: MeasurementOptions | None = None
+    path: str | os.PathLike[str], tube_length: float, options: CalibrationOptions | None = None
 ) -> Measurements:
     """Return the readings of a CSV file.
 
@@ -97,43 +78,32 @@ def load_measurements(
     Raises:
         TableError: the file cannot be used; the error names every bad line and column.
     """
-    source, options = Path(path), options or MeasurementOptions()
+    source, options = Path(path), options or CalibrationOptions()
     table = read_table_file(source, COLUMNS, options.units, options.ignored)
-    return _measurements(table, source, tube_length, options)
+    return measurements_of(table, tube_length, options)
 
 
-def parse_measurements(
-    text: str, source: Path, tube_length: float, options: MeasurementOptions | None = None
-) -> Measurements:
-    r"""Return the readings in a CSV text.
+def measurements_of(table: Table, tube_length: float, options: CalibrationOptions) -> Measurements:
+    r"""Return the readings of a table.
 
     Each row gives a reading for each kind of measurement whose cells it fills; a row that gives
     none is an error, as is any cell that cannot be read.
 
     Args:
-        text: the file's text.
-        source: the file, for messages.
+        table: the file's content.
         tube_length: unstretched length of the described tube [m].
         options: what is stated beside the file.
 
     Raises:
-        TableError: the text cannot be used; the error names every bad line and column.
+        TableError: it cannot be used; the error names every bad line and column.
 
     Example:
         >>> text = "pressure [psi],extension [mm],extension_error [mm]\n4,2.5,0.2\n"
-        >>> readings = parse_measurements(text, Path("bench.csv"), tube_length=0.1).readings
+        >>> table = read_table(text, "bench.csv", COLUMNS)
+        >>> readings = measurements_of(table, 0.1, CalibrationOptions()).readings
         >>> readings[0].extension, readings[0].section_length
         (0.0025, 0.1)
     """
-    options = options or MeasurementOptions()
-    table = read_table(text, str(source), COLUMNS, options.units, options.ignored)
-    return _measurements(table, source, tube_length, options)
-
-
-def _measurements(
-    table: Table, source: Path, tube_length: float, options: MeasurementOptions
-) -> Measurements:
-    """Return the readings of a table."""
     length = tube_length if options.section_length is None else options.section_length
     kinds = [kind for kind in _KINDS if kind.name in table.columns]
     _check_columns(table, kinds, options)
@@ -151,7 +121,7 @@ def _measurements(
             table.note(row.line, kinds[0].name, reason)
     table.raise_problems()
     units = {name: column.unit for name, column in table.columns.items()}
-    return Measurements(source, tuple(readings), tuple(lines), units)
+    return Measurements(Path(table.file), tuple(readings), tuple(lines), units)
 
 
 Values = Mapping[str, float]
@@ -216,7 +186,7 @@ def _names(kinds: Collection[_Kind]) -> str:
     return ", ".join(kind.name for kind in kinds)
 
 
-def _check_columns(table: Table, kinds: Collection[_Kind], options: MeasurementOptions) -> None:
+def _check_columns(table: Table, kinds: Collection[_Kind], options: CalibrationOptions) -> None:
     """Note columns and errors that are missing for all rows."""
     line = table.header_line
     for name in ("time", "displacement", "displacement_error"):
@@ -248,7 +218,7 @@ def _reading(
     table: Table,
     row: Row,
     kind: _Kind,
-    options: MeasurementOptions,
+    options: CalibrationOptions,
     section_length: float,
 ) -> Reading | None:
     """Return one reading of a row, or None if its cells are blank or there is a problem."""
@@ -279,7 +249,7 @@ def _reading(
 
 
 def _error(
-    values: Values, error_name: str, measured_name: str, options: MeasurementOptions
+    values: Values, error_name: str, measured_name: str, options: CalibrationOptions
 ) -> float | None:
     """Return the standard error of a value: its own column's, or the stated one."""
     own = values.get(f"{error_name}_error")

@@ -3,27 +3,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 from spiral_core import (
     Calibration,
     CalibrationModel,
-    FittedQuantity,
+    CrossValidation,
     FreeActuation,
     GripReading,
     InvalidInputError,
     LawChoice,
+    MeasuredActuation,
+    RadiusPressure,
     Reading,
     ShapeReading,
     SpiralError,
     calibrate,
     choose_law,
+    leave_one_out,
+    measured_actuation_from_readings,
+    pressure_uncertainty,
+    pressure_uncertainty_by_draws,
+    rival_fits,
     stiffness_from_actuator,
     weak_directions,
 )
 from spiral_core.calibration.model import Trial, constants_of, contradictions
-from spiral_gripper.bench.measurements import COLUMNS, Measurements
+from spiral_gripper.bench.measurements import (
+    COLUMNS,
+    ERROR_COLUMNS,
+    Measurements,
+    load_measurements,
+    stated_error,
+)
+from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.plausibility import (
     COLUMN_OF,
     EXPLAINED,
@@ -31,6 +46,12 @@ from spiral_gripper.bench.plausibility import (
     needed_modulus,
     other_explanations,
     possible_mix_ups,
+)
+from spiral_gripper.bench.report import (
+    copy_warnings,
+    outlier_warnings,
+    rival_warnings,
+    warnings_of,
 )
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.fields import LAWS, law_name
@@ -46,57 +67,134 @@ SIMPLEST_LAW = "neo_hookean"
 
 
 @dataclass(frozen=True, slots=True)
-class CalibrationRequest:
-    """What to fit.
+class CalibrationResult:
+    """A calibration, judged.
 
-    Args:
-        laws: names of the laws to try, as in description files; none means the description's own,
-            and :data:`SIMPLEST_LAW` where the readings do not tell its constants apart.
-        quantities: what to fit beside the constants.
-        fixed: constants that are held, by name, in SI units.
-        robust: whether outliers may be among the readings.
-        accept_implausible: whether to accept readings that look like a mix-up of units.
+    Attributes:
+        choice: the fits, the best first.
+        cross_validation: leave-one-out errors of the best; None if there are too few readings.
+        warnings: reasons to doubt the fit, a sentence each.
+        pressures: the pressure for each radius that can be gripped.
+        refusals: why another radius cannot, a sentence each.
     """
 
-    laws: tuple[str, ...] = ()
-    quantities: tuple[FittedQuantity, ...] = ()
-    fixed: Mapping[str, float] = field(default_factory=dict)
-    robust: bool = False
-    accept_implausible: bool = False
+    choice: LawChoice
+    cross_validation: CrossValidation | None
+    warnings: tuple[str, ...]
+    pressures: tuple[RadiusPressure, ...]
+    refusals: tuple[SpiralError, ...]
 
-    def __post_init__(self) -> None:
-        for law in self.laws:
-            if law not in LAWS:
-                raise InvalidInputError("law", law, f"one of {', '.join(LAWS)}")
+
+def load_files(
+    description: GripperDescription, files: Sequence[Path], options: CalibrationOptions
+) -> list[Measurements]:
+    """Return the readings of files of measurements.
+
+    Raises:
+        TableError: a file cannot be used.
+        InvalidInputError: an option cannot be used.
+    """
+    for name, text in options.errors.items():
+        if name not in ERROR_COLUMNS:
+            raise InvalidInputError("--error", name, f"for one of {', '.join(ERROR_COLUMNS)}")
+        if not stated_error(text, name, 1.0) > 0.0:
+            raise InvalidInputError(f"--error {name}", text, "positive")
+    length = description.actuator.tube.length
+    loaded = [load_measurements(file, length, options) for file in files]
+    columns = frozenset().union(*(one.units for one in loaded))
+    for name in options.units:
+        if name not in columns:
+            raise InvalidInputError(
+                "--unit", name, f"for a column of the files: {_listed(columns)}"
+            )
+    with_errors = {name for name, column in ERROR_COLUMNS.items() if column in columns}
+    for name in options.errors:
+        if name not in with_errors:
+            requirement = f"for a column of the files: {_listed(with_errors)}"
+            raise InvalidInputError("--error", name, requirement)
+    return loaded
+
+
+def _listed(names: Collection[str]) -> str:
+    return ", ".join(sorted(names))
+
+
+def calibrate_gripper(
+    description: GripperDescription,
+    measurements: Sequence[Measurements],
+    options: CalibrationOptions,
+) -> CalibrationResult:
+    """Calibrate a gripper and judge the result.
+
+    Args:
+        description: the gripper.
+        measurements: the readings.
+        options: what to fit and to report.
+
+    Raises:
+        SpiralError: there is no fit.
+    """
+    choice = run_calibration(description, measurements, options)
+    best = choice.best
+    modulus = modulus_warning(description, best, measurements)
+    warnings = [
+        *warnings_of(best),
+        *([] if modulus is None else [modulus]),
+        *outlier_warnings(best, measurements),
+        *copy_warnings(measurements),
+    ]
+    own = law_name(type(description.actuator.material))
+    if not options.laws and best.model.fitted_law is not LAWS[own]:
+        fitted = any(one.model.fitted_law is LAWS[own] for one in choice.calibrations)
+        remedy = f"; --law {own} fits it anyway" if fitted else ""
+        warnings.insert(
+            0, f"the readings do not tell the constants of {own}, the file's law, apart{remedy}"
+        )
+    pressures, refusals = _pressures(choice, options)
+    warnings += rival_warnings(pressures)
+    return CalibrationResult(choice, _cross_validation(best), tuple(warnings), pressures, refusals)
+
+
+def measured_curve(
+    description: GripperDescription, measurements: Sequence[Measurements]
+) -> MeasuredActuation:
+    """Return the actuation curve that was measured.
+
+    Raises:
+        InvalidInputError: the readings make no curve.
+    """
+    readings = [reading for one in measurements for reading in one.readings]
+    actuator = description.actuator
+    return measured_actuation_from_readings(readings, actuator.tube.length, actuator.fiber_pair)
 
 
 def run_calibration(
     description: GripperDescription,
     measurements: Sequence[Measurements],
-    request: CalibrationRequest | None = None,
+    options: CalibrationOptions | None = None,
 ) -> LawChoice:
     """Return the fits of each requested law, the best first.
 
     Args:
         description: the gripper as it is described, whose constants are to start from.
         measurements: the readings, of one or more files.
-        request: what to fit.
+        options: what to fit.
 
     Raises:
         TableError: the readings look as if they were in other units than stated.
         InvalidInputError: too few readings, or nothing to fit.
         SpiralError: no law could be fitted; the first one's reason.
     """
-    request = request or CalibrationRequest()
+    options = options or CalibrationOptions()
     for one in measurements:
-        if not request.accept_implausible:
+        if not options.accept_implausible:
             _refuse_mix_ups(description, one)
-        _refuse_contradictions(description, one, request)
+        _refuse_contradictions(description, one, options)
     readings = [reading for one in measurements for reading in one.readings]
-    laws = request.laws or (law_name(type(description.actuator.material)),)
-    outcomes = [_outcome(description, law, request, readings) for law in laws]
-    if not request.laws and laws != (SIMPLEST_LAW,) and _is_undecided(outcomes[0]):
-        outcomes.append(_outcome(description, SIMPLEST_LAW, request, readings))
+    laws = options.laws or (law_name(type(description.actuator.material)),)
+    outcomes = [_outcome(description, law, options, readings) for law in laws]
+    if not options.laws and laws != (SIMPLEST_LAW,) and _is_undecided(outcomes[0]):
+        outcomes.append(_outcome(description, SIMPLEST_LAW, options, readings))
     if not any(isinstance(outcome, Calibration) for outcome in outcomes):
         raise next(one[1] for one in outcomes if not isinstance(one, Calibration))
     return choose_law(outcomes)
@@ -124,6 +222,48 @@ def modulus_warning(
     )
 
 
+def _cross_validation(calibration: Calibration) -> CrossValidation | None:
+    """Return the leave-one-out errors, or None if there are too few readings for them."""
+    try:
+        return leave_one_out(calibration)
+    except InvalidInputError:
+        return None
+
+
+def _pressures(
+    choice: LawChoice, options: CalibrationOptions
+) -> tuple[tuple[RadiusPressure, ...], tuple[SpiralError, ...]]:
+    """Return the pressures for the radii that were asked for, and why some have none."""
+    found: list[RadiusPressure] = []
+    refused: list[SpiralError] = []
+    rivals = rival_fits(choice.best, choice.calibrations) if options.radii else ()
+    for radius in options.radii:
+        answer = _pressure(choice.best, radius, options, rivals)
+        if isinstance(answer, SpiralError):
+            refused.append(answer)
+        else:
+            found.append(answer)
+    return tuple(found), tuple(refused)
+
+
+def _pressure(
+    calibration: Calibration,
+    radius: float,
+    options: CalibrationOptions,
+    rivals: Sequence[Calibration],
+) -> RadiusPressure | SpiralError:
+    """Return the pressure for one radius with its uncertainty, or why there is none."""
+    level, draws = options.level, options.draws
+    try:
+        if draws is None:
+            return pressure_uncertainty(calibration, [radius], level, rivals=rivals)[0]
+        return pressure_uncertainty_by_draws(
+            calibration, [radius], seed=options.seed, draws=draws, level=level, rivals=rivals
+        )[0]
+    except SpiralError as error:
+        return error
+
+
 def _is_undecided(outcome: Calibration | tuple[str, SpiralError]) -> bool:
     """Return whether there is no fit, or one that does not tell the law's constants apart."""
     if not isinstance(outcome, Calibration):
@@ -135,19 +275,19 @@ def _is_undecided(outcome: Calibration | tuple[str, SpiralError]) -> bool:
 def _outcome(
     description: GripperDescription,
     law: str,
-    request: CalibrationRequest,
+    options: CalibrationOptions,
     readings: Sequence[Reading],
 ) -> Calibration | tuple[str, SpiralError]:
     """Return the fit of one law, or its name and why there is none."""
     try:
-        model = calibration_model(description, law, request)
-        return calibrate(model, readings, robust=request.robust)
+        model = calibration_model(description, law, options)
+        return calibrate(model, readings, robust=options.robust)
     except SpiralError as error:
         return (law, error)
 
 
 def calibration_model(
-    description: GripperDescription, law: str, request: CalibrationRequest
+    description: GripperDescription, law: str, options: CalibrationOptions
 ) -> CalibrationModel:
     """Return what the core is to fit for one law.
 
@@ -161,8 +301,8 @@ def calibration_model(
     return CalibrationModel(
         actuator=description.actuator,
         law=LAWS[law],
-        quantities=request.quantities,
-        fixed=request.fixed,
+        quantities=options.quantities,
+        fixed=options.fixed,
         gripper=description.gripper,
         bending_stiffness=_if_stated(stated.bending, derived.bending),
         torsional_stiffness=_if_stated(stated.torsional, derived.torsional),
@@ -195,7 +335,7 @@ def _refuse_mix_ups(description: GripperDescription, measurements: Measurements)
 
 
 def _refuse_contradictions(
-    description: GripperDescription, measurements: Measurements, request: CalibrationRequest
+    description: GripperDescription, measurements: Measurements, options: CalibrationOptions
 ) -> None:
     """Raise TableError for readings that no constants bring together, with their lines."""
     trial = Trial(FreeActuation(description.actuator), description.gripper)
@@ -209,7 +349,7 @@ def _refuse_contradictions(
     ]
     chosen = [readings[k] for k in within]
     problems = []
-    for one in contradictions(trial, chosen, robust=request.robust):
+    for one in contradictions(trial, chosen, robust=options.robust):
         lines = [measurements.lines[within[k]] for k in one.places]
         dimension = COLUMNS[one.quantity]
         values = " and ".join(shown(value, dimension.si_unit) for value in one.values)

@@ -9,7 +9,8 @@ from typing import Any
 
 from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.fit import Scatter
-from spiral_gripper.bench.measurements import COLUMNS, MeasurementOptions, stated_error
+from spiral_gripper.bench.measurements import COLUMNS, stated_error
+from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.shown import number, shown
 from spiral_gripper.files.table import Table, read_table_file
@@ -23,16 +24,14 @@ UNITS = {"retardation_time": "s", "air": "1"}
 def fit_free_swing(
     description: GripperDescription,
     path: Path,
-    options: MeasurementOptions,
-    air: float | None = None,
+    options: CalibrationOptions,
 ) -> SwingFit:
     """Return the damping of a gripper from a file of its free swing.
 
     Args:
         description: the gripper, mounted as it was when it swung.
         path: CSV file with the columns time, displacement and pressure.
-        options: what is stated beside the file.
-        air: factor on the air's drag that is held; None fits it too.
+        options: what is stated beside the file, and the factor on the air's drag if it is held.
 
     Raises:
         TableError: the file cannot be used; the error names every bad line and column.
@@ -46,7 +45,7 @@ def fit_free_swing(
         told = f"a swing {shown(max(places) - min(places), 'm', 3)} wide"
         requirement = f"at most twice the tube's length, {shown(length, 'm', 3)}: check the unit"
         raise InvalidInputError("displacement", told, requirement)
-    return fit_swing(swing, readings, air=air)
+    return fit_swing(swing, readings, air=options.fixed.get("air"))
 
 
 def swing_lines(fit: SwingFit, length: float, level: float) -> list[str]:
@@ -103,7 +102,7 @@ def _measured_swing(description: GripperDescription, pressure: float) -> Swing:
     return vibrations(description.gripper, pressure, 1).swings[0]
 
 
-def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], float]:
+def _read(path: Path, options: CalibrationOptions) -> tuple[list[SwingReading], float]:
     """Return the readings of a file, and the one pressure at which they were made [Pa]."""
     table = read_table_file(path, COLUMNS, options.units, options.ignored)
     _check_columns(table, options)
@@ -136,7 +135,7 @@ def _read(path: Path, options: MeasurementOptions) -> tuple[list[SwingReading], 
     return readings, pressures[0]
 
 
-def _check_columns(table: Table, options: MeasurementOptions) -> None:
+def _check_columns(table: Table, options: CalibrationOptions) -> None:
     """Note columns that are missing, or are of no swing."""
     line = table.header_line
     for name in NEEDED:

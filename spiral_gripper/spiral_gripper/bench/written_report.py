@@ -6,14 +6,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from spiral_gripper.bench.command import CommandResult
 from spiral_gripper.bench.report import radius_lines, report_lines
 from spiral_gripper.bench.residual_plot import pressure_figure, residual_figure
+from spiral_gripper.bench.run import CalibrationResult
 from spiral_gripper.reports.page import Page, Rows
 
 
 def write_calibration_report(
-    result: CommandResult, refusals: Sequence[str], name: str, level: float, path: Path
+    result: CalibrationResult, refusals: Sequence[str], name: str, level: float, path: Path
 ) -> None:
     """Write what a calibration found; the suffix decides the format (.md, .html).
 

@@ -20,8 +20,9 @@ from spiral_gripper.cli.types import (
 
 if TYPE_CHECKING:
     from spiral_core import SpiralError
-    from spiral_gripper.bench.command import CommandOptions, CommandResult
     from spiral_gripper.bench.measurements import Measurements
+    from spiral_gripper.bench.options import CalibrationOptions
+    from spiral_gripper.bench.run import CalibrationResult
     from spiral_gripper.files.description import GripperDescription
 
 # Stated here too, so that --help loads nothing heavy; a test holds them to their sources.
@@ -137,7 +138,7 @@ def calibrate(
     as_json: bool,
     plot: Path | None,
     report: Path | None,
-    **options: Any,  # noqa: ANN401  # the fields of CommandOptions
+    **options: Any,  # noqa: ANN401  # of parse_options
 ) -> int:
     """Fit a gripper's constants to bench measurements.
 
@@ -147,11 +148,12 @@ def calibrate(
     """
     if save is not None and no_save:
         raise click.UsageError("--save and --no-save exclude each other")
-    from spiral_gripper.bench.command import CommandOptions, load_files
+    from spiral_gripper.bench.options import parse_options
+    from spiral_gripper.bench.run import load_files
     from spiral_gripper.cli.gripper import described
 
-    stated = CommandOptions(**options)
     description = described(gripper)
+    stated = parse_options(free_swing=free_swing, **options)
     if free_swing:
         if measured_curve or save is not None:
             raise click.UsageError("--free-swing writes no gripper file and excludes other kinds")
@@ -186,13 +188,13 @@ def calibrate(
 def _calibrate(
     description: GripperDescription,
     measurements: list[Measurements],
-    options: CommandOptions,
+    options: CalibrationOptions,
     as_json: bool,
-) -> CommandResult:
+) -> CalibrationResult:
     """Fit and print; radii that cannot be gripped do not stop the rest."""
-    from spiral_gripper.bench.command import run_command
+    from spiral_gripper.bench.run import calibrate_gripper
 
-    result, level = run_command(description, measurements, options), options.level
+    result, level = calibrate_gripper(description, measurements, options), options.level
     if as_json:
         from spiral_gripper.bench.report import calibration_as_dict
 
@@ -219,7 +221,7 @@ def _write_curve(
     as_json: bool,
 ) -> int:
     """Print the measured actuation curve, and write it into a gripper file."""
-    from spiral_gripper.bench.command import measured_curve
+    from spiral_gripper.bench.run import measured_curve
     from spiral_gripper.files.shown import shown
 
     curve = measured_curve(description, measurements)
@@ -237,10 +239,12 @@ def _write_curve(
 
 
 def _fit_swing(
-    description: GripperDescription, files: tuple[Path, ...], options: CommandOptions, as_json: bool
+    description: GripperDescription,
+    files: tuple[Path, ...],
+    options: CalibrationOptions,
+    as_json: bool,
 ) -> int:
     """Fit the damping to a free swing and print it."""
-    from spiral_gripper.bench.command import held_air
     from spiral_gripper.bench.swing import (
         fit_free_swing,
         require_one_file,
@@ -248,8 +252,7 @@ def _fit_swing(
         swing_lines,
     )
 
-    path, air = require_one_file(files), held_air(options)
-    fit = fit_free_swing(description, path, options.measurement_options(), air)
+    fit = fit_free_swing(description, require_one_file(files), options)
     length, level = description.gripper.tube.length, options.level
     if as_json:
         print_json(swing_as_dict(fit, length, level))
@@ -259,13 +262,13 @@ def _fit_swing(
 
 
 def _refuse_unused(
-    reason: str, options: CommandOptions, plot: Path | None, report: Path | None, but: str = ""
+    reason: str, options: CalibrationOptions, plot: Path | None, report: Path | None, but: str = ""
 ) -> None:
     """Refuse options that a fit of the law has, where there is none."""
     given = {
         "--law": options.laws,
         "--fit": options.quantities,
-        "--hold": options.hold,
+        "--hold": options.fixed,
         "--robust": options.robust,
         "--radius": options.radii,
         "--draws": options.draws,

@@ -41,7 +41,9 @@ def tube_surface(positions: Array, radius: float) -> Surface:
 
 def turned_surface(ends: Array, radii: Array) -> Surface:
     """Return a body of revolution: radii (n,) at equal distances between two points (2, 3) [m]."""
-    return _surface(tube_mesh(np.linspace(*ends, len(radii)), radii, sides=4 * SIDES), OBJECT_COLOR)
+    return _surface(
+        tube_mesh(np.linspace(ends[0], ends[1], len(radii)), radii, sides=4 * SIDES), OBJECT_COLOR
+    )
 
 
 def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector) -> None:
