@@ -24,12 +24,8 @@ from spiral_core.grip.hanging import hanging_tube
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import load_description
 from spiral_gripper.reports.closing import document
-from spiral_gripper.reports.closing.document import (
-    CloseQuestion,
-    close_as_dict,
-    close_rows,
-    solve_close,
-)
+from spiral_gripper.reports.closing.document import CLOSE, CloseQuestion, solve_close
+from spiral_gripper.reports.fields import document_of, rows_of
 from spiral_gripper.reports.grip.plots import object_surface
 
 pytestmark = pytest.mark.long
@@ -62,9 +58,9 @@ def test_an_orderly_closing_is_repeated_on_request_only() -> None:
     plain, repeated = solve_close(question), solve_close(replace(question, spread=True))
     assert plain.orderly
     assert plain.spread is None
-    assert " to " not in dict(close_rows(plain))["presses with"]
-    assert " to " in dict(close_rows(repeated))["presses with"]
-    assert close_as_dict(plain)["spread"] is None
+    assert " to " not in dict(rows_of(CLOSE, plain))["presses with"]
+    assert " to " in dict(rows_of(CLOSE, repeated))["presses with"]
+    assert document_of(CLOSE, plain)["spread"] is None
 
 
 def test_an_interrupt_keeps_what_was_computed() -> None:
@@ -79,8 +75,8 @@ def test_an_interrupt_keeps_what_was_computed() -> None:
     assert len(solved.closing.frames) == 5
     assert not solved.closing.is_complete
     assert not solved.forces
-    assert "NOT COMPLETE" in dict(close_rows(solved))
-    assert close_as_dict(solved)["complete"] is False
+    assert "NOT COMPLETE" in dict(rows_of(CLOSE, solved))
+    assert document_of(CLOSE, solved)["complete"] is False
 
 
 def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(monkeypatch) -> None:
@@ -95,14 +91,14 @@ def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(mon
             raise KeyboardInterrupt
 
     solved = solve_close(question, interrupted)
-    rows = dict(close_rows(solved))
+    rows = dict(rows_of(CLOSE, solved))
     assert solved.closing.is_complete
     assert len(solved.forces) == 2
     assert solved.advice.rates == (solved.pressure / 0.2,)
     assert solved.advice.fastest in (None, solved.pressure / 0.2)
     assert "INTERRUPTED" in rows
     assert "NOT COMPLETE" not in rows
-    assert close_as_dict(solved)["complete"] is False
+    assert document_of(CLOSE, solved)["complete"] is False
 
 
 def test_a_tube_whose_hanging_state_is_not_found_is_answered_all_the_same(monkeypatch) -> None:
@@ -114,8 +110,8 @@ def test_a_tube_whose_hanging_state_is_not_found_is_answered_all_the_same(monkey
     monkeypatch.setattr(document, "settling_after_move", lost)
     gripper = load_description("paper_design_70").gripper
     solved = solve_close(CloseQuestion(gripper, 0.02, 5e5, None, 0.2, None, Damping(), False))
-    assert dict(close_rows(solved))["hanging tube swings at"] == "not known"
-    assert close_as_dict(solved)["hanging_frequency"] is None
+    assert dict(rows_of(CLOSE, solved))["hanging tube swings at"] == "not known"
+    assert document_of(CLOSE, solved)["hanging_frequency"] is None
 
 
 @pytest.mark.parametrize(

@@ -198,7 +198,7 @@ def grip(
     if friction is not None and not 0.0 <= friction <= 10.0:
         raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
     from spiral_gripper.reports.grip.document import GripQuestion, solve_question
-    from spiral_gripper.reports.grip.rows import grip_as_dict, grip_rows, print_forces
+    from spiral_gripper.reports.grip.rows import GRIP, grip_as_dict, print_forces
 
     description = described(gripper)
     for pressure, text in zip(pressures, typed_all("pressures") if pressures else (), strict=True):
@@ -218,7 +218,9 @@ def grip(
     else:
         from rich.console import Console
 
-        print_rows(f"{mount.name}, will it hold?", grip_rows(solved))
+        from spiral_gripper.reports.fields import rows_of
+
+        print_rows(f"{mount.name}, will it hold?", rows_of(GRIP, solved))
         print_forces(solved, Console())
     if plot is not None:
         from spiral_gripper.reports.grip.plots import grip_figure

@@ -12,6 +12,7 @@ from spiral_gripper.reports.design_document import plain
 
 # From a result to something; an attribute's dotted name stands for its value.
 Getter: TypeAlias = Callable[[Any], Any]
+Rows: TypeAlias = list[tuple[str, str]]
 
 
 class Field(NamedTuple):
@@ -22,20 +23,20 @@ class Field(NamedTuple):
         label: of the row; empty for what only programs see.
         get: dotted name of the attribute, or a function of the result.
         show: the figure's SI unit, or a function from the result to the row's text; a row without
-            text is left out.
+            text is left out. It may return several rows, names and texts.
     """
 
     key: str
     label: str | Callable[[Any], str]
     get: str | Getter
-    show: str | Callable[[Any], str | None] = "1"
+    show: str | Callable[[Any], str | Rows | None] = "1"
 
     def value(self, result: object) -> Any:  # noqa: ANN401
         """Return the figure in SI."""
         return attrgetter(self.get)(result) if isinstance(self.get, str) else self.get(result)
 
-    def text(self, result: object) -> str | None:
-        """Return the row's text; a figure that does not exist has an empty one."""
+    def text(self, result: object) -> str | Rows | None:
+        """Return the row's text, or several rows; a figure that does not exist has an empty one."""
         if not isinstance(self.show, str):
             return self.show(result)
         value = self.value(result)
@@ -43,12 +44,15 @@ class Field(NamedTuple):
         return ", ".join(shown(float(figure), self.show) for figure in figures)
 
 
-def rows_of(fields: Sequence[Field], result: object) -> list[tuple[str, str]]:
+def rows_of(fields: Sequence[Field], result: object) -> Rows:
     """Return the rows of a result: names and texts."""
-    found = []
+    found: Rows = []
     for field in fields:
         label = field.label if isinstance(field.label, str) else field.label(result)
-        if label and (text := field.text(result)) is not None:
+        text = field.text(result) if label or callable(field.show) else None
+        if isinstance(text, list):
+            found += text
+        elif text is not None:
             found.append((label, text))
     return found
 

@@ -22,7 +22,7 @@ from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper.files.table import read_table_file
 from spiral_gripper.files.units import Dimension
 from spiral_gripper.reports.design_document import plain
-from spiral_gripper.reports.fields import Field, rows_of
+from spiral_gripper.reports.fields import Field
 
 HEADER_REQUIREMENT = 'is missing: a profile has columns with units, "position [mm], radius [mm]"'
 PROFILE_COLUMNS = MappingProxyType({"position": Dimension.LENGTH, "radius": Dimension.LENGTH})
@@ -232,15 +232,11 @@ PROFILE: Final = (
     Field("", "  it assumes", lambda _: ASSUMED, lambda _: ASSUMED),
     Field("", "pressure of the mean radius", "wrap.pressure_of_mean", "Pa"),
     Field("", "pressure of the thickest place", "wrap.pressure_of_thickest", "Pa"),
-)  # fmt: skip
-
-
-def profile_rows(solved: SolvedProfile) -> list[tuple[str, str]]:
-    """Return the figures of a profile's wrap as names and texts."""
-    return rows_of(PROFILE, solved) + [
+    Field("", "", "wrap.stations", lambda solved: [
         (f"at {shown(s.position, 'm')}", f"radius {shown(s.radius, 'm')}: {s.regime.value}")
         for s in solved.wrap.stations[::5]
-    ]
+    ]),
+)  # fmt: skip
 
 
 def profile_as_dict(solved: SolvedProfile) -> dict[str, Any]:

@@ -110,12 +110,8 @@ def close(
     if animate is not None and not os.access(animate.parent, os.W_OK):
         raise click.UsageError(f"cannot write {animate}: no folder {animate.parent} to write to")
     from spiral_core.rod.motion.inertia import Damping
-    from spiral_gripper.reports.closing.document import (
-        CloseQuestion,
-        close_as_dict,
-        close_rows,
-        solve_close,
-    )
+    from spiral_gripper.reports.closing.document import CLOSE, CloseQuestion, solve_close
+    from spiral_gripper.reports.fields import document_of, rows_of
 
     description = described(gripper)
     mount = mounted(description.gripper, options)
@@ -128,10 +124,10 @@ def close(
     with progress_bar("closing") as moved:
         solved = solve_close(question, moved)
     if as_json:
-        print_json(close_as_dict(solved))
+        print_json(document_of(CLOSE, solved))
     else:
         title = f"{mount.name} closes on radius {typed('radius')} at {typed('rate')}"
-        print_rows(title, close_rows(solved))
+        print_rows(title, rows_of(CLOSE, solved))
     if plot is not None:
         from spiral_gripper.reports.closing.plots import close_figure
 
@@ -142,4 +138,4 @@ def close(
         with progress_bar("drawing") as drawn:
             write_animation(solved.closing, animate, drawn)
         say_written(animate)
-    return 0 if solved.closing.is_complete and not solved.interrupted else 1
+    return 0 if solved.complete else 1

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from spiral_core.closing.close import (
     BEYOND_WRAP,
@@ -24,11 +24,11 @@ from spiral_core.closing.settling import settling_after_move, vibrations
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import lay_into_coil
-from spiral_core.rod.motion.frequencies import Modes
 from spiral_core.rod.motion.inertia import Damping
 from spiral_core.rod.motion.motion import Frame
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import shown
+from spiral_gripper.reports.fields import Field, Rows
 
 # Speed of an arm that stops before the approach [m/s].
 MOVE = 0.25
@@ -72,7 +72,7 @@ class SolvedClose:
         pressure: closed to [Pa].
         closing: in time, as far as it was computed.
         forces: what holds then, for a complete closing; else empty.
-        hanging: vibrations of the tube as it hangs, without pressure; None if they are not known.
+        frequency: of the tube as it hangs, without pressure [Hz]; None if it is not known.
         settling: wait before it rests again after an arm's move [s]; None likewise.
         orderly: whether the closing is complete and ends like the slow one.
         spread: of the figures over repeated closings; None if the closing is orderly and none was
@@ -85,12 +85,17 @@ class SolvedClose:
     pressure: float
     closing: TimedClosing
     forces: tuple[HoldingForce, ...]
-    hanging: Modes | None
+    frequency: float | None
     settling: float | None
     orderly: bool
     spread: ClosingSpread | None
     advice: RateAdvice | None
     interrupted: bool
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that was asked for was computed."""
+        return self.closing.is_complete and not self.interrupted
 
 
 def solve_close(
@@ -139,13 +144,13 @@ def solve_close(
         if not frames:
             raise
         interrupted = True
-    hanging, settling = _hanging(question)
+    frequency, settling = _hanging(question)
     return SolvedClose(
         question=question,
         pressure=pressure,
         closing=TimedClosing(setup, course, tuple(frames)),
         forces=forces,
-        hanging=hanging,
+        frequency=frequency,
         settling=settling,
         orderly=orderly,
         spread=spread,
@@ -154,12 +159,12 @@ def solve_close(
     )
 
 
-def _hanging(question: CloseQuestion) -> tuple[Modes | None, float | None]:
-    """Return the hanging tube's vibrations and settling time; None where no state is found."""
+def _hanging(question: CloseQuestion) -> tuple[float | None, float | None]:
+    """Return the hanging tube's lowest frequency [Hz] and settling time [s]; None if unknown."""
     gripper, damping = question.gripper, question.damping
     try:
         settling = settling_after_move(gripper, 0.0, MOVE, damping=damping)
-        return vibrations(gripper, 0.0, 2), settling
+        return float(vibrations(gripper, 0.0, 2).frequencies[0]), settling
     except SolverError:
         return None, None
 
@@ -173,125 +178,97 @@ def _forces(closing: TimedClosing) -> tuple[HoldingForce, ...]:
     return tuple(holding_force(settled, pull) for pull in (Pull.AWAY, Pull.TOWARDS))
 
 
-def close_rows(solved: SolvedClose) -> list[tuple[str, str]]:
-    """Return the figures of a closing as names and texts."""
-    closing, point = solved.closing, solved.closing.point
-    rows = [
-        ("pressure", f"to {shown(solved.pressure, 'Pa')}"),
-        ("friction coefficient", f"{closing.setup.obstacle.friction:.3g}"),
-    ]
+def _ended(solved: SolvedClose) -> Rows:
+    """Return a row that says that something is missing; none where nothing is."""
+    closing = solved.closing
     if not closing.is_complete:
-        ended = closing.frames[-1].time
-        rows.append(("NOT COMPLETE", f"computed {ended:.2f} s of {closing.course.duration:.2f} s"))
-    elif solved.interrupted:
-        rows.append(("INTERRUPTED", "what was not computed is missing below"))
-    between = closing.course.duration / (FRAMES - 1)
-    rows += [
-        ("touches after", _seconds(closing.time_to_touch)),
-        ("wrapped after", _seconds(closing.time_to_wrap, between, "not wrapped")),
-        ("at rest after", _seconds(closing.settling_time, between)),
-    ]
-    spread, contact = solved.spread, closing.contact_fractions[-1]
-    held = {} if spread is None else spread.holding_forces
+        computed = f"{closing.frames[-1].time:.2f} s of {closing.course.duration:.2f} s"
+        return [("NOT COMPLETE", f"computed {computed}")]
+    return [("INTERRUPTED", "what was not computed is missing below")] if solved.interrupted else []
+
+
+def _presses(solved: SolvedClose) -> str:
     # friction keeps what the closing left: up to 3 % of the normal force between two orderly ones
-    digits = 2 if spread is None else 3
-    rows += [
-        (
-            "in contact",
-            _with_spread(contact, None if spread is None else spread.contact_fraction, _percent),
-        ),
-        ("turns", f"{point.turns:.2f}"),
-        (
-            "presses with",
-            _with_spread(
-                point.normal_force, None if spread is None else spread.normal_force, _force(digits)
-            ),
-        ),
-    ]
+    text = _force(2 if solved.spread is None else 3)
+    bounds = None if solved.spread is None else solved.spread.normal_force
+    return _with_spread(solved.closing.point.normal_force, bounds, text)
+
+
+def _held(solved: SolvedClose) -> Rows:
+    """Return what holds both ways, with its spread where that is known."""
     names = {Pull.AWAY: "holds away from the base", Pull.TOWARDS: "holds towards the base"}
-    rows += [
-        (
-            names[one.pull],
-            _with_spread(one.force, held.get(one.pull), _force(3)),
-        )
+    known = {} if solved.spread is None else solved.spread.holding_forces
+    rows = [
+        (names[one.pull], _with_spread(one.force, known.get(one.pull), _force(3)))
         for one in solved.forces
     ]
-    if spread is not None:
+    if solved.spread is not None:
         why = "" if solved.orderly else "; a slow closing touches far more, so this one scatters"
         rows.append(("in brackets", f"lowest and highest of four like closings{why}"))
-    if closing.is_complete and not solved.forces and not solved.interrupted:
+    if solved.complete and not solved.forces:
         rows.append(("holds", "not known: the closed tube was not seen to rest"))
-    if solved.advice is not None:
-        rows.append(("closed slowly it holds", shown(solved.advice.slow, "N", 3)))
-        pairs = zip(solved.advice.rates, solved.advice.forces, strict=True)
-        rows += [(f"  at {shown(rate, 'Pa/s')}", shown(force, "N", 3)) for rate, force in pairs]
-        fastest = solved.advice.fastest
-        said = "none of these" if fastest is None else shown(fastest, "Pa/s")
-        rows.append(("fastest that keeps 90 %", said))
-    speed = shown(MOVE, "m/s", 3)
-    swings = "not known"
-    if solved.hanging is not None:
-        swings = f"{solved.hanging.frequencies[0]:.3g} Hz"
-    rows += [
-        ("hanging tube swings at", swings),
-        (f"  rests after a stop from {speed}", _waited(solved.settling)),
-    ]
     return rows
 
 
-def close_as_dict(solved: SolvedClose) -> dict[str, Any]:
-    """Return a closing as plain data, in SI units."""
-    closing, point = solved.closing, solved.closing.point
-    advice, settling = solved.advice, solved.settling
-    return {
-        "gripper": solved.question.gripper.name,
-        "object_radius": solved.question.radius,
-        "rate": solved.question.rate,
-        "pressure": solved.pressure,
-        "friction": closing.setup.obstacle.friction,
-        "complete": closing.is_complete and not solved.interrupted,
-        "time_to_touch": closing.time_to_touch,
-        "time_to_wrap": closing.time_to_wrap,
-        "settling_time": closing.settling_time,
-        "contact_fraction": closing.contact_fractions[-1],
-        "turns": point.turns,
-        "normal_force": point.normal_force,
-        "holding_forces": {one.pull.name.lower(): one.force for one in solved.forces},
-        "orderly": solved.orderly,
-        "spread": None if solved.spread is None else _spread_as_dict(solved.spread),
-        "advice": None
+def _advised(solved: SolvedClose) -> Rows:
+    advice = solved.advice
+    if advice is None:
+        return []
+    pairs = zip(advice.rates, advice.forces, strict=True)
+    fastest = "none of these" if advice.fastest is None else shown(advice.fastest, "Pa/s")
+    return [
+        ("closed slowly it holds", shown(advice.slow, "N", 3)),
+        *((f"  at {shown(rate, 'Pa/s')}", shown(force, "N", 3)) for rate, force in pairs),
+        ("fastest that keeps 90 %", fastest),
+    ]
+
+
+def _advice(solved: SolvedClose) -> dict[str, Any] | None:
+    advice = solved.advice
+    return (
+        None
         if advice is None
         else {
             "slow_holding_force": advice.slow,
             "rates": advice.rates,
             "holding_forces": advice.forces,
             "fastest_rate": advice.fastest,
-        },
-        "hanging_frequency": solved.hanging and float(solved.hanging.frequencies[0]),
-        "hanging_settling_time": settling if math.isfinite(settling or 0.0) else None,
-        "frames": [
-            {
-                "time": frame.time,
-                "pressure": closing.course.at(frame.time),
-                "contact_fraction": fraction,
-                "tip": frame.state.tip_position,
-            }
-            for frame, fraction in zip(closing.frames, closing.contact_fractions, strict=True)
-        ],
-    }
+        }
+    )
 
 
-def _spread_as_dict(spread: ClosingSpread) -> dict[str, Any]:
-    """Return lowest and highest figures as plain data; null where they are not known."""
+def _spread(solved: SolvedClose) -> dict[str, Any] | None:
+    """Return lowest and highest figures; None where they are not known."""
+    spread = solved.spread
+    if spread is None:
+        return None
 
-    def known(bounds: tuple[float, float]) -> list[float] | None:
-        return None if math.isnan(bounds[0]) else list(bounds)
+    def known(bounds: tuple[float, float]) -> tuple[float, float] | None:
+        return None if math.isnan(bounds[0]) else bounds
 
     return {
         "normal_force": known(spread.normal_force),
         "contact_fraction": known(spread.contact_fraction),
         "holding_forces": {p.name.lower(): known(b) for p, b in spread.holding_forces.items()},
     }
+
+
+def _frames(solved: SolvedClose) -> list[dict[str, Any]]:
+    closing = solved.closing
+    return [
+        {
+            "time": frame.time,
+            "pressure": closing.course.at(frame.time),
+            "contact_fraction": fraction,
+            "tip": frame.state.tip_position,
+        }
+        for frame, fraction in zip(closing.frames, closing.contact_fractions, strict=True)
+    ]
+
+
+def _between(solved: SolvedClose) -> float:
+    """Return the time between two frames [s]."""
+    return solved.closing.course.duration / (FRAMES - 1)
 
 
 def _with_spread(
@@ -326,3 +303,40 @@ def _waited(time: float | None) -> str:
     if time is None:
         return "not known"
     return f"{time:.1f} s" if math.isfinite(time) else "never: nothing damps it"
+
+
+CLOSE: Final = (
+    Field("gripper", "", "question.gripper.name"),
+    Field("object_radius", "", "question.radius"),
+    Field("rate", "", "question.rate"),
+    Field("pressure", "pressure", "pressure", lambda s: f"to {shown(s.pressure, 'Pa')}"),
+    Field("friction", "friction coefficient", "closing.setup.obstacle.friction", lambda s: (
+        f"{s.closing.setup.obstacle.friction:.3g}"
+    )),
+    Field("complete", "", "complete", _ended),
+    Field("time_to_touch", "touches after", "closing.time_to_touch", lambda s: (
+        _seconds(s.closing.time_to_touch)
+    )),
+    Field("time_to_wrap", "wrapped after", "closing.time_to_wrap", lambda s: (
+        _seconds(s.closing.time_to_wrap, _between(s), "not wrapped")
+    )),
+    Field("settling_time", "at rest after", "closing.settling_time", lambda s: (
+        _seconds(s.closing.settling_time, _between(s))
+    )),
+    Field("contact_fraction", "in contact", lambda s: s.closing.contact_fractions[-1], lambda s: (
+        _with_spread(s.closing.contact_fractions[-1], s.spread and s.spread.contact_fraction,
+                     _percent)
+    )),
+    Field("turns", "turns", "closing.point.turns", lambda s: f"{s.closing.point.turns:.2f}"),
+    Field("normal_force", "presses with", "closing.point.normal_force", _presses),
+    Field("holding_forces", "", lambda s: {o.pull.name.lower(): o.force for o in s.forces}, _held),
+    Field("orderly", "", "orderly"),
+    Field("spread", "", _spread),
+    Field("advice", "", _advice, _advised),
+    Field("hanging_frequency", "hanging tube swings at", "frequency", lambda s: (
+        "not known" if s.frequency is None else f"{s.frequency:.3g} Hz"
+    )),
+    Field("hanging_settling_time", lambda _: f"  rests after a stop from {shown(MOVE, 'm/s', 3)}",
+          "settling", lambda s: _waited(s.settling)),
+    Field("frames", "", _frames),
+)  # fmt: skip

@@ -20,16 +20,16 @@ from spiral_core.wrap.placement import distances_from_axis, touching_nodes
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper.files.shown import axis_label, number, reworded, shown
 from spiral_gripper.reports.design_document import plain
-from spiral_gripper.reports.fields import Field, document_of, rows_of
+from spiral_gripper.reports.fields import Field, Rows, document_of, rows_of
 from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.wrap_document import (
     COIL,
     COVERED,
+    PROFILE,
     WRAP,
     SolvedProfile,
     SolvedWrap,
     profile_as_dict,
-    profile_rows,
 )
 
 # Where a pull is to, in few words.
@@ -47,20 +47,6 @@ BESIDE_CONTACT = 2
 IN_A_TABLE = 4
 
 
-def grip_rows(solved: SolvedGrip) -> list[tuple[str, str]]:
-    """Return the figures of a grip as names and texts."""
-    diameter = 2.0 * float(solved.grip.setup.obstacle.shape.feature_radius)
-    rows = rows_of(GRIP, solved)
-    place = next(number for number, (name, _) in enumerate(rows) if name.startswith("object's"))
-    held = [
-        (f"  holds {_PULLS[pull]}", _held(solved.held[pull], diameter))
-        for pull in solved.grip.forces
-    ]
-    if solved.question.payload is not None:
-        held.append(_payload_row(solved, solved.question.payload))
-    return [*rows[:place], *held, *rows[place:]]
-
-
 def wrap_rows(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> list[tuple[str, str]]:
     """Return the figures of a wrap as names and texts.
 
@@ -71,7 +57,7 @@ def wrap_rows(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> li
     if closed is not None:
         coil = COIL if isinstance(free, SolvedWrap) else COVERED
         return rows_of(WRAPPED, closed) + rows_of(coil, free)
-    return rows_of(WRAP, free) if isinstance(free, SolvedWrap) else profile_rows(free)
+    return rows_of(WRAP if isinstance(free, SolvedWrap) else PROFILE, free)
 
 
 def wrap_as_dict(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> dict[str, Any]:
@@ -132,6 +118,17 @@ def _force_table(grip: Grip, pulls: list[Pull], *, contact: bool) -> Table:
             ]
         table.add_row(*cells, *(_figure(grip.forces[pull][index]) for pull in pulls))
     return table
+
+
+def _holds(solved: SolvedGrip) -> Rows:
+    """Return what is held against each pull, and how many times over a payload."""
+    diameter = 2.0 * float(solved.grip.setup.obstacle.shape.feature_radius)
+    rows = [
+        (f"  holds {_PULLS[pull]}", _held(solved.held[pull], diameter))
+        for pull in solved.grip.forces
+    ]
+    payload = solved.question.payload
+    return rows if payload is None else [*rows, _payload_row(solved, payload)]
 
 
 def _payload_row(solved: SolvedGrip, payload: float) -> tuple[str, str]:
@@ -419,6 +416,7 @@ GRIP: Final = (
     Field("base_reaction", "", lambda s: [each.base_reaction for each in s.grip.points]),
     *_AT,
     Field("", "  mount carries", "point.base_reaction", lambda s: _reaction(s.point)),
+    Field("", "", "held", _holds),
     *_PLACE,
 )
 # A wrap without the forces that it holds; ``pressure`` is that of the perfect wrap.
