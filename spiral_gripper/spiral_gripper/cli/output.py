@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def print_json(value: object) -> None:
     """Print a value as JSON, in SI units; missing values are null."""
-    from spiral_gripper.reports.design_document import plain
+    from spiral_gripper.reports.fields import plain
 
     click.echo(json.dumps(plain(value), indent=2, allow_nan=False, ensure_ascii=False))
 

@@ -149,9 +149,10 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
         points = solve_points(requirement, requirement.candidates(), executor, progress)
     best = pareto_set(points)
     if as_json:
-        from spiral_gripper.reports.design_document import point_as_dict
+        from spiral_gripper.reports.design_document import POINT
+        from spiral_gripper.reports.fields import document_of
 
-        print_json([point_as_dict(point) for point in best])
+        print_json([document_of(POINT, point) for point in best])
     else:
         from rich.console import Console
 

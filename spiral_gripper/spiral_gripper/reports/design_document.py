@@ -1,80 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A design report as plain data for programs, and as a gripper description file for the node."""
+"""A design as a table of fields, its report as plain data, and its gripper description file."""
 
 from __future__ import annotations
 
-import dataclasses
-import math
-from enum import Enum
-from typing import Any
+from typing import Any, Final
 
 from spiral_core.actuator.actuator import Winding
 from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.margin import Margin
 from spiral_core.design.report import Design, DesignReport
-from spiral_core.design.sweep import SweepPoint
 from spiral_core.wrap.gripper import STANDARD_GRAVITY
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.description_text import changed_text, description_fields, put_fields
 from spiral_gripper.files.fields import law_name
-
-
-def plain(value: object) -> Any:  # noqa: ANN401
-    """Return a value as plain data for JSON: dictionaries, lists, text, numbers, null for NaN, inf.
-
-    Dataclasses become dictionaries of their fields, enumerations their names in lower case, arrays
-    lists.
-
-    Example:
-        >>> from spiral_core.design.margin import Constraint
-        >>> plain({"bound": math.inf, "by": Constraint.STRAIN, "at": (1, 2.5)})
-        {'bound': None, 'by': 'strain', 'at': [1, 2.5]}
-    """
-    if isinstance(value, Enum):
-        return value.name.lower()
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if value is None or isinstance(value, (bool, int, str)):
-        return value
-    if hasattr(value, "tolist"):  # numpy's arrays and scalars
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    raise TypeError(f"no plain form for {type(value).__name__}")
-
-
-def design_as_dict(design: Design) -> dict[str, Any]:
-    """Return every figure of a design, in SI."""
-    fibers = design.actuator.fiber_pair
-    return {
-        "tube": plain(design.tube),
-        "material": {
-            "name": design.elastomer.name,
-            "law": law_name(type(design.elastomer.law)),
-            **plain(design.elastomer.law),
-            "density": design.elastomer.density,
-            "pressure_law": design.elastomer.pressure_law.value,
-        },
-        "fiber_angle_alpha": fibers.alpha,
-        "fiber_angle_beta": fibers.beta,
-        "fiber_angle_gamma": design.fiber_angle,
-        "length": design.length,
-        "helix_length": design.helix_length,
-        "cut_length": design.cut_length,
-        "windings": [_winding(winding) for winding in design.windings],
-        "pressure_max": design.gripper.pressure_max,
-        "radius_min": design.radius_min,
-        "radius_max": design.radius_max,
-        "largest": _grip(design.largest),
-        "smallest": _grip(design.smallest),
-        "placements": plain(design.placements),
-        "roll": design.roll,
-        "curve": [_grip(point) for point in design.curve],
-        "margins": [_margin(margin) for margin in design.margins],
-    }
+from spiral_gripper.files.shown import number, scale_of, shown, shown_range
+from spiral_gripper.reports.fields import Field, document_of, plain
 
 
 def report_as_dict(report: DesignReport) -> dict[str, Any]:
@@ -84,7 +24,7 @@ def report_as_dict(report: DesignReport) -> dict[str, Any]:
         "message": report.message,
         "binding": _margin(report.binding),
         "relaxations": plain(report.relaxations),
-        "design": None if report.design is None else design_as_dict(report.design),
+        "design": None if report.design is None else document_of(DESIGN, report.design),
         "steps": plain(report.steps),
         "candidates": report.candidates,
         "tried": [
@@ -95,21 +35,6 @@ def report_as_dict(report: DesignReport) -> dict[str, Any]:
             }
             for evaluation in report.tried
         ],
-    }
-
-
-def point_as_dict(point: SweepPoint) -> dict[str, Any]:
-    """Return one candidate of a sweep, in SI."""
-    return {
-        "tube": plain(point.candidate.tube),
-        "material": point.candidate.elastomer.name,
-        "fiber_angle_beta": point.candidate.fiber_angle_beta,
-        "fiber_angle_gamma": point.candidate.fiber_angle_gamma,
-        "feasible": point.feasible,
-        "pressure": point.pressure,
-        "strain": point.strain,
-        "length": point.length,
-        "binding": _margin(point.binding),
     }
 
 
@@ -154,3 +79,103 @@ def _margin(margin: Margin) -> dict[str, Any]:
 
 def _winding(winding: Winding) -> dict[str, Any]:
     return {**plain(winding), "hand": winding.hand}
+
+
+def _mm(length: float) -> str:
+    return shown(length, "m")
+
+
+def _material(design: Design) -> dict[str, Any]:
+    elastomer = design.elastomer
+    return {
+        "name": elastomer.name,
+        "law": law_name(type(elastomer.law)),
+        **plain(elastomer.law),
+        "density": elastomer.density,
+        "pressure_law": elastomer.pressure_law.value,
+    }
+
+
+def _fiber_angles(design: Design) -> str:
+    fibers = design.actuator.fiber_pair
+    single = shown(design.fiber_angle, "rad") if design.fiber_angle else "straight"
+    return f"{shown(fibers.alpha, 'rad')}, {shown(fibers.beta, 'rad')}, {single}"
+
+
+def _roll(design: Design) -> str:
+    if design.roll is None:
+        return "arbitrary: gravity is along the tube"
+    return f"gravity {shown(design.roll, 'rad')} about the tube from the single fiber"
+
+
+def _reach(design: Design) -> str:
+    limit = shown(design.gripper.pressure_max, "Pa")
+    return f"{shown_range(design.radius_min, design.radius_max)} up to {limit}"
+
+
+def winding_text(winding: Winding) -> str:
+    """Return how a family is wound."""
+    return (
+        f"{winding.hand}-handed, pitch {_mm(winding.pitch)}, {winding.turns:.1f} turns, "
+        f"fiber {_mm(winding.fiber_length)}"
+    )
+
+
+def _placement_text(place: ObjectPlacement) -> str:
+    center = ", ".join(number(x, "m") for x in place.center)
+    along = ", ".join(f"{x:.3f}" for x in place.axis)
+    gap = _mm(place.largest_gap)
+    return f"({center}) {scale_of('m').unit} along ({along}); free coil up to {gap} off"
+
+
+def _grip_text(grip: GripFigures) -> str:
+    return (
+        f"{shown(grip.pressure, 'Pa')}, strain {grip.strain:.4g}, {grip.turns:.3g} turns, "
+        f"object length {_mm(grip.object_length)}"
+    )
+
+
+DESIGN: Final = (
+    Field("tube", "tube", "tube", lambda d: f"{d.tube.name}, {d.elastomer.name}"),
+    Field("", "inner radius, wall", "tube", lambda d: (
+        f"{_mm(d.tube.inner_radius)}, {_mm(d.tube.wall_thickness)}"
+    )),
+    Field("material", "", _material),
+    Field("fiber_angle_alpha", "fiber angles", "actuator.fiber_pair.alpha", _fiber_angles),
+    Field("fiber_angle_beta", "", "actuator.fiber_pair.beta"),
+    Field("fiber_angle_gamma", "", "fiber_angle"),
+    Field("length", "length (helix model)", "length", lambda d: (
+        f"{_mm(d.length)} ({_mm(d.helix_length)})"
+    )),
+    Field("helix_length", "", "helix_length"),
+    Field("cut_length", "cut length", "cut_length", "m"),
+    Field("windings", "", lambda d: [_winding(w) for w in d.windings], lambda d: [
+        (f"winding at {shown(w.angle, 'rad')}", winding_text(w)) for w in d.windings
+    ]),
+    Field("pressure_max", "", "gripper.pressure_max"),
+    Field("radius_min", "", "radius_min"),
+    Field("radius_max", "", "radius_max"),
+    Field("largest", lambda d: f"object of {_mm(d.largest.radius)}",
+          lambda d: _grip(d.largest), lambda d: _grip_text(d.largest)),
+    Field("smallest", lambda d: f"object of {_mm(d.smallest.radius)}",
+          lambda d: _grip(d.smallest), lambda d: _grip_text(d.smallest)),
+    Field("placements", "", "placements", lambda d: [
+        (f"object of {_mm(place.radius)} lies at", _placement_text(place))
+        for place in d.placements
+    ]),
+    Field("roll", "roll of the clamp", "roll", _roll),
+    Field("", "grips", "radius_max", _reach),
+    Field("curve", "", lambda d: [_grip(point) for point in d.curve]),
+    Field("margins", "", lambda d: [_margin(margin) for margin in d.margins]),
+)  # fmt: skip
+POINT: Final = (
+    Field("tube", "", "candidate.tube"),
+    Field("material", "", "candidate.elastomer.name"),
+    Field("fiber_angle_beta", "", "candidate.fiber_angle_beta"),
+    Field("fiber_angle_gamma", "", "candidate.fiber_angle_gamma"),
+    Field("feasible", "", "feasible"),
+    Field("pressure", "", "pressure"),
+    Field("strain", "", "strain"),
+    Field("length", "", "length"),
+    Field("binding", "", lambda point: _margin(point.binding)),
+)

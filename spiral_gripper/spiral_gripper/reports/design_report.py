@@ -7,11 +7,12 @@ from pathlib import Path
 
 from spiral_core.design.report import DesignReport, DesignStep
 from spiral_gripper.files.shown import reworded, shown
+from spiral_gripper.reports.design_document import DESIGN
+from spiral_gripper.reports.fields import rows_of
 from spiral_gripper.reports.page import Page, Rows
 from spiral_gripper.reports.plots import design_figure
 from spiral_gripper.reports.tables import (
     MARGIN_HEADER,
-    answer_rows,
     answer_title,
     margin_rows,
     relaxation_text,
@@ -38,7 +39,7 @@ def write_report(report: DesignReport, path: Path) -> None:
     page.table(_HEADER, _requirement_rows(report))
     if report.design is not None:
         page.heading(answer_title(report))
-        page.table(_HEADER, answer_rows(report.design))
+        page.table(_HEADER, rows_of(DESIGN, report.design))
         page.heading("Margins")
         page.table(MARGIN_HEADER, margin_rows(report.design))
     page.picture("pressure against object radius", design_figure(report))

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Callable, Sequence
+from enum import Enum
 from operator import attrgetter
 from typing import Any, NamedTuple, TypeAlias
 
 from spiral_gripper.files.shown import shown
-from spiral_gripper.reports.design_document import plain
 
 # From a result to something; an attribute's dotted name stands for its value.
 Getter: TypeAlias = Callable[[Any], Any]
@@ -60,3 +62,31 @@ def rows_of(fields: Sequence[Field], result: object) -> Rows:
 def document_of(fields: Sequence[Field], result: object) -> dict[str, Any]:
     """Return a result for programs, in SI."""
     return {field.key: plain(field.value(result)) for field in fields if field.key}
+
+
+def plain(value: object) -> Any:  # noqa: ANN401
+    """Return a value as plain data for JSON: dictionaries, lists, text, numbers, null for NaN, inf.
+
+    Dataclasses become dictionaries of their fields, enumerations their names in lower case, arrays
+    lists.
+
+    Example:
+        >>> from spiral_core.design.margin import Constraint
+        >>> plain({"bound": math.inf, "by": Constraint.STRAIN, "at": (1, 2.5)})
+        {'bound': None, 'by': 'strain', 'at': [1, 2.5]}
+    """
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if hasattr(value, "tolist"):  # numpy's arrays and scalars
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    raise TypeError(f"no plain form for {type(value).__name__}")

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from spiral_core.actuator.actuator import Actuator, Winding, windings_of
-from spiral_core.design.helix_estimate import GripFigures
+from spiral_core.actuator.actuator import Actuator, windings_of
 from spiral_core.design.report import Design, DesignReport, DesignStep, Relaxation
 from spiral_core.design.sweep import SweepPoint
-from spiral_core.wrap.placement import ObjectPlacement
-from spiral_gripper.files.shown import number, reworded, scale_of, shown, shown_range
+from spiral_gripper.files.shown import reworded, shown
+from spiral_gripper.reports.design_document import DESIGN, winding_text
+from spiral_gripper.reports.fields import rows_of
 
 MARGIN_HEADER = ("constraint", "figure", "bound", "room")
 
@@ -24,7 +24,7 @@ def print_report(report: DesignReport, console: Console) -> None:
     for step in report.steps:
         _print_step(step, console)
     if report.design is not None:
-        console.print(row_table(answer_title(report), answer_rows(report.design)))
+        console.print(row_table(answer_title(report), rows_of(DESIGN, report.design)))
         console.print(_margins_table(report.design))
     if report.feasible:
         console.print(f"[bold green]feasible[/]: {reworded(report.message)}")
@@ -77,40 +77,6 @@ def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> 
     console.print(table)
 
 
-def answer_rows(design: Design) -> list[tuple[str, str]]:
-    """Return the parts, the winding and the pressures of a design, as names and figures."""
-    fibers, tube = design.actuator.fiber_pair, design.tube
-    single = shown(design.fiber_angle, "rad") if design.fiber_angle else "straight"
-    rows = [
-        ("tube", f"{tube.name}, {design.elastomer.name}"),
-        (
-            "inner radius, wall",
-            f"{_mm(tube.inner_radius)}, {_mm(tube.wall_thickness)}",
-        ),
-        ("fiber angles", f"{shown(fibers.alpha, 'rad')}, {shown(fibers.beta, 'rad')}, {single}"),
-        ("length (helix model)", f"{_mm(design.length)} ({_mm(design.helix_length)})"),
-        ("cut length", _mm(design.cut_length)),
-    ]
-    rows += [(f"winding at {shown(w.angle, 'rad')}", _winding_text(w)) for w in design.windings]
-    rows += [
-        (f"object of {_mm(grip.radius)}", _grip_text(grip))
-        for grip in (design.largest, design.smallest)
-    ]
-    rows += [
-        (f"object of {_mm(place.radius)} lies at", _placement_text(place))
-        for place in design.placements
-    ]
-    roll = (
-        "of no matter: gravity is along the tube"
-        if design.roll is None
-        else (f"gravity {shown(design.roll, 'rad')} about the tube from the single fiber")
-    )
-    rows.append(("roll of the clamp", roll))
-    limit = shown(design.gripper.pressure_max, "Pa")
-    rows.append(("grips", f"{shown_range(design.radius_min, design.radius_max)} up to {limit}"))
-    return rows
-
-
 def winding_rows(actuator: Actuator, end_allowance: float) -> list[tuple[str, str]]:
     """Return how to cut and wind an actuator, as names and figures.
 
@@ -125,7 +91,7 @@ def winding_rows(actuator: Actuator, end_allowance: float) -> list[tuple[str, st
         ("cut length", _mm(tube.length + 2.0 * end_allowance)),
     ]
     rows += [
-        (f"winding at {shown(w.angle, 'rad')}", _winding_text(w)) for w in windings_of(actuator)
+        (f"winding at {shown(w.angle, 'rad')}", winding_text(w)) for w in windings_of(actuator)
     ]
     for fiber in actuator.single_fibers:
         kind = (
@@ -136,27 +102,6 @@ def winding_rows(actuator: Actuator, end_allowance: float) -> list[tuple[str, st
         place = f", {shown(fiber.position, 'rad')} around the tube" if fiber.position else ""
         rows.append((kind, f"fiber {_mm(tube.length / math.cos(fiber.angle))}{place}"))
     return rows
-
-
-def _winding_text(winding: Winding) -> str:
-    return (
-        f"{winding.hand}-handed, pitch {_mm(winding.pitch)}, {winding.turns:.1f} turns, "
-        f"fiber {_mm(winding.fiber_length)}"
-    )
-
-
-def _placement_text(place: ObjectPlacement) -> str:
-    center = ", ".join(number(x, "m") for x in place.center)
-    along = ", ".join(f"{x:.3f}" for x in place.axis)
-    gap = _mm(place.largest_gap)
-    return f"({center}) {scale_of('m').unit} along ({along}); free coil up to {gap} off"
-
-
-def _grip_text(grip: GripFigures) -> str:
-    return (
-        f"{shown(grip.pressure, 'Pa')}, strain {grip.strain:.4g}, {grip.turns:.3g} turns, "
-        f"object length {_mm(grip.object_length)}"
-    )
 
 
 def _mm(length: float) -> str:

@@ -21,8 +21,7 @@ from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper.files.table import read_table_file
 from spiral_gripper.files.units import Dimension
-from spiral_gripper.reports.design_document import plain
-from spiral_gripper.reports.fields import Field
+from spiral_gripper.reports.fields import Field, plain
 
 HEADER_REQUIREMENT = 'is missing: a profile has columns with units, "position [mm], radius [mm]"'
 PROFILE_COLUMNS = MappingProxyType({"position": Dimension.LENGTH, "radius": Dimension.LENGTH})

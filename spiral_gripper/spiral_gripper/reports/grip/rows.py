@@ -19,8 +19,7 @@ from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import distances_from_axis, touching_nodes
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper.files.shown import axis_label, number, reworded, shown
-from spiral_gripper.reports.design_document import plain
-from spiral_gripper.reports.fields import Field, Rows, document_of, rows_of
+from spiral_gripper.reports.fields import Field, Rows, document_of, plain, rows_of
 from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.wrap_document import (
     COIL,
