@@ -17,7 +17,6 @@ from spiral_core import (
     Clamped,
     Cone,
     ContactProblem,
-    ContactState,
     Cylinder,
     ElasticRod,
     Free,
@@ -26,6 +25,7 @@ from spiral_core import (
     Pinned,
     Plane,
     RodLoad,
+    RodState,
     Section,
     Sphere,
 )
@@ -216,7 +216,7 @@ def _conjugated(
     return turned
 
 
-def imbalance(problem: ContactProblem, state: ContactState) -> tuple[float, float]:
+def imbalance(problem: ContactProblem, state: RodState) -> tuple[float, float]:
     """Return the sums of all forces [N] and of all moments about the base [N m].
 
     From positions, tangents, contact forces and reactions alone, and the loads as they were asked.

@@ -17,11 +17,11 @@ from benchmarks.results import Effort, Section, Table, milli
 from benchmarks.sample import solve_all, spread
 from spiral_core import (
     ContactProblem,
-    ContactState,
     Cylinder,
     ElasticRod,
     Obstacle,
     RodLoad,
+    RodState,
     solve_contact,
 )
 from spiral_core import (
@@ -60,7 +60,7 @@ def random_wrap(seed: int) -> ContactProblem:
     )
 
 
-def verdict(problem: ContactProblem, state: ContactState) -> str:
+def verdict(problem: ContactProblem, state: RodState) -> str:
     """Return the status of a state, or what is wrong with one that claims to be an answer."""
     if not state.stable:
         return state.status.name

@@ -23,8 +23,6 @@ from spiral_core import (
     UNDAMPED,
     Clamped,
     ContactProblem,
-    ContactState,
-    ContactStatus,
     Cylinder,
     ElasticRod,
     Free,
@@ -35,6 +33,8 @@ from spiral_core import (
     Plane,
     PointLoad,
     RodLoad,
+    RodState,
+    RodStatus,
     Section,
     solve_contact,
     solve_motion,
@@ -85,15 +85,15 @@ class SpiralSolver:
         state = solve_contact(
             problem_of(scenario, nodes, directors), start=nodes, elements=n_elements, throw=False
         )
-        if state.status is ContactStatus.SELF_CONTACT:
+        if state.status is RodStatus.SELF_CONTACT:
             raise NotImplementedError("contact of a rod with itself")
-        if state.status not in (ContactStatus.CONVERGED, ContactStatus.NOT_HELD):
+        if state.status not in (RodStatus.CONVERGED, RodStatus.NOT_HELD):
             raise Diverged(state.status.value)
         _refuse_beyond_the_ends(scenario, state)
         held = rod.start is posed.EndCondition.CLAMPED
         across = np.repeat(_turned(state, directors, held)[None], n_frames, axis=0)
         positions = np.repeat(state.positions[None], n_frames, axis=0)
-        if state.status is ContactStatus.NOT_HELD:
+        if state.status is RodStatus.NOT_HELD:
             passed = np.linspace(0, len(state.trail) - 1, n_frames)
             positions = state.trail[np.rint(passed).astype(int)]
         positions[0], across[0] = nodes, directors
@@ -171,7 +171,7 @@ def _refuse_unsupported(scenario: posed.Scenario) -> None:
         raise NotImplementedError("ends that are driven")
 
 
-def _refuse_beyond_the_ends(scenario: posed.Scenario, state: ContactState) -> None:
+def _refuse_beyond_the_ends(scenario: posed.Scenario, state: RodState) -> None:
     """Raise NotImplementedError where the rod touches a cylinder beyond its ends: ours has none."""
     for one, touching in zip(scenario.obstacles, state.touching, strict=True):
         if isinstance(one, posed.Cylinder):
@@ -230,7 +230,7 @@ def _directors(rod: posed.Rod, n_elements: int) -> Array:
     return directors
 
 
-def _turned(state: ContactState, directors: Array, held: bool) -> Array:
+def _turned(state: RodState, directors: Array, held: bool) -> Array:
     """Return the directors of a state (n, 3), perpendicular to its elements.
 
     Nothing resists the spin of a rod whose start is not held: the one is shown that

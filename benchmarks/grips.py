@@ -30,14 +30,14 @@ from benchmarks.report import show
 from benchmarks.results import Section, Table, milli
 from benchmarks.sample import solve_all, spread
 from spiral_core import (
-    ContactPath,
     ContactProblem,
-    ContactState,
-    ContactStatus,
     Cylinder,
     ElasticRod,
     Obstacle,
     RodLoad,
+    RodPath,
+    RodState,
+    RodStatus,
     SolverError,
     follow_contact,
 )
@@ -141,7 +141,7 @@ def random_grip(index: int) -> Grip:
     )
 
 
-def faults(problem: ContactProblem, state: ContactState) -> list[str]:
+def faults(problem: ContactProblem, state: RodState) -> list[str]:
     """Return which laws a state breaks, from its positions, orientations and contact forces alone.
 
     The internal moment that bends the rod must be that of all forces beyond it, whose balance must
@@ -200,7 +200,7 @@ def stiffness_of(rod: ElasticRod) -> Array:
     return section.matrix
 
 
-def _bending_moments(problem: ContactProblem, state: ContactState) -> Array:
+def _bending_moments(problem: ContactProblem, state: RodState) -> Array:
     """Return K (u - u*) in the middle of the elements (N, 3), base frame."""
     turns = Rotation.from_quat(state.orientations)
     between = (turns[:-1].inv() * turns[1:]).as_rotvec()
@@ -235,11 +235,11 @@ def grip_one(index: int) -> Outcome:
     return _judged(index, stations, path, spent)
 
 
-def _judged(index: int, stations: list[ContactProblem], path: ContactPath, spent: float) -> Outcome:
+def _judged(index: int, stations: list[ContactProblem], path: RodPath, spent: float) -> Outcome:
     """Return the outcome of a path."""
     iterations = sum(state.iterations for state in path.states)
     if len(path.states) < len(stations):
-        lost = path.events[-1].last.status if path.events else ContactStatus.CONVERGED
+        lost = path.events[-1].last.status if path.events else RodStatus.CONVERGED
         verdict = f"lost: {lost.name}"
         return Outcome(index, verdict, len(path.events), iterations, 0, 0.0, spent)
     state = path.states[-1]

@@ -123,7 +123,7 @@ def scan_of(gripper: Gripper, pressures: list[float], path: RodPath) -> Scan:
         path.states,
         [wrap.object_radius for wrap in wraps],
         [wrap.turns for wrap in wraps],
-        {math.floor(fold.position) for fold in path.folds},
+        {math.floor(fold.position) for fold in path.events},
         gripper.turns_required,
         gripper.tube.outer_radius,
     )

@@ -36,9 +36,9 @@ from benchmarks.held import random_setup
 from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
 from spiral_core import (
-    ContactPath,
     ContactProblem,
     GripSetup,
+    RodPath,
     SpiralError,
     close_on,
     follow_contact,
@@ -179,7 +179,7 @@ def closing(index: int, nudge: Nudge) -> tuple[str, Figures]:
     return verdict, _tip(last.positions[-1], float(last.arc_lengths[-1]))
 
 
-def followed(index: int, version: str) -> tuple[ContactPath, Array]:
+def followed(index: int, version: str) -> tuple[RodPath, Array]:
     """Return a random path in a version, and its last positions seen as in the path as it is."""
     stations, turn = random_path(index), Rotation.random(rng=np.random.default_rng((SEED, index)))
     if version == "perturbed":

@@ -13,7 +13,6 @@ from core.contact_cases import INNER, LENGTH, gripper
 
 from benchmarks.closings import random_closing
 from spiral_core import (
-    ContactStatus,
     Cylinder,
     EventKind,
     GripSetup,
@@ -23,6 +22,7 @@ from spiral_core import (
     Orifice,
     PressureCourse,
     Pull,
+    RodStatus,
     Supply,
     TimedClosing,
     close_on,
@@ -167,7 +167,7 @@ def test_an_object_where_only_the_straight_tube_would_run_is_closed_on() -> None
     setup = mounted((-0.1, -0.02, 1.0), 0.0111)
     bare = setup.closing_problem(0.0)
     straight = solve_contact(bare, elements=setup.element_count, throw=False)
-    assert straight.status is ContactStatus.INSIDE_OBSTACLE
+    assert straight.status is RodStatus.INSIDE_OBSTACLE
     hanging = hanging_tube(setup)
     free = solve_contact(replace(bare, obstacles=()), elements=setup.element_count)
     assert hanging.stable

@@ -13,12 +13,12 @@ from scipy.optimize import brentq
 
 from spiral_core import (
     ContactProblem,
-    ContactState,
     Cylinder,
     ElasticRod,
     Obstacle,
     Pinned,
     RodLoad,
+    RodState,
     Section,
     follow_contact,
     solve_contact,
@@ -29,7 +29,7 @@ BENDING, TORSIONAL = 1.0, 0.7
 ROUND = Section((TORSIONAL, BENDING, BENDING))
 
 
-def over_cylinder(elements: int) -> ContactState:
+def over_cylinder(elements: int) -> RodState:
     """Return a cantilever of length 1 pressed over a cylinder below it by its tip force."""
     cylinder = Obstacle.along(Cylinder(0.48), (0.0, 0.0, -0.5), (0.0, 1.0, 0.0))
     problem = ContactProblem(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from core.contact_cases import LENGTH, OUTER, grip
 
-from spiral_core import ContactStatus, follow_contact, solve_contact
+from spiral_core import RodStatus, follow_contact, solve_contact
 
 pytestmark = pytest.mark.long
 
@@ -56,7 +56,7 @@ def test_a_held_state_does_not_creep():
     here = pulled
     for _ in range(50):
         here = solve_contact(grip(RADIUS, 1.1, 0.3, -2e-3), start=here)
-    assert here.status is ContactStatus.CONVERGED
+    assert here.status is RodStatus.CONVERGED
     assert np.abs(here.positions - pulled.positions).max() < 1e-9 * LENGTH
 
 

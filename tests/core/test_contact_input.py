@@ -15,7 +15,6 @@ from spiral_core import (
     Clamped,
     Cone,
     ContactProblem,
-    ContactStatus,
     Cylinder,
     ElasticRod,
     Free,
@@ -28,6 +27,7 @@ from spiral_core import (
     Profile,
     Rod,
     RodLoad,
+    RodStatus,
     Section,
     SignedDistance,
     SolverError,
@@ -250,22 +250,22 @@ def test_bad_input_is_refused_and_named(name: str) -> None:
     [
         (
             replace(PROBLEM, obstacles=(replace(CLEAR, position=(0.2, 0.0, -0.03)),)),
-            ContactStatus.INSIDE_OBSTACLE,
+            RodStatus.INSIDE_OBSTACLE,
         ),
         (
             ContactProblem(ROD, RodLoad((0.0, 0.0, -1.0)), base=Free()),
-            ContactStatus.NOT_HELD,
+            RodStatus.NOT_HELD,
         ),
         (
             ContactProblem(
                 ElasticRod(0.4, PLAIN, 3e-3, rest_strain=(0.0, 0.0, 120.0)),
             ),
-            ContactStatus.SELF_CONTACT,
+            RodStatus.SELF_CONTACT,
         ),
     ],
 )
 def test_what_has_no_answer_has_a_status_that_says_why(
-    problem: ContactProblem, status: ContactStatus
+    problem: ContactProblem, status: RodStatus
 ) -> None:
     state = solve_contact(problem, throw=False)
     assert state.status is status

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from spiral_core import (
     ContactProblem,
-    ContactState,
     Cylinder,
     ElasticRod,
     InvalidInputError,
     Obstacle,
     Pinned,
     RodLoad,
+    RodState,
     Section,
     follow_contact,
     solve_contact,
@@ -74,7 +74,7 @@ def test_helix_on_a_cylinder_is_of_second_order_and_more() -> None:
     assert max(errors[-1]) < 2e-6
 
 
-def lifted(elements: int) -> ContactState:
+def lifted(elements: int) -> RodState:
     """Return a rod pulled over a cylinder, from afar."""
     rho, radius, force = 0.3, 0.02, 40.0
     length = 14.0 * math.sqrt(1.0 / force) + 1.2 * rho

@@ -22,7 +22,6 @@ from scipy.spatial.transform import Rotation
 from spiral_core import (
     Clamped,
     ContactProblem,
-    ContactState,
     Cylinder,
     ElasticRod,
     Guided,
@@ -30,6 +29,7 @@ from spiral_core import (
     Plane,
     PointLoad,
     RodLoad,
+    RodState,
     Section,
     Sphere,
     follow_contact,
@@ -61,7 +61,7 @@ def problem(push: float) -> ContactProblem:
 
 
 @cache
-def states() -> tuple[ContactState, ContactState]:
+def states() -> tuple[RodState, RodState]:
     """Return two states, one increment apart."""
     path = follow_contact([problem(0.0), problem(4e-3), problem(4.2e-3)], elements=50)
     assert not path.events
@@ -82,7 +82,7 @@ def normals_and_gaps(points: Array) -> list[tuple[Array, Array]]:
     ]
 
 
-def nodal(state: ContactState, problem: ContactProblem) -> tuple[Array, Array]:
+def nodal(state: RodState, problem: ContactProblem) -> tuple[Array, Array]:
     """Return the outer forces and moments (n, 3) at each node, contact and reactions with them."""
     forces, moments = np.zeros((2, *state.positions.shape))
     forces[-1] += problem.load.tip_force
@@ -99,7 +99,7 @@ def nodal(state: ContactState, problem: ContactProblem) -> tuple[Array, Array]:
     return forces, moments
 
 
-def parts(state: ContactState, problem: ContactProblem) -> dict[str, float]:
+def parts(state: RodState, problem: ContactProblem) -> dict[str, float]:
     """Return the residual's parts, in its units."""
     loads = np.linalg.norm([load.force for load in problem.point_loads], axis=1).sum() + 0.02
     force_scale = max(BENDING / LENGTH**2, loads)

@@ -12,7 +12,6 @@ import pytest
 from spiral_core import (
     Clamped,
     ContactProblem,
-    ContactStatus,
     Cylinder,
     ElasticRod,
     Guided,
@@ -22,6 +21,7 @@ from spiral_core import (
     Plane,
     PointLoad,
     RodLoad,
+    RodStatus,
     Section,
     Sphere,
     follow_contact,
@@ -96,9 +96,9 @@ def test_end_held_inside_of_an_obstacle_is_no_answer() -> None:
     """Nothing pushes it; its surface may overlap, as of a rod clamped into a wall."""
     floor = Obstacle(Plane(), (0.0, 0.0, -0.02))
     for height, status in (
-        (-0.02 + RADIUS, ContactStatus.CONVERGED),
-        (-0.02 + 0.1 * RADIUS, ContactStatus.CONVERGED),
-        (-0.03, ContactStatus.INSIDE_OBSTACLE),
+        (-0.02 + RADIUS, RodStatus.CONVERGED),
+        (-0.02 + 0.1 * RADIUS, RodStatus.CONVERGED),
+        (-0.03, RodStatus.INSIDE_OBSTACLE),
     ):
         tip = Pinned((0.47, 0.03, height))
         sunk = ContactProblem(ROD, HEAVY, tip=tip, obstacles=(floor,))

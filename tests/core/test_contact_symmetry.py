@@ -17,15 +17,15 @@ from spiral_core import (
     Capsule,
     Clamped,
     Cone,
-    ContactPath,
     ContactProblem,
-    ContactState,
     Cylinder,
     ElasticRod,
     Obstacle,
     Plane,
     PointLoad,
     RodLoad,
+    RodPath,
+    RodState,
     Section,
     Sphere,
     follow_contact,
@@ -83,7 +83,7 @@ PATHS = {"pulled out": pulled_out, "among many": among_many}
 LARGEST_INCREMENT = {"pulled out": 1.0, "among many": 0.05}
 
 
-def followed(name: str, stations: list[ContactProblem]) -> ContactState:
+def followed(name: str, stations: list[ContactProblem]) -> RodState:
     """Return where a path ends, on which nothing snaps."""
     path = follow_contact(stations, elements=60, largest_increment=LARGEST_INCREMENT[name])
     assert not path.events
@@ -91,7 +91,7 @@ def followed(name: str, stations: list[ContactProblem]) -> ContactState:
 
 
 @cache
-def last(name: str) -> ContactState:
+def last(name: str) -> RodState:
     """Return where a path ends."""
     return followed(name, PATHS[name]())
 
@@ -191,6 +191,6 @@ def test_path_with_friction_ends_where_it_did_however_it_is_asked(index: int, ve
 
 
 @cache
-def plainly_followed(index: int) -> tuple[ContactPath, Array]:
+def plainly_followed(index: int) -> tuple[RodPath, Array]:
     """Return a random path as it is."""
     return followed_otherwise(index, "as is")

@@ -13,7 +13,6 @@ from spiral_core import (
     Capsule,
     Cone,
     ContactProblem,
-    ContactStatus,
     Cylinder,
     ElasticRod,
     InvalidInputError,
@@ -21,6 +20,7 @@ from spiral_core import (
     Pinned,
     Plane,
     Profile,
+    RodStatus,
     Section,
     Sphere,
     follow_contact,
@@ -107,7 +107,7 @@ def test_needle_does_not_pass_between_two_nodes(needle: Shape) -> None:
     turns = np.array([state.turns[0] for state in path.states])
     assert np.abs(np.diff(turns)).max() < 0.1
     assert len(path.states) < 21
-    assert path.events[-1].last.status is ContactStatus.NOT_HELD  # take more elements
+    assert path.events[-1].last.status is RodStatus.NOT_HELD  # take more elements
     jump = follow_contact([lowered[-1]], start=start, largest_increment=1.0)
     assert not jump.states
 
@@ -151,7 +151,7 @@ def test_rod_that_passes_through_itself_between_two_stations_is_reported(station
     last = path.states[-1]
     assert path.states[0].stable
     assert last.self_clearance > 0.0
-    assert last.status is ContactStatus.SELF_CONTACT
+    assert last.status is RodStatus.SELF_CONTACT
     assert not last.stable
     with pytest.raises(InvalidInputError, match="start"):
         follow_contact([coil(-30.0)], start=last)
@@ -172,7 +172,7 @@ def test_thin_rod_of_long_elements_does_not_pass_through_itself(
 ) -> None:
     """Its turns cross between nodes; thin ones within one increment, whose ends are clear."""
     path = follow_contact([coil(30.0, radius), coil(-30.0, radius)], elements=elements)
-    assert path.states[-1].status is ContactStatus.SELF_CONTACT
+    assert path.states[-1].status is RodStatus.SELF_CONTACT
     # Thin ones are found at the end of the increment in which they passed.
     assert path.self_contact.position == pytest.approx(0.5, abs=0.06)
     first, second = path.self_contact.places

@@ -13,8 +13,6 @@ from benchmarks.held import random_setup
 from spiral_core import (
     Actuator,
     Closing,
-    ContactPath,
-    ContactStatus,
     FiberAngles,
     GripPoint,
     GripSetup,
@@ -23,6 +21,8 @@ from spiral_core import (
     Pull,
     PullEnd,
     RangeEnd,
+    RodPath,
+    RodStatus,
     Tube,
     WindowEnd,
     WrapRegime,
@@ -35,12 +35,12 @@ from spiral_core import (
 )
 from spiral_core.grip import rise
 from spiral_core.grip.holding import pull_direction
-from spiral_core.rod.contact.state import ContactEvent
+from spiral_core.rod.state import RodEvent
 from spiral_gripper import load_description, load_gripper
 
 pytestmark = pytest.mark.long
 
-NOT_HELD = ContactStatus.NOT_HELD
+NOT_HELD = RodStatus.NOT_HELD
 # Pressures, as fractions of the tip criterion's, up to beyond the loss.
 UP_TO_LOSS = (0.6, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 
@@ -299,9 +299,9 @@ def test_a_tube_that_neither_moves_nor_rests_is_not_a_loss(
     """The path ends there, and the recommended pressures a tenth below."""
     follow = rise.follow_contact
 
-    def given_up(problems, *, start, **options) -> ContactPath:
+    def given_up(problems, *, start, **options) -> RodPath:
         if options.get("stop_at_event"):
-            return ContactPath((), (ContactEvent(0.5, start, replace(start, status=NOT_HELD)),))
+            return RodPath((), (RodEvent(0.5, start, replace(start, status=NOT_HELD)),))
         return follow(problems, start=start, **options)
 
     monkeypatch.setattr(rise, "follow_contact", given_up)

@@ -12,7 +12,6 @@ import pytest
 
 from spiral_core import (
     Actuator,
-    ContactPath,
     FiberAngles,
     Gripper,
     GripPoint,
@@ -22,6 +21,7 @@ from spiral_core import (
     NeoHookean,
     Pull,
     PullEnd,
+    RodPath,
     Tube,
     grip_window,
     gripper_from_actuator,
@@ -30,7 +30,7 @@ from spiral_core import (
     lay_into_coil,
 )
 from spiral_core.grip import holding
-from spiral_core.rod.contact.state import ContactEvent
+from spiral_core.rod.state import RodEvent
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long
@@ -80,11 +80,11 @@ def test_a_pull_that_cannot_be_followed_says_so(
     """Unknown if not even the first step is found; else the force is a lower bound."""
     follow, calls = holding.follow_contact, []
 
-    def given_up(problems, *, start, stop_at_event) -> ContactPath:
+    def given_up(problems, *, start, stop_at_event) -> RodPath:
         calls.append(start)
         if len(calls) <= steps:
             return follow(problems, start=start, stop_at_event=stop_at_event)
-        return ContactPath((), (ContactEvent(0.0, start, start),))
+        return RodPath((), (RodEvent(0.0, start, start),))
 
     monkeypatch.setattr(holding, "follow_contact", given_up)
     held = holding_force(rough().points[-1], Pull.AWAY)

@@ -123,7 +123,7 @@ def test_without_load_the_rod_keeps_its_rest_shape_and_no_energy() -> None:
 def test_a_path_of_coupled_rods_ends_where_each_alone_hangs() -> None:
     rods = [rod(tuple(f * part for part in HELIX)) for f in (0.2, 0.6, 1.0)]
     path = follow_path(rods, RodLoad((0.24, 0.0, 0.0)), elements=60)
-    assert path.folds == ()
+    assert path.events == ()
     alone = solve_rod(rods[-1], RodLoad((0.24, 0.0, 0.0)), elements=60)
     assert np.linalg.norm(path.states[-1].tip_position - alone.tip_position) < 1e-9
 

@@ -13,7 +13,7 @@ from core.rod_cases import Case, gripper_rod, random_direction
 from spiral_core import InvalidInputError, Rod, RodLoad, solve_rod
 from spiral_core.rod.batch import solve_rods
 from spiral_core.rod.equilibria import find_equilibria
-from spiral_core.rod.path import Fold, follow_path
+from spiral_core.rod.path import RodEvent, follow_path
 
 # Found among random rods: snaps once while its rest strain grows.
 SNAPPING = gripper_rod(
@@ -34,7 +34,7 @@ def ramp(case: Case) -> list[Rod]:
     ]
 
 
-def jump(fold: Fold) -> float:
+def jump(fold: RodEvent) -> float:
     return float(np.linalg.norm(fold.after.tip_position - fold.before.tip_position))
 
 
@@ -42,8 +42,8 @@ def test_a_fold_is_located_and_releases_energy() -> None:
     path = follow_path(ramp(SNAPPING), SNAPPING.load, elements=COUNT)
     assert len(path.states) == STATIONS
     assert all(state.stable for state in path.states)
-    assert len(path.folds) == 1
-    fold = path.folds[0]
+    assert len(path.events) == 1
+    fold = path.events[0]
     assert 0.0 < fold.position < STATIONS - 1
     assert fold.before.energy > fold.after.energy
     assert jump(fold) > 0.01 * SNAPPING.rod.length
@@ -70,7 +70,7 @@ def test_a_fold_between_stations_close_together_is_left_too(zooms: int) -> None:
     low, high, start = 0.0, 1.0, None
     for _ in range(zooms):
         path = follow_path([rod(low), rod(high)], load, elements=176, start=start)
-        (fold,) = path.folds
+        (fold,) = path.events
         start = fold.before
         low, high = (
             low + (fold.position - 1.0 / 512.0) * (high - low),
@@ -85,13 +85,13 @@ def test_there_and_back_is_a_hysteresis() -> None:
     rods = ramp(SNAPPING)
     up = follow_path(rods, SNAPPING.load, elements=COUNT)
     down = follow_path(rods[::-1], SNAPPING.load, elements=COUNT, start=up.states[-1])
-    back = [STATIONS - 1 - fold.position for fold in down.folds]
-    assert all(place < up.folds[0].position for place in back)
+    back = [STATIONS - 1 - fold.position for fold in down.events]
+    assert all(place < up.events[0].position for place in back)
     # A path without a fold runs both ways through the same states.
     plain = gripper_rod()
     there = follow_path(ramp(plain), plain.load, elements=40)
     home = follow_path(ramp(plain)[::-1], plain.load, elements=40, start=there.states[-1])
-    assert there.folds == home.folds == ()
+    assert there.events == home.events == ()
     for a, b in zip(there.states, home.states[::-1], strict=True):
         np.testing.assert_allclose(a.positions, b.positions, atol=1e-9)
 
@@ -109,7 +109,7 @@ def test_stations_are_checked() -> None:
 def test_several_stable_states_are_found_and_ordered() -> None:
     """Between the folds of a snap there are two stable states at least."""
     path = follow_path(ramp(SNAPPING), SNAPPING.load, elements=COUNT)
-    rod = ramp(SNAPPING)[int(path.folds[0].position)]
+    rod = ramp(SNAPPING)[int(path.events[0].position)]
     states = find_equilibria(rod, SNAPPING.load, starts=24, elements=COUNT)
     assert len(states) >= 2
     assert all(state.stable for state in states)

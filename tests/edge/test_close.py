@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from spiral_core import (
-    ContactStatus,
     Damping,
     GripPoint,
     PressureCourse,
+    RodStatus,
     SolverError,
     close_on,
     holding_force,
@@ -105,7 +105,7 @@ def test_a_tube_whose_hanging_state_is_not_found_is_answered_all_the_same(monkey
     monkeypatch.setattr(document, "closing_spread", lambda *_, **__: None)
 
     def lost(*_: object, **__: object) -> None:
-        raise SolverError(ContactStatus.NOT_HELD, 1.0, 1)
+        raise SolverError(RodStatus.NOT_HELD, 1.0, 1)
 
     monkeypatch.setattr(document, "settling_after_move", lost)
     gripper = load_description("paper_design_70").gripper

@@ -4,7 +4,7 @@
 from hypothesis import strategies as st
 
 from spiral_core import InvalidInputError, SolverError, WrapRegime
-from spiral_core.rod.types import RodStatus
+from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
 from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
 

@@ -10,7 +10,7 @@ from ros.control_bench import FAILED, LIMITS, RUNNING, SUCCEEDED, TICK, Bench
 from ros.fakes import regime_at
 
 from spiral_core import SolverError, WrapRegime
-from spiral_core.rod.types import RodStatus
+from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import TimeoutPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal, State

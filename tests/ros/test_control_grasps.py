@@ -8,7 +8,7 @@ from ros.control_bench import CANCELED, FAILED, FAULTS, LIMITS, RUNNING, SUCCEED
 from ros.fakes import FakePlanner, regime_at
 
 from spiral_core import SolverError, WrapRegime
-from spiral_core.rod.types import RodStatus
+from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State

@@ -18,7 +18,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from spiral_core import SolverError
-from spiral_core.rod.types import RodStatus
+from spiral_core.rod.state import RodStatus
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.srv import PlanWrap, PlanWraps
 from spiral_gripper_ros.control.states import Reason, State

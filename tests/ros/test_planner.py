@@ -15,7 +15,7 @@ from spiral_core import (
     lay_into_coil,
 )
 from spiral_core.errors import ActuationLimit, ActuationLimitError
-from spiral_core.rod.types import RodStatus
+from spiral_core.rod.state import RodStatus
 from spiral_core.wrap.wrap import line_force
 from spiral_gripper import load_description
 from spiral_gripper_ros.control.states import Reason, refusal_from_error

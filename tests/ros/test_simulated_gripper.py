@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spiral_core import InvalidInputError, RodStiffness, SolverError
-from spiral_core.rod.types import RodStatus
+from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.simulation.simulated_gripper import (
     Grip,
     ScaledActuation,

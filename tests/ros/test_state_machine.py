@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ros.fakes import FakePlanner
 
 from spiral_core import InvalidInputError, SolverError
-from spiral_core.rod.types import RodStatus
+from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.refusals import RELEASED

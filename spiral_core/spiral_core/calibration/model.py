@@ -31,7 +31,8 @@ from spiral_core.calibration.readings import (
 )
 from spiral_core.errors import ActuationLimitError, InvalidInputError
 from spiral_core.rod.solve import solve_rod
-from spiral_core.rod.types import Array, RodState, RodStiffness
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Array, RodStiffness
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.gripper import Gripper, stiffness_from_actuator
 from spiral_core.wrap.wrap import wrapped_radius

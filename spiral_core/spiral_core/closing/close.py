@@ -21,10 +21,10 @@ from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.problem import ContactProblem
 from spiral_core.rod.contact.solve import follow_contact
-from spiral_core.rod.contact.state import ContactStatus
 from spiral_core.rod.motion.inertia import Damping, Inertia
 from spiral_core.rod.motion.motion import EventKind, Frame, contact_fraction
 from spiral_core.rod.motion.solve import DEFAULT_LONGEST_STEP, motion_frames
+from spiral_core.rod.state import RodStatus
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
 
@@ -160,7 +160,7 @@ class TimedClosing:
         point = self.point
         path = follow_contact([self.setup.closing_problem(point.pressure)], start=point.state)
         last = path.states[-1] if path.states else path.events[-1].last
-        if last.status is not ContactStatus.CONVERGED:
+        if last.status is not RodStatus.CONVERGED:
             raise SolverError(last.status, last.residual, last.iterations)
         return GripPoint(point.pressure, self.setup, last)
 

@@ -20,9 +20,9 @@ from spiral_core.closing.close import SETTLED, inertia_of
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import FREE_ELEMENTS, free_problem
 from spiral_core.rod.contact.solve import solve_contact
-from spiral_core.rod.contact.state import ContactState
 from spiral_core.rod.motion.frequencies import Modes, vibration_modes
 from spiral_core.rod.motion.inertia import Damping
+from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_non_negative, require_positive
 from spiral_core.wrap.gripper import Gripper
@@ -112,14 +112,14 @@ def _free(
     gripper: Gripper,
     pressure: float,
     elements: int = FREE_ELEMENTS,
-    start: ContactState | None = None,
-) -> ContactState:
+    start: RodState | None = None,
+) -> RodState:
     """Return the tube's state at a pressure, without an object."""
     return solve_contact(free_problem(gripper, pressure), elements=elements, start=start)
 
 
 def _settled(
-    gripper: Gripper, state: ContactState, velocities: Array, order: float, damping: Damping | None
+    gripper: Gripper, state: RodState, velocities: Array, order: float, damping: Damping | None
 ) -> float:
     """Return the longest time of all modes.
 

@@ -13,7 +13,7 @@ import numpy as np
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.point import GripPoint
 from spiral_core.rod.contact.solve import follow_contact
-from spiral_core.rod.contact.state import ContactState, ContactStatus
+from spiral_core.rod.state import RodState, RodStatus
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_non_negative
 
@@ -208,7 +208,7 @@ def _pulled(point: GripPoint, pull: Pull) -> HoldingForce:
                 reached = max(0.0, count - 1.0 + event.position) * step
                 curve.append((reached, _resistance(event.before, direction, turning)))
             break
-        if path.states[0].status is not ContactStatus.CONVERGED:
+        if path.states[0].status is not RodStatus.CONVERGED:
             end = PullEnd.NOT_FOLLOWED
             break
         state = path.states[0]
@@ -253,7 +253,7 @@ def _slips(forces: list[float]) -> bool:
     return max(forces) - max(earlier) <= RISE * (max(forces) - min(forces))
 
 
-def _resistance(state: ContactState, direction: Array, turning: bool) -> float:
+def _resistance(state: RodState, direction: Array, turning: bool) -> float:
     """Return the force [N] or torque [N m] that it takes to hold the object where it is."""
     resultant = state.on_obstacle()
     return -float((resultant.torque if turning else resultant.force) @ direction)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.grip.setup import GripSetup
-from spiral_core.rod.contact.state import ContactState
+from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 from spiral_core.wrap.wrap import WrapRegime
 
@@ -33,7 +33,7 @@ class GripPoint:
 
     pressure: float
     setup: GripSetup
-    state: ContactState
+    state: RodState
 
     def __repr__(self) -> str:
         return (
@@ -140,7 +140,7 @@ class GripPoint:
         return self.state.base_reaction
 
 
-def wraps(state: ContactState) -> bool:
+def wraps(state: RodState) -> bool:
     """Return whether more than a few elements touch: contact that can be lost.
 
     An element touches with both ends. A node that touches alone is a point where tube and object

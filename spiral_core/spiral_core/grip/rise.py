@@ -12,7 +12,7 @@ import numpy as np
 from spiral_core.grip.point import CURL_GAP, TOUCH_GAP, GripPoint, wraps
 from spiral_core.grip.setup import Closing
 from spiral_core.rod.contact.solve import follow_contact
-from spiral_core.rod.contact.state import ContactEvent, ContactPath, ContactStatus
+from spiral_core.rod.state import RodEvent, RodPath, RodStatus
 from spiral_core.rod.types import Array
 
 # Pressures of the window are located to this fraction of themselves.
@@ -30,7 +30,7 @@ WIDEST_STEP = 0.15
 
 def raised(
     point: GripPoint, pressure: float, *, wrapped: bool = False
-) -> tuple[GripPoint | None, ContactPath]:
+) -> tuple[GripPoint | None, RodPath]:
     """Raise the pressure from a point; None if the tube finds no rest there.
 
     Before the wrap the tube may snap onto the object, and is followed. Once wrapped, the end of the
@@ -48,7 +48,7 @@ def raised(
         else follow_contact(problems, start=point.state)
     )
     missing = len(path.states) < len(problems)
-    if missing or path.states[-1].status is not ContactStatus.CONVERGED:
+    if missing or path.states[-1].status is not RodStatus.CONVERGED:
         return None, path
     return GripPoint(pressure, point.setup, path.states[-1]), path
 
@@ -61,7 +61,7 @@ def _way(point: GripPoint, pressure: float) -> Array:
     return np.linspace(point.pressure, pressure, steps + 1)
 
 
-def _pressure_at(before: GripPoint, pressure: float, event: ContactEvent) -> float:
+def _pressure_at(before: GripPoint, pressure: float, event: RodEvent) -> float:
     """Return the pressure of an event on the way from a point to a pressure [Pa]."""
     way = _way(before, pressure)
     return float(np.interp(event.position, np.arange(len(way)), way))
@@ -75,7 +75,7 @@ def finest(point: GripPoint, pressure: float) -> float:
     return min(1.0, 0.5 * tolerance * pressure * steps / (pressure - point.pressure))
 
 
-def wrapped_before_snap(before: GripPoint, pressure: float, path: ContactPath) -> GripPoint | None:
+def wrapped_before_snap(before: GripPoint, pressure: float, path: RodPath) -> GripPoint | None:
     """Return the grip next to the first event on the way to a pressure, if the coil is wrapped."""
     if not path.events:
         return None
@@ -85,9 +85,7 @@ def wrapped_before_snap(before: GripPoint, pressure: float, path: ContactPath) -
     return point if there > before.pressure and point.is_wrapped else None
 
 
-def lost_at(
-    before: GripPoint, pressure: float, path: ContactPath, *, wrapped: bool
-) -> float | None:
+def lost_at(before: GripPoint, pressure: float, path: RodPath, *, wrapped: bool) -> float | None:
     """Return the pressure at which an event on the way to another one lost the grip.
 
     Of a wrapped coil every snap counts, but not a place where the tube neither moves nor rests.
@@ -96,7 +94,7 @@ def lost_at(
         lost = event.after is None
         if not wrapped:
             held = float(event.before.contact_lengths[0])
-            moves_on = event.last.status is ContactStatus.NOT_HELD
+            moves_on = event.last.status is RodStatus.NOT_HELD
             lets_go = moves_on or event.contact_lost > LOST_FRACTION * held
             lost = wraps(event.before) and lets_go
         if lost:

@@ -25,7 +25,7 @@ from spiral_core.grip.rise import (
 )
 from spiral_core.grip.setup import GripSetup
 from spiral_core.rod.contact.solve import follow_contact
-from spiral_core.rod.contact.state import ContactPath, ContactStatus
+from spiral_core.rod.state import RodPath, RodStatus
 from spiral_core.rod.types import Array
 
 # Where the pressure stops on its way, as fractions of the tip criterion's; without one, and above
@@ -157,7 +157,7 @@ def follow_loss(window: GripWindow) -> GripPoint | None:
             start=point.state,
             smallest_increment=finest(point, beyond),
         )
-        if not path.states or path.states[-1].status is not ContactStatus.CONVERGED:
+        if not path.states or path.states[-1].status is not RodStatus.CONVERGED:
             return None
         point = GripPoint(beyond, window.setup, path.states[-1])
         if not point.is_wrapped:
@@ -240,7 +240,7 @@ def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> li
     return [pressure for pressure in rising if pressure < limit] + [limit]
 
 
-def _why(path: ContactPath) -> WindowEnd:
+def _why(path: RodPath) -> WindowEnd:
     """Return why a path could not be followed."""
     touches = path.self_contact is not None
     return WindowEnd.SELF_CONTACT if touches else WindowEnd.NOT_FOLLOWED

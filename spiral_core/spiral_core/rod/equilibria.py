@@ -15,7 +15,8 @@ from spiral_core.rod.solve import (
     solve_with_counts,
     state_from_solved,
 )
-from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad
 
 DEFAULT_STARTS = 64
 # Two states are one if no node differs by more than this angle [rad].

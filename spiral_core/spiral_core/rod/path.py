@@ -4,11 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod._arrays import discretize
 from spiral_core.rod._continuation import (
@@ -26,44 +24,12 @@ from spiral_core.rod.solve import (
     solve_with_counts,
     state_from_solved,
 )
-from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad, RodState, RodStatus
+from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
+from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad
 
 # At the very end of a branch the equilibrium is ill-conditioned: there it is found less sharply.
 PATH_TOLERANCE = 1e-4
 SETTLING_ITERATIONS = 10
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Fold:
-    """A place on a path where a branch of stable states ends and the rod snaps to another.
-
-    Args:
-        position: where, as a station's index plus the fraction of the way to the next one; located
-            to 1/4096 of that way.
-        before: the last state of the branch that ends.
-        after: the state after the snap.
-    """
-
-    __repr__ = brief_repr
-
-    position: float
-    before: RodState
-    after: RodState
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RodPath:
-    """States along a path.
-
-    Args:
-        states: one for each station.
-        folds: in the order met; none means that the path is one branch of stable states.
-    """
-
-    __repr__ = brief_repr
-
-    states: tuple[RodState, ...]
-    folds: tuple[Fold, ...]
 
 
 def follow_path(
@@ -98,7 +64,7 @@ def follow_path(
     Example:
         >>> rods = [Rod(0.3, 3e-4, 2e-4, (-0.5 * k, 0.0, k)) for k in (5.0, 10.0, 15.0)]
         >>> path = follow_path(rods, RodLoad(distributed=(0.24, 0.0, 0.0)))
-        >>> [state.stable for state in path.states], path.folds
+        >>> [state.stable for state in path.states], path.events
         ([True, True, True], ())
     """
     stations = _stations(rods, loads)
@@ -111,20 +77,20 @@ def follow_path(
     state = solve_with_counts(*stations[0], counts, start)
     if state.status is not RodStatus.CONVERGED:
         raise SolverError(state.status, state.residual, state.iterations)
-    states, folds = [state], []
+    states, events = [state], []
     system = discretize(*stations[0], counts)
     q = np.array(state.orientations)
     for index, station in enumerate(stations[1:]):
         begin, system = system, discretize(*station, counts)
         met, found = _follow(q, begin, system, index)
-        folds += met
+        events += met
         states.append(_state(q, system, len(met), found))
-    return RodPath(tuple(states), tuple(folds))
+    return RodPath(tuple(states), tuple(events))
 
 
-def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[Fold], Solution]:
+def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[RodEvent], Solution]:
     """Follow the path from station ``index`` to the next; q in place. Return its folds."""
-    folds: list[Fold] = []
+    folds: list[RodEvent] = []
     at, spent = 0.0, 0
     while True:
         at, found = follow_branch(q, begin, end, at, DEFAULT_TOLERANCE)
@@ -143,7 +109,7 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[Fold
         after = _state(q, here, 1, found)
         if after.status is not RodStatus.CONVERGED:
             raise SolverError(after.status, after.residual, after.iterations)
-        folds.append(Fold(position, before, after))
+        folds.append(RodEvent(position, before, after))
         if len(folds) > MAX_FOLDS:
             raise SolverError(RodStatus.FOLD_LIMIT, after.residual, spent)
         if at == 1.0:

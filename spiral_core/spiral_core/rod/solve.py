@@ -30,7 +30,8 @@ from spiral_core.rod._mesh import (
 )
 from spiral_core.rod._profiles import require_continuous, stiffness_samples, uniform_rod, varies
 from spiral_core.rod._turns import resample
-from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad, RodState, RodStatus
+from spiral_core.rod.state import RodState, RodStatus
+from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad
 
 # In the order of the kernels' outcomes.
 STATUSES = (
@@ -202,22 +203,29 @@ def state_from_solved(arcs: Array, q: Array, solved: SolvedRod) -> RodState:
     """Return the state with orientations q (N + 1, 4) and the evidence a kernel gave for it."""
     solution, folds, forces, positions, moments, strains = solved
     outcome, iterations, energy, residual, pivot, step, neutral = solution
+    for array in (arcs, positions, q, forces, moments, strains):
+        array.setflags(write=False)
     return RodState(
-        STATUSES[outcome],
-        arcs,
-        positions,
-        q,
-        forces,
-        moments,
-        strains,
-        energy,
-        residual,
-        pivot,
-        iterations,
-        folds,
-        None,
-        step,
-        neutral,
+        status=STATUSES[outcome],
+        arc_lengths=arcs,
+        positions=positions,
+        orientations=q,
+        forces=forces,
+        moments=moments,
+        strains=strains,
+        contact_forces=np.empty((0, len(q), 3)),
+        normal_forces=np.empty((0, len(q))),
+        gaps=np.empty((0, len(q))),
+        sticking=np.empty((0, len(q)), dtype=bool),
+        base_reaction=-np.concatenate((forces[0], moments[0])),
+        tip_reaction=np.zeros(6),
+        energy=energy,
+        residual=residual,
+        smallest_pivot=pivot,
+        iterations=iterations,
+        folds=folds,
+        last_step=step,
+        neutral_modes=neutral,
     )
 
 

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rods, loads and solved states: the values that every solver here takes and returns."""
+"""Rods and loads: the values that every solver here takes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sized
 from dataclasses import dataclass
-from enum import Enum
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -28,42 +27,6 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 DEFAULT_TOLERANCE = 1e-8
 COUPLING_REQUIREMENT = "smaller than the root of bending times torsional stiffness"
 MAX_ELEMENTS = 20_000
-
-
-class RodStatus(Enum):
-    """How a solve ended; the value is advice to the user. Only ``CONVERGED`` is an answer."""
-
-    CONVERGED = "converged to a stable equilibrium"
-    ITERATION_LIMIT = (
-        "the iteration limit was reached; use more elements, or approach the load in smaller steps"
-    )
-    LINE_SEARCH_FAILED = (
-        "the energy could not be lowered although forces are out of balance; the tolerance is "
-        "below rounding error, or the tip moment does work that no energy describes: loosen the "
-        "tolerance or reduce the moment"
-    )
-    NOT_FINITE = "a number overflowed; check lengths, stiffnesses and loads for their units"
-    UNSTABLE = (
-        "the equilibrium is not stable: the rod would leave it; start elsewhere or reduce the load"
-    )
-    LEFT_BRANCH = "the branch of stable states ends before this load: the rod would snap"
-    FOLD_LIMIT = (
-        "the rod snaps more than 32 times on its loading path, which was given up there; use more "
-        "elements, or approach the load in stations with follow_path"
-    )
-    UNRESOLVED = (
-        "an element turns by more than 2 rad, which its ends cannot tell; use more elements"
-    )
-
-
-class RodCertificate(Enum):
-    """What is proved about a state's stability; the value is the text."""
-
-    NONE = "not certified"
-    STRICT_MINIMUM = "a strict local minimum of the energy: stable"
-    STABLE_UP_TO_ROTATION = (
-        "one of a circle of equal minima: stable up to a rotation about the load's axis"
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,89 +171,6 @@ class RodLoad:
             require_vector("distributed", self.distributed, 3)
         require_vector("tip_force", self.tip_force, 3)
         require_vector("tip_moment", self.tip_moment, 3)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RodState:
-    """A rod's static shape, with residual and certificate.
-
-    Args:
-        status: how the solve ended; the arrays are an answer only if it is ``CONVERGED``.
-        arc_lengths: (n,) of the nodes [m], from 0 at the base to L at the tip.
-        positions: (n, 3) of the nodes in the base frame [m]; the base is the origin.
-        orientations: (n, 4) unit quaternions, scalar last, material frame to base frame.
-        forces: (n, 3) internal force in the base frame [N].
-        moments: (n, 3) internal moment in the material frame [N m].
-        strains: (n, 3) strain vector in the material frame [1/m].
-        energy: potential energy [J]; zero for the unloaded rod at rest.
-        residual: largest moment imbalance at a node, as a fraction of EI/L.
-        smallest_pivot: smallest pivot of the energy's Hessian, as a fraction of EI/L: the
-            certificate. Positive proves that the state is a strict minimum of the discrete energy,
-            up to the neutral mode if there is one.
-        iterations: Newton iterations spent.
-        folds: how often the rod snapped on the way: along the loading path, or from the start.
-        discretization_error: estimated largest error of a position [m]; None where it was not asked
-            for. With a neutral mode it is the error up to the free rotation.
-        last_step: largest rotation of a node in the Newton step that was left [rad].
-        neutral_modes: 1 if the whole rod may turn about the base's axis at no cost (an isotropic
-            rod, straight at rest, that buckled under a load along that axis), else 0.
-
-    The arrays are read-only.
-    """
-
-    __repr__ = brief_repr
-
-    status: RodStatus
-    arc_lengths: Array
-    positions: Array
-    orientations: Array
-    forces: Array
-    moments: Array
-    strains: Array
-    energy: float
-    residual: float
-    smallest_pivot: float
-    iterations: int
-    folds: int = 0
-    discretization_error: float | None = None
-    last_step: float = 0.0
-    neutral_modes: int = 0
-
-    def __post_init__(self) -> None:
-        self.arc_lengths.setflags(write=False)
-        self.positions.setflags(write=False)
-        self.orientations.setflags(write=False)
-        self.forces.setflags(write=False)
-        self.moments.setflags(write=False)
-        self.strains.setflags(write=False)
-
-    @property
-    def certificate(self) -> RodCertificate:
-        """What is proved about the state's stability."""
-        if not self.stable:
-            return RodCertificate.NONE
-        if self.neutral_modes:
-            return RodCertificate.STABLE_UP_TO_ROTATION
-        return RodCertificate.STRICT_MINIMUM
-
-    @property
-    def stable(self) -> bool:
-        """Whether the state is an equilibrium with a certificate of stability."""
-        return self.status is RodStatus.CONVERGED and self.smallest_pivot > 0.0
-
-    @property
-    def tangents(self) -> Array:
-        """Unit tangents (n, 3) in the base frame."""
-        x, y, z, w = self.orientations.T
-        return np.column_stack(
-            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w))
-        )
-
-    @property
-    def tip_position(self) -> Array:
-        """Position of the tip in the base frame (3,) [m]."""
-        tip: Array = self.positions[-1]
-        return tip
 
 
 def _require_coupling(field: str, coupling: object, bending: float, torsional: float) -> None:

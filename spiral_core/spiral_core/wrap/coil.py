@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.brief import brief_repr
-from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import require_unit_vector
 
 # Parts of a rod count as coiled where their tangent's sine to the axis is at least this fraction of

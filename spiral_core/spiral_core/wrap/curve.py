@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiral_core.errors import NoCoilError
-from spiral_core.rod.types import Array, RodState
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Array
 from spiral_core.validation import require_finite, require_in_range, require_positive
 from spiral_core.wrap.branch import CoiledRange
 from spiral_core.wrap.gripper import Gripper

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core.rod.types import Array, RodState, Vector
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap
 

@@ -23,7 +23,8 @@ from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod._profiles import UniformRod, floats
 from spiral_core.rod.path import RodPath, follow_path
 from spiral_core.rod.solve import even_arc_lengths, state_from_solved
-from spiral_core.rod.types import ZERO, Array, RodState, Vector
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import ZERO, Array, Vector
 from spiral_core.rounding import rounded_down
 from spiral_core.wrap._kernels import FITTED, fitted_radius, interpolated_orientations
 from spiral_core.wrap.gripper import Gripper
@@ -94,9 +95,9 @@ class PressureScan:
         self.tracks: list[Track] = []
         solved, first = list(zip(pressures, path.states, strict=True)), 0
         joined: list[tuple[float, RodState]] = []
-        for station in sorted({math.floor(fold.position) for fold in path.folds}):
+        for station in sorted({math.floor(fold.position) for fold in path.events}):
             low, high = pressures[station : station + 2]
-            last = max(f.position for f in path.folds if math.floor(f.position) == station)
+            last = max(f.position for f in path.events if math.floor(f.position) == station)
             snap = low + (last - station) * (high - low)
             last_held = max(snap - SNAP_MARGIN * (high - low), low)
             first_landed = min(snap + LANDING_MARGIN * (high - low), high)
@@ -174,7 +175,7 @@ class PressureScan:
         if pressure == target:
             return []
         path = self._path((pressure, target), state)
-        return [] if path.folds else [(target, path.states[-1])]
+        return [] if path.events else [(target, path.states[-1])]
 
     def _followed(self, pressure: float) -> RodState:
         """Return the state at a pressure [Pa], followed step by step from the nearest one solved.

@@ -21,7 +21,8 @@ import numpy as np
 
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.brief import brief_repr
-from spiral_core.rod.types import RodState, RodStiffness, Vector
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import RodStiffness, Vector
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.coil import LEAST_SINE, Coil, coil_from_state
 from spiral_core.wrap.gripper import Gripper

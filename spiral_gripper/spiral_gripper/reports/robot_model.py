@@ -9,7 +9,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from spiral_core.rod.types import Array, RodState
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Array
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.reports.wrap_document import solve_shape

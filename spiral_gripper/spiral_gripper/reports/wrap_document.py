@@ -11,7 +11,7 @@ from typing import Any, Final
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.solve import solve_rod
-from spiral_core.rod.types import RodState
+from spiral_core.rod.state import RodState
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper

@@ -10,7 +10,8 @@ from types import MappingProxyType
 import numpy as np
 import trimesh
 
-from spiral_core.rod.types import Array, RodState
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Array
 from spiral_gripper.files.description_text import description_text
 from spiral_gripper.reports.meshes import tube_mesh
 from spiral_gripper.reports.robot_model import model_as_urdf, model_as_yaml, solve_model

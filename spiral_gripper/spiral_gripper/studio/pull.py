@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core import ContactState, Grip, Pull, follow_contact
+from spiral_core import Grip, Pull, RodState, follow_contact
 from spiral_core.grip.holding import pull_direction
-from spiral_core.rod.contact.state import ContactStatus
+from spiral_core.rod.state import RodStatus
 from spiral_core.rod.types import Array
 
 # Frames of the pull, up to the displacement of the largest force and this much farther.
@@ -28,7 +28,7 @@ class PullFrame:
     """
 
     displacement: Array
-    state: ContactState
+    state: RodState
     force: float
 
 
@@ -49,7 +49,7 @@ def pull_frames(grip: Grip, pressure: float) -> list[PullFrame]:
         x, y, z = (start + distance * direction).tolist()
         moved = replace(setup.obstacle, position=(x, y, z))
         path = follow_contact([setup.problem(point.pressure, moved)], start=state)
-        followed = path.states and path.states[-1].status is ContactStatus.CONVERGED
+        followed = path.states and path.states[-1].status is RodStatus.CONVERGED
         if path.events or not followed:
             break
         state = path.states[-1]

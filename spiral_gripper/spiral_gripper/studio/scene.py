@@ -8,7 +8,7 @@ import trimesh
 import viser
 from matplotlib import colormaps
 
-from spiral_core import ContactState, Gripper, ObjectPlacement, RodState
+from spiral_core import Gripper, ObjectPlacement, RodState
 from spiral_core.rod.types import Array, Vector
 from spiral_gripper.reports.meshes import SIDES, Mesh, tube_mesh
 
@@ -118,7 +118,7 @@ def _turned_to(axis: Array) -> Array:
 
 
 def node_values(
-    gripper: Gripper, pressure: float, state: RodState | ContactState, coloring: str
+    gripper: Gripper, pressure: float, state: RodState | RodState, coloring: str
 ) -> Array | None:
     """Return what colors the nodes (n,): one of :data:`COLORINGS`; None for one color.
 
@@ -130,7 +130,7 @@ def node_values(
             from the straight fiber, which does not stretch), bending moment [N m].
     """
     if coloring == "contact force":
-        if not isinstance(state, ContactState):
+        if not isinstance(state, RodState):
             return np.zeros(len(state.positions))
         pressed: Array = state.normal_forces.sum(axis=0)
         return pressed

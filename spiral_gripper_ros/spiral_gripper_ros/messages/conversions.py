@@ -11,7 +11,8 @@ import numpy as np
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
 from numpy.typing import NDArray
 
-from spiral_core.rod.types import RodState, Vector
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_msgs.msg import GripStatus

@@ -13,7 +13,8 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from spiral_core.rod.types import Array, RodState
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.messages.conversions import picked_nodes, pose_along

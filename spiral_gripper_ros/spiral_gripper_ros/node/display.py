@@ -8,7 +8,7 @@ from dataclasses import replace
 from rclpy.node import Node
 from rclpy.timer import Timer
 
-from spiral_core.rod.types import RodState
+from spiral_core.rod.state import RodState
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason

@@ -10,7 +10,8 @@ from typing import NoReturn
 
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.errors import SpiralError
-from spiral_core.rod.types import RodState, Vector
+from spiral_core.rod.state import RodState
+from spiral_core.rod.types import Vector
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement, coil_place

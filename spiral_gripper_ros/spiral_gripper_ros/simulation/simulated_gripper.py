@@ -14,7 +14,7 @@ from enum import Enum
 
 from spiral_core.actuator.actuator import ActuationModel, UnloadedShape
 from spiral_core.errors import ActuationLimit, NotGrippableError, SolverError
-from spiral_core.rod.types import RodState
+from spiral_core.rod.state import RodState
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper

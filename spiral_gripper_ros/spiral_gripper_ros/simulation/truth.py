@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 
-from spiral_core.rod.types import RodState
+from spiral_core.rod.state import RodState
 from spiral_gripper_ros.messages.conversions import backbone_to_msg
 from spiral_gripper_ros.simulation.moving_tube import MovingTube
 from spiral_gripper_ros.simulation.object_hold import ObjectHold

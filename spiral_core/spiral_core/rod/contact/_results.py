@@ -15,7 +15,7 @@ from spiral_core.rod.contact._increments import Point, gaps_at
 from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
-from spiral_core.rod.contact.state import ContactEvent, ContactState, ContactStatus, SelfContact
+from spiral_core.rod.state import RodEvent, RodState, RodStatus, SelfContact
 from spiral_core.rod.types import Array
 
 # Two places closer than this along the rod, in its radii, are one place, not two that touch.
@@ -27,31 +27,30 @@ MOST_TENSION = 7.0
 PARALLEL = 1e-14
 
 
-def state_from_point(
-    point: Point, iterations: int, status: ContactStatus | None = None
-) -> ContactState:
+def state_from_point(point: Point, iterations: int, status: RodStatus | None = None) -> RodState:
     """Return the state at a point of a path; ``status`` overrides how its solve ended."""
     arrays, x, solution = point.arrays, point.x, point.solution
     turn = matrices(x.q)
     clearance = self_clearance(x.p, arrays.arc_lengths, arrays.radius)
     if status is None:
         status = _status(solution.outcome)
-        if status is ContactStatus.CONVERGED and not clearance > 0.0:
-            status = ContactStatus.SELF_CONTACT
+        if status is RodStatus.CONVERGED and not clearance > 0.0:
+            status = RodStatus.SELF_CONTACT
     normal_forces, gaps, contact_forces, sticking = _contacts(point)
-    if status is ContactStatus.CONVERGED and _held_inside(arrays, gaps):
-        status = ContactStatus.INSIDE_OBSTACLE
-    if status is ContactStatus.CONVERGED and _pulled_too_hard(arrays, x.n):
-        status = ContactStatus.NOT_HELD
+    if status is RodStatus.CONVERGED and _held_inside(arrays, gaps):
+        status = RodStatus.INSIDE_OBSTACLE
+    if status is RodStatus.CONVERGED and _pulled_too_hard(arrays, x.n):
+        status = RodStatus.NOT_HELD
     moments = solution.moments
     potential = float(np.sum(arrays.nodal[:, 3:] * x.p))
-    return ContactState(
+    return RodState(
         status=status,
         arc_lengths=arrays.arc_lengths,
         positions=x.p,
         orientations=x.q,
         forces=_nodal_forces(x.n, arrays.half),
         moments=moments,
+        strains=np.empty((0, 3)),
         contact_forces=contact_forces,
         normal_forces=normal_forces,
         gaps=gaps,
@@ -67,22 +66,22 @@ def state_from_point(
     )
 
 
-def point_of_state(state: ContactState) -> Point:
+def point_of_state(state: RodState) -> Point:
     """Return the point that a state stands for."""
-    if not isinstance(state, ContactState):
+    if not isinstance(state, RodState):
         raise InvalidInputError("start", state, "a state of this module")
-    if state._point is None or state.status is not ContactStatus.CONVERGED:
+    if state._point is None or state.status is not RodStatus.CONVERGED:
         raise InvalidInputError("start", state.status, "a converged state of this module")
     return replace(state._point, at=0.0, x=state._point.x.copy())
 
 
-def _status(outcome: int) -> ContactStatus:
+def _status(outcome: int) -> RodStatus:
     """Return the status of an outcome."""
     return {
-        CONVERGED: ContactStatus.CONVERGED,
-        ITERATION_LIMIT: ContactStatus.ITERATION_LIMIT,
-        NOT_FINITE: ContactStatus.NOT_FINITE,
-    }.get(outcome, ContactStatus.UNSTABLE)
+        CONVERGED: RodStatus.CONVERGED,
+        ITERATION_LIMIT: RodStatus.ITERATION_LIMIT,
+        NOT_FINITE: RodStatus.NOT_FINITE,
+    }.get(outcome, RodStatus.UNSTABLE)
 
 
 def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
@@ -299,13 +298,13 @@ def crossing_places(
 class PathLog:
     """What happens on a path."""
 
-    events: list[ContactEvent] = field(default_factory=list)
+    events: list[RodEvent] = field(default_factory=list)
     self_contact: SelfContact | None = None
 
     @property
-    def status(self) -> ContactStatus | None:
+    def status(self) -> RodStatus | None:
         """What states from here on are: no answers, once the rod has touched itself."""
-        return ContactStatus.SELF_CONTACT if self.self_contact else None
+        return RodStatus.SELF_CONTACT if self.self_contact else None
 
     def watch(self, position: float, before: Array, positions: Array, arrays: Arrays) -> None:
         """Note whether the rod touches itself at a place of the path, or passed itself before."""

@@ -41,7 +41,7 @@ from spiral_core.rod.contact._results import PathLog, point_of_state, state_from
 from spiral_core.rod.contact._start import from_centerline, halved, loaded, straight, unsolved
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import ContactProblem, require_alike
-from spiral_core.rod.contact.state import ContactEvent, ContactPath, ContactState, ContactStatus
+from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array
 from spiral_core.validation import require_all
 
@@ -61,11 +61,11 @@ MOST_STAYS = 3
 def solve_contact(
     problem: ContactProblem,
     *,
-    start: ContactState | Array | None = None,
+    start: RodState | Array | None = None,
     elements: int | None = None,
     estimate_error: bool = False,
     throw: bool = True,
-) -> ContactState:
+) -> RodState:
     r"""Return a stable static shape of a rod among obstacles.
 
     .. math:: \min_{p, R} \int \tfrac12 (u-u^*)^T K (u-u^*) + \tfrac12 \epsilon^T S \epsilon
@@ -110,23 +110,23 @@ def solve_contact(
         >>> state.stable, bool(state.gaps.min() > -1e-6)
         (True, True)
     """
-    if estimate_error and isinstance(start, ContactState) and _rubs(problem.obstacles):
+    if estimate_error and isinstance(start, RodState) and _rubs(problem.obstacles):
         requirement = "a start that is no state where there is friction: the slips up to it are not"
         raise InvalidInputError("estimate_error", True, requirement + " known on other elements")
     state = _solved(problem, start, elements)
-    if throw and state.status is not ContactStatus.CONVERGED:
+    if throw and state.status is not RodStatus.CONVERGED:
         raise SolverError(state.status, state.residual, state.iterations)
-    if estimate_error and state.status is ContactStatus.CONVERGED:
+    if estimate_error and state.status is RodStatus.CONVERGED:
         apart = _halving_changes(problem, start, state)
         return replace(state, discretization_error=FIRST_ORDER * apart)
     return state
 
 
 def _solved(
-    problem: ContactProblem, start: ContactState | Array | None, elements: int | None
-) -> ContactState:
+    problem: ContactProblem, start: RodState | Array | None, elements: int | None
+) -> RodState:
     """Return the state that is reached from a start."""
-    if isinstance(start, ContactState):
+    if isinstance(start, RodState):
         path = follow_contact([problem], start=start, elements=elements)
         return path.states[-1] if path.states else path.events[-1].last
     if isinstance(start, str):
@@ -134,20 +134,20 @@ def _solved(
     return _solved_on(problem, discretize(problem, _count([problem], elements)), start)
 
 
-def _solved_on(problem: ContactProblem, arrays: Arrays, start: Array | None) -> ContactState:
+def _solved_on(problem: ContactProblem, arrays: Arrays, start: Array | None) -> RodState:
     """Return the state that is reached on given elements from the straight rod or a centerline."""
     if start is None:
         return _from_straight(problem, arrays)
     x = from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
     here = unsolved(arrays, x)
     there, rests, trail = release(here, arrays)
-    status = None if rests else ContactStatus.NOT_HELD
+    status = None if rests else RodStatus.NOT_HELD
     state = state_from_point(tried(there), there.spent, status)
     return replace(state, trail=np.array(trail))
 
 
 def _halving_changes(
-    problem: ContactProblem, start: ContactState | Array | None, state: ContactState
+    problem: ContactProblem, start: RodState | Array | None, state: RodState
 ) -> float:
     """Return the largest distance of a node from the state on elements half as long [m].
 
@@ -160,7 +160,7 @@ def _halving_changes(
     arrays = on_nodes(problem, nodes, tuple(2 * count for count in coarse.arrays.pieces))
     if _rubs(problem.obstacles):
         finer = _solved_on(problem, arrays, None if start is None else np.asarray(start))
-        positions, found = finer.positions, finer.status is ContactStatus.CONVERGED
+        positions, found = finer.positions, finer.status is RodStatus.CONVERGED
     else:
         x = halved(coarse, arrays)
         x, _, solution, _ = attempt(unsolved(arrays, x), arrays, x.copy())
@@ -178,12 +178,12 @@ def _rubs(obstacles: Sequence[Obstacle]) -> bool:
 def follow_contact(
     problems: Sequence[ContactProblem],
     *,
-    start: ContactState | None = None,
+    start: RodState | None = None,
     elements: int | None = None,
     largest_increment: float = 1.0,
     smallest_increment: float = SMALLEST_INCREMENT,
     stop_at_event: bool = False,
-) -> ContactPath:
+) -> RodPath:
     """Return the states of a rod whose length, shape, loads, ends or obstacles change on a path.
 
     Between two problems everything is blended, obstacles and ends move along straight lines and
@@ -221,7 +221,7 @@ def follow_contact(
         requirement = f"in (0, {largest_increment:g}], the largest increment"
         raise InvalidInputError("smallest_increment", smallest_increment, requirement)
     require_alike(problems)
-    states: list[ContactState] = []
+    states: list[RodState] = []
     log = PathLog()
     stations = list(problems)
     if start is None:
@@ -240,7 +240,7 @@ def follow_contact(
             break
         states.append(replace(state_from_point(reached, spent, log.status), _before=before))
         here = replace(reached, at=0.0)
-    return ContactPath(tuple(states), tuple(log.events), log.self_contact)
+    return RodPath(tuple(states), tuple(log.events), log.self_contact)
 
 
 def _travel(
@@ -287,28 +287,28 @@ def _travel(
             stays += 1
             continue
         if stop and gone:
-            log.events.append(ContactEvent(position, last, None))
+            log.events.append(RodEvent(position, last, None))
             return None, None, spent
         if stop or not rests or len(log.events) >= MAX_EVENTS:
-            after = state_from_point(tried(there), used, ContactStatus.NOT_HELD)
+            after = state_from_point(tried(there), used, RodStatus.NOT_HELD)
             after = replace(after, trail=np.array(trail))
-            log.events.append(ContactEvent(position, last, after))
+            log.events.append(RodEvent(position, last, after))
             return None, None, spent
         here = replace(there, at=at)
         after = replace(state_from_point(here, used, log.status), trail=np.array(trail))
-        log.events.append(ContactEvent(position, last, after))
+        log.events.append(RodEvent(position, last, after))
         before = None
     return here, before, spent
 
 
-def _from_straight(problem: ContactProblem, arrays: Arrays) -> ContactState:
+def _from_straight(problem: ContactProblem, arrays: Arrays) -> RodState:
     """Return the state reached from the straight rod, along its loading path."""
     x, first = straight(problem, arrays)
     here = unsolved(first, x)
     for obstacle in arrays.obstacles:
         gap, _, _ = distances(obstacle, x.p[1:], arrays.radius)
         if not gap.min() > -1e-3 * max(arrays.radius, 1e-3 * arrays.length):
-            status = ContactStatus.INSIDE_OBSTACLE
+            status = RodStatus.INSIDE_OBSTACLE
             return state_from_point(tried(here), 0, status)
     log = PathLog()
     spent = 0

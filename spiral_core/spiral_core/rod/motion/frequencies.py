@@ -15,10 +15,10 @@ from spiral_core.rod.contact._elimination import newton_pass
 from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CHORD_COMPLIANCE
-from spiral_core.rod.contact.state import ContactState
 from spiral_core.rod.motion._terms import masses, stiffened, strains
 from spiral_core.rod.motion.inertia import Inertia
 from spiral_core.rod.motion.swing import Swing, air_coefficients
+from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 
 # Stiffness that is added to the material's and taken away, to tell it from that of the weight: the
@@ -47,7 +47,7 @@ class Modes:
     swings: tuple[Swing, ...]
 
 
-def vibration_modes(state: ContactState, inertia: Inertia, count: int = 6) -> Modes:
+def vibration_modes(state: RodState, inertia: Inertia, count: int = 6) -> Modes:
     r"""Return the slowest vibrations of a rod about a stable static state.
 
     .. math:: H \xi = (2 \pi f)^2 M \xi
@@ -110,7 +110,7 @@ def _largest(compliance: _Compliance, root: Array, count: int) -> tuple[Array, A
 
 
 def _material_stiffness(
-    state: ContactState, arrays: Arrays, forces: Array, values: Array
+    state: RodState, arrays: Arrays, forces: Array, values: Array
 ) -> list[float]:
     r"""Return the material's part of the squared angular frequencies (k,) [1/s^2].
 
@@ -132,7 +132,7 @@ def _material_stiffness(
 
 
 def _swing(
-    state: ContactState, arrays: Arrays, shape: Array, modal: float, value: float, material: float
+    state: RodState, arrays: Arrays, shape: Array, modal: float, value: float, material: float
 ) -> Swing:
     """Return how a mode decays, whose fastest node has length one."""
     along = matrices(state._point.x.q)[:, :, 0] if state._point is not None else shape
@@ -147,7 +147,7 @@ def _swing(
 class _Compliance:
     """The inverse of the Hessian over rotations and displacements; touching nodes stay."""
 
-    def __init__(self, state: ContactState, arrays: Arrays) -> None:
+    def __init__(self, state: RodState, arrays: Arrays) -> None:
         count = arrays.count
         self.state, self.arrays = state, arrays
         self.tangent = np.zeros((count + 1, 6, 6))

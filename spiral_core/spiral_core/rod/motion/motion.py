@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 
 from spiral_core.brief import brief_repr
-from spiral_core.rod.contact.state import ContactState
+from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 
 
@@ -69,7 +69,7 @@ class Frame:
     __repr__ = brief_repr
 
     time: float
-    state: ContactState
+    state: RodState
     velocities: Array
     kinetic_energy: float
     steps: int
@@ -113,7 +113,7 @@ class Motion:
         return tuple(event for frame in self.frames for event in frame.events)
 
 
-def contact_fraction(state: ContactState) -> float:
+def contact_fraction(state: RodState) -> float:
     """Return the part of the rod's length that touches any obstacle."""
     touching = state.touching.any(axis=0)
     return float(np.sum(state.node_lengths[touching]) / state.arc_lengths[-1])

@@ -19,11 +19,11 @@ from spiral_core.rod.contact._results import state_from_point
 from spiral_core.rod.contact._start import from_centerline, unsolved
 from spiral_core.rod.contact.problem import ContactProblem
 from spiral_core.rod.contact.solve import solve_contact
-from spiral_core.rod.contact.state import ContactState, ContactStatus
 from spiral_core.rod.motion._step import Moment, advanced, at_rest
 from spiral_core.rod.motion._terms import masses, potential_energy
 from spiral_core.rod.motion.inertia import Damping, Inertia
 from spiral_core.rod.motion.motion import EventKind, Frame, Motion, MotionEvent, MotionStatus
+from spiral_core.rod.state import RodState, RodStatus
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_finite, require_positive
 
@@ -55,7 +55,7 @@ def solve_motion(
     times: Sequence[float],
     *,
     damping: Damping | None = None,
-    start: ContactState | Array | None = None,
+    start: RodState | Array | None = None,
     elements: int | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     longest_step: float = DEFAULT_LONGEST_STEP,
@@ -116,7 +116,7 @@ def motion_frames(
     times: Iterable[float],
     *,
     damping: Damping | None = None,
-    start: ContactState | Array | None = None,
+    start: RodState | Array | None = None,
     elements: int | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     longest_step: float = DEFAULT_LONGEST_STEP,
@@ -156,17 +156,15 @@ def _increasing(times: Iterable[float]) -> Iterator[float]:
         raise InvalidInputError("times", (), "one or more increasing times")
 
 
-def _start(
-    first: ContactProblem, start: ContactState | Array | None, elements: int | None
-) -> Point:
+def _start(first: ContactProblem, start: RodState | Array | None, elements: int | None) -> Point:
     """Return where the rod begins, under the first problem."""
     if start is None:
         start = solve_contact(first, elements=elements)
-    if not isinstance(start, ContactState):
+    if not isinstance(start, RodState):
         points = np.asarray(start, dtype=np.float64)
         arrays = discretize(first, len(points) - 1 if elements is None else elements)
         return _let_go(arrays, from_centerline(first, arrays, points))
-    if start._point is None or start.status is not ContactStatus.CONVERGED:
+    if start._point is None or start.status is not RodStatus.CONVERGED:
         raise InvalidInputError("start", start.status, "a converged state")
     count = start._point.arrays.count
     if elements not in (None, count):
@@ -293,7 +291,7 @@ class _Run:
     def frame(self) -> Frame:
         """Return the rod where it is, and the events since the last frame."""
         here = self.here
-        state = state_from_point(here.point, self.passes, ContactStatus.CONVERGED)
+        state = state_from_point(here.point, self.passes, RodStatus.CONVERGED)
         frame = Frame(
             time=here.time,
             state=replace(state, energy=potential_energy(here.point.arrays, here.point.x)),

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A solved rod with contacts: its shape, its forces and the evidence for them."""
+"""A solved rod: its shape, its forces and the evidence for them, alone and along a path."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -21,17 +22,30 @@ from spiral_core.rod.types import Array
 TOUCH = 1e-6
 
 
-class ContactStatus(Enum):
+class RodStatus(Enum):
     """How a solve ended; the value is advice to the user. Only ``CONVERGED`` is an answer."""
 
-    CONVERGED = "converged to a stable equilibrium with its contacts"
+    CONVERGED = "converged to a stable equilibrium"
     ITERATION_LIMIT = (
         "the iteration limit was reached; use more elements, or approach the load in smaller steps"
     )
+    LINE_SEARCH_FAILED = (
+        "the energy could not be lowered although forces are out of balance; the tolerance is "
+        "below rounding error, or the tip moment does work that no energy describes: loosen the "
+        "tolerance or reduce the moment"
+    )
     NOT_FINITE = "a number overflowed; check lengths, stiffnesses and loads for their units"
     UNSTABLE = (
-        "no stable equilibrium lies near: the rod slides or snaps away; reduce the load, or follow "
-        "its motion with follow_contact"
+        "no stable equilibrium lies near: the rod slides or snaps away; start elsewhere, reduce "
+        "the load, or follow its motion with follow_contact"
+    )
+    LEFT_BRANCH = "the branch of stable states ends before this load: the rod would snap"
+    FOLD_LIMIT = (
+        "the rod snaps more than 32 times on its loading path, which was given up there; use more "
+        "elements, or approach the load in stations with follow_path"
+    )
+    UNRESOLVED = (
+        "an element turns by more than 2 rad, which its ends cannot tell; use more elements"
     )
     NOT_HELD = (
         "the rod keeps moving and finds no equilibrium: nothing holds it, or it slides off its "
@@ -44,6 +58,16 @@ class ContactStatus(Enum):
     INSIDE_OBSTACLE = (
         "the start, or an end as it is held, lies inside of an obstacle; begin where the rod is "
         "clear of it, give a start, or hold the end outside"
+    )
+
+
+class RodCertificate(Enum):
+    """What is proved about a state's stability; the value is the text."""
+
+    NONE = "not certified"
+    STRICT_MINIMUM = "a strict local minimum of the energy: stable"
+    STABLE_UP_TO_ROTATION = (
+        "one of a circle of equal minima: stable up to a rotation about the load's axis"
     )
 
 
@@ -61,19 +85,20 @@ class Resultant:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ContactState:
-    """A rod's static shape among obstacles, and the evidence for it.
+class RodState:
+    """A rod's static shape, and the evidence for it.
 
     Arrays run over the n nodes, and over the m obstacles first where they concern contact.
 
     Args:
         status: how the solve ended; the arrays are an answer only if it is ``CONVERGED``.
-        arc_lengths: (n,) unstretched [m].
+        arc_lengths: (n,) unstretched, of the nodes [m], from 0 at the base to L at the tip.
         positions: (n, 3) in the base frame [m].
         orientations: (n, 4) unit quaternions, scalar last, material frame to base frame.
         forces: (n, 3) internal force in the base frame [N]; the mean of both sides where a contact
             or a point load makes it jump.
         moments: (n, 3) internal moment in the material frame [N m].
+        strains: (n, 3) strain vector in the material frame [1/m]; (0, 3) among obstacles.
         contact_forces: (m, n, 3) of each obstacle on each node [N], base frame.
         normal_forces: (m, n) their normal part [N].
         gaps: (m, n) distance between the rod's surface and the obstacle's [m]. Elements between
@@ -82,54 +107,73 @@ class ContactState:
         base_reaction: (6,) force [N] and moment [N m] with which the base is held, base frame.
         tip_reaction: (6,) likewise.
         energy: elastic energy and potential of the loads about the origin [J].
-        residual: largest imbalance of forces, as a fraction of EI/L^2, of the sum of the loads or
-            a tenth of the largest force inside, of moments likewise, and of lengths as one of L/10.
-        smallest_pivot: smallest pivot of the Hessian with its active contacts, as a fraction of
-            EI/L: the certificate. Positive proves a strict local minimum of the discrete energy
-            for the given friction; motions that nothing resists (a round rod spinning about its
-            axis) are stiffened by 1e-9 EI/L.
-        iterations: Newton iterations spent since the state before, with those of attempts that
-            failed and of snaps.
+        residual: largest moment imbalance at a node, as a fraction of EI/L; among obstacles also of
+            forces, as a fraction of EI/L^2, of the sum of the loads or a tenth of the largest force
+            inside, and of lengths as one of L/10.
+        smallest_pivot: smallest pivot of the energy's Hessian with its active contacts, as a
+            fraction of EI/L: the certificate. Positive proves a strict local minimum of the
+            discrete energy, for the given friction, up to the neutral mode if there is one;
+            motions that nothing resists (a round rod spinning about its axis) are stiffened by
+            1e-9 EI/L.
+        iterations: Newton iterations spent; on a path since the state before, with those of
+            attempts that failed and of snaps.
+        folds: how often the rod snapped on the way: along the loading path, or from the start.
+        discretization_error: estimated largest error of a position [m]; infinite where finer
+            elements find no state, None where it was not asked for. With a neutral mode it is the
+            error up to the free rotation.
+        last_step: largest rotation of a node in the Newton step that was left [rad].
+        neutral_modes: 1 if the whole rod may turn about the base's axis at no cost (an isotropic
+            rod, straight at rest, that buckled under a load along that axis), else 0.
         self_clearance: least distance between two turns of the rod's surface [m], up to two radii:
             of elements farther apart along the rod than pi radii. Infinite where the rod is too
-            short to touch itself. Ends held at one place touch.
+            short to touch itself, or has no radius. Ends held at one place touch.
         trail: (k, n, 3) positions that the rod passed, overdamped, where it snapped or slid to this
             state [m]; empty if it did not.
-        discretization_error: estimated largest error of a node's position [m]: twice the distance
-            to the state on elements half as long; infinite where those find none, None where it was
-            not asked for.
     """
 
     __repr__ = brief_repr
 
-    status: ContactStatus
+    status: RodStatus
     arc_lengths: Array
     positions: Array
     orientations: Array
     forces: Array
     moments: Array
+    strains: Array
     contact_forces: Array
     normal_forces: Array
     gaps: Array
-    sticking: Array
+    sticking: Array = field(repr=False)
     base_reaction: Array
     tip_reaction: Array
     energy: float
     residual: float
     smallest_pivot: float
     iterations: int
-    self_clearance: float
-    trail: Array = field(default_factory=lambda: np.empty((0, 0, 3)), repr=False)
+    folds: int = 0
     discretization_error: float | None = None
+    last_step: float = field(default=0.0, repr=False)
+    neutral_modes: int = 0
+    self_clearance: float = math.inf
+    trail: Array = field(default_factory=lambda: np.empty((0, 0, 3)), repr=False)
     # What the next increment starts from.
     _point: Point | None = field(default=None, repr=False)
     # The point passed before it, to extrapolate from.
     _before: Point | None = field(default=None, repr=False)
 
     @property
+    def certificate(self) -> RodCertificate:
+        """What is proved about the state's stability."""
+        if not self.stable:
+            return RodCertificate.NONE
+        if self.neutral_modes:
+            return RodCertificate.STABLE_UP_TO_ROTATION
+        return RodCertificate.STRICT_MINIMUM
+
+    @property
     def stable(self) -> bool:
         """Whether the state is an equilibrium with a certificate of stability."""
-        return self.status is ContactStatus.CONVERGED and self.smallest_pivot > 0.0
+        return self.status is RodStatus.CONVERGED and self.smallest_pivot > 0.0
 
     @property
     def tip_position(self) -> Array:
@@ -211,7 +255,7 @@ class ContactState:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ContactEvent:
+class RodEvent:
     """A place on a path where a branch of stable states ends and the rod snaps or slips away.
 
     Args:
@@ -224,11 +268,11 @@ class ContactEvent:
     __repr__ = brief_repr
 
     position: float
-    before: ContactState
-    after: ContactState | None
+    before: RodState
+    after: RodState | None
 
     @property
-    def last(self) -> ContactState:
+    def last(self) -> RodState:
         """Where the rod is after it, as far as that is known."""
         return self.before if self.after is None else self.after
 
@@ -256,7 +300,7 @@ class SelfContact:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ContactPath:
+class RodPath:
     """States along a path.
 
     Args:
@@ -268,6 +312,6 @@ class ContactPath:
 
     __repr__ = brief_repr
 
-    states: tuple[ContactState, ...]
-    events: tuple[ContactEvent, ...]
+    states: tuple[RodState, ...]
+    events: tuple[RodEvent, ...]
     self_contact: SelfContact | None = None
