@@ -27,7 +27,7 @@ from spiral_core import (
     WrapCurve,
     follow_path,
 )
-from spiral_core.rod.path import RodPath
+from spiral_core.rod.state import RodPath
 from spiral_core.wrap.branch import LEAST_RADIUS
 from spiral_core.wrap.wrap import wrapped_radius
 from spiral_gripper import available_grippers, load_gripper

@@ -49,6 +49,8 @@ RICHARDSON = 15.0
 # With few elements, or properties with kinks, nothing is known but that the error is of second
 # order at least: it is this many times the distance to a solution on twice the elements.
 SECOND_ORDER = 4.0 / 3.0
+NO_REACTION = np.zeros(6)
+NO_REACTION.setflags(write=False)
 
 
 def solve_rod(
@@ -203,6 +205,7 @@ def state_from_solved(arcs: Array, q: Array, solved: SolvedRod) -> RodState:
     """Return the state with orientations q (N + 1, 4) and the evidence a kernel gave for it."""
     solution, folds, forces, positions, moments, strains = solved
     outcome, iterations, energy, residual, pivot, step, neutral = solution
+    contact_forces, none, sticking = _untouched(len(q))
     for array in (arcs, positions, q, forces, moments, strains):
         array.setflags(write=False)
     return RodState(
@@ -213,12 +216,12 @@ def state_from_solved(arcs: Array, q: Array, solved: SolvedRod) -> RodState:
         forces=forces,
         moments=moments,
         strains=strains,
-        contact_forces=np.empty((0, len(q), 3)),
-        normal_forces=np.empty((0, len(q))),
-        gaps=np.empty((0, len(q))),
-        sticking=np.empty((0, len(q)), dtype=bool),
+        contact_forces=contact_forces,
+        normal_forces=none,
+        gaps=none,
+        sticking=sticking,
         base_reaction=-np.concatenate((forces[0], moments[0])),
-        tip_reaction=np.zeros(6),
+        tip_reaction=NO_REACTION,
         energy=energy,
         residual=residual,
         smallest_pivot=pivot,
@@ -227,6 +230,12 @@ def state_from_solved(arcs: Array, q: Array, solved: SolvedRod) -> RodState:
         last_step=step,
         neutral_modes=neutral,
     )
+
+
+@lru_cache(maxsize=64)
+def _untouched(nodes: int) -> tuple[Array, Array, Array]:
+    """Return the contact arrays of a rod without obstacles: forces, their size, what sticks."""
+    return np.empty((0, nodes, 3)), np.empty((0, nodes)), np.empty((0, nodes), dtype=bool)
 
 
 @lru_cache(maxsize=64)

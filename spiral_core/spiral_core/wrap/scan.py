@@ -21,9 +21,9 @@ from spiral_core.rod._continuation import solve_uniform
 from spiral_core.rod._mesh import element_count
 from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod._profiles import UniformRod, floats
-from spiral_core.rod.path import RodPath, follow_path
+from spiral_core.rod.path import follow_path
 from spiral_core.rod.solve import even_arc_lengths, state_from_solved
-from spiral_core.rod.state import RodState
+from spiral_core.rod.state import RodPath, RodState
 from spiral_core.rod.types import ZERO, Array, Vector
 from spiral_core.rounding import rounded_down
 from spiral_core.wrap._kernels import FITTED, fitted_radius, interpolated_orientations
