@@ -304,7 +304,7 @@ def design_processes(process_id):
     return [
         child
         for child in children_of(process_id)
-        if b"design_worker" in Path(f"/proc/{child}/cmdline").read_bytes()
+        if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()
     ]
 
 

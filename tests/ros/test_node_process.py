@@ -17,7 +17,6 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.planning.compilation import Compilation
 from spiral_gripper_ros.process.node_process import NODE, SIMULATOR
 from spiral_gripper_ros.process.program import choose_transport
 from spiral_gripper_ros.process.stop_signals import STARTED_BY, Parent
@@ -172,16 +171,6 @@ def test_kernels_that_cannot_be_kept_are_not_compiled_within_the_node(namespace)
         assert "kernels are compiled" not in node.log()
 
 
-def test_the_process_that_compiles_ends_in_order(capfd):
-    compilation = Compilation()  # everything is cached already
-    deadline = time.monotonic() + START_DEADLINE
-    while not compilation.wait(0.1):
-        assert time.monotonic() < deadline
-    assert compilation._process.returncode == 0
-    compilation.end()
-    assert capfd.readouterr().err == ""
-
-
 def test_a_node_that_was_killed_takes_the_pressure_over_and_drops_nothing(client, namespace):
     """The regulator remembers the last command, and measures it."""
     regulator = client.create_publisher(FluidPressure, "measured_pressure", 1)
@@ -239,9 +228,8 @@ def test_a_node_that_the_doctor_cannot_start_shows_its_log():
 @pytest.mark.slow
 def test_what_is_counted_as_missing_is_compiled_and_kept(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    compiler = [sys.executable, "-m", "spiral_gripper_ros.planning.compilation"]
-    with subprocess.Popen(compiler, stdin=subprocess.PIPE, env=environment) as process:
-        assert process.wait() == 0
+    compile_all = "from spiral_gripper_ros.planning.worker import compile_all; compile_all()"
+    subprocess.check_call([sys.executable, "-c", compile_all], env=environment)
     count = "from spiral_gripper.kernels import kernels_are_compiled as c; print(c())"
     found = subprocess.check_output([sys.executable, "-c", count], env=environment)
     assert found.strip() == b"True"

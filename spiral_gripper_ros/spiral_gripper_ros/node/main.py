@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from concurrent import futures
 from typing import TYPE_CHECKING
 
 from spiral_gripper_ros.process.program import run
@@ -106,17 +107,18 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
     Only a request to configure waits for it.
     """
     from spiral_gripper.kernels import kernels_are_compiled
-    from spiral_gripper_ros.planning.compilation import Compilation
+    from spiral_gripper_ros.planning.worker import Worker, compile_all
 
     if kernels_are_compiled():
         return
     node.get_logger().info(
         "compiling the numerical kernels, once for this installation: some 15 s or more"
     )
-    compilation = Compilation()
+    worker = Worker("compilation")
+    compilation = worker.submit(compile_all)
 
     def wait() -> bool:
-        while not compilation.wait(LONGEST_WAIT):
+        while not futures.wait([compilation], LONGEST_WAIT).done:
             if signals.requested:
                 return False
         if not kernels_are_compiled():
@@ -125,12 +127,12 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
 
     node.wait_for_kernels = wait
     try:
-        while not compilation.wait(0.0):
+        while not compilation.done():
             if signals.requested:
                 return
             loop.turn()
     finally:
-        compilation.end()
+        worker.end()
     if kernels_are_compiled():
         node.get_logger().info("the kernels are compiled")
 

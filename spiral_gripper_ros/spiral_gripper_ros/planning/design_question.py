@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The inputs of a design as plain values, for a worker process. No ROS."""
+"""The inputs of a design as plain values, and its answer in a worker process. No ROS."""
 
 from __future__ import annotations
 
+import signal
 from dataclasses import dataclass
 
+from spiral_core.design.procedure import design_gripper
+from spiral_core.design.report import DesignReport
 from spiral_core.design.requirement import (
     DEFAULT_BETAS,
     DEFAULT_END_ALLOWANCE,
@@ -17,9 +20,13 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_core.validation import require_direction
 from spiral_gripper import GripperDescription, available_tubing, load_tubing
+from spiral_gripper_ros.planning.worker import LARGEST_MEMORY, EndedError
 
 # Each is estimated, and the promising ones are solved as rods, at some tens of milliseconds each.
 MOST_COMBINATIONS = 2000
+# A design with one tube and four angles takes seconds, and half a minute more where kernels are not
+# compiled yet; the most processor time that is spent on one [s].
+LONGEST_DESIGN = 300.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +70,37 @@ class DesignQuestion:
     gravity: Vector
     object_axis: Vector | None
     preference: str
+
+
+def design(
+    question: DesignQuestion, description: GripperDescription, longest: float = LONGEST_DESIGN
+) -> DesignReport:
+    """Return the report on a question; to be called in a process of its own.
+
+    Args:
+        question: what is asked.
+        description: of the gripper that stands for what the question leaves open.
+        longest: processor time after which the design is given up [s].
+
+    Raises:
+        SpiralError: the question cannot be answered, or needs too much time or memory.
+    """
+    signal.signal(signal.SIGPROF, _give_up)
+    signal.setitimer(signal.ITIMER_PROF, longest, 1.0)
+    try:
+        return design_gripper(requirement_from_question(question, description))
+    except MemoryError:
+        needs = f"it needs more than {1e-9 * LARGEST_MEMORY:g} GB of memory"
+        raise EndedError(f"no design: {needs}") from None
+    except TimeoutError:
+        spent = f"not done within {longest:g} s of processor time"
+        raise EndedError(f"no design: {spent}") from None
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+def _give_up(*_: object) -> None:
+    raise TimeoutError
 
 
 def requirement_from_question(

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The computation of the grip on one object, with contact and friction. No ROS.
-
-Run as a program, it is the process that :mod:`spiral_gripper_ros.planning.grip_worker` starts.
-"""
+"""The computation of the grip on one object, with contact and friction. No ROS."""
 
 from __future__ import annotations
 
 from contextlib import suppress
-from importlib import import_module
 from itertools import pairwise
 
 import numpy as np
@@ -24,7 +20,6 @@ from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.curve import WrapCurve
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.worker_process import serve
 
 # Holding forces are looked for at these multiples of the pressure at which the wrap begins, at this
 # part of the last pressure that holds, and at the last. Around the beginning the forces bend
@@ -132,12 +127,3 @@ def _aligned(orientations: list[Array]) -> Array:
 def _vector(components: Array | Vector) -> Vector:
     x, y, z = (float(component) for component in components)
     return (x, y, z)
-
-
-def main() -> None:
-    """Compute grips until standard input is closed."""
-    serve(solve_figures)
-
-
-if __name__ == "__main__":  # by its full name: what it answers is pickled
-    import_module("spiral_gripper_ros.planning.grip_solution").main()

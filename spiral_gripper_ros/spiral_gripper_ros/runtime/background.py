@@ -13,10 +13,9 @@ import rclpy.task
 from spiral_core.design.report import DesignReport
 from spiral_core.errors import SpiralError
 from spiral_gripper import GripperDescription
-from spiral_gripper_ros.planning.design_question import DesignQuestion
-from spiral_gripper_ros.planning.design_worker import DesignProcess
+from spiral_gripper_ros.planning.design_question import DesignQuestion, design
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.grip_worker import SharedGripProcess
+from spiral_gripper_ros.planning.worker import EndedError, Worker, solve_grip
 
 # More questions of one kind do not wait: they are answered that the node is busy.
 MOST_WAITING = 50
@@ -65,9 +64,9 @@ class Background:
         self.plans, self.exact = QuestionPool("plans"), QuestionPool("exact")
         self.batches = QuestionPool("batches")
         self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
-        self._grip_process = SharedGripProcess()
+        self._grip_worker = Worker("grip")
         self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
-        self._design: DesignProcess | None = None
+        self._design: Worker | None = None
         self._has_ended = False
 
     def solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
@@ -80,7 +79,10 @@ class Background:
         Raises:
             SpiralError: the object cannot be held, or the node has ended.
         """
-        return self._grip_process.answer(question, is_wanted)
+        if not is_wanted():
+            raise EndedError("no grip: nobody waits for it any more")
+        figures: GripFigures = self._grip_worker.answer(solve_grip, question)
+        return figures
 
     @property
     def has_ended(self) -> bool:
@@ -103,20 +105,21 @@ class Background:
         Raises:
             SpiralError: the question cannot be answered, or the design was ended.
         """
-        process = self._design = DesignProcess()
-        job = self._designs.submit(process.answer, question, description)
+        worker = self._design = Worker("design")
+        job = self._designs.submit(worker.answer, design, question, description)
         try:
             report: DesignReport = await _awaitable(executor, job)
         finally:
             self._design = None
+            worker.end("it is done")
         return report
 
     def cancel_design(self, why: str) -> bool:
         """End the design that is being computed; return whether there was one."""
-        process = self._design
-        if process is not None:
-            process.end(why)
-        return process is not None
+        worker = self._design
+        if worker is not None:
+            worker.end(why)
+        return worker is not None
 
     def end(self) -> None:
         """Drop the waiting questions, and end the running design and batch."""
@@ -124,7 +127,7 @@ class Background:
         pools = (self.gravity, self.grips, self._designs, self.plans, self.exact, self.batches)
         for pool in pools:
             pool.shutdown(wait=False, cancel_futures=True)
-        self._grip_process.end()
+        self._grip_worker.end()
         self.cancel_design("the node has ended")
 
 

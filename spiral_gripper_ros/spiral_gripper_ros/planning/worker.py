@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Computations in a separate process, with lower priority, that can be ended at any time. No ROS.
+
+They take seconds of Python; even in another thread they would delay the control loop.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from spiral_core.errors import SpiralError
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
+
+# The control loop comes first; yet a design ends on a computer whose processors are all in use,
+# where a niceness of 19 leaves one part in seventy.
+NICENESS = 5
+# Memory that numpy, numba and the kernels do not reach by far [bytes].
+LARGEST_MEMORY = 2_000_000_000
+
+
+class EndedError(SpiralError):
+    """A computation has ended without an answer; the message says why."""
+
+
+class Worker:
+    """A process that computes one thing after the other, started with the first of them.
+
+    It holds one end of a pipe and kills itself once the other, here, is closed: by :meth:`end`, or
+    because this process has ended, in whatever way.
+
+    Args:
+        what: it computes, for messages.
+    """
+
+    def __init__(self, what: str) -> None:
+        self._what, self._why = what, ""
+        self._lock = threading.Lock()
+        self._pool: ProcessPoolExecutor | None = None
+        self._link: Connection | None = None
+
+    def submit(self, function: Callable[..., Any], *arguments: object) -> Future[Any]:
+        """Return the future of a function's answer; a process that has died is replaced.
+
+        Raises:
+            EndedError: :meth:`end` has been called.
+        """
+        with self._lock:
+            if self._why:
+                raise self._ended()
+            if self._pool is not None:
+                with suppress(BrokenProcessPool):
+                    return self._pool.submit(function, *arguments)
+            context = get_context("spawn")  # a forked one would copy the locks of threads
+            theirs, self._link = context.Pipe(duplex=False)
+            self._pool = ProcessPoolExecutor(1, context, _begin, (theirs,))
+            return self._pool.submit(function, *arguments)
+
+    def answer(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401
+        """Return a function's answer; blocks until it is computed.
+
+        Raises:
+            SpiralError: there is none, or the process has ended.
+        """
+        try:
+            return self.submit(function, *arguments).result()
+        except (BrokenProcessPool, CancelledError):
+            raise self._ended() from None
+
+    def end(self, why: str = "the node has ended") -> None:
+        """End the process at once, from any thread; it is not started again."""
+        with self._lock:
+            self._why = self._why or why
+            if self._pool is not None and self._link is not None:
+                self._link.close()
+                self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _ended(self) -> EndedError:
+        return EndedError(f"no {self._what}: {self._why or 'its process was killed'}")
+
+
+def _begin(link: Connection) -> None:
+    """Prepare the process that computes.
+
+    Linux divides the processor among sessions first, so the session's own niceness is set too.
+    """
+    threading.Thread(target=_end_with, args=(link,), daemon=True).start()
+    os.setsid()  # Ctrl-C reaches every process of a terminal
+    os.nice(NICENESS)
+    with suppress(OSError):
+        Path("/proc/self/autogroup").write_text(str(NICENESS), encoding="ascii")
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_DATA, (LARGEST_MEMORY, LARGEST_MEMORY))
+
+
+def _end_with(link: Connection) -> None:
+    """Kill this process once the other end of a pipe is closed."""
+    with suppress(EOFError, OSError):
+        link.recv_bytes()
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def solve_grip(question: GripQuestion) -> GripFigures:
+    """Return the grip that a question asks for, in seconds.
+
+    Raises:
+        SpiralError: the object cannot be held, or a state could not be certified.
+    """
+    from spiral_gripper_ros.planning.grip_solution import solve_figures  # the node needs none of it
+
+    return solve_figures(question)
+
+
+def compile_all() -> None:
+    """Compile the numerical kernels, if they are not cached yet.
+
+    The first compilation of an installation takes some 15 s or more. Inside the node it would block
+    services and signals for that time.
+    """
+    from spiral_gripper import load_gripper
+    from spiral_gripper.files.catalog import available_grippers
+    from spiral_gripper.kernels import compile_kernels
+    from spiral_gripper_ros.planning.planner import GripperPlanner
+
+    compile_kernels()
+    GripperPlanner(load_gripper(available_grippers()[0])).warm_up()
