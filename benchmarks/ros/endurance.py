@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 
 from benchmarks.results import MEGABYTE, Section, Table, milli
@@ -14,6 +16,8 @@ from benchmarks.ros.usage_of_process import usage
 
 # Pieces of the run, after each of which the memory is looked at; the first is the warm-up.
 PIECES = 6
+# In which the node's diagnostics come once more [s].
+DIAGNOSED = 1.5
 
 
 def measure(effort: NodeEffort) -> Section:
@@ -27,7 +31,7 @@ def measure(effort: NodeEffort) -> Section:
     sent, cpu = 0, 0.0
     with process("/endurance", PROMPT) as node:
         probe.approach(sweep)
-        first = probe.status.radii_accepted
+        first = probe.accepted
         for piece in range(PIECES):
             before = usage(node.process_id)
             count = int(rate * seconds)
@@ -42,7 +46,8 @@ def measure(effort: NodeEffort) -> Section:
             rows.append(
                 (f"{seconds * (piece + 1):g} s", share, late, f"{after.memory / MEGABYTE:.1f} MB")
             )
-        taken = (probe.status.radii_accepted - first) / sent
+        probe.spin_until_time(time.perf_counter() + DIAGNOSED)
+        taken = (probe.accepted - first) / sent
     probe.close()
     growth = (memory[-1] - memory[0]) / MEGABYTE
     return Section(

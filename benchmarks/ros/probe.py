@@ -8,13 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64
 
 from benchmarks.ros.sweep import Sweep
-from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.msg import GripStatus, Wrap
 from spiral_gripper_ros.messages.qos import NEWEST
 
 # The first start ever compiles for some 15 s, on a slow machine for longer.
@@ -60,7 +61,9 @@ class Probe:
             enable_rosout=False,
         )
         self.status: Any = None  # the newest, once followed
+        self.accepted = 0  # radii, by the newest diagnostics
         self._follows_status = False
+        self._planned_for: float | None = None
         self.solve_times: list[float] = []
         self._pending: dict[float, float] = {}
         self._latencies: list[float] = []
@@ -70,8 +73,10 @@ class Probe:
         self.executor.add_node(self.node)
 
     def follow_status(self) -> None:
-        """Subscribe to `status` as well."""
+        """Subscribe to `status`, `wrap` and the diagnostics as well."""
         self._follows_status = True
+        self.node.create_subscription(Wrap, "wrap", self._on_wrap, RELIABLE)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self.node.create_subscription(GripStatus, "status", self._on_status, RELIABLE)
 
     def close(self) -> None:
@@ -144,6 +149,16 @@ class Probe:
             self._latencies.append(now - sent)
 
     def _on_status(self, message: GripStatus) -> None:
-        if self.status is None or message.object_radius != self.status.object_radius:
-            self.solve_times.append(message.solve_time)
         self.status = message
+
+    def _on_wrap(self, message: Wrap) -> None:
+        for plan in message.plan:
+            if plan.object_radius != self._planned_for:
+                self.solve_times.append(plan.solve_time)
+            self._planned_for = plan.object_radius
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        own = f"{self.node.get_namespace()}/spiral_gripper: grip"
+        for status in message.status:
+            if status.name == own:
+                self.accepted = int({v.key: v.value for v in status.values}["radii accepted"])

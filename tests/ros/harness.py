@@ -23,7 +23,7 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from spiral_gripper_msgs.msg import GripStatus, ObjectRadius
+from spiral_gripper_msgs.msg import GripStatus, ObjectRadius, Wrap
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.parameters.table import PARAMETERS
@@ -110,7 +110,7 @@ class Client(Node):
     def __init__(self, namespace):
         super().__init__("test_client", namespace=namespace)
         self.pressures, self.backbones, self.statuses, self.diagnostics = [], [], [], []
-        self.measured_backbones = []
+        self.measured_backbones, self.wraps = [], []
         self.regulator = None
         self._radius = self.create_publisher(
             Float64, "object_radius", QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
@@ -122,6 +122,7 @@ class Client(Node):
             (PoseArray, "backbone", self.backbones.append),
             (PoseArray, "measured_backbone", self.measured_backbones.append),
             (GripStatus, "status", self.statuses.append),
+            (Wrap, "wrap", self.wraps.append),
         ):
             self.create_subscription(kind, topic, callback, ALL_AND_LATCHED)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, ALL)
@@ -195,6 +196,21 @@ class Client(Node):
     def status(self):
         return self.statuses[-1] if self.statuses else None
 
+    @property
+    def planned(self):
+        """The newest of what is planned for the object in use; None: no object is."""
+        return self.wraps[-1].plan[0] if self.wraps and self.wraps[-1].plan else None
+
+    def wait_for_plan(self, radius, pressure):
+        """Wait until a wrap of this radius at this pressure is planned; return its message."""
+
+        def is_told():
+            plan = self.planned
+            return plan is not None and (plan.object_radius, plan.pressure) == (radius, pressure)
+
+        self.wait_until(is_told, f"the plan for {radius} at {pressure}")
+        return self.wraps[-1]
+
     def _on_pressure(self, message):
         self.pressures.append(message.data)
         if self.regulator is not None:
@@ -230,7 +246,7 @@ class Client(Node):
             status = self.status
             if (
                 status is not None
-                and status.object_radius == radius
+                and list(status.object_radius) == [radius]
                 and status.pressure_command == status.pressure_target > 0.0
                 and self.pressures[-1:] == [status.pressure_command]
             ):
@@ -334,6 +350,7 @@ class Client(Node):
             self.backbones,
             self.measured_backbones,
             self.statuses,
+            self.wraps,
             self.diagnostics,
         ):
             received.clear()

@@ -40,7 +40,9 @@ def test_wrap_wait_release(grip, curve):
 def test_a_measured_pressure_is_in_the_result(grip, active):
     assert active.set_parameter("pressure_settle_time", 2.0).successful
     active.regulator = lambda pressure: pressure
-    active.wait_until(lambda: active.status is not None and active.status.measured, "measurement")
+    active.wait_until(
+        lambda: active.status is not None and active.status.measured_pressure, "measurement"
+    )
     grip.wrap(RADIUS)
     while not grip.is_done():
         active.spin(0.1)

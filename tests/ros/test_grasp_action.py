@@ -47,7 +47,7 @@ def measure(goals, regulator):
     client = goals.client
     client.regulator = regulator
     client.wait_until(
-        lambda: client.status is not None and client.status.measured, "a measured pressure"
+        lambda: client.status is not None and client.status.measured_pressure, "a measured pressure"
     )
 
 
@@ -85,7 +85,7 @@ def test_what_is_wrapped_is_held_and_no_radius_is_followed(goals):
         goals.client.hear_more(1)
     status = goals.client.status
     assert status.state == State.GRASPING
-    assert status.object_radius == RADIUS
+    assert list(status.object_radius) == [RADIUS]
     assert status.pressure_command == status.pressure_target == result.pressure_command
     assert status.wrapped
 
@@ -220,7 +220,9 @@ def test_a_newer_goal_replaces_the_older(slow):
     first = started(slow.grasp(RADIUS))
     second = slow.grasp(0.025)
     assert "newer" in refused(first, Reason.GRASP_REPLACED)
-    slow.client.wait_until(lambda: slow.client.status.object_radius == 0.025, "the newer goal")
+    slow.client.wait_until(
+        lambda: list(slow.client.status.object_radius) == [0.025], "the newer goal"
+    )
     assert slow.client.status.state == State.GRASPING
     assert slow.client.set_parameter("pressure_rate_up", 2.0e6).successful
     assert second.end()[0] == SUCCEEDED

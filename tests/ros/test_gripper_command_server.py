@@ -173,7 +173,9 @@ def test_a_refused_command_does_not_deny_what_is_held(active):
 def test_opening_succeeds_in_a_fault_which_has_vented_already(active):
     assert active.set_parameter("pressure_fault_policy", "vent").successful
     active.regulator = lambda pressure: 0.0
-    active.wait_until(lambda: active.status is not None and active.status.measured, "measurement")
+    active.wait_until(
+        lambda: active.status is not None and active.status.measured_pressure, "measurement"
+    )
     active.send_radius(0.02)
     active.wait_for_state(State.FAULT)
     status, result = command(active, OPEN).end()
@@ -192,7 +194,9 @@ def test_a_command_is_replaced_like_a_grasp(active):
 def test_opening_waits_until_the_measured_pressure_is_gone(active):
     rest = [4.0e4]
     active.regulator = lambda pressure: max(pressure, rest[0])
-    active.wait_until(lambda: active.status is not None and active.status.measured, "measurement")
+    active.wait_until(
+        lambda: active.status is not None and active.status.measured_pressure, "measurement"
+    )
     goal = command(active, OPEN)
     active.wait_until(lambda: len(goal.feedback) >= 3, "some feedback")
     assert not goal.is_done
@@ -205,7 +209,9 @@ def test_opening_waits_until_the_measured_pressure_is_gone(active):
 def test_opening_fails_if_the_measured_pressure_stays(active):
     assert active.set_parameter("grasp_timeout", 0.3).successful
     active.regulator = lambda pressure: 4.0e4
-    active.wait_until(lambda: active.status is not None and active.status.measured, "measurement")
+    active.wait_until(
+        lambda: active.status is not None and active.status.measured_pressure, "measurement"
+    )
     assert refused(active, command(active, OPEN), "after the release").position < OPEN
 
 
@@ -213,7 +219,9 @@ def test_a_grasp_replaces_an_opening_that_waits(active):
     # So long after a wrap it is no fault, which would forbid the grasp, that the pressure stays.
     assert active.set_parameter("pressure_settle_time", 60.0).successful
     active.regulator = lambda pressure: pressure
-    active.wait_until(lambda: active.status is not None and active.status.measured, "measurement")
+    active.wait_until(
+        lambda: active.status is not None and active.status.measured_pressure, "measurement"
+    )
     active.wrap(0.02)
     active.regulator = lambda pressure: 4.0e4
     goal = command(active, OPEN)
@@ -225,7 +233,9 @@ def test_a_grasp_replaces_an_opening_that_waits(active):
 
 def test_an_opening_can_be_canceled_and_stays_released(active):
     active.regulator = lambda pressure: 4.0e4
-    active.wait_until(lambda: active.status is not None and active.status.measured, "measurement")
+    active.wait_until(
+        lambda: active.status is not None and active.status.measured_pressure, "measurement"
+    )
     goal = command(active, OPEN)
     assert goal.cancel()
     assert goal.end()[0] == GoalStatus.STATUS_CANCELED
@@ -246,7 +256,9 @@ def test_an_inactive_node_refuses(active):
 
 def test_a_deactivation_ends_an_opening_that_waits(active):
     active.regulator = lambda pressure: 4.0e4
-    active.wait_until(lambda: active.status is not None and active.status.measured, "measurement")
+    active.wait_until(
+        lambda: active.status is not None and active.status.measured_pressure, "measurement"
+    )
     goal = command(active, OPEN)
     assert active.transition("deactivate")
     refused(active, goal, "the node is not active")

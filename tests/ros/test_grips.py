@@ -47,10 +47,8 @@ def known(node):
         tip = loaded.planner.plan(min(max(radius, 1.001 * low), 0.999 * high)).pressure
         grip = figures(tip, curling=1.05 * tip, loss=1.3 * tip)
         follower._table = follower._table.added(radius, GripEntry(grip, node.runtime.now()))
-    node.statuses = []
-    node.runtime.outputs.publish = lambda name, message: (
-        node.statuses.append(message) if name == "status" else None
-    )
+    node.told = {}
+    node.runtime.outputs.publish = node.told.__setitem__
     return node
 
 
@@ -71,16 +69,17 @@ def test_the_default_grip_stays_within_the_window(known):
     seen = follow(known, 0.02, grip_ratio=1.2)
     assert seen.pressure_target == pytest.approx(1.05 * seen.plan.pressure, rel=1e-6)
     assert seen.wrapped
-    grip = known.statuses[-1].grip
+    grip = known.told["wrap"].grip
     assert grip.known
     assert grip.onset_curling == pytest.approx(seen.pressure_target)
     assert grip.holding_force_away > grip.holding_force_towards > 0.0
     assert grip.payload_margin == 0.0
     known.set_parameters([Parameter("payload", value=1.0)])
     known._timer.callback()
-    weight = known.statuses[-1].grip.holding_force_down - known.statuses[-1].grip.payload_margin
+    grip = known.told["wrap"].grip
+    weight = grip.holding_force_down - grip.payload_margin
     assert weight == pytest.approx(9.80665)
-    assert all_finite(*known.statuses)
+    assert all_finite(known.told["status"], known.told["wrap"])
 
 
 @pytest.mark.parametrize(("onset", "curling", "part"), [(1.02, 1.1, 1.02), (0.8, 0.9, 0.9)])
@@ -175,12 +174,12 @@ def answered(node, request):
 
 def test_contact_and_effort_are_those_of_the_grip_once_it_is_known(known):
     seen = follow(known, 0.02, grip_ratio=1.04)
-    status = known.statuses[-1]
-    assert status.grip.known
-    assert status.contact_length == status.grip.contact_length > 0.0
+    told = known.told["wrap"]
+    assert told.grip.known
+    assert told.plan[0].contact_length == told.grip.contact_length > 0.0
     planner = known.runtime.loaded.planner
     force = contact_force(seen.plan, planner, seen.pressure_target)
-    assert force == pytest.approx(status.grip.normal_force)
+    assert force == pytest.approx(told.grip.normal_force)
     by_tip = planner.line_force(seen.plan.wrap, seen.pressure_target)
     assert force != pytest.approx(by_tip * seen.plan.wrap.contact_length, rel=0.01)
 
@@ -190,7 +189,7 @@ def test_a_goals_feedback_says_how_long_the_tube_will_swing(known):
     report = SimpleNamespace(progress=1.0, elapsed=1.0)
     update = SimpleNamespace(snapshot=seen, regime=WrapRegime.PERFECT_WRAP, report=report)
     feedback = GraspAdapter(known.runtime).feedback(None, update)
-    assert feedback.settling_time == known.statuses[-1].grip.settling_time > 0.0
+    assert feedback.settling_time == known.told["wrap"].grip.settling_time > 0.0
 
 
 def test_grips_are_solved_for_the_ramp_that_the_node_has(known, monkeypatch):
@@ -217,24 +216,23 @@ def test_past_the_loss_nothing_is_wrapped(known):
         time.sleep(0.01)
     known._timer.callback()
     assert not runtime.control.snapshot().wrapped
-    assert known.statuses[-1].grip.holding_force_away == 0.0
+    assert known.told["wrap"].grip.holding_force_away == 0.0
 
 
 def test_where_the_object_is_seen_the_regime_is_that_of_the_contact(known):
     runtime = known.runtime
     seen = follow(known, 0.02, object_pose_timeout=600.0)
-    assert not known.statuses[-1].regime_from_contact
+    assert not known.told["wrap"].regime_from_contact
     runtime.objects.offer((0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), runtime.now(), 0.0, 600.0)
     known._timer.callback()
-    assert not known.statuses[-1].grip.known  # the table does not stand for a place of its own
+    assert not known.told["wrap"].grip.known  # the table does not stand for a place of its own
     place = InUse(0.02, runtime.seen_object())
     grip = figures(0.8 * seen.plan.pressure, curling=0.9 * seen.plan.pressure, loss=None)
     runtime.loaded.grips._in_use = (place, GripEntry(grip, runtime.now()))
     known._timer.callback()
-    status = known.statuses[-1]
-    assert status.regime_from_contact
-    assert status.regime == GripStatus.REGIME_CURLING
-    assert status.grip.at_pose
+    assert known.told["wrap"].regime_from_contact
+    assert known.told["wrap"].grip.at_pose
+    assert known.told["status"].regime == GripStatus.REGIME_CURLING
     scene = known._display._scene(runtime.loaded, runtime.control.snapshot())
     assert scene.regime is WrapRegime.CURLING
     assert scene.placement.center == (0.1, 0.0, 0.0)

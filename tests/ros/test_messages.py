@@ -22,6 +22,7 @@ from spiral_gripper_ros.messages.conversions import (
     REGIMES,
     backbone_to_msg,
     status_to_msg,
+    wrap_to_msg,
 )
 from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL, Health, diagnostics_to_msg
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
@@ -35,10 +36,11 @@ def planner(gripper):
     return GripperPlanner(gripper)
 
 
-def constants(prefix):
+def constants(kind, prefix=""):
+    """Return the constants of a message whose names begin so, without their beginning."""
     return {
-        name.removeprefix(prefix): getattr(GripStatus, name)
-        for name in re.findall(rf"uint8 ({prefix}\w+)=", _definition("msg/GripStatus.msg"))
+        name.removeprefix(prefix): getattr(kind, name)
+        for name in re.findall(rf"uint8 ({prefix}\w+)=", _definition(f"msg/{kind.__name__}.msg"))
     }
 
 
@@ -47,9 +49,9 @@ def _definition(name):
 
 
 def test_states_and_reasons_have_the_numbers_of_the_message():
-    assert constants("STATE_") == {state.name: state.value for state in State}
-    assert constants("REASON_") == {reason.name: reason.value for reason in Reason}
-    assert set(constants("REGIME_").values()) == set(REGIMES.values())
+    assert constants(GripStatus, "STATE_") == {state.name: state.value for state in State}
+    assert constants(messages.Reason) == {reason.name: reason.value for reason in Reason}
+    assert set(constants(GripStatus, "REGIME_").values()) == set(REGIMES.values())
     assert set(REGIMES) == {None, *WrapRegime}
 
 
@@ -57,8 +59,8 @@ def test_states_and_reasons_have_the_numbers_of_the_message():
     "name", sorted(str(p.relative_to(INTERFACES)) for p in INTERFACES.glob("*/*.[ams][csr][tgv]*"))
 )
 def test_every_number_of_an_interface_says_its_unit(name):
-    fields = re.findall(r"^(float64(?:\[\])?) (\w+)(.*)$", _definition(name), re.MULTILINE)
-    assert fields
+    fields = re.findall(r"^(float64(?:\[.*?\])?) (\w+)(.*)$", _definition(name), re.MULTILINE)
+    assert fields or name == "msg/Reason.msg"
     for _, field, rest in fields:
         assert re.search(r"#.*(\[[\w/^ ]+\]|SI)", rest), f"{field} of {name} names no unit"
 
@@ -107,81 +109,80 @@ def loaded(planner):
     return LoadedGripper(load_description("paper_design_70"), planner, None)
 
 
-def test_a_status_without_anything_known_is_all_finite(loaded):
+def test_nothing_known_is_all_finite_and_empty(loaded):
     loaded.mount.planner = NoPlanner((9.8, 0.0, 0.0), SpiralError("nothing"))
-    message = status_to_msg(snapshot(), loaded, 1.0e5, Header())
-    assert all_finite(message)
-    assert not message.valid
-    assert not message.measured
+    message = status_to_msg(snapshot(), loaded, Header())
+    told = wrap_to_msg(snapshot(), loaded, 1.0e5, Header())
+    assert all_finite(message, told)
     assert not message.wrapped
-    assert message.regime == message.measured_regime == GripStatus.REGIME_UNKNOWN
+    assert message.regime == GripStatus.REGIME_UNKNOWN
+    assert not any(map(len, (message.object_radius, message.measured_pressure)))
+    assert not any(map(len, (told.radius_range, told.plan, told.object_offset)))
 
 
-def test_a_status_carries_the_snapshot_and_the_plan(planner, loaded):
+def test_a_status_is_small():
+    def leaves(message):
+        kinds = message.get_fields_and_field_types()
+        nested = (getattr(message, name) for name in kinds)
+        return sum(
+            leaves(one) if hasattr(one, "get_fields_and_field_types") else 1 for one in nested
+        )
+
+    assert leaves(GripStatus()) <= 16
+
+
+def test_a_status_carries_the_snapshot_and_the_wrap_its_plan(planner, loaded):
     plan = planner.plan(0.02)
     loaded.update_shape(1.0e4, 0.02)
-    message = status_to_msg(
-        snapshot(
-            state=State.HOLDING,
-            refusal=Refusal(Reason.RADIUS_JUMP, "jumped"),
-            radius=0.02,
-            plan=plan,
-            radius_age=0.25,
-            pressure_target=plan.pressure,
-            pressure_command=1.0e4,
-            accepted=7,
-            refused=Counter(
-                {Reason.RADIUS_JUMP: 2, Reason.RADIUS_STALE: 1, Reason.PRESSURE_INVALID: 50}
-            ),
-        ),
-        loaded,
-        1.0e5,
-        Header(),
+    seen = snapshot(
+        state=State.HOLDING,
+        refusal=Refusal(Reason.RADIUS_JUMP, "jumped"),
+        radius=0.02,
+        plan=plan,
+        pressure_target=plan.pressure,
+        pressure_command=1.0e4,
     )
+    message = status_to_msg(seen, loaded, Header())
     assert (message.state, message.reason) == (State.HOLDING, Reason.RADIUS_JUMP)
     assert message.reason_text == "jumped"
-    assert (message.object_radius, message.radius_age) == (0.02, 0.25)
+    assert list(message.object_radius) == [0.02]
     assert (message.pressure_target, message.pressure_command) == (plan.pressure, 1.0e4)
-    assert (message.radii_accepted, message.radii_refused) == (7, 3)
     assert message.regime == GripStatus.REGIME_OVERHANG
-    assert message.pressure_margin == 1.0e5 - plan.pressure
-    assert message.line_force == plan.line_force
-    assert message.turns_margin == pytest.approx(message.turns - planner.gripper.turns_required)
-    assert message.radius_margin == min(0.02 - message.radius_min, message.radius_max - 0.02)
-    assert message.tip.x == planner.shape(1.0e4, 0.02).state.tip_position[0]
+    told = wrap_to_msg(seen, loaded, 1.0e5, Header())
+    (figures,) = told.plan
+    assert (figures.object_radius, figures.pressure) == (0.02, plan.pressure)
+    assert figures.pressure_margin == 1.0e5 - plan.pressure
+    assert figures.line_force == plan.line_force
+    assert figures.turns_margin == pytest.approx(figures.turns - planner.gripper.turns_required)
+    lowest, highest = told.radius_range
+    assert figures.radius_margin == min(0.02 - lowest, highest - 0.02)
 
 
 def test_a_status_carries_what_is_measured(planner, loaded):
     perfect = planner.plan(0.02).pressure
     loaded.update_measured_shape(0.9 * perfect, 0.02, tolerance=1.0e3)
-    message = status_to_msg(
-        snapshot(
-            radius=0.02,
-            plan=planner.plan(0.02),
-            measured=MeasuredPressure(0.9 * perfect, 0.05),
-            pressure_fault=Refusal(Reason.PRESSURE_LOW, "a leak"),
-            wrapped=True,
-        ),
-        loaded,
-        1.0e5,
-        Header(),
+    seen = snapshot(
+        radius=0.02,
+        plan=planner.plan(0.02),
+        measured=MeasuredPressure(0.9 * perfect, 0.05),
+        pressure_fault=Refusal(Reason.PRESSURE_LOW, "a leak"),
+        wrapped=True,
     )
-    assert message.measured
+    message = status_to_msg(seen, loaded, Header())
     assert message.wrapped
-    assert (message.measured_pressure, message.measured_age) == (0.9 * perfect, 0.05)
-    assert (message.pressure_fault, message.pressure_fault_text) == (Reason.PRESSURE_LOW, "a leak")
-    assert message.measured_regime == GripStatus.REGIME_OVERHANG
-    tip = planner.shape(0.9 * perfect, 0.02).state.tip_position
-    assert (message.measured_tip.x, message.measured_tip.y) == (tip[0], tip[1])
+    assert list(message.measured_pressure) == [0.9 * perfect]
+    assert (message.fault, message.fault_text) == (Reason.PRESSURE_LOW, "a leak")
+    assert message.regime == GripStatus.REGIME_OVERHANG
 
 
 def test_overpressure_adds_to_the_line_force(planner, loaded):
     plan = planner.plan(0.02)
     target = plan.pressure + 5.0e3
-    pressed = snapshot(radius=0.02, plan=plan, pressure_target=target)
-    message = status_to_msg(pressed, loaded, 1.0e5, Header())
-    assert message.line_force == planner.line_force(plan.wrap, target) > plan.line_force
-    assert message.pressure_margin == 1.0e5 - target
+    pressed = snapshot(radius=0.02, plan=plan, pressure_target=target, overpressure=5.0e3)
+    (figures,) = wrap_to_msg(pressed, loaded, 1.0e5, Header()).plan
+    assert figures.overpressure == 5.0e3
+    assert figures.line_force == planner.line_force(plan.wrap, target) > plan.line_force
+    assert figures.pressure_margin == 1.0e5 - target
 
 
 LEAK = Refusal(Reason.PRESSURE_LOW, "a leak")

@@ -8,11 +8,11 @@ import pytest
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from lifecycle_msgs.msg import State as LifecycleState
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros.harness import RunningNode, all_finite
+from ros.harness import ALL_AND_LATCHED, RunningNode, all_finite
 
 from spiral_core import WrapCurve
 from spiral_gripper.files.catalog import GRIPPERS
-from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.msg import GripStatus, Wrap
 from spiral_gripper_ros.control.states import Reason, State
 
 
@@ -28,29 +28,48 @@ def test_a_radius_becomes_the_pressure_of_its_wrap(active, curve):
     assert active.pressures[-1] == pytest.approx(wrap.pressure, rel=1e-9)
     assert status.pressure_command == active.pressures[-1]
     assert status.regime == GripStatus.REGIME_PERFECT_WRAP
-    assert status.valid
-    assert status.turns == pytest.approx(wrap.turns, rel=1e-6)
-    assert status.gripper_length_needed == pytest.approx(wrap.gripper_length_needed, rel=1e-6)
-    assert status.object_length_needed == pytest.approx(wrap.object_length_needed, rel=1e-6)
-    assert status.radius_min == pytest.approx(curve.radius_min)
-    assert status.radius_max == pytest.approx(curve.radius_max)
-    assert status.radius_margin == pytest.approx(0.02 - curve.radius_min)
-    assert status.pressure_margin == pytest.approx(curve.gripper.pressure_max - wrap.pressure)
-    assert status.header.frame_id == "gripper_base"
-    assert status.header.stamp.sec > 0
+    told = active.wait_for_plan(0.02, status.pressure_target)
+    plan = told.plan[0]
+    assert plan.stable
+    assert plan.turns == pytest.approx(wrap.turns, rel=1e-6)
+    assert list(plan.gripper_length_needed) == pytest.approx([wrap.gripper_length_needed], rel=1e-6)
+    assert list(plan.object_length_needed) == pytest.approx([wrap.object_length_needed], rel=1e-6)
+    assert list(told.radius_range) == pytest.approx([curve.radius_min, curve.radius_max])
+    assert plan.radius_margin == pytest.approx(0.02 - curve.radius_min)
+    assert plan.pressure_margin == pytest.approx(curve.gripper.pressure_max - wrap.pressure)
+    for header in (status.header, told.header):
+        assert header.frame_id == "gripper_base"
+        assert header.stamp.sec > 0
+
+
+def test_what_is_planned_is_told_when_it_changes_and_to_latecomers(active):
+    pressure = active.wrap(0.02).pressure_target
+    active.wait_for_plan(0.02, pressure)
+    active.hear_more(2)
+    active.wraps.clear()
+    active.hear_more(20)
+    assert not active.wraps
+    latecomer = []
+    subscription = active.create_subscription(Wrap, "wrap", latecomer.append, ALL_AND_LATCHED)
+    active.wait_until(lambda: latecomer, "what is latched")
+    assert latecomer[0].plan[0].object_radius == 0.02
+    active.destroy_subscription(subscription)
+    assert active.transition("deactivate")
+    active.wraps.clear()
+    assert active.transition("activate")
+    active.wait_until(lambda: active.wraps and not active.wraps[-1].plan, "what is planned now")
 
 
 def test_the_backbone_is_the_shape_at_the_commanded_pressure(active, curve):
     status = active.wrap(0.02)
+    state = curve.wrap_for_radius(0.02).state
     active.wait_until(
         lambda: (
             active.backbones
-            and nodes_of(active.backbones[-1])[-1]
-            == pytest.approx([*_tip(active.status)], abs=1e-12)
+            and nodes_of(active.backbones[-1])[-1] == pytest.approx(state.tip_position, abs=1e-6)
         ),
-        "the backbone of the status",
+        "the backbone of the wrap",
     )
-    state = curve.wrap_for_radius(0.02).state
     poses = active.backbones[-1].poses
     assert len(poses) == 50
     assert active.backbones[-1].header.frame_id == status.header.frame_id
@@ -61,10 +80,6 @@ def test_the_backbone_is_the_shape_at_the_commanded_pressure(active, curve):
     assert (first.x, first.y, first.z, first.w) == pytest.approx((0.0, 0.0, 0.0, 1.0), abs=1e-6)
     given = np.array([last.x, last.y, last.z, last.w])
     assert abs(given @ state.orientations[-1]) == pytest.approx(1.0, abs=1e-6)
-
-
-def _tip(status):
-    return status.tip.x, status.tip.y, status.tip.z
 
 
 def test_the_command_rises_no_faster_than_its_rate(active):
@@ -80,7 +95,7 @@ def test_the_command_rises_no_faster_than_its_rate(active):
 def test_the_regime_is_overhang_on_the_way_up(active):
     active.set_parameter("pressure_rate_up", 1.0e5)
     active.wrap(0.02)
-    regimes = [s.regime for s in active.statuses if s.object_radius == 0.02]
+    regimes = [s.regime for s in active.statuses if list(s.object_radius) == [0.02]]
     assert regimes[0] == GripStatus.REGIME_OVERHANG
     assert regimes[-1] == GripStatus.REGIME_PERFECT_WRAP
 
@@ -101,7 +116,13 @@ def test_a_bad_radius_is_refused_with_a_reason_and_not_followed(active, radius, 
     active.send_radius(radius)
     status = active.wait_for_state(State.HOLDING, reason)
     assert status.reason_text
-    assert status.radii_refused == before.radii_refused + 1
+    refused = f"refused: {reason.name}"
+    active.wait_until(
+        lambda: any(
+            {v.key: v.value for v in d.values}.get(refused) == "1" for d in active.diagnostics
+        ),
+        "its count in the diagnostics",
+    )
     active.hear_more()
     assert set(active.pressures) == {before.pressure_command}
     assert all_finite(*active.statuses, *active.backbones)
@@ -165,7 +186,12 @@ def test_gravity_that_was_published_once_before_the_node_started_is_heard(client
     client.create_publisher(Vector3Stamped, "gravity", latched).publish(gravity)
     with RunningNode(namespace):
         client.wait_until_active()
-        client.wait_until(lambda: client.status.gravity_age > 0.0, "the gravity")
+        client.wait_until(
+            lambda: any(
+                v.key == "gravity age [s]" and v.value for d in client.diagnostics for v in d.values
+            ),
+            "the gravity",
+        )
         given = client.plan_wrap(0.02, gravity=[gravity.vector]).pressure
         hanging = client.plan_wrap(0.02, gravity=[Vector3(x=9.80665)]).pressure
         assert abs(given - hanging) > 100.0

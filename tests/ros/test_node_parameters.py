@@ -98,7 +98,9 @@ def test_the_cap_acts_at_once_and_cannot_exceed_the_grippers_limit(active, gripp
     assert status.pressure_command <= 6.0e4
     assert active.set_parameter("pressure_cap", 9.0e5).successful
     status = active.wrap(0.011)
-    assert status.pressure_margin == pytest.approx(gripper.pressure_max - status.pressure_target)
+    told = active.wait_for_plan(0.011, status.pressure_target)
+    margin = gripper.pressure_max - status.pressure_target
+    assert told.plan[0].pressure_margin == pytest.approx(margin)
 
 
 def test_the_publish_rate_acts_at_once(active):

@@ -133,7 +133,7 @@ def pose_message(client, placement=None, frame_id="", age=0.0):
     return message
 
 
-def test_the_status_says_where_the_object_is_and_how_far_from_the_coil(active):
+def test_it_is_told_where_the_object_is_and_how_far_from_the_coil(active):
     publisher = active.create_publisher(PoseStamped, "object_pose", 1)
     active.wrap(RADIUS)
     plan = active.plan_wrap(RADIUS)
@@ -145,15 +145,16 @@ def test_the_status_says_where_the_object_is_and_how_far_from_the_coil(active):
 
     def send_and_see():
         publisher.publish(pose_message(active, place, "gripper_base", age=0.1))
-        return active.status.object_pose_known
+        return active.wraps and len(active.wraps[-1].object_offset)
 
     active.wait_until(send_and_see, "the object")
-    assert active.status.object_offset == pytest.approx(0.004, rel=1e-3)
-    assert active.status.object_tilt == pytest.approx(0.0, abs=1e-4)
-    assert 0.1 <= active.status.object_pose_age < 1.0
-    active.wait_until(lambda: not active.status.object_pose_known, "the end of the pose")
-    status = active.status
-    assert (status.object_pose_age, status.object_offset, status.object_tilt) == (0.0, 0.0, 0.0)
+    told = active.wraps[-1]
+    assert list(told.object_offset) == pytest.approx([0.004], rel=1e-3)
+    assert list(told.object_tilt) == pytest.approx([0.0], abs=1e-4)
+    assert 0.1 <= told.object_pose_age[0] < 1.0
+    active.wait_until(lambda: not active.wraps[-1].object_pose_age, "the end of the pose")
+    assert not active.wraps[-1].object_offset
+    assert not active.wraps[-1].object_tilt
     active.destroy_publisher(publisher)
 
 
@@ -175,7 +176,7 @@ def test_a_pose_that_cannot_be_used_is_told_in_diagnostics_and_changes_nothing(
     told = next(one for one in active.diagnostics if "object_pose" in one.message)
     assert words in told.message
     assert int({v.key: v.value for v in told.values}["object poses refused"]) > 0
-    assert not active.status.object_pose_known
+    assert not any(told.object_pose_age for told in active.wraps)
     assert active.status.state == State.TRACKING
     assert active.pressures[-1] == pressure
     assert all_finite(*active.statuses)

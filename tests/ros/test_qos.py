@@ -99,6 +99,7 @@ def test_slow_commands_are_signs_of_life(client, namespace):
     [
         ("pressure_command", (ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)),
         ("status", LATCHED),
+        ("wrap", LATCHED),
         ("backbone", LATCHED),
         ("measured_backbone", LATCHED),
         ("markers", LATCHED),

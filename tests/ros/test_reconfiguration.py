@@ -26,7 +26,10 @@ def description_of(name):
 
 def wait_until_loaded(client, curve):
     client.wait_until(
-        lambda: client.status and client.status.radius_max == pytest.approx(curve.radius_max),
+        lambda: (
+            client.wraps
+            and list(client.wraps[-1].radius_range[1:]) == pytest.approx([curve.radius_max])
+        ),
         "the other gripper",
     )
 
@@ -47,9 +50,9 @@ def test_another_gripper_vents_is_loaded_and_followed_after_rearm(active, other)
     assert active.rearm().success
     status = active.wrap(RADIUS)
     assert status.pressure_command == pytest.approx(other.pressure_from_radius(RADIUS), rel=1e-9)
-    assert status.pressure_margin == pytest.approx(
-        other.gripper.pressure_max - status.pressure_target
-    )
+    told = active.wait_for_plan(RADIUS, status.pressure_target)
+    margin = other.gripper.pressure_max - status.pressure_target
+    assert told.plan[0].pressure_margin == pytest.approx(margin)
     active.wait_until(
         lambda: active.diagnostics and active.diagnostics[-1].hardware_id == OTHER, "diagnostics"
     )
@@ -83,7 +86,8 @@ def test_the_limit_of_the_other_gripper_is_the_cap(active, tmp_path):
     wait_until_loaded(active, WrapCurve(load_gripper(file)))
     assert active.rearm().success
     status = active.wrap(RADIUS)
-    assert status.pressure_margin == pytest.approx(6.0e4 - status.pressure_target)
+    told = active.wait_for_plan(RADIUS, status.pressure_target)
+    assert told.plan[0].pressure_margin == pytest.approx(6.0e4 - status.pressure_target)
 
 
 def test_a_gripper_that_is_none_is_refused_and_the_grip_is_kept(active, tmp_path):
@@ -124,12 +128,10 @@ def test_a_gripper_that_cannot_coil_is_a_fault_until_a_good_one_is_loaded(active
 
 def test_gravity_that_was_told_is_kept_for_the_other_gripper(active, other):
     gravity = (0.0, 0.0, -9.80665)
-    active.wrap(RADIUS)
+    before = active.wait_for_plan(RADIUS, active.wrap(RADIUS).pressure_target).radius_range
     active.send_gravity(gravity)
     expected = WrapCurve(other.gripper.with_mount(gravity, None))
-    active.wait_until(
-        lambda: abs(active.wrap(RADIUS).radius_max - expected.radius_max) > 1e-5, "the gravity"
-    )
+    active.wait_until(lambda: active.wraps[-1].radius_range != before, "the gravity")
     assert active.set_parameter("gripper", OTHER).successful
     wait_until_loaded(active, expected)
 
@@ -162,7 +164,7 @@ def test_the_same_gripper_again_reads_its_file_anew(active, tmp_path):
         wait_until_loaded(active, expected)
         active.wait_until(
             lambda expected=expected: (
-                active.status.radius_min == pytest.approx(expected.radius_min)
+                list(active.wraps[-1].radius_range[:1]) == pytest.approx([expected.radius_min])
             ),
             "the file as it is now",
         )

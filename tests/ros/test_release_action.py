@@ -29,7 +29,7 @@ def holding(active, releases):
     assert active.set_parameter("pressure_settle_time", 0.1).successful
     active.regulator = lambda pressure: pressure
     active.wrap(RADIUS)
-    active.wait_until(lambda: active.status.measured and active.status.wrapped, "the wrap")
+    active.wait_until(lambda: active.status.measured_pressure and active.status.wrapped, "the wrap")
     return releases
 
 

@@ -38,7 +38,7 @@ def test_a_fresh_estimate_is_followed(active):
     active.wait_until(
         lambda: (
             active.send_stamped_radius(RADIUS),
-            active.status.object_radius == RADIUS and active.status.state == State.TRACKING,
+            list(active.status.object_radius) == [RADIUS] and active.status.state == State.TRACKING,
         )[1],
         "the radius",
     )
@@ -56,7 +56,7 @@ def test_an_estimate_that_is_too_old_or_ahead_of_the_clock_is_refused(active, ag
         "the refusal",
     )
     assert how in active.status.reason_text
-    assert active.status.object_radius == RADIUS
+    assert list(active.status.object_radius) == [RADIUS]
     assert active.pressures[-1] == pressure
 
 

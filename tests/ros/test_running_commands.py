@@ -90,14 +90,17 @@ def test_a_grasp_that_cannot_be_is_exit_code_1_with_the_reason(ask):
 
 def test_a_release_whose_pressure_stays_is_exit_code_1(active, ask):
     active.regulator = lambda pressure: 4.0e4
-    active.wait_until(lambda: active.status.measured, "the measured pressure")
+    active.wait_until(lambda: active.status.measured_pressure, "the measured pressure")
     end = started("release", "--timeout", "0.5", "--namespace", active.get_namespace())
     active.wait_until(lambda: end.poll() is not None, "the end")
     assert end.returncode == 1
     assert "still 40 kPa" in end.stdout.read()
     end.stdout.close()
     code, out, _ = ask("status", "--json")
-    assert (code, json.loads(out)["measured"]) == (1, True)  # PRESSURE_HIGH
+    assert (code, json.loads(out)["measured_pressure"]) == (
+        1,
+        pytest.approx(4.0e4),
+    )  # PRESSURE_HIGH
 
 
 def test_ctrl_c_cancels_the_grasp(active):

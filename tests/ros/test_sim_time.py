@@ -71,7 +71,9 @@ class SimulatedTime:
     def ramp(self, pace=0.0):
         """Send a radius and advance until it is wrapped; return the commands by the way."""
         self.client.send_radius(RADIUS)
-        self.client.wait_until(lambda: self.client.status.object_radius == RADIUS, "the radius")
+        self.client.wait_until(
+            lambda: list(self.client.status.object_radius) == [RADIUS], "the radius"
+        )
         commands = []
         while True:
             status = self.advance(pace=pace)
@@ -147,7 +149,7 @@ def test_the_ramp_is_the_same_whatever_the_pace_of_the_clock(simulated):
 def test_a_clock_that_pauses_freezes_the_command_and_goes_on_without_a_jump(simulated):
     client = simulated.client
     client.send_radius(RADIUS)
-    client.wait_until(lambda: client.status.object_radius == RADIUS, "the radius")
+    client.wait_until(lambda: list(client.status.object_radius) == [RADIUS], "the radius")
     before = [simulated.advance().pressure_command for _ in range(10)][-1]
     client.spin(0.1)
     client.pressures.clear()
@@ -191,7 +193,7 @@ def test_a_simulation_that_is_reset_goes_on(simulated):
 def test_a_leap_of_the_clock_is_no_leap_of_the_command(simulated):
     client = simulated.client
     client.send_radius(RADIUS)
-    client.wait_until(lambda: client.status.object_radius == RADIUS, "the radius")
+    client.wait_until(lambda: list(client.status.object_radius) == [RADIUS], "the radius")
     before = simulated.advance().pressure_command
     after = simulated.advance(3_600_000_000_000).pressure_command
     # The ramp's longest step is 0.1 s.

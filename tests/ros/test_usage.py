@@ -28,7 +28,7 @@ def test_an_operator_reads_what_happens_once(client, namespace):
     with RunningNode(namespace, {**FAST_RAMP, **PATIENT}) as node:
         client.wait_until_active()
         client.regulator = lambda pressure: pressure
-        client.wait_until(lambda: client.status.measured, "a measured pressure")
+        client.wait_until(lambda: client.status.measured_pressure, "a measured pressure")
         client.wrap(0.02)
         client.wait_until(lambda: client.status.wrapped, "the wrap")
         for _ in range(20):
@@ -36,7 +36,7 @@ def test_an_operator_reads_what_happens_once(client, namespace):
             client.spin(0.02)
         client.wait_for_state(State.HOLDING)
         client.regulator = lambda pressure: 0.8 * pressure
-        client.wait_until(lambda: client.status.pressure_fault, "the fault")
+        client.wait_until(lambda: client.status.fault, "the fault")
         assert client.release().success
         client.wait_for_state(State.RELEASED)
         client.spin(0.2)

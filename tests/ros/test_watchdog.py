@@ -18,7 +18,7 @@ def test_a_node_that_hangs_and_then_is_killed_is_survived_by_the_regulators_watc
             lambda: (
                 observer.grip == "perfect wrap"
                 and observer.true_pressure > 3.0e4
-                and observer.status.pressure_fault == Reason.NONE
+                and observer.status.fault == Reason.NONE
             ),
             what,
         )

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 from spiral_core.validation import require_positive
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.msg import GripStatus, Wrap
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.answers import (
     NoAnswerError,
@@ -71,6 +71,7 @@ class SpiralGripper:
         self._namespace, self._answer_timeout = namespace, answer_timeout
         self._statuses = 0
         self._status: GripStatus | None = None
+        self._planned: Wrap | None = None
         self._goal: Any = None
         self._result: Future | None = None
         self._late = LateCancel()
@@ -89,6 +90,7 @@ class SpiralGripper:
         self._alive = node.create_publisher(Empty, "keep_alive", 1)
         self._heard = time.monotonic()
         node.create_subscription(GripStatus, "status", self._on_status, LATEST)
+        node.create_subscription(Wrap, "wrap", self._on_wrap, LATEST)
 
     def close(self) -> None:
         """End the connection, once; the gripper goes on with what it does."""
@@ -139,6 +141,15 @@ class SpiralGripper:
         seen = self._statuses
         self._link.spin_until(lambda: self._statuses > seen, GLANCE)
         return self._status
+
+    @property
+    def planned(self) -> Wrap | None:
+        """What is planned for the object in use and what holds it; None without a message.
+
+        Takes up to a tenth of a second.
+        """
+        self._link.spin_until(lambda: self._planned is not None, GLANCE)
+        return self._planned
 
     def plan(
         self,
@@ -326,6 +337,9 @@ class SpiralGripper:
         self._status = status
         self._statuses += 1
         self._heard = time.monotonic()
+
+    def _on_wrap(self, planned: Wrap) -> None:
+        self._planned = planned
 
     def _on_sign(self, _: Future) -> None:
         self._heard = time.monotonic()

@@ -48,7 +48,10 @@ class State(IntEnum):
 
 
 class Reason(IntEnum):
-    """Why the newest input is not followed."""
+    """Why an input is not followed, a request refused or a goal ended.
+
+    Below 100: what was given; from 100: what somebody does, and how a goal goes; from 200: faults.
+    """
 
     NONE = 0
     NO_RADIUS = 1
@@ -58,26 +61,26 @@ class Reason(IntEnum):
     RADIUS_TOO_LARGE = 5
     RADIUS_JUMP = 6
     RADIUS_STALE = 7
-    PRESSURE_CAP = 8
-    NOT_CERTIFIED = 9
-    GRAVITY_INVALID = 10
-    RELEASED = 11
-    NOT_ACTIVE = 12
-    INTERNAL_ERROR = 13
-    INVALID_REQUEST = 14
-    OBJECT_TOO_SHORT = 15
-    RECONFIGURED = 16
-    GRASP_CANCELED = 17
-    GRASP_REPLACED = 18
-    GRASP_TIMEOUT = 19
-    WRAP_FAILED = 20
-    PRESSURE_LOW = 21
-    PRESSURE_HIGH = 22
-    PRESSURE_LOST = 23
-    PRESSURE_INVALID = 24
-    GRAVITY_STALE = 25
-    CLIENT_LOST = 26
-    TAKEN_OVER = 27
+    OBJECT_TOO_SHORT = 8
+    PRESSURE_CAP = 9
+    NOT_CERTIFIED = 10
+    GRAVITY_INVALID = 11
+    INVALID_REQUEST = 12
+    NOT_ACTIVE = 100
+    RELEASED = 101
+    RECONFIGURED = 102
+    TAKEN_OVER = 103
+    GRASP_CANCELED = 104
+    GRASP_REPLACED = 105
+    GRASP_TIMEOUT = 106
+    WRAP_FAILED = 107
+    INTERNAL_ERROR = 200
+    PRESSURE_LOW = 201
+    PRESSURE_HIGH = 202
+    PRESSURE_LOST = 203
+    PRESSURE_INVALID = 204
+    GRAVITY_STALE = 205
+    CLIENT_LOST = 206
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,8 @@ from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.msg import GripStatus, Wrap, WrapFigures
 from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement
@@ -34,8 +33,6 @@ REGIME_NAMES = {
     number: "-" if regime is None else regime.value for regime, number in REGIMES.items()
 }
 
-# Refusals of other inputs than radii.
-_NO_RADII = (Reason.GRAVITY_INVALID, Reason.PRESSURE_INVALID)
 BASE = "gripper_base"
 
 
@@ -111,50 +108,49 @@ def pose_along(placement: ObjectPlacement) -> Pose:
     return Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w))
 
 
+def known(values: Sequence[float]) -> float | None:
+    """Return the number of a list of at most one, or None.
+
+    Example:
+        >>> known([0.02]), known([])
+        (0.02, None)
+    """
+    return values[0] if len(values) else None
+
+
+def optional(value: float | None) -> list[float]:
+    """Return the list of at most one number that stands for a value in a message."""
+    return [] if value is None else [value]
+
+
 def status_to_msg(
     snapshot: Snapshot[WrapPlan],
     loaded: LoadedGripper,
-    pressure_cap: float,
     header: Any,  # noqa: ANN401
 ) -> GripStatus:
-    """Return the status message; what is not known is 0, so that every number is finite.
+    """Return the status message.
 
     Args:
         snapshot: what is commanded, and why.
         loaded: the gripper, with its shapes up to date.
-        pressure_cap: largest pressure that is ever commanded [Pa].
         header: stamp and frame of the message.
     """
-    message = GripStatus(
+    measured = None if snapshot.measured is None else snapshot.measured.pressure
+    regime = shown_regime(snapshot, loaded, loaded.regime(snapshot.pressure))
+    return GripStatus(
         header=header,
         state=int(snapshot.state),
         reason=int(snapshot.refusal.reason),
         reason_text=snapshot.refusal.text,
-        radius_age=snapshot.radius_age or 0.0,
+        fault=int(snapshot.pressure_fault.reason),
+        fault_text=snapshot.pressure_fault.text,
+        object_radius=optional(snapshot.radius),
         pressure_target=snapshot.pressure_target,
-        overpressure=snapshot.overpressure,
-        gravity_age=snapshot.gravity_age or 0.0,
         pressure_command=snapshot.pressure_command,
+        measured_pressure=optional(measured),
+        regime=REGIMES[regime],
         wrapped=snapshot.wrapped,
-        radii_accepted=snapshot.accepted,
-        radii_refused=sum(
-            count for reason, count in snapshot.refused.items() if reason not in _NO_RADII
-        ),
     )
-    lowest, highest = loaded.planner.radius_range
-    if math.isfinite(highest):
-        message.radius_min, message.radius_max = lowest, highest
-    message.regime_from_contact = loaded.is_regime_from_contact
-    if loaded.shape is not None:
-        regime = loaded.regime_of(loaded.shape, snapshot.pressure_command)
-        message.regime = REGIMES[shown_regime(snapshot, loaded, regime)]
-        message.tip = _tip(loaded.shape.state)
-    _fill_measured(message, snapshot, loaded)
-    if snapshot.plan is not None and snapshot.radius is not None:
-        _fill_plan(message, snapshot.plan, snapshot.radius)
-        message.line_force = _line_force(snapshot.plan, snapshot.pressure_target, loaded)
-        message.pressure_margin = pressure_cap - snapshot.pressure_target
-    return message
 
 
 def shown_regime(
@@ -164,46 +160,54 @@ def shown_regime(
     return regime if loaded.is_regime_from_contact else snapshot.shown(regime)
 
 
+def wrap_to_msg(
+    snapshot: Snapshot[WrapPlan],
+    loaded: LoadedGripper,
+    pressure_cap: float,
+    header: Any,  # noqa: ANN401
+) -> Wrap:
+    """Return what is planned; the grip and the object's pose are still to be filled in.
+
+    Args:
+        snapshot: what is commanded, and why.
+        loaded: the gripper.
+        pressure_cap: largest pressure that is ever commanded [Pa].
+        header: stamp and frame of the message.
+    """
+    message = Wrap(header=header, regime_from_contact=loaded.is_regime_from_contact)
+    lowest, highest = loaded.planner.radius_range
+    if math.isfinite(highest):
+        message.radius_range = [lowest, highest]
+    plan, radius, target = snapshot.plan, snapshot.radius, snapshot.pressure_target
+    if plan is not None and radius is not None:
+        wrap = plan.wrap
+        figures = WrapFigures(
+            object_radius=radius,
+            pressure=target,
+            overpressure=snapshot.overpressure,
+            turns=wrap.turns,
+            contact_length=wrap.contact_length,
+            gripper_length_needed=optional(wrap.gripper_length_needed),
+            object_length_needed=optional(wrap.object_length_needed),
+            line_force=_line_force(plan, target, loaded),
+            stable=wrap.state.stable,
+            radius_margin=min(radius - lowest, highest - radius) if message.radius_range else 0.0,
+            pressure_margin=pressure_cap - target,
+            turns_margin=plan.turns_margin,
+            solve_time=plan.solve_time,
+        )
+        message.plan = [figures]
+    return message
+
+
 def fill_object(
-    message: GripStatus, seen: SeenObject, age: float, expected: ObjectPlacement | None
+    message: Wrap, seen: SeenObject, age: float, expected: ObjectPlacement | None
 ) -> None:
     """Write where the object is seen, and how far that is from where a wrap expects it."""
-    message.object_pose_known = True
-    message.object_pose_age = age
+    message.object_pose_age = [age]
     if expected is not None:
-        message.object_offset, message.object_tilt = misplacement(seen, expected)
-
-
-def _fill_measured(
-    message: GripStatus, snapshot: Snapshot[WrapPlan], loaded: LoadedGripper
-) -> None:
-    """Write what the measured pressure says."""
-    message.pressure_fault = int(snapshot.pressure_fault.reason)
-    message.pressure_fault_text = snapshot.pressure_fault.text
-    if snapshot.measured is None:
-        return
-    message.measured = True
-    message.measured_pressure = snapshot.measured.pressure
-    message.measured_age = snapshot.measured.age
-    if loaded.measured_shape is not None:
-        regime = loaded.regime_of(loaded.measured_shape, snapshot.measured.pressure)
-        message.measured_regime = REGIMES[shown_regime(snapshot, loaded, regime)]
-        message.measured_tip = _tip(loaded.measured_shape.state)
-
-
-def _fill_plan(message: GripStatus, plan: WrapPlan, radius: float) -> None:
-    """Write the figures of the wrap that is aimed for."""
-    wrap = plan.wrap
-    message.object_radius = radius
-    message.valid = wrap.state.stable
-    message.turns = wrap.turns
-    message.contact_length = wrap.contact_length
-    message.gripper_length_needed = wrap.gripper_length_needed or 0.0
-    message.object_length_needed = wrap.object_length_needed or 0.0
-    message.turns_margin = plan.turns_margin
-    message.solve_time = plan.solve_time
-    if message.radius_max > 0.0:
-        message.radius_margin = min(radius - message.radius_min, message.radius_max - radius)
+        offset, tilt = misplacement(seen, expected)
+        message.object_offset, message.object_tilt = [offset], [tilt]
 
 
 def _line_force(plan: WrapPlan, target: float, loaded: LoadedGripper) -> float:
@@ -211,8 +215,3 @@ def _line_force(plan: WrapPlan, target: float, loaded: LoadedGripper) -> float:
     if target > plan.wrap.pressure and isinstance(loaded.planner, GripperPlanner):
         return loaded.planner.line_force(plan.wrap, target)
     return plan.line_force
-
-
-def _tip(state: RodState) -> Point:
-    x, y, z = state.tip_position.tolist()
-    return Point(x=x, y=y, z=z)

@@ -13,7 +13,7 @@ from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
 from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import MarkerArray
 
-from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.msg import GripStatus, Wrap
 from spiral_gripper_ros.messages.conversions import backbone_to_msg
 from spiral_gripper_ros.messages.qos import COMMAND, LATEST
 from spiral_gripper_ros.planning.planner import GripShape
@@ -23,6 +23,7 @@ ACKNOWLEDGE_TIMEOUT = 0.5
 
 _MANAGED = {
     "status": GripStatus,
+    "wrap": Wrap,
     "backbone": PoseArray,
     "measured_backbone": PoseArray,
     "markers": MarkerArray,

@@ -5,14 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
 
 from spiral_gripper import GripperDescription
-from spiral_gripper_msgs.msg import Grip
+from spiral_gripper_msgs.msg import Grip, Wrap
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg
+from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg, wrap_to_msg
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.table import GripperParameters
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
@@ -71,6 +72,7 @@ class Runtime:
         self.objects = ObjectWatch()
         self.log = EventLog(node.get_logger())
         self.is_active = self.has_commanded = False
+        self._wrap_told: tuple[object, ...] | None = None
         self.not_configured = NOT_CONFIGURED
         self.on_published: Callable[[], None] = lambda: None
         self.tell = log_on_error(self.errors, self._tell)
@@ -246,14 +248,15 @@ class Runtime:
         force = loaded.line_force(seen.plan, pressure) if grip is None else grip.normal_force
         self.control.observe(now, loaded.regime(pressure), force)
         snapshot, header = self.control.snapshot(), self.outputs.header()
-        status = status_to_msg(snapshot, loaded, self.limits.pressure_cap, header)
-        status.grip = self._grip_to_msg(grip, loaded)
-        if grip is not None:
-            status.contact_length = grip.contact_length
-        if seen_object is not None:
-            age = now - seen_object.seen_at
-            fill_object(status, seen_object, age, loaded.placement(snapshot.plan))
-        self.outputs.publish("status", status)
+        self.outputs.publish("status", status_to_msg(snapshot, loaded, header))
+        told = (
+            *(self.is_active, snapshot.plan, snapshot.pressure_target, seen_object),
+            *(None if grip is None else grip.computed_at, loaded.is_regime_from_contact),
+            *(loaded.planner.radius_range, self.limits.pressure_cap, self.values.payload),
+        )
+        if moved or measured_moved or told != self._wrap_told:
+            self._wrap_told = told
+            self.outputs.publish("wrap", self._wrap(loaded, grip, now, header))
         points = self.values.backbone_points
         if moved:
             self.outputs.publish_shape("backbone", loaded.shape, points, header)
@@ -261,6 +264,24 @@ class Runtime:
             shape = loaded.measured_shape
             self.outputs.publish_shape("measured_backbone", shape, points, header)
         self.log.tell(now, snapshot)
+
+    def _wrap(
+        self,
+        loaded: LoadedGripper,
+        grip: GripAnswer | None,
+        now: float,
+        header: Any,  # noqa: ANN401
+    ) -> Wrap:
+        """Return what is planned for the object in use, and what holds it."""
+        snapshot, seen = self.control.snapshot(), self.seen_object()
+        message = wrap_to_msg(snapshot, loaded, self.limits.pressure_cap, header)
+        message.grip = self._grip_to_msg(grip, loaded)
+        for figures in message.plan:
+            if grip is not None:
+                figures.contact_length = grip.contact_length
+        if seen is not None:
+            fill_object(message, seen, now - seen.seen_at, loaded.placement(snapshot.plan))
+        return message
 
     def _grip_to_msg(
         self, answer: GripAnswer | None, loaded: LoadedGripper, payload: float = 0.0

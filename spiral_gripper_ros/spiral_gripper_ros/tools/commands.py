@@ -19,7 +19,7 @@ from spiral_gripper_ros.client.connection import Connection
 from spiral_gripper_ros.client.listener import listening
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.messages.conversions import REGIME_NAMES
+from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
 from spiral_gripper_ros.tools.watcher import Watcher
 
 # How long a command looks for the node: DDS may take seconds to discover it [s].
@@ -191,15 +191,19 @@ def status(namespace: str) -> Answer:
         while (heard := gripper.status) is None:
             if time.monotonic() > deadline:
                 raise NoAnswerError(no_node_in(namespace), DISCOVERY_TIMEOUT)
+        planned = gripper.planned
     troubles = [
         f"{Reason(reason).name}: {reworded(text)}"
         for reason, text in (
             (heard.reason, heard.reason_text),
-            (heard.pressure_fault, heard.pressure_fault_text),
+            (heard.fault, heard.fault_text),
         )
         if reason not in _NO_TROUBLE
     ]
-    return Answer(not troubles, [*_status_lines(heard), *troubles], _document(heard))
+    document = _document(heard) | {"wrap": None if planned is None else _document(planned)}
+    radii = shown_range(*planned.radius_range) if planned and planned.radius_range else "none"
+    lines = [*_status_lines(heard), f"grips radii      {radii}", *troubles]
+    return Answer(not troubles, lines, document)
 
 
 def watch(namespace: str, duration: float) -> int:
@@ -214,22 +218,24 @@ def watch(namespace: str, duration: float) -> int:
 
 def _status_lines(heard: GripStatus) -> list[str]:
     """Return a status as people read it."""
-    measured, regime = "not measured", heard.regime
-    if heard.measured:
-        measured, regime = shown(heard.measured_pressure, "Pa"), heard.measured_regime
-    held = "none" if heard.object_radius == 0.0 else shown(heard.object_radius, "m")
+    measured = _shown(heard.measured_pressure, "Pa", "not measured")
     command, target = (
         shown(pressure, "Pa") for pressure in (heard.pressure_command, heard.pressure_target)
     )
     return [
         f"state            {State(heard.state).name}",
-        f"object radius    {held}",
+        f"object radius    {_shown(heard.object_radius, 'm', 'none')}",
         f"command          {command} of {target}",
         f"measured         {measured}",
-        f"regime           {REGIME_NAMES[regime]}",
+        f"regime           {REGIME_NAMES[heard.regime]}",
         f"wrapped          {'yes' if heard.wrapped else 'no'}",
-        f"grips radii      {_range(heard)}",
     ]
+
+
+def _shown(values: Any, unit: str, otherwise: str) -> str:  # noqa: ANN401
+    """Return the number of a list of at most one as it is shown, or what stands for none."""
+    value = known(values)
+    return otherwise if value is None else shown(value, unit)
 
 
 def _range(message: Any) -> str:  # noqa: ANN401
@@ -237,10 +243,19 @@ def _range(message: Any) -> str:  # noqa: ANN401
 
 
 def _document(message: Any, without: tuple[str, ...] = ()) -> dict[str, object]:  # noqa: ANN401
-    """Return the fields of a message, those of messages in it by name."""
+    """Return the fields of a message by name; a list of at most one is its value or None."""
     return {
-        name: _document(value) if hasattr(value, "get_fields_and_field_types") else value
-        for name in message.get_fields_and_field_types()
+        name: _value(getattr(message, name), may_be_one=kind.endswith(", 1>"))
+        for name, kind in message.get_fields_and_field_types().items()
         if name not in without
-        for value in (getattr(message, name),)
     }
+
+
+def _value(value: Any, *, may_be_one: bool) -> Any:  # noqa: ANN401
+    """Return the value of a field of a message as JSON has it."""
+    if hasattr(value, "get_fields_and_field_types"):
+        return _document(value)
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    values = [_value(one, may_be_one=False) for one in value]
+    return (values[0] if values else None) if may_be_one else values

@@ -16,8 +16,9 @@ from rclpy.qos import qos_profile_sensor_data
 from std_msgs.msg import Float64
 
 from spiral_gripper import load_gripper
-from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.msg import GripStatus, Wrap
 from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.messages.conversions import known
 from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.process.program import HELP_OPTIONS
 from spiral_gripper_ros.tools.demo_report import DemoReport
@@ -86,13 +87,14 @@ class DemoWatcher(Watcher):
         super().__init__(namespace)
         self._report = report
         self._number = 0
-        self._radius = 0.0
+        self._radius: float | None = None
         self._reason = Reason.NONE
         quality = qos_profile_sensor_data
         self._estimates = self.create_publisher(Float64, "object_radius", quality)
         self.create_subscription(Float64, "simulated/object_radius", self._on_object, quality)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, 10)
         self.create_subscription(GripStatus, "status", self._on_status, LATEST)
+        self.create_subscription(Wrap, "wrap", self._on_wrap, LATEST)
 
     def _on_object(self, message: Float64) -> None:
         radius = estimate(self._number, message.data)
@@ -104,16 +106,20 @@ class DemoWatcher(Watcher):
         self._report.pressures.append(message.data)
 
     def _on_status(self, status: GripStatus) -> None:
-        if status.object_radius not in (self._radius, 0.0):
-            self._report.solve_times.append(status.solve_time)
-        self._radius = status.object_radius
         reason = Reason(status.reason)
         if reason is not self._reason and reason not in _NOT_REFUSED:
             self._report.refused[reason] += 1
         self._reason = reason
         at_target = status.pressure_command == status.pressure_target
-        if at_target and status.valid and status.regime == GripStatus.REGIME_PERFECT_WRAP:
-            self._report.wrap(status.object_radius, status.pressure_command)
+        radius = known(status.object_radius)
+        if at_target and radius and status.regime == GripStatus.REGIME_PERFECT_WRAP:
+            self._report.wrap(radius, status.pressure_command)
+
+    def _on_wrap(self, message: Wrap) -> None:
+        for plan in message.plan:
+            if plan.object_radius != self._radius:
+                self._report.solve_times.append(plan.solve_time)
+            self._radius = plan.object_radius
 
 
 def main(args: list[str] | None = None) -> int:

@@ -14,10 +14,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.studio.live import HoldingFigures, NodeState
-from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_msgs.msg import GripStatus, Wrap
 from spiral_gripper_ros.client.listener import Listener, listening
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.messages.conversions import REGIME_NAMES
+from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
 from spiral_gripper_ros.messages.markers import MEASURED_TUBE, OBJECT, TUBE
 from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.tools.watcher import troubles_of
@@ -33,6 +33,7 @@ class StudioListener(Listener):
     def __init__(self, namespace: str) -> None:
         super().__init__("spiral_gripper_studio", namespace)
         self.keep(GripStatus, "status", LATEST)
+        self.keep(Wrap, "wrap", LATEST)
         self.keep(MarkerArray, "markers", LATEST)
 
     def heard(self) -> NodeState | None:
@@ -48,10 +49,10 @@ class StudioListener(Listener):
             state=State(status.state).name.lower().replace("_", " "),
             command=status.pressure_command,
             target=status.pressure_target,
-            measured=status.measured_pressure if status.measured else None,
-            object_radius=status.object_radius or None,
-            regime=REGIME_NAMES[status.measured_regime if status.measured else status.regime],
-            held=_held(status),
+            measured=known(status.measured_pressure),
+            object_radius=known(status.object_radius),
+            regime=REGIME_NAMES[status.regime],
+            held=_held(self.newest("wrap")),
             troubles=tuple(troubles_of(status).values()),
             tube=None if tube is None else _points(tube),
             outer_radius=0.0 if tube is None else 0.5 * tube.scale.x,
@@ -82,10 +83,10 @@ def _points(marker: Any) -> Array:  # noqa: ANN401
     return np.array([(p.x, p.y, p.z) for p in marker.points], dtype=np.float64).reshape(-1, 3)
 
 
-def _held(status: GripStatus) -> HoldingFigures | None:
-    grip = status.grip
-    if not grip.known:
+def _held(planned: Wrap | None) -> HoldingFigures | None:
+    if planned is None or not planned.grip.known:
         return None
+    grip = planned.grip
     return HoldingFigures(
         contact_length=grip.contact_length,
         normal_force=grip.normal_force,

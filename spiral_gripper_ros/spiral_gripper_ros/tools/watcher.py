@@ -14,7 +14,7 @@ from spiral_gripper.files.shown import axis_label, in_units, reworded
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.messages.conversions import REGIME_NAMES
+from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
 from spiral_gripper_ros.messages.qos import LATEST
 
 # What is older than this [s] is no longer shown.
@@ -70,10 +70,10 @@ class Watcher(Listener):
         cells = {
             "t [s]": f"{elapsed:5.1f}",
             axis_label("object", "m"): _number((radius and radius.data) or None, "m"),
-            axis_label("believed", "m"): _number(status.object_radius or None, "m"),
+            axis_label("believed", "m"): _number(known(status.object_radius), "m"),
             axis_label("command", "Pa"): _number(self.command, "Pa"),
             axis_label("measured", "Pa"): _number(measured and measured.fluid_pressure, "Pa"),
-            "regime": REGIME_NAMES[status.measured_regime if status.measured else status.regime],
+            "regime": REGIME_NAMES[status.regime],
             "wrapped": "yes" if status.wrapped else "no",
             "really": "-" if grip is None else grip.data,
             "state": State(status.state).name.lower().replace("_", " "),
@@ -88,9 +88,9 @@ class Watcher(Listener):
 def troubles_of(status: GripStatus) -> dict[int, str]:
     """Return the reasons for what is wrong, each with its text for people."""
     troubles = {}
-    if status.pressure_fault != Reason.NONE:
-        troubles[status.pressure_fault] = status.pressure_fault_text
-    if status.reason not in (*_NO_TROUBLE, status.pressure_fault):
+    if status.fault != Reason.NONE:
+        troubles[status.fault] = status.fault_text
+    if status.reason not in (*_NO_TROUBLE, status.fault):
         troubles[status.reason] = status.reason_text
     return troubles
 
