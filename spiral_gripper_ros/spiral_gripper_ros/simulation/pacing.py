@@ -74,13 +74,9 @@ class RateGate:
     def __init__(self) -> None:
         self._next = 0.0
 
-    def is_due(self, now: float) -> bool:
-        """Return whether it is due at a time [s]."""
-        return now >= self._next - _EARLY
-
     def due(self, now: float, rate: float) -> bool:
         """Return whether it is due at a time [s], for a rate [Hz] > 0; then it is done."""
-        if not self.is_due(now):
+        if now < self._next - _EARLY:
             return False
         period = 1.0 / rate
         # In step with what went before, but what was missed during a pause is not made up.

@@ -51,12 +51,6 @@ class SimulatedRegulatorParameters(Parameters):
         5.0,
         read_only=True,
     )
-    object_load: float = parameter(
-        0.0,
-        "Force that pulls at the object along gravity [N], its weight in the air; 0: none.",
-        0.0,
-        1000.0,
-    )
     fault: str = choice(Fault.NONE, "Fault of the regulator.")
     time_constant: float = parameter(0.1, "Lag of the regulator's loop [s].", 0.001, 10.0)
     supply_pressure: float = parameter(
@@ -86,12 +80,6 @@ class SimulatedRegulatorParameters(Parameters):
     )
     measured_rate: float = parameter(50.0, "Rate of measured_pressure [Hz].", 1.0, 100.0)
     truth_rate: float = parameter(20.0, "Rate of the topics below simulated/ [Hz].", 1.0, 50.0)
-    shape_in_time: bool = parameter(
-        False,
-        "Let simulated/backbone lag behind the pressure and swing, as a free tube with its "
-        "mass does; computed in a process of its own.",
-        read_only=True,
-    )
     publish_clock: bool = parameter(
         False,
         "Publish /clock, for nodes with use_sim_time; the simulation is then as fast as "

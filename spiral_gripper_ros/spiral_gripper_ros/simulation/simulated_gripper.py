@@ -30,7 +30,6 @@ class Grip(Enum):
     CURLING = "curling"
     NOT_GRIPPABLE = "not grippable"  # the object is outside the range of radii
     OVERPRESSURE = "overpressure"  # beyond what the gripper's model reaches
-    SLIPPED = "slipped"  # more pulls at the object than holds it
     UNKNOWN = "unknown"  # no certified shape was found
 
 
@@ -107,10 +106,6 @@ class SimulatedGripper:
         except SolverError:
             return None
 
-    def _pressed_until(self, radius: float) -> float:
-        """Return the pressure up to which the object keeps the tip from curling off [Pa]."""
-        return HIGHEST_GRIP_RATIO * self._curve.pressure_from_radius(radius)
-
     def grip(self, pressure: float, radius: float | None, shape: RodState | None = None) -> Grip:
         """Return how it holds an object.
 
@@ -125,8 +120,9 @@ class SimulatedGripper:
             return Grip.OVERPRESSURE
         try:
             grip = Grip(self._curve.regime(pressure, radius, shape).value)
-            if grip is Grip.CURLING and pressure <= self._pressed_until(radius):
-                return Grip.PERFECT_WRAP
+            if grip is Grip.CURLING:  # the object keeps the tip from curling off for a while
+                pressed_until = HIGHEST_GRIP_RATIO * self._curve.pressure_from_radius(radius)
+                return Grip.PERFECT_WRAP if pressure <= pressed_until else grip
             return grip
         except NotGrippableError:
             return Grip.NOT_GRIPPABLE

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import time
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -14,10 +13,7 @@ from rclpy.executors import Executor
 from rosgraph_msgs.msg import Clock
 
 from spiral_gripper import load_gripper
-from spiral_gripper_ros.planning.grip_worker import GripProcess
 from spiral_gripper_ros.process.guards import ErrorLog, guard_services
-from spiral_gripper_ros.simulation.moving_tube import MovingTube
-from spiral_gripper_ros.simulation.object_hold import ObjectHold
 from spiral_gripper_ros.simulation.pacing import STEP, Pacing, RateGate
 from spiral_gripper_ros.simulation.radius_node import RadiusNode
 from spiral_gripper_ros.simulation.regulator_node import RegulatorNode
@@ -42,13 +38,7 @@ class Simulator:
         values = self._regulator.values
         gripper = SimulatedGripper(load_gripper(values.gripper), values.stiffness_factor)
         self._radii = RadiusNode(gripper.middle_radius, **options)
-        process, pool = GripProcess(), ThreadPoolExecutor(1, thread_name_prefix="grips")
-        hold = ObjectHold(gripper.gripper, process.answer, pool)
-        self._regulator.context.on_shutdown(process.end)
-        self._tube = MovingTube(gripper.gripper) if values.shape_in_time else None
-        if self._tube is not None:
-            self._regulator.context.on_shutdown(self._tube.end)
-        self._truth = Truth(self._regulator, gripper, hold, self._tube)
+        self._truth = Truth(self._regulator, gripper)
         self._telling = RateGate()
         publishes_clock = values.publish_clock
         self._pacing = Pacing(publishes_clock)
@@ -66,8 +56,6 @@ class Simulator:
             executor.add_node(node)
 
     def _on_tick(self) -> None:
-        if self._waits_for_shape():
-            return
         duration = self._pacing.step(self._reading())
         now, stamp = self._pacing.now, self._stamp()
         if self._clock is not None:
@@ -77,21 +65,10 @@ class Simulator:
         self._radii.step(now)
         if self._telling.due(now, self._regulator.values.truth_rate):
             self._truth.publish(
-                now,
                 self._regulator.regulator.pressure,
                 self._radii.estimator.true_radius(),
-                self._regulator.values.object_load,
                 self._regulator.header(stamp),
             )
-
-    def _waits_for_shape(self) -> bool:
-        """Return whether time stops because the shape to publish next is still computed.
-
-        Only where this simulator is the source of time: another clock goes on.
-        """
-        if self._clock is None or self._tube is None or not self._tube.is_computing:
-            return False
-        return self._telling.is_due(self._pacing.now + STEP)
 
     def _reading(self) -> float:
         """Return what the clock reads that time follows [s]: /clock, or one that never leaps."""

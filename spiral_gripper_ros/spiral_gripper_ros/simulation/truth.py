@@ -14,8 +14,6 @@ from std_msgs.msg import Float64, String
 
 from spiral_core.rod.state import RodState
 from spiral_gripper_ros.messages.conversions import backbone_to_msg
-from spiral_gripper_ros.simulation.moving_tube import MovingTube
-from spiral_gripper_ros.simulation.object_hold import ObjectHold
 from spiral_gripper_ros.simulation.simulated_gripper import Grip, SimulatedGripper
 
 BACKBONE_POINTS = 50
@@ -32,18 +30,10 @@ class Truth:
     Args:
         node: whose topics these are.
         gripper: the gripper as it really is.
-        hold: whether the object stays in it.
-        tube: its shape in time; None: it moves as fast as its pressure.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        gripper: SimulatedGripper,
-        hold: ObjectHold,
-        tube: MovingTube | None = None,
-    ) -> None:
-        self._gripper, self._hold, self._tube = gripper, hold, tube
+    def __init__(self, node: Node, gripper: SimulatedGripper) -> None:
+        self._gripper = gripper
         self._solved_pressure, self._solved_grip = math.nan, Grip.UNKNOWN
         self._solved_radius: float | None = None
         self._solved_shape: RodState | None = None
@@ -52,21 +42,12 @@ class Truth:
         self._grip = node.create_publisher(String, "simulated/grip", TRUTH)
         self._backbone = node.create_publisher(PoseArray, "simulated/backbone", TRUTH)
 
-    def publish(
-        self,
-        now: float,
-        pressure: float,
-        radius: float | None,
-        load: float,
-        header: Any,  # noqa: ANN401
-    ) -> None:
+    def publish(self, pressure: float, radius: float | None, header: Any) -> None:  # noqa: ANN401
         """Publish the present state.
 
         Args:
-            now: time [s].
             pressure: in the gripper [Pa].
             radius: of the object [m]; None: there is none, published as 0.
-            load: force that pulls at the object along gravity [N].
             header: of the stamped messages.
         """
         self._pressure.publish(FluidPressure(header=header, fluid_pressure=pressure))
@@ -75,9 +56,6 @@ class Truth:
             self._solved_pressure, self._solved_radius = pressure, radius
             self._solved_shape = self._gripper.shape(pressure)
             self._solved_grip = self._gripper.grip(pressure, radius, self._solved_shape)
-        grip = self._hold.judge(now, self._solved_grip, radius, pressure, load)
-        self._grip.publish(String(data=grip.value))
-        moving = self._tube.follow(now, pressure) if self._tube is not None else None
-        shape = moving or self._solved_shape
-        if shape is not None:
-            self._backbone.publish(backbone_to_msg(shape, BACKBONE_POINTS, header))
+        self._grip.publish(String(data=self._solved_grip.value))
+        if self._solved_shape is not None:
+            self._backbone.publish(backbone_to_msg(self._solved_shape, BACKBONE_POINTS, header))
