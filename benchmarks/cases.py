@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core import Rod, RodLoad
+from spiral_core import Rod, RodLoad, Section
 
 INNER_RADIUS = 4.7625e-3
 OUTER_RADIUS = INNER_RADIUS + 0.794e-3
@@ -39,7 +39,11 @@ class Case:
     load: RodLoad = field(init=False)
 
     def __post_init__(self) -> None:
-        rod = Rod(self.length, self.bending, self.torsional, self.rest_strain)
+        rod = Rod(
+            self.length,
+            Section.inextensible(self.bending, self.torsional),
+            rest_strain=self.rest_strain,
+        )
         object.__setattr__(self, "rod", rod)
         object.__setattr__(self, "load", RodLoad(self.distributed, self.tip_force))
 

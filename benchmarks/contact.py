@@ -12,10 +12,10 @@ from benchmarks.cases import OUTER_RADIUS, SECOND_MOMENT, Vector
 from benchmarks.results import Effort, Section, Table, milli
 from benchmarks.timing import median_time
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Obstacle,
+    Rod,
+    RodProblem,
     follow_contact,
     solve_contact,
 )
@@ -34,7 +34,7 @@ COUNTS = (45, 90, 180, 360, 720)
 USUAL = 180
 
 
-def problem(scale: float, friction: float = 0.0, shift: float = 0.0) -> ContactProblem:
+def problem(scale: float, friction: float = 0.0, shift: float = 0.0) -> RodProblem:
     """Return the gripper, its strain scaled, tangent to a cylinder shifted away from the base."""
     x, y, z = (np.array((0.0, RADIUS + OUTER_RADIUS, 0.0)) - shift * AXIS).tolist()
     u, v, w = (scale * CLOSED).tolist()
@@ -42,8 +42,8 @@ def problem(scale: float, friction: float = 0.0, shift: float = 0.0) -> ContactP
     bending = YOUNG * SECOND_MOMENT
     stiffness = Stiffness((2.0 / 3.0 * bending, bending, bending))
     axis: Vector = (a, b, c)
-    return ContactProblem(
-        ElasticRod(LENGTH, stiffness, OUTER_RADIUS, (u, v, w)),
+    return RodProblem(
+        Rod(LENGTH, stiffness, OUTER_RADIUS, (u, v, w)),
         obstacles=(Obstacle.along(Cylinder(RADIUS), (x, y, z), axis, friction),),
     )
 

@@ -16,19 +16,20 @@ from spiral_core import (
     Capsule,
     Clamped,
     Cone,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Free,
     Guided,
     Obstacle,
     Pinned,
     Plane,
+    Rod,
     RodLoad,
+    RodProblem,
     RodState,
     Section,
     Sphere,
 )
+from spiral_core.rod.types import SectionProfile
 
 Array = NDArray[np.float64]
 Map = Callable[[Array], Array]
@@ -43,7 +44,7 @@ BACKWARDS = Rotation.from_quat((0.0, 1.0, 0.0, 0.0))
 PATH_ELEMENTS = 60
 
 
-def random_path(index: int) -> list[ContactProblem]:
+def random_path(index: int) -> list[RodProblem]:
     """Return a rod that sinks onto two to six obstacles with friction, and is drawn over them.
 
     It is loaded in two steps, pulled sideways at its tip, bent by its rest strain, and at last one
@@ -67,11 +68,11 @@ def random_path(index: int) -> list[ContactProblem]:
     pull = 0.02 * weight * length * rng.normal(size=3)
     last, shift = int(rng.integers(len(obstacles))), 0.015 * length * rng.normal(size=3)
 
-    def station(loaded: float, pulled: float, bent: float, shifted: float) -> ContactProblem:
+    def station(loaded: float, pulled: float, bent: float, shifted: float) -> RodProblem:
         place = triple(np.asarray(obstacles[last].position) + shifted * shift)
         moving = replace(obstacles[last], position=place)
-        return ContactProblem(
-            ElasticRod(length, section, radius, triple(bent * strain)),
+        return RodProblem(
+            Rod(length, section, radius, triple(bent * strain)),
             RodLoad(triple(loaded * load), triple(pulled * pull)),
             obstacles=(*obstacles[:last], moving, *obstacles[last + 1 :]),
         )
@@ -113,12 +114,12 @@ def quaternion(turn: Rotation) -> tuple[float, float, float, float]:
 
 
 def mapped(
-    problem: ContactProblem,
+    problem: RodProblem,
     place: Map,
     vector: Map,
     axial: Map,
     turn: Callable[[Rotation], Rotation],
-) -> ContactProblem:
+) -> RodProblem:
     """Return the problem with places, vectors, moments and orientations mapped."""
 
     def pose(given: Obstacle | End) -> dict[str, Any]:
@@ -156,14 +157,14 @@ def mapped(
     )
 
 
-def moved(problem: ContactProblem, shift: Array, turn: Rotation) -> ContactProblem:
+def moved(problem: RodProblem, shift: Array, turn: Rotation) -> RodProblem:
     """Return the problem turned about the origin and then shifted, with everything in it."""
     return mapped(
         problem, lambda p: turn.apply(p) + shift, turn.apply, turn.apply, lambda q: turn * q
     )
 
 
-def mirrored(problem: ContactProblem) -> ContactProblem:
+def mirrored(problem: RodProblem) -> RodProblem:
     """Return the mirror image; obstacles must be symmetric to their own y axis."""
 
     def flip(v: Array) -> Array:
@@ -179,7 +180,7 @@ def mirrored(problem: ContactProblem) -> ContactProblem:
     return replace(image, rod=replace(rod, rest_strain=strain, section=section))
 
 
-def backwards(problem: ContactProblem) -> ContactProblem:
+def backwards(problem: RodProblem) -> RodProblem:
     """Return the same rod read from its tip to its base; without loads at its tip."""
 
     def read(given: End) -> End:
@@ -203,9 +204,7 @@ def backwards(problem: ContactProblem) -> ContactProblem:
     )
 
 
-def _conjugated(
-    section: Section | Callable[[float], Section], signs: Array, stretch: float = 1.0
-) -> Section:
+def _conjugated(section: SectionProfile, signs: Array, stretch: float = 1.0) -> Section:
     """Return a section whose axes change their signs, and stretch against bending by one more."""
     even: Any = section
     rows: Any = np.asarray(even.stiffness)
@@ -216,7 +215,7 @@ def _conjugated(
     return turned
 
 
-def imbalance(problem: ContactProblem, state: RodState) -> tuple[float, float]:
+def imbalance(problem: RodProblem, state: RodState) -> tuple[float, float]:
     """Return the sums of all forces [N] and of all moments about the base [N m].
 
     From positions, tangents, contact forces and reactions alone, and the loads as they were asked.
@@ -234,8 +233,9 @@ def imbalance(problem: ContactProblem, state: RodState) -> tuple[float, float]:
     turn = Rotation.from_quat(state.orientations)
     section: Any = problem.rod.section
     inner = turn.inv().apply(state.forces)
-    bent = np.linalg.solve(section.matrix, (state.moments - inner @ section.coupling.T).T).T
-    strain = inner @ section.compliance - bent @ section.coupling
+    stiffness, compliance, coupling = section.parts
+    bent = np.linalg.solve(stiffness, (state.moments - inner @ coupling.T).T).T
+    strain = inner @ compliance - bent @ coupling
     slopes = turn.apply(strain + np.array((1.0, 0.0, 0.0)))
     couples[1:] += np.cross(steps**2 / 12.0 * -np.diff(slopes, axis=0), weight)
     for load in problem.point_loads:

@@ -16,11 +16,11 @@ import numpy as np
 from benchmarks.results import Effort, Section, Table, milli
 from benchmarks.sample import solve_all, spread
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Obstacle,
+    Rod,
     RodLoad,
+    RodProblem,
     RodState,
     solve_contact,
 )
@@ -33,7 +33,7 @@ DENSITY, GRAVITY = 950.0, 9.81
 PENETRATION, IMBALANCE = 1e-3, 1e-6
 
 
-def random_wrap(seed: int) -> ContactProblem:
+def random_wrap(seed: int) -> RodProblem:
     """Return a tube beside a cylinder whose coil is up to 1.6 times as tight as it."""
     random = np.random.default_rng(seed)
     length, young = random.uniform(0.15, 0.6), random.uniform(0.5e6, 3e6)
@@ -53,14 +53,14 @@ def random_wrap(seed: int) -> ContactProblem:
     friction = float(random.choice([0.0, 0.0, 0.1, 0.3, 0.6]))
     section = Stiffness((2.0 / 3.0 * bending, bending, bending))
     obstacle = Obstacle.along(Cylinder(radius), (*place.tolist(),), (*axis.tolist(),), friction)
-    return ContactProblem(
-        ElasticRod(length, section, outer, (torsion, 0.0, curvature)),
+    return RodProblem(
+        Rod(length, section, outer, (torsion, 0.0, curvature)),
         RodLoad(distributed=(*down.tolist(),)),
         obstacles=(obstacle,),
     )
 
 
-def verdict(problem: ContactProblem, state: RodState) -> str:
+def verdict(problem: RodProblem, state: RodState) -> str:
     """Return the status of a state, or what is wrong with one that claims to be an answer."""
     if not state.stable:
         return state.status.name

@@ -22,9 +22,7 @@ from numpy.typing import NDArray
 from spiral_core import (
     UNDAMPED,
     Clamped,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Free,
     Inertia,
     MotionStatus,
@@ -32,7 +30,9 @@ from spiral_core import (
     Pinned,
     Plane,
     PointLoad,
+    Rod,
     RodLoad,
+    RodProblem,
     RodState,
     RodStatus,
     Section,
@@ -127,7 +127,7 @@ def _moved(scenario: posed.Scenario, n_elements: int, n_frames: int) -> Trajecto
     return Trajectory(times, (motion.positions[:, ::REFINED],), (kept,))
 
 
-def problem_of(scenario: posed.Scenario, nodes: Array, directors: Array) -> ContactProblem:
+def problem_of(scenario: posed.Scenario, nodes: Array, directors: Array) -> RodProblem:
     """Return the problem that a scenario of one rod poses.
 
     Args:
@@ -143,8 +143,8 @@ def problem_of(scenario: posed.Scenario, nodes: Array, directors: Array) -> Cont
         PointLoad(0.0 if load.at is posed.End.START else rod.length, load.force)
         for load in rod.loads
     ]
-    return ContactProblem(
-        ElasticRod(
+    return RodProblem(
+        Rod(
             rod.length,
             Section(
                 (2.0 * material.shear_modulus * inertia, bending, bending),

@@ -8,6 +8,7 @@ counted as wrong: a certified shape that is off by more than three times its est
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,9 @@ from scipy.spatial.transform import Rotation
 from benchmarks.cases import SEED, Array, random_direction
 from benchmarks.results import Effort, Section, Table
 from spiral_core import InvalidInputError, Rod, RodLoad, RodState, solve_rod
+from spiral_core import Section as CrossSection
 from spiral_core.rod._mesh import element_count
+from spiral_core.rod.types import SectionProfile
 
 # A certified shape may be off by this many times its estimate, and this fraction of the length.
 FACTOR = 3.0
@@ -58,10 +61,16 @@ class Verdict(NamedTuple):
     ratio: float
 
 
-def stepped(values: tuple[float, ...] | Array, places: tuple[float, ...]) -> object:
+def stepped(
+    values: tuple[float, ...] | Array, places: tuple[float, ...]
+) -> Callable[[Array], Array]:
     """Return a function of arc length that takes one value after the other."""
     table = np.asarray(values, dtype=np.float64)
-    return lambda s: table[np.searchsorted(places, s, side="right")]
+
+    def value(s: Array) -> Array:
+        return np.asarray(table[np.searchsorted(places, s, side="right")])
+
+    return value
 
 
 def edge_case(index: int) -> EdgeCase:
@@ -91,7 +100,12 @@ def edge_case(index: int) -> EdgeCase:
     load = RodLoad(tuple((weight * direction).tolist()), tuple(tip.tolist()))
     elements = int(rng.integers(2, 9)) if kind == "2 to 8 elements" else None
     if "jump" not in kind:
-        return EdgeCase(kind, Rod(length, bending, ratio * bending, strain), load, elements)
+        return EdgeCase(
+            kind,
+            Rod(length, CrossSection.inextensible(bending, ratio * bending), rest_strain=strain),
+            load,
+            elements,
+        )
     return jumping(kind, rng, length, bending, ratio, strain, load)
 
 
@@ -118,16 +132,17 @@ def jumping(
     stiff = bending * 10.0 ** rng.uniform(-1.0, 1.5, count)
     strains: object = stepped(strain_values, places)
     weights: object = load.distributed
-    bendings: object = stepped(stiff, places)
-    torsionals: object = stepped(ratio * stiff, places)
+    section: SectionProfile = CrossSection.varying(
+        stepped(stiff, places), stepped(ratio * stiff, places)
+    )
     if kind == "rest strain and load jump, declared":
-        bendings, torsionals = bending, ratio * bending
+        section = CrossSection.inextensible(bending, ratio * bending)
         weights = stepped(np.array(load.distributed) * rng.uniform(0.0, 1.0, (count, 1)), places)
     elif rng.uniform() < 0.5:
         strains = strain
     breaks = () if kind == "a jump, not declared" else places
     elements = int(rng.integers(count + 1, 24)) if kind == "jumps on few elements" else None
-    rod = Rod(length, bendings, torsionals, strains, breaks)  # type: ignore[arg-type]
+    rod = Rod(length, section, rest_strain=strains, breaks=breaks)  # type: ignore[arg-type]
     return EdgeCase(kind, rod, RodLoad(weights, load.tip_force), elements)  # type: ignore[arg-type]
 
 

@@ -19,11 +19,11 @@ from benchmarks.cases import OUTER_RADIUS, SECOND_MOMENT, Array, Vector
 from benchmarks.explicit import AXIAL, Coil
 from benchmarks.results import Effort, Section, Table, three_digits
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     FiberAngles,
     Obstacle,
+    Rod,
+    RodProblem,
     fiber_state,
     follow_contact,
     solve_contact,
@@ -101,7 +101,7 @@ class Case:
         axis: Array = fits / np.linalg.norm(fits)
         return axis
 
-    def problem(self, fraction: float, friction: float = 0.0, shift: float = 0.0) -> ContactProblem:
+    def problem(self, fraction: float, friction: float = 0.0, shift: float = 0.0) -> RodProblem:
         """Return the problem for our solver; the cylinder is shifted against its axis [m]."""
         bending = YOUNG * SECOND_MOMENT
         section = Stiffness((2.0 / 3.0 * bending, bending, bending), AXIAL, AXIAL)
@@ -110,8 +110,8 @@ class Case:
         u, v, w = self.strain(fraction).tolist()
         axis: Vector = (a, b, c)
         obstacle = Obstacle.along(Cylinder(self.radius), (x, y, z), axis, friction)
-        rod = ElasticRod(LENGTH, section, OUTER_RADIUS, (u, v, w))
-        return ContactProblem(rod, obstacles=(obstacle,))
+        rod = Rod(LENGTH, section, OUTER_RADIUS, (u, v, w))
+        return RodProblem(rod, obstacles=(obstacle,))
 
 
 def ours(case: Case) -> Found:

@@ -11,7 +11,7 @@ import math
 import time
 from collections import Counter
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -30,12 +30,12 @@ from benchmarks.report import show
 from benchmarks.results import Section, Table, milli
 from benchmarks.sample import solve_all, spread
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Obstacle,
+    Rod,
     RodLoad,
     RodPath,
+    RodProblem,
     RodState,
     RodStatus,
     SolverError,
@@ -80,25 +80,25 @@ class Grip:
     friction: float
     away: float
 
-    def problem(self, curled: float, loaded: bool = True, there: bool = True) -> ContactProblem:
+    def problem(self, curled: float, loaded: bool = True, there: bool = True) -> RodProblem:
         """Return the problem with a fraction of the rest strain, with gravity, and the cylinder."""
         bending = self.modulus * SECOND_MOMENT
         torsion, across, curvature = (curled * u for u in self.rest_strain)
         x, y, z = self.point
-        rod = ElasticRod(
+        rod = Rod(
             self.length,
             Stiffness((2.0 / 3.0 * bending, bending, bending)),
             OUTER_RADIUS,
             (torsion, across, curvature),
         )
         point = (x, y if there else y + self.away, z)
-        return ContactProblem(
+        return RodProblem(
             rod,
             RodLoad(distributed=self.gravity if loaded else (0.0, 0.0, 0.0)),
             obstacles=(Obstacle.along(Cylinder(self.radius), point, self.axis, self.friction),),
         )
 
-    def stations(self) -> list[ContactProblem]:
+    def stations(self) -> list[RodProblem]:
         """Return what happens in turn: gravity, curling, and the cylinder's coming."""
         if self.away == 0.0:
             return [self.problem(0.0), self.problem(1.0)]
@@ -141,7 +141,7 @@ def random_grip(index: int) -> Grip:
     )
 
 
-def faults(problem: ContactProblem, state: RodState) -> list[str]:
+def faults(problem: RodProblem, state: RodState) -> list[str]:
     """Return which laws a state breaks, from its positions, orientations and contact forces alone.
 
     The internal moment that bends the rod must be that of all forces beyond it, whose balance must
@@ -194,13 +194,14 @@ def faults(problem: ContactProblem, state: RodState) -> list[str]:
     return [name for name, broken in checks.items() if broken]
 
 
-def stiffness_of(rod: ElasticRod) -> Array:
+def stiffness_of(rod: Rod) -> Array:
     """Return a uniform rod's stiffness (3, 3) [N m^2]."""
-    section = rod.section(0.0) if callable(rod.section) else rod.section
-    return section.matrix
+    section: Any = rod.section
+    matrix: Array = section.matrix
+    return matrix
 
 
-def _bending_moments(problem: ContactProblem, state: RodState) -> Array:
+def _bending_moments(problem: RodProblem, state: RodState) -> Array:
     """Return K (u - u*) in the middle of the elements (N, 3), base frame."""
     turns = Rotation.from_quat(state.orientations)
     between = (turns[:-1].inv() * turns[1:]).as_rotvec()
@@ -235,7 +236,7 @@ def grip_one(index: int) -> Outcome:
     return _judged(index, stations, path, spent)
 
 
-def _judged(index: int, stations: list[ContactProblem], path: RodPath, spent: float) -> Outcome:
+def _judged(index: int, stations: list[RodProblem], path: RodPath, spent: float) -> Outcome:
     """Return the outcome of a path."""
     iterations = sum(state.iterations for state in path.states)
     if len(path.states) < len(stations):

@@ -22,7 +22,7 @@ from cosseratbench.registry import load_experiment, load_solver
 from benchmarks.cases import Array
 from benchmarks.cosserat_adapter import SpiralSolver
 from benchmarks.results import Effort, Section, Table
-from spiral_core import ContactProblem, Damping, ElasticRod, Inertia, solve_motion
+from spiral_core import Damping, Inertia, Rod, RodProblem, solve_motion
 from spiral_core import Section as CrossSection
 
 LENGTH, RADIUS, MASS = 0.36, 5.55625e-3, 0.0283
@@ -66,9 +66,9 @@ def ours(elements: int, tolerance: float, longest_step: float = 0.02) -> Answer:
         shear=SHEAR_COEFFICIENT * TWISTING / (2.0 * second) * area,
     )
 
-    def problem(moment: float) -> ContactProblem:
+    def problem(moment: float) -> RodProblem:
         torsion, _, curvature = (min(moment / RISE, 1.0) * COILED).tolist()
-        return ContactProblem(ElasticRod(LENGTH, section, RADIUS, (torsion, 0.0, curvature)))
+        return RodProblem(Rod(LENGTH, section, RADIUS, (torsion, 0.0, curvature)))
 
     begin = time.process_time()
     motion = solve_motion(

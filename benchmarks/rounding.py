@@ -36,9 +36,9 @@ from benchmarks.held import random_setup
 from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
 from spiral_core import (
-    ContactProblem,
     GripSetup,
     RodPath,
+    RodProblem,
     SpiralError,
     close_on,
     follow_contact,
@@ -197,7 +197,7 @@ def followed(index: int, version: str) -> tuple[RodPath, Array]:
     return path, {"mirrored": last @ MIRROR, "shifted": last - SHIFT}.get(version, last)
 
 
-def _perturbed(station: ContactProblem, nudge: Nudge) -> ContactProblem:
+def _perturbed(station: RodProblem, nudge: Nudge) -> RodProblem:
     """Return a station of a path, changed; the same nudges change every station alike."""
     load: Any = station.load
     load = replace(

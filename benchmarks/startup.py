@@ -23,8 +23,8 @@ print(time.perf_counter() - begin)
 FIRST_SOLVE = """
 import time
 begin = time.perf_counter()
-from spiral_core import Rod, RodLoad, solve_rod
-rod = Rod(0.36, 2.7e-4, 1.8e-4, (-13.5, 0.0, 21.0))
+from spiral_core import Rod, RodLoad, Section, solve_rod
+rod = Rod(0.36, Section.inextensible(2.7e-4, 1.8e-4), rest_strain=(-13.5, 0.0, 21.0))
 solve_rod(rod, RodLoad((0.24, 0.0, 0.0)), elements=100, estimate_error=False)
 print(time.perf_counter() - begin)
 """
@@ -38,9 +38,9 @@ def resident():
 found = [resident()]
 import spiral_core
 found.append(resident())
-from spiral_core import Rod, RodLoad, solve_rod
-load = RodLoad((0.24, 0.0, 0.0))
-rods = [Rod(0.36, 2.7e-4, 1.8e-4, (-13.5, 0.0, k)) for k in (21.0, 21.2)]
+from spiral_core import Rod, RodLoad, Section, solve_rod
+load, section = RodLoad((0.24, 0.0, 0.0)), Section.inextensible(2.7e-4, 1.8e-4)
+rods = [Rod(0.36, section, rest_strain=(-13.5, 0.0, k)) for k in (21.0, 21.2)]
 state = solve_rod(rods[0], load, elements=100, estimate_error=False)
 state = solve_rod(rods[1], load, elements=100, start=state, estimate_error=False)
 found.append(resident())

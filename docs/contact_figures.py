@@ -16,12 +16,12 @@ from matplotlib.axes import Axes
 
 from benchmarks.contact import AXIS, FRICTION, problem
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Obstacle,
     Pinned,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     follow_contact,
     solve_contact,
@@ -42,7 +42,7 @@ def draw_pull(axes: Axes) -> None:
     shifts = np.concatenate((np.arange(0.25e-3, 3e-3, 0.25e-3), np.arange(3e-3, 31e-3, 1e-3)))
     for name, lever in LEVERS.items():
 
-        def station(friction: float, shift: float, lever: float | None = lever) -> ContactProblem:
+        def station(friction: float, shift: float, lever: float | None = lever) -> RodProblem:
             pulled = problem(1.0, friction, shift)
             return replace(pulled, rod=replace(pulled.rod, friction_radius=lever))
 
@@ -66,8 +66,8 @@ def buckled_error(elements: int) -> float:
     s = np.linspace(0.0, length, elements + 1)
     around, inside = s * math.sin(angle) / rho, 0.98 * rho
     start = np.column_stack((inside * np.cos(around), inside * np.sin(around), s * math.cos(angle)))
-    buckled = ContactProblem(
-        ElasticRod(length, Section((0.2, bending, bending)), radius),
+    buckled = RodProblem(
+        Rod(length, Section((0.2, bending, bending)), radius),
         RodLoad(tip_force=(0.0, 0.0, -push)),
         base=Pinned((inside, 0.0, 0.0)),
         obstacles=(Obstacle(Cylinder(rho + radius, inside=True)),),

@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from spiral_core import (
     UNDAMPED,
     Actuator,
-    ContactProblem,
     Damping,
     FiberAngles,
     FreeActuation,
     Gripper,
     PressureCourse,
     RodLoad,
+    RodProblem,
     WrapCurve,
     close_on,
     lay_into_coil,
@@ -148,7 +148,7 @@ def motion_figure(gripper: Gripper) -> Figure:
     figure, (left, right) = panels(2)
     setup = lay_into_coil(gripper, OBJECT_RADIUS)
     problem = setup.closing_problem(0.0)
-    hanging = ContactProblem(problem.rod, problem.load)
+    hanging = RodProblem(problem.rod, problem.load)
     pulled = replace(hanging, load=replace(hanging.load, tip_force=(0.0, 0.02, 0.0)))
     start = solve_contact(pulled, elements=setup.element_count)
     times = np.linspace(0.0, SWING_TIME, 151)

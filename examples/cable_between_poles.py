@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from spiral_core import (
-    ContactProblem,
-    ElasticRod,
     Pinned,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     follow_contact,
     solve_contact,
@@ -20,13 +20,13 @@ from spiral_core import (
 
 # A rubber cable, 1 m long, 10 mm thick: it stretches and resists bending a little.
 LENGTH, RADIUS = 1.0, 5e-3
-CABLE = ElasticRod(LENGTH, Section.round(RADIUS, young=1e6, shear_modulus=1e6 / 3.0), RADIUS)
+CABLE = Rod(LENGTH, Section.round(RADIUS, young=1e6, shear_modulus=1e6 / 3.0), RADIUS)
 WEIGHT = 1000.0 * 9.81 * np.pi * RADIUS**2  # [N/m]
 
 
-def between(span: float) -> ContactProblem:
+def between(span: float) -> RodProblem:
     """Return the cable pinned to two poles at one height."""
-    return ContactProblem(
+    return RodProblem(
         CABLE,
         RodLoad(distributed=(0.0, 0.0, -WEIGHT)),
         base=Pinned((0.0, 0.0, 0.0)),

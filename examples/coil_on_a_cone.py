@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from spiral_core import Cone, ContactProblem, ElasticRod, Obstacle, Section, follow_contact
+from spiral_core import Cone, Obstacle, Rod, RodProblem, Section, follow_contact
 
 # A tube of 11 mm whose unloaded coil is tighter than the cone.
 RADIUS, LENGTH, BENDING = 5.5e-3, 0.3, 8e-4
@@ -28,10 +28,10 @@ CONE = Obstacle.along(
 )
 
 
-def curled(fraction: float) -> ContactProblem:
+def curled(fraction: float) -> RodProblem:
     """Return the tube, clamped beside the cone, with a part of its rest strain."""
     strain = (fraction * TORSION, 0.0, fraction * CURVATURE)
-    return ContactProblem(ElasticRod(LENGTH, TUBE, RADIUS, strain), obstacles=(CONE,))
+    return RodProblem(Rod(LENGTH, TUBE, RADIUS, strain), obstacles=(CONE,))
 
 
 path = follow_contact([curled(fraction) for fraction in (0.0, 0.5, 0.8, 1.0)], elements=90)

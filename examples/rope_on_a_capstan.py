@@ -11,13 +11,13 @@ import math
 import numpy as np
 
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Free,
     Obstacle,
     PointLoad,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     follow_contact,
     solve_contact,
@@ -27,7 +27,7 @@ from spiral_core import (
 RADIUS, HANGING, BAR, FRICTION = 1e-3, 0.2, 0.05, 0.3
 AROUND = BAR + RADIUS
 LENGTH = 2.0 * HANGING + math.pi * AROUND
-ROPE = ElasticRod(
+ROPE = Rod(
     LENGTH,
     Section.round(RADIUS, young=3e6, shear_modulus=1e6),
     RADIUS,
@@ -36,9 +36,9 @@ ROPE = ElasticRod(
 COUNTERWEIGHT = 0.5  # [N]
 
 
-def loaded(ratio: float) -> ContactProblem:
+def loaded(ratio: float) -> RodProblem:
     """Return the rope with the counterweight on one end and ``ratio`` times it on the other."""
-    return ContactProblem(
+    return RodProblem(
         ROPE,
         RodLoad(tip_force=(0.0, 0.0, -ratio * COUNTERWEIGHT)),
         base=Free(),

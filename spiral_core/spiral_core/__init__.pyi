@@ -138,13 +138,11 @@ from spiral_core.rod.batch import RodBatch as RodBatch
 from spiral_core.rod.batch import solve_rods as solve_rods
 from spiral_core.rod.contact.obstacles import Obstacle as Obstacle
 from spiral_core.rod.contact.problem import Clamped as Clamped
-from spiral_core.rod.contact.problem import ContactProblem as ContactProblem
-from spiral_core.rod.contact.problem import ElasticRod as ElasticRod
 from spiral_core.rod.contact.problem import Free as Free
 from spiral_core.rod.contact.problem import Guided as Guided
 from spiral_core.rod.contact.problem import Pinned as Pinned
 from spiral_core.rod.contact.problem import PointLoad as PointLoad
-from spiral_core.rod.contact.problem import Section as Section
+from spiral_core.rod.contact.problem import RodProblem as RodProblem
 from spiral_core.rod.contact.shapes import Capsule as Capsule
 from spiral_core.rod.contact.shapes import Cone as Cone
 from spiral_core.rod.contact.shapes import Cylinder as Cylinder
@@ -179,7 +177,7 @@ from spiral_core.rod.state import RodStatus as RodStatus
 from spiral_core.rod.state import SelfContact as SelfContact
 from spiral_core.rod.types import Rod as Rod
 from spiral_core.rod.types import RodLoad as RodLoad
-from spiral_core.rod.types import RodStiffness as RodStiffness
+from spiral_core.rod.types import Section as Section
 from spiral_core.wrap.coil import Coil as Coil
 from spiral_core.wrap.coil import coil_axis as coil_axis
 from spiral_core.wrap.coil import coil_from_state as coil_from_state

@@ -20,8 +20,8 @@ def brief_repr(value: object) -> str:
     left out.
 
     Example:
-        >>> from spiral_core import Rod, RodLoad, solve_rod
-        >>> state = solve_rod(Rod(0.3, 3e-4, 2e-4), RodLoad())
+        >>> from spiral_core import Rod, RodLoad, Section, solve_rod
+        >>> state = solve_rod(Rod(0.3, Section.inextensible(3e-4, 2e-4)), RodLoad())
         >>> print(repr(state)[:62])
         RodState(status=CONVERGED, arc_lengths=<array (25,)>, position
     """

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final
 
 import spiral_core
+from spiral_core import Section
 from spiral_core.numerics.kernel import processor_features
 
 
@@ -25,10 +26,15 @@ def compile_rods_and_wraps() -> None:
     from spiral_gripper.files.description import load_gripper
 
     load = RodLoad(distributed=(0.24, 0.0, 0.0))
-    uniform = [Rod(0.3, 3e-4, 2e-4, (-0.5 * bend, 0.0, bend)) for bend in (5.0, 10.0)]
+    uniform = [
+        Rod(0.3, Section.inextensible(3e-4, 2e-4), rest_strain=(-0.5 * bend, 0.0, bend))
+        for bend in (5.0, 10.0)
+    ]
     follow_path(uniform, load)
     find_equilibria(uniform[0], load, starts=2)
-    varying = Rod(0.3, lambda s: 3e-4 * (1.0 + s), 2e-4, (-5.0, 0.0, 10.0))
+    varying = Rod(
+        0.3, Section.varying(lambda s: 3e-4 * (1.0 + s), 2e-4), rest_strain=(-5.0, 0.0, 10.0)
+    )
     for rod in (uniform[0], varying):
         solve_rod(rod, load, start=solve_rod(rod, load))
     curve = WrapCurve(load_gripper("paper_design_70"))
@@ -40,26 +46,26 @@ def compile_rods_and_wraps() -> None:
 def compile_contacts() -> None:
     """Compile the kernels of contact and motion: a rod on a floor with friction."""
     from spiral_core import (
-        ContactProblem,
-        ElasticRod,
         Inertia,
         Obstacle,
         Plane,
+        Rod,
         RodLoad,
+        RodProblem,
         Section,
         solve_contact,
         solve_motion,
         vibration_modes,
     )
 
-    rod = ElasticRod(0.3, Section((2e-4, 3e-4, 3e-4)), radius=5e-3)
+    rod = Rod(0.3, Section((2e-4, 3e-4, 3e-4)), radius=5e-3)
     floor = Obstacle(Plane(), position=(0.0, 0.0, -0.02), friction=0.5)
-    hanging = ContactProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.28)), obstacles=(floor,))
+    hanging = RodProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.28)), obstacles=(floor,))
     state = solve_contact(hanging, elements=8)
     solve_contact(hanging, start=state.positions, elements=8)
     inertia = Inertia(mass=0.0285, rotary=3e-7)
     solve_motion(lambda time: hanging, inertia, (0.0, 0.01), start=state)
-    vibration_modes(solve_contact(ContactProblem(rod), elements=8), inertia)
+    vibration_modes(solve_contact(RodProblem(rod), elements=8), inertia)
 
 
 # They share small kernels only, so that two processes may take one each.

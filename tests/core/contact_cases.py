@@ -8,14 +8,13 @@ import numpy as np
 
 from spiral_core import (
     Actuator,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     FiberAngles,
     Gripper,
     NeoHookean,
     Obstacle,
-    RodStiffness,
+    Rod,
+    RodProblem,
     Section,
     Tube,
     fiber_state,
@@ -37,7 +36,10 @@ def gripper() -> Gripper:
     """Return the 70 degree gripper, hanging."""
     actuator = Actuator(Tube(INNER, WALL, LENGTH), ANGLES, NeoHookean(0.13e6))
     return gripper_from_actuator(
-        "example", actuator, density=930.0, stiffness=RodStiffness(BENDING, 2.0 / 3.0 * BENDING)
+        "example",
+        actuator,
+        density=930.0,
+        stiffness=Section.inextensible(BENDING, 2.0 / 3.0 * BENDING),
     )
 
 
@@ -64,14 +66,14 @@ def grip(
     fraction: float,
     friction: float = 0.0,
     shift: float = 0.0,
-) -> ContactProblem:
+) -> RodProblem:
     """Return the gripper tangent to a cylinder, at a fraction of the stretch that wraps it."""
     wrapped = wrap_stretch(radius)
     torsion, _, curvature = rest_strain(wrapped)
     axis = np.array((torsion, 0.0, curvature)) / math.hypot(torsion, curvature)
     place = np.array((0.0, radius + OUTER, 0.0)) + shift * axis
     strain = rest_strain(1.0 + fraction * (wrapped - 1.0))
-    rod = ElasticRod(LENGTH, SECTION, OUTER, strain)
+    rod = Rod(LENGTH, SECTION, OUTER, strain)
     x, y, z = place
     obstacle = Obstacle.along(Cylinder(radius), (x, y, z), tuple(axis), friction)
-    return ContactProblem(rod, obstacles=(obstacle,))
+    return RodProblem(rod, obstacles=(obstacle,))

@@ -12,7 +12,7 @@ from spiral_core import (
     Gripper,
     MooneyRivlin,
     PressureLaw,
-    RodStiffness,
+    Section,
     Tube,
     UnloadedShape,
     gripper_from_actuator,
@@ -73,7 +73,7 @@ def linear_gripper(
         name="linear",
         tube=Tube(4.7625e-3, 0.79375e-3, length),
         actuation=LinearActuation(curvature, torsion, length),
-        stiffness=RodStiffness(3.0e-4, 2.0e-4),
+        stiffness=Section.inextensible(3.0e-4, 2.0e-4),
         weight_per_length=weight,
         pressure_max=1.0e5,
         **options,  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spiral_core import Rod, RodLoad
+from spiral_core import Rod, RodLoad, Section
 
 INNER_RADIUS = 4.7625e-3
 OUTER_RADIUS = INNER_RADIUS + 0.794e-3
@@ -39,8 +39,7 @@ def gripper_rod(
     """Return a rod of the paper's tube; ``gravity`` is in units of standard gravity."""
     rod = Rod(
         length,
-        bending_stiffness=modulus * SECOND_MOMENT,
-        torsional_stiffness=modulus / 3.0 * 2.0 * SECOND_MOMENT,
+        Section.inextensible(modulus * SECOND_MOMENT, modulus / 3.0 * 2.0 * SECOND_MOMENT),
         rest_strain=(torsion, 0.0, curvature),
     )
     x, y, z = (WEIGHT * g for g in gravity)
@@ -56,4 +55,4 @@ def random_direction(rng: np.random.Generator) -> tuple[float, float, float]:
 
 def straight_rod(length: float = 0.5, bending: float = 2.0e-4, torsional: float = 1.3e-4) -> Rod:
     """Return a rod without rest strain."""
-    return Rod(length, bending_stiffness=bending, torsional_stiffness=torsional)
+    return Rod(length, Section.inextensible(bending, torsional))

@@ -12,7 +12,7 @@ from core.gripper_cases import paper_gripper
 from spiral_core import (
     CalibrationModel,
     InvalidInputError,
-    RodStiffness,
+    Section,
     energy_from_stretch,
     line_force,
 )
@@ -38,7 +38,7 @@ def test_energy_needs_a_stretch(stretch: object) -> None:
 def test_line_force_needs_radii_and_an_angle() -> None:
     gripper = paper_gripper("P1")
     shape = gripper.unloaded_shape(5e4)
-    stiffness = RodStiffness(3e-4, 2e-4)
+    stiffness = Section.inextensible(3e-4, 2e-4)
     good = {"radius": 0.02, "helix_angle": 1.0, "outer_radius": 0.005}
     assert math.isfinite(line_force(stiffness, shape, **good))
     for field in good:

@@ -7,10 +7,21 @@ import numpy as np
 import pytest
 from core.gripper_cases import paper_gripper
 
-from spiral_core import Rod, RodLoad, RodStatus, WrapCurve, follow_path, pressure_range, solve_rod
+from spiral_core import (
+    Rod,
+    RodLoad,
+    RodStatus,
+    Section,
+    WrapCurve,
+    follow_path,
+    pressure_range,
+    solve_rod,
+)
 from spiral_core.brief import brief_repr
 
-STATE = solve_rod(Rod(0.3, 3e-4, 2e-4, (0.0, 0.0, 5.0)), RodLoad())
+STATE = solve_rod(
+    Rod(0.3, Section.inextensible(3e-4, 2e-4), rest_strain=(0.0, 0.0, 5.0)), RodLoad()
+)
 
 
 @dataclass
@@ -48,7 +59,7 @@ def curve() -> WrapCurve:
 
 def test_results_are_readable(curve: WrapCurve) -> None:
     wrap = curve.wrap_for_radius(0.012)
-    path = follow_path([Rod(0.3, 3e-4, 2e-4)] * 2, RodLoad())
+    path = follow_path([Rod(0.3, Section.inextensible(3e-4, 2e-4))] * 2, RodLoad())
     for value in (STATE, path, wrap, wrap.coil, curve.gripper, pressure_range(curve.gripper, 3)):
         assert len(repr(value)) < 500, value
         assert repr(value).startswith(f"{type(value).__name__}(")

@@ -21,7 +21,7 @@ from spiral_core import (
     MooneyRivlin,
     NeoHookean,
     PressureLaw,
-    RodStiffness,
+    Section,
     ShapeReading,
     SolverError,
     TwistReading,
@@ -99,7 +99,7 @@ def test_shapes_tell_stiffnesses_and_positions_agree_with_the_gripper():
         spiral(NeoHookean(c1=145.0e3)),
         density=950.0,
         pressure_max=90.0e3,
-        stiffness=RodStiffness(bending=4.0e-4, torsional=2.5e-4),
+        stiffness=Section.inextensible(bending=4.0e-4, torsional=2.5e-4),
     )
     curve = WrapCurve(truth)
     readings = []

@@ -10,7 +10,7 @@ import pytest
 from core.contact_cases import BENDING, LENGTH, OUTER, grip, rest_strain, wrap_stretch
 
 from benchmarks.explicit import Coil
-from spiral_core import ContactProblem, Damping, Inertia, solve_motion
+from spiral_core import Damping, Inertia, RodProblem, solve_motion
 
 RADIUS, FRICTION, ELEMENTS = 0.015, 0.3, 60
 MASS, ROTARY, DRAG = 0.0283, 0.0283 * 1.3e-5, 2.0
@@ -37,7 +37,7 @@ def test_a_closing_within_four_seconds_is_that_of_an_explicit_simulation() -> No
     moves = PULL * PULLS / pulls * float(away @ axis)
     theirs = [coil.go(int(PULLS / pulls / coil.step), move=moves)[0] for _ in range(pulls)]
 
-    def problem(time: float) -> ContactProblem:
+    def problem(time: float) -> RodProblem:
         closed = grip(RADIUS, 1.1, FRICTION)
         strain = min(time / CLOSES, 1.0) * curled
         rod = replace(closed.rod, rest_strain=tuple(strain.tolist()), friction_radius=0.0)

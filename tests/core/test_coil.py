@@ -10,7 +10,7 @@ import pytest
 from core.rod_cases import gripper_rod
 from scipy.spatial.transform import Rotation
 
-from spiral_core import InvalidInputError, Rod, RodLoad, RodState, solve_rod
+from spiral_core import InvalidInputError, Rod, RodLoad, RodState, Section, solve_rod
 from spiral_core.wrap._kernels import least_direction
 from spiral_core.wrap.coil import coil_axis, coil_from_state, helix_angle
 
@@ -19,7 +19,7 @@ CURVATURE, LENGTH = 21.0, 0.5
 
 def helix_state(torsion: float, elements: int = 60) -> RodState:
     """Return an unloaded rod: an exact helix."""
-    rod = Rod(LENGTH, 2.5e-4, 1.7e-4, (torsion, 0.0, CURVATURE))
+    rod = Rod(LENGTH, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(torsion, 0.0, CURVATURE))
     return solve_rod(rod, RodLoad(), elements=elements, estimate_error=False)
 
 

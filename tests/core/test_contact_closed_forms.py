@@ -12,12 +12,12 @@ from core.reference_minimum import Case, least_energy
 from scipy.optimize import brentq
 
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Obstacle,
     Pinned,
+    Rod,
     RodLoad,
+    RodProblem,
     RodState,
     Section,
     follow_contact,
@@ -32,8 +32,8 @@ ROUND = Section((TORSIONAL, BENDING, BENDING))
 def over_cylinder(elements: int) -> RodState:
     """Return a cantilever of length 1 pressed over a cylinder below it by its tip force."""
     cylinder = Obstacle.along(Cylinder(0.48), (0.0, 0.0, -0.5), (0.0, 1.0, 0.0))
-    problem = ContactProblem(
-        ElasticRod(1.0, ROUND, radius=0.02),
+    problem = RodProblem(
+        Rod(1.0, ROUND, radius=0.02),
         RodLoad(tip_force=(0.0, 0.0, -4.0)),
         obstacles=(cylinder,),
     )
@@ -87,9 +87,9 @@ def test_coil_rests_on_a_cylinder_as_the_uniform_helix(axial: float) -> None:
     axis = (math.cos(angle), 0.0, -abs(math.sin(angle)))
     fx, fy, fz = (axial * a for a in axis)
     cylinder = Obstacle.along(Cylinder(rho - radius), (0.0, rho, 0.0), axis)
-    rod = ElasticRod(length, ROUND, radius, rest_strain=(section.torsion, 0.0, section.curvature))
-    coiled = ContactProblem(rod, obstacles=(cylinder,))
-    pulled = ContactProblem(rod, RodLoad(tip_force=(fx, fy, fz)), obstacles=(cylinder,))
+    rod = Rod(length, ROUND, radius, rest_strain=(section.torsion, 0.0, section.curvature))
+    coiled = RodProblem(rod, obstacles=(cylinder,))
+    pulled = RodProblem(rod, RodLoad(tip_force=(fx, fy, fz)), obstacles=(cylinder,))
     state = follow_contact([coiled, pulled], elements=120).states[-1]
     assert state.stable
     inner = slice(10, 31)
@@ -113,8 +113,8 @@ def test_rod_buckled_in_a_tube_presses_outward() -> None:
         start = np.column_stack(
             (inside * np.cos(around), inside * np.sin(around), s * math.cos(angle))
         )
-        problem = ContactProblem(
-            ElasticRod(length, Section((0.2, bending, bending)), radius),
+        problem = RodProblem(
+            Rod(length, Section((0.2, bending, bending)), radius),
             RodLoad(tip_force=(0.0, 0.0, -push)),
             base=Pinned((inside, 0.0, 0.0)),
             obstacles=(tube,),
@@ -137,10 +137,10 @@ def test_rod_pulled_over_a_cylinder_lifts_off() -> None:
     length = 14.0 * math.sqrt(BENDING / force) + 1.2 * rho
     cylinder = Obstacle.along(Cylinder(rho - radius), (0.5 * length, 0.0, -rho), (0.0, 1.0, 0.0))
 
-    def turned(angle: float) -> ContactProblem:
+    def turned(angle: float) -> RodProblem:
         pull = (force * math.cos(angle), 0.0, -force * math.sin(angle))
-        rod = ElasticRod(length, ROUND, radius)
-        return ContactProblem(rod, RodLoad(tip_force=pull), Pinned(), obstacles=(cylinder,))
+        rod = Rod(length, ROUND, radius)
+        return RodProblem(rod, RodLoad(tip_force=pull), Pinned(), obstacles=(cylinder,))
 
     state = follow_contact([turned(angle) for angle in (0.0, 0.75, 1.5)], elements=320).states[-1]
     reaction = -state.base_reaction[:3]
@@ -193,8 +193,8 @@ def test_rod_on_a_cylinder_is_where_an_independent_minimization_finds_it(index: 
     wx, wy, wz = case.weight
     fx, fy, fz = case.tip_force
     px, py, pz = case.point
-    problem = ContactProblem(
-        ElasticRod(1.0, ROUND, radius, rest_strain=(tx, ty, tz)),
+    problem = RodProblem(
+        Rod(1.0, ROUND, radius, rest_strain=(tx, ty, tz)),
         RodLoad((wx, wy, wz), tip_force=(fx, fy, fz)),
         obstacles=(Obstacle.along(Cylinder(case.reach - radius), (px, py, pz), tuple(case.axis)),),
     )

@@ -13,11 +13,11 @@ from scipy.optimize import root
 
 from benchmarks.contact_paths import imbalance
 from spiral_core import (
-    ContactProblem,
-    ElasticRod,
     Inertia,
     InvalidInputError,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     solve_contact,
     solve_motion,
@@ -79,8 +79,8 @@ def integrated(matrix: Array, load: RodLoad) -> Array:
 
 def solved(matrix: Array, load: RodLoad, elements: int) -> Array:
     """Return the tip's position from the solver."""
-    rod = ElasticRod(LENGTH, Section(rows(matrix)), rest_strain=REST)
-    state = solve_contact(ContactProblem(rod, load), elements=elements)
+    rod = Rod(LENGTH, Section(rows(matrix)), rest_strain=REST)
+    state = solve_contact(RodProblem(rod, load), elements=elements)
     assert state.stable
     return state.tip_position
 
@@ -100,8 +100,8 @@ def test_coupled_rod_is_the_integrated_one_to_fourth_order(strength: float, load
 def test_zero_coupling_is_the_section_of_parts() -> None:
     matrix = np.diag((2e-4, 3e-4, 5e-4, 2.0, 1.5, 1.5))
     parts = Section((2e-4, 3e-4, 5e-4), extension=2.0, shear=1.5)
-    rod = ElasticRod(LENGTH, parts, rest_strain=REST)
-    state = solve_contact(ContactProblem(rod, LOAD), elements=20)
+    rod = Rod(LENGTH, parts, rest_strain=REST)
+    state = solve_contact(RodProblem(rod, LOAD), elements=20)
     np.testing.assert_allclose(solved(matrix, LOAD, 20), state.tip_position, atol=1e-12)
 
 
@@ -110,27 +110,27 @@ def test_pulled_rod_twists_by_its_coupling() -> None:
     matrix = np.diag((2e-4, 3e-4, 3e-4, 40.0, 20.0, 20.0))
     matrix[0, 3] = matrix[3, 0] = 0.03
     force, moment = 2.0, 1e-4
-    rod = ElasticRod(LENGTH, Section(rows(matrix)))
+    rod = Rod(LENGTH, Section(rows(matrix)))
     load = RodLoad(tip_force=(force, 0.0, 0.0), tip_moment=(moment, 0.0, 0.0))
-    state = solve_contact(ContactProblem(rod, load), elements=10)
+    state = solve_contact(RodProblem(rod, load), elements=10)
     twist, stretch = np.linalg.solve(matrix[::3, ::3], (moment, force))
     assert state.tip_position[0] == pytest.approx(LENGTH * (1.0 + stretch), rel=1e-9)
     half = 0.5 * (twist * LENGTH % math.tau)
     assert np.abs(state.orientations[-1, 0]) == pytest.approx(np.abs(np.sin(half)), rel=1e-3)
-    assert max(imbalance(ContactProblem(rod, load), state)) < 1e-9
+    assert max(imbalance(RodProblem(rod, load), state)) < 1e-9
 
 
 def test_section_may_couple_more_along_the_rod() -> None:
     """A coupling that grows evenly twists by its mean, to second order in the stiffness."""
     force, grown = 2.0, 6e-3
 
-    def section(s: float) -> Section:
-        matrix = np.diag((2e-4, 3e-4, 3e-4, 40.0, 20.0, 20.0))
-        matrix[0, 3] = matrix[3, 0] = grown * s / LENGTH
-        return Section(rows(matrix))
+    def section(s: np.ndarray) -> np.ndarray:
+        matrices = np.tile(np.diag((2e-4, 3e-4, 3e-4, 40.0, 20.0, 20.0)), (len(s), 1, 1))
+        matrices[:, 0, 3] = matrices[:, 3, 0] = grown * s / LENGTH
+        return matrices
 
     load = RodLoad(tip_force=(force, 0.0, 0.0))
-    state = solve_contact(ContactProblem(ElasticRod(LENGTH, section), load), elements=40)
+    state = solve_contact(RodProblem(Rod(LENGTH, section), load), elements=40)
     twist = -0.5 * grown / 40.0 * force / 2e-4 * LENGTH
     assert 2.0 * np.arcsin(state.orientations[-1, 0]) == pytest.approx(twist, rel=5e-3)
 
@@ -140,16 +140,17 @@ def test_parts_of_a_section_are_those_of_its_matrix() -> None:
     matrix = six(1.0)
     section = Section(rows(matrix))
     inverse = np.linalg.inv(matrix)
-    np.testing.assert_allclose(np.linalg.inv(section.matrix), inverse[:3, :3], rtol=1e-9)
-    np.testing.assert_allclose(section.compliance, np.linalg.inv(matrix[3:, 3:]), rtol=1e-12)
-    np.testing.assert_allclose(-section.matrix @ inverse[:3, 3:], section.coupling, rtol=1e-9)
-    assert not Section((1.0, 2.0, 3.0)).coupling.any()
+    stiffness, compliance, coupling = section.parts
+    np.testing.assert_allclose(np.linalg.inv(stiffness), inverse[:3, :3], rtol=1e-9)
+    np.testing.assert_allclose(compliance, np.linalg.inv(matrix[3:, 3:]), rtol=1e-12)
+    np.testing.assert_allclose(-stiffness @ inverse[:3, 3:], coupling, rtol=1e-9)
+    assert not Section((1.0, 2.0, 3.0)).parts[2].any()
 
 
 def test_motion_of_a_coupled_rod_is_refused() -> None:
     """At its start, and when a section becomes one."""
-    coupled = ContactProblem(ElasticRod(LENGTH, Section(rows(six(1.0)))))
-    plain = ContactProblem(ElasticRod(LENGTH, Section(rows(six(0.0)))))
+    coupled = RodProblem(Rod(LENGTH, Section(rows(six(1.0)))))
+    plain = RodProblem(Rod(LENGTH, Section(rows(six(0.0)))))
     for first, later in ((coupled, coupled), (plain, coupled)):
         with pytest.raises(InvalidInputError, match=r"section.*couple bending with stretch"):
             solve_motion(

@@ -6,10 +6,9 @@ import pytest
 
 from spiral_core import (
     Clamped,
-    ContactProblem,
-    ElasticRod,
     Rod,
     RodLoad,
+    RodProblem,
     Section,
     solve_contact,
     solve_rod,
@@ -69,9 +68,11 @@ def test_gradient_and_hessian_are_those_of_the_energy(seed, coupled):
 @pytest.mark.parametrize("elements", [30, 90, 180])
 def test_without_contact_it_is_the_rod_of_the_other_solver(elements):
     load = RodLoad(distributed=(0.24, 0.1, 0.0), tip_force=(0.01, 0.02, 0.0))
-    free = solve_rod(Rod(0.36, 2.5e-4, 1.7e-4, REST), load, elements=elements)
-    rod = ElasticRod(0.36, Section((1.7e-4, 2.5e-4, 2.5e-4)), rest_strain=REST)
-    state = solve_contact(ContactProblem(rod, load), elements=elements)
+    free = solve_rod(
+        Rod(0.36, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=REST), load, elements=elements
+    )
+    rod = Rod(0.36, Section((1.7e-4, 2.5e-4, 2.5e-4)), rest_strain=REST)
+    state = solve_contact(RodProblem(rod, load), elements=elements)
     np.testing.assert_allclose(state.orientations, free.orientations, atol=1e-8)
     np.testing.assert_allclose(state.forces, free.forces, atol=1e-8 * np.abs(free.forces).max())
     np.testing.assert_allclose(state.moments, free.moments, atol=1e-8 * np.abs(free.moments).max())
@@ -82,12 +83,12 @@ def test_without_contact_it_is_the_rod_of_the_other_solver(elements):
 
 
 def test_moved_and_turned_base_moves_and_turns_the_rod():
-    rod = ElasticRod(0.36, Section((1.7e-4, 2.5e-4, 3.0e-4)), rest_strain=REST)
-    plain = solve_contact(ContactProblem(rod, RodLoad((0.0, 0.2, 0.1))), elements=60)
+    rod = Rod(0.36, Section((1.7e-4, 2.5e-4, 3.0e-4)), rest_strain=REST)
+    plain = solve_contact(RodProblem(rod, RodLoad((0.0, 0.2, 0.1))), elements=60)
     turn = np.array((0.5, -0.5, 0.5, 0.5))
     matrix = matrices(turn[None])[0]
     load = tuple(matrix @ (0.0, 0.2, 0.1))
     base = Clamped((0.1, -0.2, 0.3), tuple(turn))
-    moved = solve_contact(ContactProblem(rod, RodLoad(load), base=base), elements=60)
+    moved = solve_contact(RodProblem(rod, RodLoad(load), base=base), elements=60)
     expected = plain.positions @ matrix.T + (0.1, -0.2, 0.3)
     np.testing.assert_allclose(moved.positions, expected, atol=1e-9)

@@ -14,14 +14,14 @@ from scipy.spatial.transform import Rotation
 from benchmarks.contact_paths import backwards, imbalance, moved
 from spiral_core import (
     Clamped,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Free,
     Guided,
     Obstacle,
     Pinned,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     follow_contact,
     solve_contact,
@@ -32,7 +32,7 @@ LENGTH, WEIGHT = 0.4, (0.05, 0.02, -0.4)
 SECTION = Section(
     ((1.7e-4, 2e-5, 1e-5), (2e-5, 2.7e-4, 3e-5), (1e-5, 3e-5, 3.4e-4)), extension=30.0, shear=10.0
 )
-ROD = ElasticRod(LENGTH, SECTION, 3e-3, rest_strain=(3.0, -1.0, 4.0))
+ROD = Rod(LENGTH, SECTION, 3e-3, rest_strain=(3.0, -1.0, 4.0))
 LINE = (0.6, 0.0, 0.8)
 KINDS = {
     "clamped": Clamped,
@@ -51,9 +51,9 @@ PAIRS = [
 PLACE, TURN = (0.33, 0.02, 0.01), (0.0, 0.0, math.sin(0.15), math.cos(0.15))
 
 
-def held(base: str, tip: str) -> ContactProblem:
+def held(base: str, tip: str) -> RodProblem:
     """Return a rod that hangs between two ends of these kinds."""
-    return ContactProblem(
+    return RodProblem(
         ROD,
         RodLoad(WEIGHT),
         KINDS[base]((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),
@@ -126,10 +126,10 @@ def test_moving_an_end_step_by_step_does_the_work_of_its_reaction(base: str, tip
 
 def test_clamp_turned_step_by_step_winds_the_rod_up() -> None:
     """A straight rod between two clamps, one of which turns by five turns about the rod."""
-    rod = ElasticRod(LENGTH, Section((4e-4, 2.7e-4, 2.7e-4)))
+    rod = Rod(LENGTH, Section((4e-4, 2.7e-4, 2.7e-4)))
     angles = np.linspace(0.0, 1.6 * math.pi, 9)
     stations = [
-        ContactProblem(
+        RodProblem(
             rod,
             base=Clamped(),
             tip=Clamped((LENGTH, 0.0, 0.0), (math.sin(a / 2), 0.0, 0.0, math.cos(a / 2))),

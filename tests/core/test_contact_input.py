@@ -14,9 +14,7 @@ from spiral_core import (
     Capsule,
     Clamped,
     Cone,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Free,
     Guided,
     InvalidInputError,
@@ -27,6 +25,7 @@ from spiral_core import (
     Profile,
     Rod,
     RodLoad,
+    RodProblem,
     RodStatus,
     Section,
     SignedDistance,
@@ -38,9 +37,9 @@ from spiral_core import (
 
 NAN = math.nan
 PLAIN = Section((2e-4, 3e-4, 3e-4))
-ROD = ElasticRod(0.4, PLAIN, 3e-3)
+ROD = Rod(0.4, PLAIN, 3e-3)
 CLEAR = Obstacle.along(Cylinder(0.03), (0.2, 0.0, -0.07), (0.0, 1.0, 0.0))
-PROBLEM = ContactProblem(ROD, obstacles=(CLEAR,))
+PROBLEM = RodProblem(ROD, obstacles=(CLEAR,))
 
 
 def solved() -> object:
@@ -66,8 +65,7 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
     "6x6 not positive": ("stiffness", lambda: Section(six(1.1, 1.1))),
     "6x6 and extension": ("extension", lambda: Section(six(0.5, 0.5), extension=1.0)),
     "6x6 and shear": ("shear", lambda: Section(six(0.5, 0.5), shear=1.0)),
-    "no rod": ("rod", lambda: ContactProblem(3)),
-    "rod of the other solver": ("rod", lambda: ContactProblem(Rod(0.4, 1e-4, 1e-4))),
+    "no rod": ("rod", lambda: RodProblem(3)),
     "one station": ("problems", lambda: follow_contact(PROBLEM)),
     "start a word": ("start", lambda: solve_contact(PROBLEM, start="x")),
     "no shape": ("shape", lambda: Obstacle(3)),
@@ -94,17 +92,17 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
     "shear negative": ("shear", lambda: Section((1.0, 1.0, 1.0), shear=-1.0)),
     "bore too wide": ("bore", lambda: Section.round(1e-3, 1e6, 4e5, bore=1e-3)),
     "young zero": ("young", lambda: Section.round(1e-3, 0.0, 4e5)),
-    "length zero": ("length", lambda: ElasticRod(0.0, PLAIN)),
-    "length infinite": ("length", lambda: ElasticRod(math.inf, PLAIN)),
-    "section a number": ("section", lambda: ElasticRod(0.4, 3e-4)),
-    "radius negative": ("radius", lambda: ElasticRod(0.4, PLAIN, -1e-3)),
+    "length zero": ("length", lambda: Rod(0.0, PLAIN)),
+    "length infinite": ("length", lambda: Rod(math.inf, PLAIN)),
+    "section a number": ("section", lambda: Rod(0.4, 3e-4)),
+    "radius negative": ("radius", lambda: Rod(0.4, PLAIN, -1e-3)),
     "friction radius too large": (
         "friction_radius",
-        lambda: ElasticRod(0.4, PLAIN, 1e-3, friction_radius=2e-3),
+        lambda: Rod(0.4, PLAIN, 1e-3, friction_radius=2e-3),
     ),
-    "rest strain nan": ("rest_strain", lambda: ElasticRod(0.4, PLAIN, rest_strain=(0, NAN, 0))),
-    "breaks not increasing": ("breaks", lambda: ElasticRod(0.4, PLAIN, breaks=(0.3, 0.2))),
-    "break at the end": ("breaks", lambda: ElasticRod(0.4, PLAIN, breaks=(0.4,))),
+    "rest strain nan": ("rest_strain", lambda: Rod(0.4, PLAIN, rest_strain=(0, NAN, 0))),
+    "breaks not increasing": ("breaks", lambda: Rod(0.4, PLAIN, breaks=(0.3, 0.2))),
+    "break at the end": ("breaks", lambda: Rod(0.4, PLAIN, breaks=(0.4,))),
     "pin nan": ("position", lambda: Pinned((0.0, NAN, 0.0))),
     "clamp not a unit": ("orientation", lambda: Clamped(orientation=(0, 0, 0, 2))),
     "guide without direction": ("direction", lambda: Guided(direction=(0, 0, 0))),
@@ -112,18 +110,17 @@ BAD: dict[str, tuple[str, Callable[[], object]]] = {
     "couple infinite": ("moment", lambda: PointLoad(0.1, moment=(math.inf, 0, 0))),
     "point load beyond the rod": (
         "at",
-        lambda: ContactProblem(ROD, point_loads=(PointLoad(0.5),)),
+        lambda: RodProblem(ROD, point_loads=(PointLoad(0.5),)),
     ),
-    "base no end": ("base", lambda: ContactProblem(ROD, base="clamped")),
-    "tip no end": ("tip", lambda: ContactProblem(ROD, tip=None)),
-    "obstacle a shape": ("obstacles", lambda: ContactProblem(ROD, obstacles=(Plane(),))),
+    "base no end": ("base", lambda: RodProblem(ROD, base="clamped")),
+    "tip no end": ("tip", lambda: RodProblem(ROD, tip=None)),
+    "obstacle a shape": ("obstacles", lambda: RodProblem(ROD, obstacles=(Plane(),))),
     "obstacle without a shape": ("shape", lambda: Obstacle(3)),
-    "one obstacle": ("obstacles", lambda: ContactProblem(ROD, obstacles=CLEAR)),
-    "one point load": ("point_loads", lambda: ContactProblem(ROD, point_loads=PointLoad(0.1))),
-    "point load a number": ("point_loads", lambda: ContactProblem(ROD, point_loads=(0.1,))),
-    "one break": ("breaks", lambda: ElasticRod(0.4, PLAIN, breaks=0.1)),
-    "rod of solve_rod": ("rod", lambda: ContactProblem(Rod(0.4, 3e-4, 2e-4))),
-    "load a vector": ("load", lambda: ContactProblem(ROD, load=(0.0, 0.0, -1.0))),
+    "one obstacle": ("obstacles", lambda: RodProblem(ROD, obstacles=CLEAR)),
+    "one point load": ("point_loads", lambda: RodProblem(ROD, point_loads=PointLoad(0.1))),
+    "point load a number": ("point_loads", lambda: RodProblem(ROD, point_loads=(0.1,))),
+    "one break": ("breaks", lambda: Rod(0.4, PLAIN, breaks=0.1)),
+    "load a vector": ("load", lambda: RodProblem(ROD, load=(0.0, 0.0, -1.0))),
     "profile through its axis": (
         "radii",
         lambda: Profile((0.0, 0.01, 0.02, 0.03), (0.1, 0.001, 0.001, 0.1)),
@@ -253,19 +250,19 @@ def test_bad_input_is_refused_and_named(name: str) -> None:
             RodStatus.INSIDE_OBSTACLE,
         ),
         (
-            ContactProblem(ROD, RodLoad((0.0, 0.0, -1.0)), base=Free()),
+            RodProblem(ROD, RodLoad((0.0, 0.0, -1.0)), base=Free()),
             RodStatus.NOT_HELD,
         ),
         (
-            ContactProblem(
-                ElasticRod(0.4, PLAIN, 3e-3, rest_strain=(0.0, 0.0, 120.0)),
+            RodProblem(
+                Rod(0.4, PLAIN, 3e-3, rest_strain=(0.0, 0.0, 120.0)),
             ),
             RodStatus.SELF_CONTACT,
         ),
     ],
 )
 def test_what_has_no_answer_has_a_status_that_says_why(
-    problem: ContactProblem, status: RodStatus
+    problem: RodProblem, status: RodStatus
 ) -> None:
     state = solve_contact(problem, throw=False)
     assert state.status is status

@@ -8,12 +8,12 @@ import pytest
 
 from benchmarks.contact_paths import imbalance
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Obstacle,
     Pinned,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     follow_contact,
     solve_contact,
@@ -22,19 +22,19 @@ from spiral_core import (
 SPAN, WEIGHT = 0.6, 1.0
 
 
-def cable(length: float) -> ContactProblem:
+def cable(length: float) -> RodProblem:
     """Return a cable between two pins, above a bar."""
     bar = Obstacle.along(Cylinder(0.05), (0.3, 0.0, -0.22), (0.0, 1.0, 0.0))
-    rod = ElasticRod(length, Section((1e-4, 1e-4, 1e-4), extension=200.0), 2e-3)
+    rod = Rod(length, Section((1e-4, 1e-4, 1e-4), extension=200.0), 2e-3)
     load = RodLoad((0.0, 0.0, -WEIGHT))
-    return ContactProblem(rod, load, Pinned(), Pinned((SPAN, 0.0, 0.0)), (bar,))
+    return RodProblem(rod, load, Pinned(), Pinned((SPAN, 0.0, 0.0)), (bar,))
 
 
-def coil(length: float) -> ContactProblem:
+def coil(length: float) -> RodProblem:
     """Return a coil on a cylinder."""
     peg = Obstacle.along(Cylinder(0.015), (0.0, 0.0206, 0.0), (-18.0, 0.0, 40.7))
-    rod = ElasticRod(length, Section((1.7e-4, 2.7e-4, 2.7e-4)), 5.6e-3, (-20.0, 0.0, 45.0))
-    return ContactProblem(rod, obstacles=(peg,))
+    rod = Rod(length, Section((1.7e-4, 2.7e-4, 2.7e-4)), 5.6e-3, (-20.0, 0.0, 45.0))
+    return RodProblem(rod, obstacles=(peg,))
 
 
 def test_cable_that_is_paid_out_sinks_onto_a_bar() -> None:

@@ -13,14 +13,14 @@ from spiral_core import (
     Capsule,
     Clamped,
     Cone,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Obstacle,
     Pinned,
     Plane,
     Profile,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     SignedDistance,
     Sphere,
@@ -31,7 +31,7 @@ from spiral_core.rod.contact.shapes import Shape
 
 Array = NDArray[np.float64]
 LENGTH, BENDING, RADIUS = 0.4, 2.7e-4, 3e-3
-ROD = ElasticRod(LENGTH, Section((1.7e-4, BENDING, BENDING)), RADIUS)
+ROD = Rod(LENGTH, Section((1.7e-4, BENDING, BENDING)), RADIUS)
 WEIGHT = RodLoad((0.0, 0.02, -0.5))
 R = 0.03
 
@@ -46,7 +46,7 @@ def round_distance(points: Array) -> tuple[Array, Array]:
 def on(shape: Shape, friction: float = 0.0, axis: tuple[float, float, float] = (0.2, 1.0, 0.1)):
     """Return the rod that hangs over a shape whose axis lies across below it."""
     obstacle = Obstacle.along(shape, (0.2, 0.0, -0.07), axis, friction)
-    return ContactProblem(ROD, WEIGHT, obstacles=(obstacle,))
+    return RodProblem(ROD, WEIGHT, obstacles=(obstacle,))
 
 
 ALIKE = {
@@ -78,8 +78,8 @@ def test_alike_shapes_hold_the_rod_alike(name: str, friction: float) -> None:
 def test_large_sphere_is_a_plane() -> None:
     """Its height above the plane is x^2 / 2 R: 8e-7 m at the tip."""
     far = 1e5
-    sphere = ContactProblem(ROD, WEIGHT, obstacles=(Obstacle(Sphere(far), (0, 0, -0.05 - far)),))
-    plane = ContactProblem(ROD, WEIGHT, obstacles=(Obstacle(Plane(), (0.0, 0.0, -0.05)),))
+    sphere = RodProblem(ROD, WEIGHT, obstacles=(Obstacle(Sphere(far), (0, 0, -0.05 - far)),))
+    plane = RodProblem(ROD, WEIGHT, obstacles=(Obstacle(Plane(), (0.0, 0.0, -0.05)),))
     one, other = (solve_contact(problem, elements=40) for problem in (sphere, plane))
     assert other.contact_lengths[0] > 0.02
     np.testing.assert_allclose(one.positions, other.positions, atol=2e-6)
@@ -112,7 +112,7 @@ def test_moved_and_turned_shape_does_the_work_of_its_forces(name: str) -> None:
     for count in (8, 16):
         ways = np.linspace(0.0, 1.0, count + 1)
         stations = [
-            ContactProblem(
+            RodProblem(
                 ROD,
                 WEIGHT,
                 obstacles=(place.moved((0.0, 0.004 * t, 0.02 * t), tuple((t * turn).tolist())),),
@@ -142,7 +142,7 @@ def test_beam_on_three_supports_has_the_reactions_of_the_three_moment_equation()
         Obstacle.along(Cylinder(0.02), (span, 0.0, -0.02 - RADIUS), (0.0, 1.0, 0.0)),
         Obstacle(Sphere(0.02), (2.0 * span - 1e-6, 0.0, -0.02 - RADIUS)),
     )
-    problem = ContactProblem(ROD, RodLoad((0.0, 0.0, -weight)), obstacles=props)
+    problem = RodProblem(ROD, RodLoad((0.0, 0.0, -weight)), obstacles=props)
     state = solve_contact(problem, elements=80)
     parts = (state.base_reaction[2], *state.contact_forces.sum(axis=1)[:, 2])
     # Clapeyron: 13, 32 and 11 of 28 w l; the rod sags by 1e-5 of its length.
@@ -153,7 +153,7 @@ def test_beam_on_three_supports_has_the_reactions_of_the_three_moment_equation()
 
 def test_floor_drags_the_rod_with_coulombs_force() -> None:
     floor = Obstacle(Plane(), (0.0, 0.0, -0.03), friction=0.3)
-    here = ContactProblem(ROD, RodLoad((0.0, 0.0, -0.5)), obstacles=(floor,))
+    here = RodProblem(ROD, RodLoad((0.0, 0.0, -0.5)), obstacles=(floor,))
     gone = replace(here, obstacles=(floor.moved((-0.01, 0.0, 0.0)),))
     lying, dragged = follow_contact([here, gone], elements=40).states
     pressed = dragged.normal_forces.sum()
@@ -165,7 +165,7 @@ def test_floor_drags_the_rod_with_coulombs_force() -> None:
 def test_spun_cylinder_bears_the_torque_of_sliding_friction() -> None:
     """The torque is mu N R, of the radius of the cylinder, at whose surface friction acts."""
     cylinder = Obstacle.along(Cylinder(R), (0.2, 0.0, -0.07), (0.0, 1.0, 0.0), friction=0.2)
-    here = ContactProblem(
+    here = RodProblem(
         ROD, RodLoad((0.0, 0.0, -0.5)), base=Pinned(), tip=Pinned((0.385, 0.0, -0.02)),
         obstacles=(cylinder,),
     )  # fmt: skip

@@ -12,13 +12,13 @@ from core import reference_contact as exact
 from numpy.typing import NDArray
 
 from spiral_core import (
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     InvalidInputError,
     Obstacle,
     Pinned,
+    Rod,
     RodLoad,
+    RodProblem,
     RodState,
     Section,
     follow_contact,
@@ -51,8 +51,8 @@ def coil(elements: int) -> tuple[float, float]:
     across = np.cross(tangent, normal)
     force = helix.tension * tangent + helix.binormal_force * across
     moment = helix.axial_moment * tangent + helix.binormal_moment * across
-    problem = ContactProblem(
-        ElasticRod(length, ROUND, radius, rest_strain=(section.torsion, 0.0, section.curvature)),
+    problem = RodProblem(
+        Rod(length, ROUND, radius, rest_strain=(section.torsion, 0.0, section.curvature)),
         RodLoad(tip_force=(*force.tolist(),), tip_moment=(*moment.tolist(),)),
         obstacles=(Obstacle.along(Cylinder(rho - radius), (0.0, rho, 0.0), (*axis.tolist(),)),),
     )
@@ -80,10 +80,10 @@ def lifted(elements: int) -> RodState:
     length = 14.0 * math.sqrt(1.0 / force) + 1.2 * rho
     cylinder = Obstacle.along(Cylinder(rho - radius), (0.5 * length, 0.0, -rho), (0.0, 1.0, 0.0))
 
-    def turned(angle: float) -> ContactProblem:
+    def turned(angle: float) -> RodProblem:
         pull = (force * math.cos(angle), 0.0, -force * math.sin(angle))
-        rod = ElasticRod(length, ROUND, radius)
-        return ContactProblem(rod, RodLoad(tip_force=pull), Pinned(), obstacles=(cylinder,))
+        rod = Rod(length, ROUND, radius)
+        return RodProblem(rod, RodLoad(tip_force=pull), Pinned(), obstacles=(cylinder,))
 
     return follow_contact([turned(a) for a in (0.0, 0.75, 1.5)], elements=elements).states[-1]
 
@@ -116,12 +116,12 @@ def dragged(
     radius, bar, bending = 0.02, 0.05, 1e-4
     around, hanging = radius + bar, 4.0 * (radius + bar)
     length = 2.0 * hanging + math.pi * around
-    rod = ElasticRod(length, Section((bending,) * 3), radius, friction_radius=lever)
+    rod = Rod(length, Section((bending,) * 3), radius, friction_radius=lever)
     smooth = Obstacle.along(Cylinder(bar), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     rough = replace(smooth, friction=0.3)
 
-    def problem(obstacle: Obstacle) -> ContactProblem:
-        return ContactProblem(rod, load, Pinned((-around, 0.0, -hanging)), obstacles=(obstacle,))
+    def problem(obstacle: Obstacle) -> RodProblem:
+        return RodProblem(rod, load, Pinned((-around, 0.0, -hanging)), obstacles=(obstacle,))
 
     def draped(s: float) -> tuple[float, float, float]:
         angle = min(max((s - hanging) / around, 0.0), math.pi)
@@ -183,11 +183,11 @@ def test_thick_rope_gains_less_tension_since_friction_turns_its_section(sign: fl
     assert errors[0] > 20.0 * errors[-1]
 
 
-def pressed(friction: float) -> ContactProblem:
+def pressed(friction: float) -> RodProblem:
     """Return a cantilever pressed over a cylinder below it by its tip force, out of its plane."""
     cylinder = Obstacle.along(Cylinder(0.48), (0.25, 0.0, -0.55), (0.2, 1.0, 0.0), friction)
-    rod = ElasticRod(1.0, ROUND, radius=0.02, rest_strain=(0.4, 0.0, 0.3))
-    return ContactProblem(rod, RodLoad(tip_force=(0.0, 0.5, -4.0)), obstacles=(cylinder,))
+    rod = Rod(1.0, ROUND, radius=0.02, rest_strain=(0.4, 0.0, 0.3))
+    return RodProblem(rod, RodLoad(tip_force=(0.0, 0.5, -4.0)), obstacles=(cylinder,))
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])

@@ -21,14 +21,14 @@ from scipy.spatial.transform import Rotation
 
 from spiral_core import (
     Clamped,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Guided,
     Obstacle,
     Plane,
     PointLoad,
+    Rod,
     RodLoad,
+    RodProblem,
     RodState,
     Section,
     Sphere,
@@ -38,12 +38,12 @@ from spiral_core import (
 
 Array = NDArray[np.float64]
 LENGTH, RADIUS, BENDING = 0.5, 3e-3, 3e-4
-ROD = ElasticRod(LENGTH, Section((2e-4, BENDING, 5e-4)), RADIUS, rest_strain=(1.0, 0.5, 2.0))
+ROD = Rod(LENGTH, Section((2e-4, BENDING, 5e-4)), RADIUS, rest_strain=(1.0, 0.5, 2.0))
 BAR, BALL, FLOOR = (0.2, 0.0, -0.05), (0.4, -0.012, -0.072), -0.06
 FRICTION = (0.3, 0.2, 0.4)
 
 
-def problem(push: float) -> ContactProblem:
+def problem(push: float) -> RodProblem:
     """Return a rod pressed onto a bar, a ball and the floor, and pushed aside at its tip."""
     obstacles = (
         Obstacle.along(Cylinder(0.03), BAR, (0.0, 1.0, 0.0), FRICTION[0]),
@@ -51,7 +51,7 @@ def problem(push: float) -> ContactProblem:
         Obstacle(Plane(), (0.0, 0.0, FLOOR), friction=FRICTION[2]),
     )
     loads = tuple(PointLoad(at, (0.0, 0.0, -0.06)) for at in (0.1, 0.25, 0.35, 0.45))
-    return ContactProblem(
+    return RodProblem(
         ROD,
         RodLoad(tip_force=(0.0, push, -0.02), tip_moment=(1e-4, 0.0, 0.0)),
         base=Clamped(),
@@ -82,7 +82,7 @@ def normals_and_gaps(points: Array) -> list[tuple[Array, Array]]:
     ]
 
 
-def nodal(state: RodState, problem: ContactProblem) -> tuple[Array, Array]:
+def nodal(state: RodState, problem: RodProblem) -> tuple[Array, Array]:
     """Return the outer forces and moments (n, 3) at each node, contact and reactions with them."""
     forces, moments = np.zeros((2, *state.positions.shape))
     forces[-1] += problem.load.tip_force
@@ -99,7 +99,7 @@ def nodal(state: RodState, problem: ContactProblem) -> tuple[Array, Array]:
     return forces, moments
 
 
-def parts(state: RodState, problem: ContactProblem) -> dict[str, float]:
+def parts(state: RodState, problem: RodProblem) -> dict[str, float]:
     """Return the residual's parts, in its units."""
     loads = np.linalg.norm([load.force for load in problem.point_loads], axis=1).sum() + 0.02
     force_scale = max(BENDING / LENGTH**2, loads)
@@ -190,7 +190,7 @@ def test_obstacles_far_away_change_nothing(friction: float) -> None:
     """To 1e-8: shape, forces, reactions and energy are those without them."""
     load = RodLoad((0.0, 0.05, -0.3), (0.0, 0.01, 0.0))
     for tip in (None, Guided((0.4, 0.0, 0.0))):
-        alone = ContactProblem(ROD, load) if tip is None else ContactProblem(ROD, load, tip=tip)
+        alone = RodProblem(ROD, load) if tip is None else RodProblem(ROD, load, tip=tip)
         far = (
             Obstacle.along(Cylinder(0.03), (0.0, 0.0, 3.0), (0.0, 1.0, 0.0), friction),
             Obstacle(Plane(), (0.0, 0.0, -2.0), friction=friction),

@@ -12,15 +12,15 @@ from scipy.optimize import brentq
 from benchmarks.contact_paths import imbalance
 from spiral_core import (
     Clamped,
-    ContactProblem,
-    ElasticRod,
     Free,
     Guided,
     Obstacle,
     Pinned,
     Plane,
     PointLoad,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     solve_contact,
 )
@@ -32,13 +32,13 @@ PLAIN = Section((2e-4, BENDING, BENDING))
 @pytest.mark.parametrize("end", ["base", "tip"])
 def test_hanging_rod_stretches_under_its_weight(end: str) -> None:
     """By w L^2 / 2 EA, and by F L / EA of a force at its free end."""
-    rod = ElasticRod(LENGTH, Section((2e-4, BENDING, BENDING), extension=40.0))
+    rod = Rod(LENGTH, Section((2e-4, BENDING, BENDING), extension=40.0))
     weight, force = 3.0, 2.0
     if end == "base":
-        problem = ContactProblem(rod, RodLoad((weight, 0.0, 0.0), (force, 0.0, 0.0)))
+        problem = RodProblem(rod, RodLoad((weight, 0.0, 0.0), (force, 0.0, 0.0)))
         grown = solve_contact(problem, elements=40).positions[-1, 0] - LENGTH
     else:
-        problem = ContactProblem(
+        problem = RodProblem(
             rod,
             RodLoad((-weight, 0.0, 0.0)),
             base=Free(),
@@ -52,8 +52,8 @@ def test_hanging_rod_stretches_under_its_weight(end: str) -> None:
 def test_short_beam_is_timoshenkos() -> None:
     """Tip deflection F L^3 / 3 EI + F L / kappa GA, for small forces."""
     force, shear = 1e-5, 0.01
-    rod = ElasticRod(LENGTH, Section((2e-4, BENDING, BENDING), shear=shear))
-    state = solve_contact(ContactProblem(rod, RodLoad(tip_force=(0.0, 0.0, -force))), elements=8)
+    rod = Rod(LENGTH, Section((2e-4, BENDING, BENDING), shear=shear))
+    state = solve_contact(RodProblem(rod, RodLoad(tip_force=(0.0, 0.0, -force))), elements=8)
     sunk = force * LENGTH**3 / (3.0 * BENDING) + force * LENGTH / shear
     assert -state.positions[-1, 2] == pytest.approx(sunk, rel=1e-4)
 
@@ -63,7 +63,7 @@ def test_coupled_stiffness_bends_and_twists_by_its_inverse() -> None:
     rows = ((2e-4, 4e-5, -3e-5), (4e-5, 3e-4, 5e-5), (-3e-5, 5e-5, 6e-4))
     moment = np.array((2e-8, -1e-8, 3e-8))
     x, y, z = moment
-    problem = ContactProblem(ElasticRod(LENGTH, Section(rows)), RodLoad(tip_moment=(x, y, z)))
+    problem = RodProblem(Rod(LENGTH, Section(rows)), RodLoad(tip_moment=(x, y, z)))
     state = solve_contact(problem, elements=16)
     strain = np.linalg.solve(np.array(rows), moment)
     turned = 2.0 * state.orientations[-1, :3]
@@ -74,11 +74,9 @@ def test_coupled_stiffness_bends_and_twists_by_its_inverse() -> None:
 def test_flat_rod_bends_out_of_the_plane_of_its_force(angle: float) -> None:
     """Unlike stiffnesses, turned by the clamp: components along both axes superpose."""
     flat, high, force = 2e-4, 8e-4, 1e-5
-    rod = ElasticRod(LENGTH, Section((2e-4, flat, high)))
+    rod = Rod(LENGTH, Section((2e-4, flat, high)))
     turn = (math.sin(0.5 * angle), 0.0, 0.0, math.cos(0.5 * angle))
-    problem = ContactProblem(
-        rod, RodLoad(tip_force=(0.0, 0.0, -force)), base=Clamped((0, 0, 0), turn)
-    )
+    problem = RodProblem(rod, RodLoad(tip_force=(0.0, 0.0, -force)), base=Clamped((0, 0, 0), turn))
     tip = solve_contact(problem, elements=12).tip_position
     # Bending about z moves along y, and about y along z; both axes are turned by the angle.
     along_y, along_z = -force * math.sin(angle), -force * math.cos(angle)
@@ -94,12 +92,11 @@ def test_stepped_beam_bends_as_its_two_parts() -> None:
     """Stiffness and radius jump at a break; small deflection by the moment-area theorem."""
     at, stiff, force = 0.2, 5.0 * BENDING, 1e-5
 
-    def section(s: float) -> Section:
-        value = stiff if s < at else BENDING
-        return Section((0.7 * value, value, value))
+    def section(s: np.ndarray) -> np.ndarray:
+        return np.where(s < at, stiff, BENDING)[:, None] * (0.7, 1.0, 1.0)
 
-    rod = ElasticRod(LENGTH, section, breaks=(at,))
-    problem = ContactProblem(rod, RodLoad(tip_force=(0.0, 0.0, -force)))
+    rod = Rod(LENGTH, section, breaks=(at,))
+    problem = RodProblem(rod, RodLoad(tip_force=(0.0, 0.0, -force)))
     sunk = force / 3.0 * ((LENGTH**3 - (LENGTH - at) ** 3) / stiff + (LENGTH - at) ** 3 / BENDING)
     for elements in (5, 10):
         state = solve_contact(problem, elements=elements)
@@ -115,8 +112,8 @@ def test_rest_strain_that_jumps_at_a_break_is_followed_exactly() -> None:
     def strain(s: np.ndarray) -> np.ndarray:
         return np.column_stack((0.0 * s, 0.0 * s, np.where(s < at, curvature, 0.0)))
 
-    rod = ElasticRod(LENGTH, PLAIN, rest_strain=strain, breaks=(at,))
-    tip = solve_contact(ContactProblem(rod), elements=20).tip_position
+    rod = Rod(LENGTH, PLAIN, rest_strain=strain, breaks=(at,))
+    tip = solve_contact(RodProblem(rod), elements=20).tip_position
     radius = 1.0 / curvature
     assert tip == pytest.approx((radius, radius + LENGTH - at, 0.0), abs=1e-6)
 
@@ -124,8 +121,8 @@ def test_rest_strain_that_jumps_at_a_break_is_followed_exactly() -> None:
 def test_point_loads_and_couples_bend_a_held_beam() -> None:
     """Pinned and guided along itself, with a force and a couple anywhere: Bernoulli's beam."""
     force, couple, at, where = 2e-4, 3e-5, 0.17, 0.31
-    problem = ContactProblem(
-        ElasticRod(LENGTH, PLAIN),
+    problem = RodProblem(
+        Rod(LENGTH, PLAIN),
         base=Pinned(),
         tip=Guided((LENGTH, 0.0, 0.0)),
         point_loads=(
@@ -151,8 +148,8 @@ def test_point_loads_and_couples_bend_a_held_beam() -> None:
 def test_point_load_presses_where_it_acts() -> None:
     """A rod on the floor, and a weight on it."""
     floor = Obstacle(Plane(), (0.0, 0.0, -2e-3))
-    rod = ElasticRod(LENGTH, PLAIN, 2e-3)
-    problem = ContactProblem(
+    rod = Rod(LENGTH, PLAIN, 2e-3)
+    problem = RodProblem(
         rod,
         RodLoad((0.0, 0.0, -0.02)),
         obstacles=(floor,),
@@ -194,8 +191,8 @@ def test_cable_hangs_as_a_catenary_however_flexible(flexibility: float) -> None:
     sag = 0.5 * span / u * (math.cosh(u) - 1.0)
     x = np.linspace(0.0, span, 61)
     parabola = np.column_stack((x, 0.0 * x, -4.0 * sag * x * (span - x) / span**2))
-    problem = ContactProblem(
-        ElasticRod(length, Section((bending, bending, bending))),
+    problem = RodProblem(
+        Rod(length, Section((bending, bending, bending))),
         RodLoad((0.0, 0.0, -weight)),
         Pinned(),
         Pinned((span, 0.0, 0.0)),

@@ -14,10 +14,10 @@ from scipy.special import ellipe, ellipk
 
 from spiral_core import (
     Clamped,
-    ContactProblem,
-    ElasticRod,
     Obstacle,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     Sphere,
     solve_contact,
@@ -34,8 +34,8 @@ def test_straight_column_above_its_load_is_eulers_elastica(load: float) -> None:
     root = math.sqrt(force / bending)
     k = brentq(lambda k: ellipk(k * k) - root * length, 1e-6, 0.999999)
     height, aside = 2.0 * ellipe(k * k) / root - length, 2.0 * k / root
-    rod = ElasticRod(length, Section((bending, bending, bending)))
-    state = solve_contact(ContactProblem(rod, RodLoad(tip_force=(-force, 0.0, 0.0))), elements=40)
+    rod = Rod(length, Section((bending, bending, bending)))
+    state = solve_contact(RodProblem(rod, RodLoad(tip_force=(-force, 0.0, 0.0))), elements=40)
     assert state.stable
     x, y, z = state.tip_position
     # 40 elements are off by 1e-6; near the critical load that counts more.
@@ -58,11 +58,11 @@ def test_column_under_its_weight_falls_towards_the_y_axis_of_its_sections(
 
     A rough ball that stands on the other side is not met.
     """
-    rod = ElasticRod(0.5, Section((1e-3, 1e-3, 1e-3)), 2e-3)
+    rod = Rod(0.5, Section((1e-3, 1e-3, 1e-3)), 2e-3)
     x, y, z = turn.apply(np.array((-1.0, 0.6 * lean, lean))).tolist()
     ball = Obstacle(Sphere(0.03), tuple(turn.apply((0.2, -0.1, 0.0)).tolist()), friction=0.3)
     base = Clamped((0.0, 0.0, 0.0), tuple(turn.as_quat().tolist()))
-    problem = ContactProblem(rod, RodLoad((x, y, z)), base=base, obstacles=(ball,))
+    problem = RodProblem(rod, RodLoad((x, y, z)), base=base, obstacles=(ball,))
     state = solve_contact(problem, elements=40)
     assert state.stable
     tip = turn.inv().apply(state.tip_position)
@@ -76,11 +76,11 @@ def test_column_that_is_bent_falls_to_the_side_to_which_it_is_bent(
     side: tuple[float, float, float],
 ) -> None:
     """From a pressure that bends the tube, however little, and from a tilt alike."""
-    rod = ElasticRod(0.5, Section((1e-3, 1e-3, 1e-3)), 2e-3)
+    rod = Rod(0.5, Section((1e-3, 1e-3, 1e-3)), 2e-3)
     _, y, z = side
     bent = replace(rod, rest_strain=(0.0, -1e-3 * z, 1e-3 * y))
     leaning = RodLoad((-1.0, 1e-4 * y, 1e-4 * z))
-    for problem in (ContactProblem(bent, RodLoad((-1.0, 0.0, 0.0))), ContactProblem(rod, leaning)):
+    for problem in (RodProblem(bent, RodLoad((-1.0, 0.0, 0.0))), RodProblem(rod, leaning)):
         tip = solve_contact(problem, elements=40).tip_position
         assert float(tip @ side) > 0.1
         assert math.hypot(tip[1], tip[2]) == pytest.approx(float(tip @ side), rel=1e-4)
@@ -88,8 +88,8 @@ def test_column_that_is_bent_falls_to_the_side_to_which_it_is_bent(
 
 def test_rod_on_top_of_a_ball_falls_beside_it() -> None:
     ball = Obstacle(Sphere(0.03), (0.2, 0.0, -0.05))
-    rod = ElasticRod(0.4, Section((1e-3, 1e-3, 1e-3)), 2e-3)
-    problem = ContactProblem(rod, RodLoad((0.0, 0.0, -3.0)), obstacles=(ball,))
+    rod = Rod(0.4, Section((1e-3, 1e-3, 1e-3)), 2e-3)
+    problem = RodProblem(rod, RodLoad((0.0, 0.0, -3.0)), obstacles=(ball,))
     state = solve_contact(problem, elements=60)
     assert state.stable
     assert not state.touching.any()

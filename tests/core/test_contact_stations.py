@@ -11,16 +11,16 @@ import pytest
 
 from spiral_core import (
     Clamped,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Guided,
     InvalidInputError,
     Obstacle,
     Pinned,
     Plane,
     PointLoad,
+    Rod,
     RodLoad,
+    RodProblem,
     RodStatus,
     Section,
     Sphere,
@@ -30,7 +30,7 @@ from spiral_core import (
 
 LENGTH, RADIUS = 0.5, 2e-3
 PLAIN = Section((1e-3, 1e-3, 1e-3))
-ROD = ElasticRod(LENGTH, PLAIN, RADIUS)
+ROD = Rod(LENGTH, PLAIN, RADIUS)
 HEAVY = RodLoad((0.0, 0.0, -0.05))
 PUSH = (0.0, 0.0, -0.01)
 
@@ -40,7 +40,7 @@ PUSH = (0.0, 0.0, -0.01)
 def test_rod_with_a_break_or_load_anywhere_is_followed(what: str, at: float) -> None:
     rod = replace(ROD, breaks=(at,)) if what == "break" else ROD
     loads = (PointLoad(at, PUSH),) if what == "load" else ()
-    problem = ContactProblem(rod, HEAVY, point_loads=loads)
+    problem = RodProblem(rod, HEAVY, point_loads=loads)
     state = solve_contact(problem, elements=40)
     for asked in (None, 40, len(state.arc_lengths) - 1):
         again = solve_contact(problem, start=state, elements=asked)
@@ -53,10 +53,8 @@ def test_rod_with_a_break_or_load_anywhere_is_followed(what: str, at: float) -> 
 def test_load_stays_where_it_is_while_the_rod_grows() -> None:
     """Nodes keep their fractions of the pieces on its two sides."""
 
-    def loaded(length: float) -> ContactProblem:
-        return ContactProblem(
-            replace(ROD, length=length), HEAVY, point_loads=(PointLoad(0.213, PUSH),)
-        )
+    def loaded(length: float) -> RodProblem:
+        return RodProblem(replace(ROD, length=length), HEAVY, point_loads=(PointLoad(0.213, PUSH),))
 
     state = follow_contact([loaded(0.5), loaded(0.52)], elements=40).states[-1]
     assert np.abs(state.arc_lengths - 0.213).min() < 1e-15
@@ -71,7 +69,7 @@ def test_load_stays_where_it_is_while_the_rod_grows() -> None:
 def test_places_that_differ_by_rounding_are_one() -> None:
     rod = replace(ROD, breaks=(0.1 + 0.1 + 0.1,))
     loads = (PointLoad(0.3, PUSH), PointLoad(0.5 - 1e-16), PointLoad(1e-17))
-    state = solve_contact(ContactProblem(rod, HEAVY, point_loads=loads), elements=40)
+    state = solve_contact(RodProblem(rod, HEAVY, point_loads=loads), elements=40)
     assert state.stable
     assert np.diff(state.arc_lengths).min() > 0.01
 
@@ -81,9 +79,9 @@ def test_places_that_differ_by_rounding_are_one() -> None:
 def test_guide_may_turn(held: tuple[float, ...] | None, largest: float) -> None:
     """The end is on the line of each station, and only along it is it free."""
 
-    def guided(angle: float) -> ContactProblem:
+    def guided(angle: float) -> RodProblem:
         along = (math.cos(angle), 0.0, math.sin(angle))
-        return ContactProblem(ROD, HEAVY, tip=Guided((0.45, 0.0, 0.0), along, held))
+        return RodProblem(ROD, HEAVY, tip=Guided((0.45, 0.0, 0.0), along, held))
 
     path = follow_contact([guided(0.0), guided(0.5)], elements=40, largest_increment=largest)
     assert not path.events
@@ -101,15 +99,13 @@ def test_end_held_inside_of_an_obstacle_is_no_answer() -> None:
         (-0.03, RodStatus.INSIDE_OBSTACLE),
     ):
         tip = Pinned((0.47, 0.03, height))
-        sunk = ContactProblem(ROD, HEAVY, tip=tip, obstacles=(floor,))
+        sunk = RodProblem(ROD, HEAVY, tip=tip, obstacles=(floor,))
         assert solve_contact(sunk, elements=40, throw=False).status is status
 
 
 def test_obstacle_moved_over_the_base_is_no_answer() -> None:
     ball = Obstacle(Sphere(0.02), (-0.03, 0.0, 0.01))  # behind the base, and then over it
-    stations = [
-        ContactProblem(ROD, obstacles=(ball.moved((way, 0.0, 0.0)),)) for way in (0.0, 0.015)
-    ]
+    stations = [RodProblem(ROD, obstacles=(ball.moved((way, 0.0, 0.0)),)) for way in (0.0, 0.015)]
     path = follow_contact(stations, elements=40)
     assert path.states[0].stable
     assert all(not state.stable for state in path.states[1:])
@@ -119,7 +115,7 @@ def test_obstacle_moved_over_the_base_is_no_answer() -> None:
 def test_tip_brought_nearer_past_an_obstacle_far_away(tip: tuple[float, float, float]) -> None:
     """The way may fail at its first increment, before anything has touched."""
     far = Obstacle(Plane(), (0.0, 0.0, -3.0))
-    problem = ContactProblem(ROD, tip=Clamped(tip), obstacles=(far,))
+    problem = RodProblem(ROD, tip=Clamped(tip), obstacles=(far,))
     state = solve_contact(problem, elements=40, throw=False)
     alone = solve_contact(replace(problem, obstacles=()), elements=40, throw=False)
     assert state.status is alone.status
@@ -132,9 +128,9 @@ def test_heavy_rod_hangs_alike_in_every_direction(axis: tuple[float, float, floa
 
     def hung(along: np.ndarray) -> float:
         x, y, z = (along / np.linalg.norm(along)).tolist()
-        rod = ElasticRod(1.0, PLAIN)
+        rod = Rod(1.0, PLAIN)
         return float(
-            solve_contact(ContactProblem(rod, RodLoad((x, y, z))), elements=10).positions[-1]
+            solve_contact(RodProblem(rod, RodLoad((x, y, z))), elements=10).positions[-1]
             @ (x, y, z)
         )
 
@@ -147,13 +143,11 @@ def test_heavy_rod_hangs_alike_in_every_direction(axis: tuple[float, float, floa
 def test_rope_pulled_too_hard_for_its_elements_is_no_answer() -> None:
     """Pulled over a rough cylinder: its tension is six times its load, whose elements it bends."""
 
-    def pulled(bending: float, way: float) -> ContactProblem:
+    def pulled(bending: float, way: float) -> RodProblem:
         around = 0.05 + 1e-4
-        rod = ElasticRod(
-            0.4 - 1e-3, Section((bending,) * 3, extension=20.0), 1e-4, friction_radius=0.0
-        )
+        rod = Rod(0.4 - 1e-3, Section((bending,) * 3, extension=20.0), 1e-4, friction_radius=0.0)
         bar = Obstacle.along(Cylinder(0.05), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0.6)
-        return ContactProblem(
+        return RodProblem(
             rod, RodLoad(tip_force=(0.0, 0.0, -0.1)), Pinned((-around, 0.0, -0.12 - way)),
             obstacles=(bar,),
         )  # fmt: skip

@@ -17,14 +17,14 @@ from spiral_core import (
     Capsule,
     Clamped,
     Cone,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     Obstacle,
     Plane,
     PointLoad,
+    Rod,
     RodLoad,
     RodPath,
+    RodProblem,
     RodState,
     Section,
     Sphere,
@@ -36,7 +36,7 @@ TURN = Rotation.from_rotvec((0.4, -1.1, 2.0))
 SHIFT = np.array((0.3, -0.2, 0.15))
 
 
-def pulled_out() -> list[ContactProblem]:
+def pulled_out() -> list[RodProblem]:
     """Return a coil that closes under gravity, and the cylinder that is then pulled out of it.
 
     It closes without friction: with it the answer depends on the increments of the way.
@@ -46,7 +46,7 @@ def pulled_out() -> list[ContactProblem]:
     return [replace(station, load=RodLoad(WEIGHT)) for station in closed + away]
 
 
-def among_many() -> list[ContactProblem]:
+def among_many() -> list[RodProblem]:
     """Return a rod of coupled, unlike stiffnesses that sinks onto four obstacles above a floor.
 
     At 1.5 times this load it slips off them.
@@ -56,7 +56,7 @@ def among_many() -> list[ContactProblem]:
     between = np.array(((0.03, 0.01, -0.02), (0.02, -0.01, 0.03), (-0.05, 0.02, 0.01)))
     matrix = np.block([[np.array(bending), between], [between.T, np.array(stretch)]])
     section = Section(tuple(tuple(row) for row in matrix.tolist()))
-    rod = ElasticRod(0.5, section, 2e-3, rest_strain=(2.0, 1.0, -1.5))
+    rod = Rod(0.5, section, 2e-3, rest_strain=(2.0, 1.0, -1.5))
     obstacles = (
         Obstacle.along(Cylinder(0.03), (0.12, 0.0, -0.06), (0.1, 1.0, 0.2), 0.3),
         Obstacle(Sphere(0.03), (0.25, -0.01, -0.09), friction=0.1),
@@ -65,8 +65,8 @@ def among_many() -> list[ContactProblem]:
         Obstacle.along(Plane(), (0.0, 0.0, -0.2), (0.1, 0.0, 1.0), 0.5),
     )
 
-    def loaded(part: float, sideways: float) -> ContactProblem:
-        return ContactProblem(
+    def loaded(part: float, sideways: float) -> RodProblem:
+        return RodProblem(
             rod,
             RodLoad((0.0, 0.1 * part, -1.2 * part), (0.0, sideways, 0.0), (1e-3 * part, 0.0, 0.0)),
             base=Clamped((0.0, 0.0, 0.02), (0.0, 0.0, 0.1, np.sqrt(0.99))),
@@ -83,7 +83,7 @@ PATHS = {"pulled out": pulled_out, "among many": among_many}
 LARGEST_INCREMENT = {"pulled out": 1.0, "among many": 0.05}
 
 
-def followed(name: str, stations: list[ContactProblem]) -> RodState:
+def followed(name: str, stations: list[RodProblem]) -> RodState:
     """Return where a path ends, on which nothing snaps."""
     path = follow_contact(stations, elements=60, largest_increment=LARGEST_INCREMENT[name])
     assert not path.events
@@ -154,7 +154,7 @@ def test_larger_rod_of_the_same_proportions_has_the_same_shape() -> None:
     """Lengths times 10, EI times 1e4: forces times 100; slips and tolerances scale along."""
     small, factor = pulled_out(), 10.0
 
-    def grown(problem: ContactProblem) -> ContactProblem:
+    def grown(problem: RodProblem) -> RodProblem:
         (obstacle,) = problem.obstacles
         rod = problem.rod
         x, y, z = (factor * c for c in obstacle.position)
@@ -163,7 +163,7 @@ def test_larger_rod_of_the_same_proportions_has_the_same_shape() -> None:
         f, g, h = (factor * k for k in WEIGHT)
         return replace(
             problem,
-            rod=ElasticRod(factor * LENGTH, Section((a, b, c)), factor * OUTER, (u, v, w)),
+            rod=Rod(factor * LENGTH, Section((a, b, c)), factor * OUTER, (u, v, w)),
             load=RodLoad((f, g, h)),
             obstacles=(replace(obstacle, shape=Cylinder(factor * RADIUS), position=(x, y, z)),),
         )

@@ -12,14 +12,14 @@ from benchmarks.contact_paths import imbalance
 from spiral_core import (
     Capsule,
     Cone,
-    ContactProblem,
     Cylinder,
-    ElasticRod,
     InvalidInputError,
     Obstacle,
     Pinned,
     Plane,
     Profile,
+    Rod,
+    RodProblem,
     RodStatus,
     Section,
     Sphere,
@@ -32,7 +32,7 @@ from spiral_core.rod.contact.shapes import Shape
 pytestmark = pytest.mark.long
 
 LENGTH, RADIUS = 0.4, 3e-3
-ROD = ElasticRod(LENGTH, Section((1.7e-4, 2.7e-4, 2.7e-4)), RADIUS)
+ROD = Rod(LENGTH, Section((1.7e-4, 2.7e-4, 2.7e-4)), RADIUS)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
@@ -43,7 +43,7 @@ def test_rod_is_not_passed_by_what_moves_fast(shape: Shape, friction: float) -> 
     """In one increment of 20 radii, down through the whole rod if it could."""
     axis = (0.0, 0.0, -1.0) if isinstance(shape, Plane) else (0.0, 1.0, 0.0)
     above = Obstacle.along(shape, (0.2, 0.0, 0.05), axis, friction)
-    clear = ContactProblem(ROD, obstacles=(above,))
+    clear = RodProblem(ROD, obstacles=(above,))
     struck = replace(clear, obstacles=(above.moved((0.0, 0.0, -0.1)),))
     if isinstance(shape, Plane):  # the clamp would be in it
         struck = replace(clear, obstacles=(above.moved((0.0, 0.0, -0.045), (0.0, 0.35, 0.0)),))
@@ -62,12 +62,12 @@ def test_cylinder_pulled_through_a_coil_at_once_ends_where_small_steps_end() -> 
     """By 25 of its radii: 1.3 turns come off over the tip, and never through the rod."""
     radius = 6e-3
     strain = np.array((-18.0, 0.0, 90.0))
-    rod = ElasticRod(0.25, ROD.section, RADIUS, rest_strain=(-18.0, 0.0, 90.0))
+    rod = Rod(0.25, ROD.section, RADIUS, rest_strain=(-18.0, 0.0, 90.0))
     x, _, z = strain / np.linalg.norm(strain)
     peg = Obstacle.along(Cylinder(radius), (0.0, radius + RADIUS, 0.0), (x, 0.0, z))
 
-    def pulled(shift: float) -> ContactProblem:
-        return ContactProblem(rod, obstacles=(peg.moved((0.0, shift, 0.0)),))
+    def pulled(shift: float) -> RodProblem:
+        return RodProblem(rod, obstacles=(peg.moved((0.0, shift, 0.0)),))
 
     ways = np.linspace(0.0, 0.15, 31)
     slowly = follow_contact([pulled(w) for w in ways], elements=80)
@@ -86,11 +86,11 @@ def test_cylinder_pulled_through_a_coil_at_once_ends_where_small_steps_end() -> 
     )
 
 
-def stretched(height: float, needle: Shape) -> ContactProblem:
+def stretched(height: float, needle: Shape) -> RodProblem:
     """Return a cord pulled to four times its length, its elements longer than a needle is thick."""
-    rod = ElasticRod(0.1, Section((1e-5, 1e-5, 1e-5), extension=1.0), 1e-4)
+    rod = Rod(0.1, Section((1e-5, 1e-5, 1e-5), extension=1.0), 1e-4)
     lowered = Obstacle.along(needle, (0.2013, 0.0, height), (0.0, 1.0, 0.0))
-    return ContactProblem(rod, base=Pinned(), tip=Pinned((0.4, 0.0, 0.0)), obstacles=(lowered,))
+    return RodProblem(rod, base=Pinned(), tip=Pinned((0.4, 0.0, 0.0)), obstacles=(lowered,))
 
 
 NEEDLES = [Cylinder(2.5e-3), Cone(2.5e-3, 1e-3), Capsule(2.5e-3, 0.1),
@@ -116,7 +116,7 @@ def test_cord_passes_beyond_the_end_of_a_capsule() -> None:
     """Its axis goes on there, but not its solid."""
     line = np.linspace((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), 41)
 
-    def lowered(height: float) -> ContactProblem:
+    def lowered(height: float) -> RodProblem:
         problem = stretched(height, Capsule(2.5e-3, 0.02))
         aside = problem.obstacles[0].moved((0.0, 0.02, 0.0))
         return replace(problem, obstacles=(aside,))
@@ -137,10 +137,10 @@ def test_needle_pushes_a_cord_of_enough_elements() -> None:
     assert -0.7 < state.turns[0] < -0.5  # still below it
 
 
-def coil(torsion: float, radius: float = RADIUS) -> ContactProblem:
+def coil(torsion: float, radius: float = RADIUS) -> RodProblem:
     """Return a coil of some turns, its pitch with the sign of its torsion."""
     rest_strain = (torsion, 0.0, 60.0)
-    return ContactProblem(ElasticRod(LENGTH, ROD.section, radius, rest_strain=rest_strain))
+    return RodProblem(Rod(LENGTH, ROD.section, radius, rest_strain=rest_strain))
 
 
 @pytest.mark.parametrize("stations", [2, 5])

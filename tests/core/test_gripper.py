@@ -12,7 +12,7 @@ from core.gripper_cases import PRESSURE_MAX, linear_gripper, paper_gripper
 from spiral_core import (
     InvalidInputError,
     MooneyRivlin,
-    RodStiffness,
+    Section,
     UnloadedShape,
     gripper_from_actuator,
 )
@@ -108,7 +108,7 @@ def test_stiffnesses_of_no_tube_are_refused(ratio: float) -> None:
     gripper = paper_gripper("P1")
     bending = gripper.stiffness.bending
     for allowed in (0.0101, 99.0):
-        replace(gripper, stiffness=RodStiffness(bending, allowed * bending))
+        replace(gripper, stiffness=Section.inextensible(bending, allowed * bending))
     with pytest.raises(InvalidInputError, match="a hundredth to a hundred times") as caught:
-        replace(gripper, stiffness=RodStiffness(bending, ratio * bending))
+        replace(gripper, stiffness=Section.inextensible(bending, ratio * bending))
     assert caught.value.field == "torsional"

@@ -12,14 +12,14 @@ import pytest
 from spiral_core import (
     UNDAMPED,
     Clamped,
-    ContactProblem,
     Damping,
-    ElasticRod,
     Free,
     Inertia,
     InvalidInputError,
     MotionStatus,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     solve_contact,
     solve_motion,
@@ -32,8 +32,8 @@ LENGTH, BENDING = 0.36, 2.7e-4
 SECTION = Section((2.0 / 3.0 * BENDING, BENDING, BENDING))
 SLENDER = Inertia(mass=0.0283, rotary=0.0283 * 1e-8)
 TUBE = Inertia(mass=0.0283, rotary=0.0283 * 1.3e-5)
-STRAIGHT = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3))
-HELIX = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3, rest_strain=(8.0, 0.0, 40.0)))
+STRAIGHT = RodProblem(Rod(LENGTH, SECTION, radius=5e-3))
+HELIX = RodProblem(Rod(LENGTH, SECTION, radius=5e-3, rest_strain=(8.0, 0.0, 40.0)))
 WEIGHT = RodLoad(distributed=(0.0, 0.0, -0.0283 * 9.81))
 
 
@@ -61,7 +61,7 @@ def test_a_straight_cantilever_twists_as_a_shaft() -> None:
     assert np.abs(found / expected - 1.0).min() < 1e-4
 
 
-def swing(problem: ContactProblem, tip_force: tuple[float, float, float], **given: object):
+def swing(problem: RodProblem, tip_force: tuple[float, float, float], **given: object):
     """Return a rod let go from under a small force at its tip, undamped."""
     load = replace(problem.load, tip_force=tip_force)
     bent = solve_contact(replace(problem, load=load), elements=24)
@@ -91,12 +91,12 @@ def test_a_helical_cantilever_swings_at_the_eigenvalues_of_its_hessian(mode: int
     assert np.abs(signal - np.cos(1.003 * phase)).max() > 0.04
 
 
-def driven(time: float) -> ContactProblem:
+def driven(time: float) -> RodProblem:
     """Return a tube that coils up while its base rises, smoothly."""
     s = min(time, 1.0)
     b = s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3)
-    rod = ElasticRod(LENGTH, SECTION, radius=5e-3, rest_strain=(3.0 * b, 0.0, 8.0 * b))
-    return ContactProblem(rod, WEIGHT, base=Clamped((0.0, 0.0, 0.05 * b)))
+    rod = Rod(LENGTH, SECTION, radius=5e-3, rest_strain=(3.0 * b, 0.0, 8.0 * b))
+    return RodProblem(rod, WEIGHT, base=Clamped((0.0, 0.0, 0.05 * b)))
 
 
 @pytest.mark.parametrize("damping", [UNDAMPED, Damping(0.02, 0.0), Damping(0.0, 0.0, 3.0)])
@@ -156,7 +156,7 @@ def test_the_long_time_limit_is_the_static_state() -> None:
 
 
 def test_the_base_takes_the_change_of_momentum() -> None:
-    def lifted(time: float) -> ContactProblem:
+    def lifted(time: float) -> RodProblem:
         return replace(STRAIGHT, load=WEIGHT, base=Clamped((0.0, 0.0, 0.5 * time**3)))
 
     times = np.linspace(0.0, 0.6, 601)
@@ -198,7 +198,7 @@ def test_bad_input_is_named(given: dict[str, object], field: str | None) -> None
 
 
 def test_a_motion_that_cannot_go_on_says_so() -> None:
-    def jumps(time: float) -> ContactProblem:
+    def jumps(time: float) -> RodProblem:
         return replace(STRAIGHT, base=Clamped((0.0, 0.0, 1.0 if time > 0.05 else 0.0)))
 
     motion = solve_motion(jumps, TUBE, (0.0, 0.04, 0.1), elements=8)

@@ -13,16 +13,16 @@ from core.test_motion import LENGTH, SECTION, TUBE, WEIGHT
 from spiral_core import (
     UNDAMPED,
     Clamped,
-    ContactProblem,
     Cylinder,
     Damping,
-    ElasticRod,
     EventKind,
     Free,
     MotionStatus,
     Obstacle,
     Plane,
+    Rod,
     RodLoad,
+    RodProblem,
     solve_contact,
     solve_motion,
 )
@@ -37,11 +37,11 @@ def test_a_rod_on_a_plane_that_accelerates_sticks_or_slides(ratio: float, expect
     friction = 0.3
     limit = friction * 9.81
     floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3), friction=friction)
-    rod = ElasticRod(LENGTH, SECTION, radius=5e-3, friction_radius=0.0)
+    rod = Rod(LENGTH, SECTION, radius=5e-3, friction_radius=0.0)
 
-    def pushed(time: float) -> ContactProblem:
+    def pushed(time: float) -> RodProblem:
         moved = floor.moved((0.5 * ratio * limit * time**2, 0.0, 0.0))
-        return ContactProblem(rod, WEIGHT, base=Free(), obstacles=(moved,))
+        return RodProblem(rod, WEIGHT, base=Free(), obstacles=(moved,))
 
     points = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
     lying = solve_contact(pushed(0.0), start=points, elements=12)
@@ -58,11 +58,11 @@ def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity(step: fl
     push = np.array((1.0, 0.0, 0.0))
     tilted = RodLoad(distributed=tuple(np.array(WEIGHT.distributed) - TUBE.mass * push))
 
-    def coiling(time: float, load: RodLoad, place: np.ndarray) -> ContactProblem:
-        rod = ElasticRod(LENGTH, SECTION, 5e-3, (8.0 + 4.0 * time, 0.0, 40.0 + 20.0 * time))
+    def coiling(time: float, load: RodLoad, place: np.ndarray) -> RodProblem:
+        rod = Rod(LENGTH, SECTION, 5e-3, (8.0 + 4.0 * time, 0.0, 40.0 + 20.0 * time))
         center = tuple(place + np.array((0.0, 0.019, 0.0)))
         round_it = Obstacle.along(Cylinder(0.012), center, (1.0, 0.0, 0.0), friction=0.3)
-        return ContactProblem(rod, load, base=Clamped(tuple(place)), obstacles=(round_it,))
+        return RodProblem(rod, load, base=Clamped(tuple(place)), obstacles=(round_it,))
 
     start = solve_contact(coiling(0.0, WEIGHT, np.zeros(3)), elements=40)
     times = np.linspace(0.0, 0.5, 6)
@@ -77,7 +77,7 @@ def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity(step: fl
 
 def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> None:
     floor = Obstacle(Plane(), position=(0.0, 0.0, -0.1))
-    light = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3), obstacles=(floor,))
+    light = RodProblem(Rod(LENGTH, SECTION, radius=5e-3), obstacles=(floor,))
     heavy = replace(light, load=WEIGHT)
     motion = solve_motion(
         lambda _: heavy, TUBE, np.linspace(0.0, 8.0, 81), elements=30,
@@ -96,7 +96,7 @@ def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> No
 
 def test_steps_of_the_least_length_are_taken_whatever_their_error(monkeypatch) -> None:
     floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3), friction=0.3)
-    lying = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3), WEIGHT, obstacles=(floor,))
+    lying = RodProblem(Rod(LENGTH, SECTION, radius=5e-3), WEIGHT, obstacles=(floor,))
     line = np.column_stack((np.linspace(0.0, LENGTH, 5), np.zeros(5), np.zeros(5)))
     start = solve_contact(lying, start=line, elements=4)
     tried = []
@@ -116,7 +116,7 @@ def test_steps_of_the_least_length_are_taken_whatever_their_error(monkeypatch) -
 
 def test_a_rod_is_let_go_beside_an_obstacle() -> None:
     floor = Obstacle(Plane(), position=(0.0, 0.0, -0.03), friction=0.3)
-    heavy = ContactProblem(ElasticRod(LENGTH, SECTION, radius=5e-3), WEIGHT, obstacles=(floor,))
+    heavy = RodProblem(Rod(LENGTH, SECTION, radius=5e-3), WEIGHT, obstacles=(floor,))
     line = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
     motion = solve_motion(lambda _: heavy, TUBE, (0.0, 0.2), start=line)
     first, last = (frame.state for frame in motion.frames)
@@ -129,11 +129,11 @@ def test_a_rod_is_let_go_beside_an_obstacle() -> None:
 def test_a_floor_that_falls_away_is_lost_at_once() -> None:
     starts, fall = 0.0503, 5.0 * 9.81
 
-    def dropped(time: float) -> ContactProblem:
+    def dropped(time: float) -> RodProblem:
         depth = 0.5 * fall * max(0.0, time - starts) ** 2
         floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3 - depth), friction=0.3)
-        rod = ElasticRod(LENGTH, SECTION, radius=5e-3, friction_radius=0.0)
-        return ContactProblem(rod, WEIGHT, base=Free(), obstacles=(floor,))
+        rod = Rod(LENGTH, SECTION, radius=5e-3, friction_radius=0.0)
+        return RodProblem(rod, WEIGHT, base=Free(), obstacles=(floor,))
 
     points = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
     lying = solve_contact(dropped(0.0), start=points, elements=12)

@@ -13,7 +13,7 @@ import pytest
 from core.rod_cases import GRAVITY, gripper_rod, straight_rod
 
 from spiral_core import InvalidInputError, Rod, RodLoad, RodStatus, SolverError, solve_rod
-from spiral_core.rod.types import RodStiffness
+from spiral_core.rod.types import Section
 
 FREE = RodLoad()
 
@@ -41,8 +41,8 @@ def test_the_start_is_left_as_it_was() -> None:
 
 DIGEST = """
 import hashlib
-from spiral_core import Rod, RodLoad, solve_rod
-rod = Rod(0.5, 2.5e-4, 1.7e-4, (-21.0, 0.0, 31.0))
+from spiral_core import Rod, RodLoad, Section, solve_rod
+rod = Rod(0.5, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(-21.0, 0.0, 31.0))
 s = solve_rod(rod, RodLoad(distributed=(0.1, -0.2, 0.05), tip_force=(0.0, 0.01, 0.0)))
 data = b"".join(a.tobytes() for a in (s.positions, s.orientations, s.moments, s.strains))
 print(hashlib.sha256(data + repr((s.energy, s.residual, s.iterations)).encode()).hexdigest())
@@ -73,9 +73,11 @@ def test_constant_functions_are_constants() -> None:
     weight = np.array(case.load.distributed)
     same = Rod(
         case.rod.length,
-        lambda s: np.full(len(s), case.rod.bending_stiffness),
-        lambda s: np.full(len(s), case.rod.torsional_stiffness),
-        lambda s: np.tile((-13.5, 0.0, 21.0), (len(s), 1)),
+        Section.varying(
+            lambda s: np.full(len(s), case.rod.section.bending),
+            lambda s: np.full(len(s), case.rod.section.torsional),
+        ),
+        rest_strain=lambda s: np.tile((-13.5, 0.0, 21.0), (len(s), 1)),
     )
     a = solve_rod(case.rod, case.load, elements=40)
     b = solve_rod(same, RodLoad(lambda s: np.tile(weight, (len(s), 1))), elements=40)
@@ -83,27 +85,22 @@ def test_constant_functions_are_constants() -> None:
     np.testing.assert_allclose(b.energy, a.energy, rtol=1e-10)
 
 
-@pytest.mark.parametrize("field", ["length", "bending_stiffness", "torsional_stiffness"])
+@pytest.mark.parametrize("field", ["length", "bending", "torsional"])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, True, "1"])
 def test_rods_refuse_bad_constants_by_name(field: str, value: object) -> None:
-    values: dict[str, object] = {
-        "length": 0.3,
-        "bending_stiffness": 1e-4,
-        "torsional_stiffness": 1e-4,
-        field: value,
-    }
+    values: dict[str, object] = {"length": 0.3, "bending": 1e-4, "torsional": 1e-4, field: value}
     with pytest.raises(InvalidInputError) as caught:
-        Rod(**values)  # type: ignore[arg-type]
+        Rod(values.pop("length"), Section.inextensible(**values))  # type: ignore[arg-type]
     assert caught.value.field == field
 
 
 @pytest.mark.parametrize(
     ("rod", "weight"),
     [
-        (Rod(300.0e3, 1e-4, 1e-4, (0.0, 0.0, 20.0)), 0.2),
-        (Rod(0.3, 1e-4, 1e-4, (0.0, 0.0, 1e300)), 0.2),
-        (Rod(0.3, 1e-300, 1e-300, (0.0, 0.0, 20.0)), 0.2),
-        (Rod(0.3, 1e-4, 1e-4, (0.0, 0.0, 20.0)), 1e300),
+        (Rod(300000.0, Section.inextensible(1e-4, 1e-4), rest_strain=(0.0, 0.0, 20.0)), 0.2),
+        (Rod(0.3, Section.inextensible(1e-4, 1e-4), rest_strain=(0.0, 0.0, 1e300)), 0.2),
+        (Rod(0.3, Section.inextensible(1e-300, 1e-300), rest_strain=(0.0, 0.0, 20.0)), 0.2),
+        (Rod(0.3, Section.inextensible(1e-4, 1e-4), rest_strain=(0.0, 0.0, 20.0)), 1e300),
     ],
 )
 def test_rods_that_need_endless_elements_are_refused_at_once(rod: Rod, weight: float) -> None:
@@ -121,31 +118,23 @@ def test_loads_refuse_bad_vectors_by_name(field: str, value: object) -> None:
 
 def test_the_rest_strain_is_refused_by_name() -> None:
     with pytest.raises(InvalidInputError) as caught:
-        Rod(0.3, 1e-4, 1e-4, (1.0, math.inf, 0.0))
+        Rod(0.3, Section.inextensible(1e-4, 1e-4), rest_strain=(1.0, math.inf, 0.0))
     assert caught.value.field == "rest_strain"
 
 
-@pytest.mark.parametrize("field", ["bending", "torsional"])
-def test_stiffnesses_are_refused_by_name(field: str) -> None:
-    values = {"bending": 1e-4, "torsional": 1e-4, field: -1.0}
-    with pytest.raises(InvalidInputError) as caught:
-        RodStiffness(**values)
-    assert caught.value.field == field
-
-
 @pytest.mark.parametrize("value", [np.nan, -1.0, 0.0])
-@pytest.mark.parametrize("field", ["bending_stiffness", "torsional_stiffness"])
+@pytest.mark.parametrize("field", ["bending", "torsional"])
 def test_profiles_of_bad_values_are_named(field: str, value: float) -> None:
-    values = {"bending_stiffness": 1e-4, "torsional_stiffness": 1e-4}
+    values = {"bending": 1e-4, "torsional": 1e-4}
     profile = lambda s: np.where(s > 0.2, value, 1e-4)  # noqa: E731
-    rod = Rod(0.3, **{**values, field: profile})  # type: ignore[arg-type]
+    rod = Rod(0.3, Section.varying(**{**values, field: profile}))  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError) as caught:
         solve_rod(rod, FREE)
-    assert caught.value.field == field
+    assert caught.value.field == (field if math.isnan(value) else "section")
 
 
 def test_profiles_of_the_wrong_shape_are_named() -> None:
-    flat = Rod(0.3, 1e-4, 1e-4, lambda s: np.ones(len(s)))
+    flat = Rod(0.3, Section.inextensible(1e-4, 1e-4), rest_strain=lambda s: np.ones(len(s)))
     with pytest.raises(InvalidInputError) as caught:
         solve_rod(flat, FREE)
     assert caught.value.field == "rest_strain"
@@ -153,10 +142,10 @@ def test_profiles_of_the_wrong_shape_are_named() -> None:
     with pytest.raises(InvalidInputError) as caught:
         solve_rod(straight_rod(), load, elements=10)
     assert caught.value.field == "distributed"
-    scalar = Rod(0.3, lambda s: np.ones((len(s), 1)), 1e-4)
+    scalar = Rod(0.3, Section.varying(lambda s: np.ones((len(s), 1)), 1e-4))
     with pytest.raises(InvalidInputError) as caught:
         solve_rod(scalar, FREE)
-    assert caught.value.field == "bending_stiffness"
+    assert caught.value.field == "bending"
 
 
 @pytest.mark.parametrize("elements", [0, 1, -5, True, 2.5, "10", 20_001])

@@ -10,7 +10,7 @@ import pytest
 from core.reference_shooting import Rods, Shapes, continue_from_rest, shoot
 from core.rod_cases import Case, gripper_rod, random_direction
 
-from spiral_core import Rod, RodLoad, RodState, solve_rod
+from spiral_core import Rod, RodLoad, RodState, Section, solve_rod
 
 pytestmark = pytest.mark.long
 
@@ -38,7 +38,7 @@ def distributed(s: np.ndarray) -> np.ndarray:
 
 
 VARIED = Case(
-    Rod(0.4, bending, torsional, rest_strain),
+    Rod(0.4, Section.inextensible(bending, torsional), rest_strain=rest_strain),
     RodLoad(distributed, tip_force=(0.01, -0.02, 0.015), tip_moment=(3e-4, 2e-4, -5e-4)),
 )
 CASES = {
@@ -53,7 +53,7 @@ def as_rods(cases: list[Case]) -> Rods:
     """Return uniform rods as the reference wants them."""
     return Rods(
         np.array([c.rod.length for c in cases]),
-        np.array([[c.rod.torsional_stiffness, *2 * [c.rod.bending_stiffness]] for c in cases]),
+        np.array([c.rod.section.stiffness for c in cases]),
         np.array([c.rod.rest_strain for c in cases]),
         np.array([c.load.distributed for c in cases]),
         np.array([c.load.tip_force for c in cases]),

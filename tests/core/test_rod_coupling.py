@@ -15,27 +15,25 @@ from spiral_core import (
     InvalidInputError,
     Rod,
     RodLoad,
-    RodStiffness,
+    Section,
     follow_path,
     solve_rod,
 )
 from spiral_core.rod._mesh import element_count
-from spiral_core.rod.contact.problem import ContactProblem, ElasticRod, Section
+from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import solve_contact
 
-STIFFNESS = RodStiffness(bending=6.0e-4, torsional=5.0e-4, sideways=2.0e-4, coupling=4.0e-4)
+STIFFNESS = Section.inextensible(bending=6.0e-4, torsional=5.0e-4, sideways=2.0e-4, coupling=4.0e-4)
 HELIX = (-9.0, 0.0, 18.0)
 
 
-def rod(rest: tuple[float, float, float] = HELIX, stiffness: RodStiffness = STIFFNESS) -> Rod:
-    return Rod(
-        0.36, stiffness.bending, stiffness.torsional, rest,
-        sideways_stiffness=stiffness.sideways, coupling_stiffness=stiffness.coupling,
-    )  # fmt: skip
+def rod(rest: tuple[float, float, float] = HELIX, stiffness: Section = STIFFNESS) -> Rod:
+    return Rod(0.36, stiffness, rest_strain=rest)
 
 
-def mirrored(stiffness: RodStiffness) -> RodStiffness:
-    return dataclasses.replace(stiffness, coupling=-stiffness.coupling)
+def mirrored(stiffness: Section) -> Section:
+    torsional, sideways, bending, coupling = stiffness.numbers
+    return Section.inextensible(bending, torsional, sideways, -coupling)
 
 
 def test_a_small_moment_at_the_tip_bends_and_twists_by_the_compliance() -> None:
@@ -52,7 +50,7 @@ def test_a_small_moment_at_the_tip_bends_and_twists_by_the_compliance() -> None:
 @pytest.mark.parametrize("rest", [(0.0, 0.0, 0.0), HELIX], ids=["straight", "helix"])
 @pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.3, 0.8, -0.52)], ids=["along", "askew"])
 def test_a_heavy_cantilever_is_that_of_shooting(
-    stiffness: RodStiffness, rest: tuple[float, float, float], direction: tuple[float, float, float]
+    stiffness: Section, rest: tuple[float, float, float], direction: tuple[float, float, float]
 ) -> None:
     weight = tuple(0.24 * component for component in direction)
     force = (0.004, -0.006, 0.003)
@@ -80,7 +78,7 @@ def test_the_rod_among_obstacles_hangs_alike(gravity: tuple[float, float, float]
     """Another code, another element: the contact rod's, without obstacles."""
     load = RodLoad(distributed=gravity)
     fast = solve_rod(rod(), load, elements=120)
-    problem = ContactProblem(ElasticRod(0.36, Section(STIFFNESS.matrix), rest_strain=HELIX), load)
+    problem = RodProblem(rod(), load)
     slow = solve_contact(problem, elements=120)
     assert np.linalg.norm(fast.tip_position - slow.tip_position) < 1e-6 * 0.36
     np.testing.assert_allclose(fast.positions, slow.positions, atol=1e-6 * 0.36)
@@ -90,11 +88,13 @@ def test_error_falls_with_the_fourth_power_where_the_section_varies() -> None:
     """Every stiffness a function of the arc length, the coupling too."""
     varied = Rod(
         0.36,
-        lambda s: 6.0e-4 * (1.0 - 0.8 * s),
-        lambda s: 5.0e-4 * (1.0 + s),
-        lambda s: np.column_stack((-9.0 + 12.0 * s, 5.0 * s, 18.0 - 20.0 * s)),
-        sideways_stiffness=lambda s: 2.0e-4 * (1.0 + 2.0 * s),
-        coupling_stiffness=lambda s: 4.0e-4 * np.cos(9.0 * s),
+        Section.varying(
+            lambda s: 0.0006 * (1.0 - 0.8 * s),
+            lambda s: 0.0005 * (1.0 + s),
+            sideways=lambda s: 0.0002 * (1.0 + 2.0 * s),
+            coupling=lambda s: 0.0004 * np.cos(9.0 * s),
+        ),
+        rest_strain=lambda s: np.column_stack((-9.0 + 12.0 * s, 5.0 * s, 18.0 - 20.0 * s)),
     )
     load = RodLoad((0.1, 0.15, -0.1))
     tips = [
@@ -105,10 +105,10 @@ def test_error_falls_with_the_fourth_power_where_the_section_varies() -> None:
     assert 3.6 < math.log2(errors[0] / errors[1]) < 4.6
     assert 3.6 < math.log2(errors[1] / errors[2]) < 4.6
     even = solve_rod(rod(), load, elements=80)
-    constant = dataclasses.replace(
-        rod(), sideways_stiffness=lambda s: np.full(len(s), 2.0e-4),
-        coupling_stiffness=lambda s: np.full(len(s), 4.0e-4),
-    )  # fmt: skip
+    section = Section.varying(
+        6.0e-4, 5.0e-4, lambda s: np.full(len(s), 2.0e-4), lambda s: np.full(len(s), 4.0e-4)
+    )
+    constant = dataclasses.replace(rod(), section=section)
     same = solve_rod(constant, load, elements=80)
     assert np.linalg.norm(even.tip_position - same.tip_position) < 1e-9
     assert even.energy == pytest.approx(same.energy, rel=1e-9)
@@ -135,7 +135,7 @@ def test_stiff_fibers_tie_twist_to_bending() -> None:
         free, held = 1.0e-3, stiffer * 1.0e-3
         along = np.array([-0.5, 0.0, 1.0]) / math.sqrt(1.25)
         square = along[2] ** 2
-        stiffness = RodStiffness(
+        stiffness = Section.inextensible(
             bending=free * square + held * (1.0 - square),
             torsional=free * (1.0 - square) + held * square,
             sideways=4.0e-4,
@@ -150,62 +150,59 @@ def test_stiff_fibers_tie_twist_to_bending() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "field"),
+    ("field", "value"),
     [
-        ({"coupling_stiffness": 6.0e-4}, "coupling_stiffness"),
-        ({"coupling_stiffness": -math.sqrt(6.0e-4 * 5.0e-4)}, "coupling_stiffness"),
-        ({"coupling_stiffness": math.nan}, "coupling_stiffness"),
-        ({"sideways_stiffness": 0.0}, "sideways_stiffness"),
-        ({"sideways_stiffness": math.inf}, "sideways_stiffness"),
+        ("coupling", 6.0e-4),
+        ("coupling", -math.sqrt(6.0e-4 * 5.0e-4)),
+        ("coupling", math.nan),
+        ("sideways", 0.0),
+        ("sideways", math.inf),
     ],
 )
-def test_sections_that_do_not_resist_are_refused(values: dict[str, float], field: str) -> None:
+def test_sections_that_do_not_resist_are_refused(field: str, value: float) -> None:
     with pytest.raises(InvalidInputError) as caught:
-        dataclasses.replace(rod(), **values)
+        Section.inextensible(6.0e-4, 5.0e-4, **{field: value})
     assert caught.value.field == field
-    name = field.removesuffix("_stiffness")
-    with pytest.raises(InvalidInputError) as caught:
-        dataclasses.replace(STIFFNESS, **{name: values[field]})
-    assert caught.value.field == name
 
 
 def test_profiles_that_do_not_resist_are_refused() -> None:
-    for bad in (lambda s: 6.0e-4 + 0.0 * s, lambda s: math.nan * s, lambda s: np.zeros(2)):
+    for field, given, bad in (
+        ("section", "coupling", lambda s: 6.0e-4 + 0.0 * s),
+        ("coupling", "coupling", lambda s: math.nan * s),
+        ("coupling", "coupling", lambda s: np.zeros(2)),
+        ("section", "sideways", lambda s: -1.0 + 0.0 * s),
+    ):
+        section = Section.varying(6.0e-4, 5.0e-4, **{given: bad})
         with pytest.raises(InvalidInputError) as caught:
-            solve_rod(dataclasses.replace(rod(), coupling_stiffness=bad), RodLoad())
-        assert caught.value.field == "coupling_stiffness"
-    with pytest.raises(InvalidInputError, match="sideways_stiffness"):
-        solve_rod(
-            dataclasses.replace(rod(), sideways_stiffness=lambda s: -1.0 + 0.0 * s), RodLoad()
-        )
-    jump = dataclasses.replace(rod(), coupling_stiffness=lambda s: np.where(s < 0.1, 1e-4, -1e-4))
+            solve_rod(dataclasses.replace(rod(), section=section), RodLoad())
+        assert caught.value.field == field
+    section = Section.varying(6e-4, 5e-4, coupling=lambda s: np.where(s < 0.1, 1e-4, -1e-4))
     with pytest.raises(InvalidInputError, match="a jump at"):
-        solve_rod(jump, RodLoad())
+        solve_rod(dataclasses.replace(rod(), section=section), RodLoad())
 
 
 def test_alike_in_every_direction_is_the_plain_rod() -> None:
-    plain = Rod(0.36, 2.5e-4, 1.7e-4, HELIX)
-    spelled = dataclasses.replace(plain, sideways_stiffness=2.5e-4, coupling_stiffness=0.0)
+    plain = Rod(0.36, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=HELIX)
+    spelled = dataclasses.replace(plain, section=Section(np.diag((1.7e-4, 2.5e-4, 2.5e-4))))
     load = RodLoad((0.1, 0.2, 0.0))
     one, other = solve_rod(plain, load), solve_rod(spelled, load)
     np.testing.assert_array_equal(one.positions, other.positions)
-    assert RodStiffness(2.5e-4, 1.7e-4).matrix == RodStiffness(2.5e-4, 1.7e-4, 2.5e-4).matrix
+    assert Section.inextensible(2.5e-4, 1.7e-4) == Section.inextensible(2.5e-4, 1.7e-4, 2.5e-4)
 
 
 @pytest.mark.parametrize("torsional", [3.0e-6, 3.0e-2])
 def test_a_breath_of_anisotropy_changes_no_mesh(torsional: float) -> None:
     """A rod soft or stiff in torsion needs its many elements however its bending is stated."""
     load = RodLoad(distributed=(0.0, 0.1, 0.1), tip_force=(0.01, 0.05, 0.02))
-    plain = Rod(0.4, 3.0e-4, torsional, (-5.0, 0.0, 12.0))
+    plain = Rod(0.4, Section.inextensible(3e-4, torsional), rest_strain=(-5.0, 0.0, 12.0))
     count = element_count(plain, load)
     for sideways, coupling in ((3.0e-4 * (1.0 + 1e-12), 0.0), (3.0e-4, 1e-12), (3.01e-4, 0.0)):
-        rod = dataclasses.replace(
-            plain, sideways_stiffness=sideways, coupling_stiffness=coupling * torsional
-        )
+        section = Section.inextensible(3e-4, torsional, sideways, coupling * torsional)
+        rod = dataclasses.replace(plain, section=section)
         assert element_count(rod, load) == pytest.approx(count, abs=2)
 
 
 def test_a_stiffer_material_scales_the_whole_section() -> None:
-    scaled = RodStiffness(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4).scaled(4.0)
-    assert scaled == RodStiffness(12e-4, 8e-4, sideways=4e-4, coupling=-4e-4)
-    assert RodStiffness(3e-4, 2e-4).scaled(2.0) == RodStiffness(6e-4, 4e-4)
+    scaled = Section.inextensible(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4).scaled(4.0)
+    assert scaled == Section.inextensible(12e-4, 8e-4, sideways=4e-4, coupling=-4e-4)
+    assert Section.inextensible(3e-4, 2e-4).scaled(2.0) == Section.inextensible(6e-4, 4e-4)

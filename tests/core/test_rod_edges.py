@@ -17,6 +17,7 @@ from spiral_core import (
     RodCertificate,
     RodLoad,
     RodStatus,
+    Section,
     SolverError,
     find_equilibria,
     follow_path,
@@ -30,7 +31,7 @@ TILTS = (0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-6, 1e-3)
 
 @pytest.mark.parametrize("length", np.linspace(0.3, 1.0, 15))
 def test_an_upright_gripper_is_solved_at_every_length(length: float) -> None:
-    rod = Rod(length, 2.06e-4, 1.37e-4, (-13.5, 0.0, 21.0))
+    rod = Rod(length, Section.inextensible(2.06e-4, 1.37e-4), rest_strain=(-13.5, 0.0, 21.0))
     state = solve_rod(rod, RodLoad((-0.2347, 0.0, 0.0)), estimate_error=False)
     assert state.certificate is RodCertificate.STRICT_MINIMUM
 
@@ -40,7 +41,7 @@ def test_an_upright_gripper_is_solved_at_every_length(length: float) -> None:
 def test_a_straight_rod_buckles_to_the_side_it_leans_to(tilt: float, heaviness: float) -> None:
     """Upright: a circle of equal minima. However small a tilt, it picks one of them."""
     load = RodLoad((-heaviness * math.cos(tilt), 0.6 * heaviness * math.sin(tilt), 0.0))
-    state = solve_rod(Rod(1.0, 1.0, 0.66), load)
+    state = solve_rod(Rod(1.0, Section.inextensible(1.0, 0.66)), load)
     assert state.stable
     if tilt == 0.0:
         assert state.neutral_modes == 1
@@ -59,7 +60,7 @@ def test_a_straight_rod_buckles_to_the_side_it_leans_to(tilt: float, heaviness: 
 
 def test_the_neutral_mode_is_a_zero_of_the_energy() -> None:
     """Turned about the axis the state is one of the same energy, and as good a solution."""
-    rod, load = Rod(1.0, 1.0, 0.66), RodLoad((-30.0, 0.0, 0.0))
+    rod, load = Rod(1.0, Section.inextensible(1.0, 0.66)), RodLoad((-30.0, 0.0, 0.0))
     state = solve_rod(rod, load)
     angle = 1.1
     turn = np.array([math.sin(angle / 2), 0.0, 0.0, math.cos(angle / 2)])
@@ -86,7 +87,10 @@ def test_loads_along_every_axis_are_solved(
     for heaviness in (20.0, 200.0):
         weight = tuple(heaviness * component for component in axis)
         for pull in (-5.0, 0.0, 5.0):
-            state = solve_rod(Rod(1.0, 1.0, 0.66, strain), RodLoad(weight, (pull, 0.0, 0.0)))
+            state = solve_rod(
+                Rod(1.0, Section.inextensible(1.0, 0.66), rest_strain=strain),
+                RodLoad(weight, (pull, 0.0, 0.0)),
+            )
             assert state.stable
             assert state.residual <= 1e-8
             assert state.last_step <= 1e-6
@@ -97,9 +101,11 @@ def piecewise(stiffness: tuple[float, float], at: float) -> Rod:
     near, far = stiffness
     return Rod(
         0.36,
-        lambda s: np.where(s < at, near, far),
-        lambda s: np.where(s < at, 0.66 * near, 0.66 * far),
-        lambda s: np.where(s[:, None] < at, (-13.5, 0.0, 21.0), (4.0, 0.0, -10.0)),
+        Section.varying(
+            lambda s: np.where(s < at, near, far),
+            lambda s: np.where(s < at, 0.66 * near, 0.66 * far),
+        ),
+        rest_strain=lambda s: np.where(s[:, None] < at, (-13.5, 0.0, 21.0), (4.0, 0.0, -10.0)),
         breaks=(at,),
     )
 
@@ -146,18 +152,18 @@ def test_a_rod_of_two_tubes_agrees_with_shooting() -> None:
     assert state.discretization_error < 1e-5
 
 
-@pytest.mark.parametrize("field", ["bending_stiffness", "torsional_stiffness", "rest_strain"])
+@pytest.mark.parametrize("given", ["bending", "torsional", "rest_strain"])
 @pytest.mark.parametrize("size", [1e-3, 1.0, 20.0])
-def test_a_jump_that_no_break_declares_is_refused(field: str, size: float) -> None:
+def test_a_jump_that_no_break_declares_is_refused(given: str, size: float) -> None:
     def step(s: np.ndarray) -> np.ndarray:
         return 1.0 + size * (s > 0.1234)
 
-    plain = Rod(0.3, 3e-4, 2e-4, (-5.0, 0.0, 10.0))
-    profile = {
-        "bending_stiffness": lambda s: 3e-4 * step(s),
-        "torsional_stiffness": lambda s: 2e-4 * step(s),
-        "rest_strain": lambda s: step(s)[:, None] * (-5.0, 0.0, 10.0),
-    }[field]
+    plain = Rod(0.3, Section.inextensible(3e-4, 2e-4), rest_strain=(-5.0, 0.0, 10.0))
+    field, profile = {
+        "bending": ("section", Section.varying(lambda s: 3e-4 * step(s), 2e-4)),
+        "torsional": ("section", Section.varying(3e-4, lambda s: 2e-4 * step(s))),
+        "rest_strain": ("rest_strain", lambda s: step(s)[:, None] * (-5.0, 0.0, 10.0)),
+    }[given]
     for solve in (solve_rod, find_equilibria):
         with pytest.raises(InvalidInputError, match=r"a jump at 0\.1234 m") as caught:
             solve(replace(plain, **{field: profile}), LOAD)
@@ -173,7 +179,9 @@ def test_kinks_and_steep_slopes_are_not_jumps() -> None:
         lambda s: 3e-4 * (1.5 + np.tanh((s - 0.15) / 0.01)),
         lambda s: 3e-4 * (1.0 + 0.5 * np.sin(60.0 * s)),
     ):
-        state = solve_rod(Rod(0.3, profile, 2e-4, (-5.0, 0.0, 10.0)), LOAD)
+        state = solve_rod(
+            Rod(0.3, Section.varying(profile, 2e-4), rest_strain=(-5.0, 0.0, 10.0)), LOAD
+        )
         exact = solve_rod(replace_elements(state, profile), LOAD, elements=2400)
         error = np.linalg.norm(state.tip_position - exact.tip_position)
         assert state.discretization_error is not None
@@ -182,7 +190,7 @@ def test_kinks_and_steep_slopes_are_not_jumps() -> None:
 
 def replace_elements(_: object, profile: object) -> Rod:
     """Return the rod of the test above."""
-    return Rod(0.3, profile, 2e-4, (-5.0, 0.0, 10.0))  # type: ignore[arg-type]
+    return Rod(0.3, Section.varying(profile, 2e-4), rest_strain=(-5.0, 0.0, 10.0))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("elements", [2, 3, 4, 5, 6, 7, 8])
@@ -209,7 +217,7 @@ def test_few_elements_are_honest(elements: int) -> None:
 
 @pytest.mark.parametrize("ratio", [1e-3, 1e-2, 0.1, 10.0, 100.0, 1000.0])
 def test_any_torsional_stiffness_has_the_elements_it_needs(ratio: float) -> None:
-    rod = Rod(0.36, 2.5e-4, ratio * 2.5e-4, (-5.0, 0.0, 11.0))
+    rod = Rod(0.36, Section.inextensible(2.5e-4, ratio * 2.5e-4), rest_strain=(-5.0, 0.0, 11.0))
     state = solve_rod(rod, RodLoad((0.1, 0.1, 0.0)))
     count = 2 * (len(state.arc_lengths) - 1)
     exact = solve_rod(rod, RodLoad((0.1, 0.1, 0.0)), elements=count, start=state)
@@ -279,7 +287,7 @@ def test_what_is_no_start_is_refused() -> None:
 @pytest.mark.parametrize("breaks", [(0.0,), (0.5,), (0.3, 0.2), (0.2, 0.2), ("a",), 0.2, (np.nan,)])
 def test_breaks_lie_in_order_between_the_ends(breaks: object) -> None:
     with pytest.raises(InvalidInputError) as caught:
-        Rod(0.5, 1.0, 1.0, breaks=breaks)  # type: ignore[arg-type]
+        Rod(0.5, Section.inextensible(1.0, 1.0), breaks=breaks)  # type: ignore[arg-type]
     assert caught.value.field == "breaks"
 
 
@@ -303,7 +311,11 @@ def test_bad_rods_loads_and_stations_are_refused() -> None:
 def test_an_element_that_turns_too_far_is_refused() -> None:
     """At rest: before the solve. Under load: by its status."""
     with pytest.raises(InvalidInputError, match="at least 8, for each to turn by 2 rad") as caught:
-        solve_rod(Rod(0.36, 2.5e-4, 1.7e-4, (0.0, 0.0, 40.0)), LOAD, elements=3)
+        solve_rod(
+            Rod(0.36, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(0.0, 0.0, 40.0)),
+            LOAD,
+            elements=3,
+        )
     assert caught.value.field == "elements"
     with pytest.raises(SolverError, match="use more elements") as failed:
         solve_rod(straight_rod(), RodLoad((0.0, 0.0, 0.0), (-1.0, 0.01, 0.0)), elements=3)

@@ -8,7 +8,7 @@ import pytest
 from core.rod_cases import gripper_rod
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodLoad, solve_rod
+from spiral_core import Rod, RodLoad, Section, solve_rod
 from spiral_core.rod._arrays import discretize
 from spiral_core.rod._continuation import (
     LARGEST_TURN,
@@ -50,7 +50,7 @@ def snapping():
 
 def test_an_unstable_state_is_left_for_a_lower_one() -> None:
     """A rod standing up straight past its critical length: stationary, and not an answer."""
-    rod = Rod(2.5, bending_stiffness=1.0, torsional_stiffness=0.7)
+    rod = Rod(2.5, Section.inextensible(1.0, 0.7))
     system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (40,))
     upright = minimize(straight(40), system, Ending(1.0, 0, False)).energy
     q = straight(40)
@@ -77,7 +77,10 @@ def test_a_stable_state_is_not_kicked() -> None:
 
 def test_a_blend_is_the_rod_of_blended_properties() -> None:
     """Lengths differ: loads at the nodes, rest energy and strains must be the blended rod's own."""
-    first, second = Rod(0.3, 3e-4, 2e-4, (-5.0, 2.0, 10.0)), Rod(0.5, 4e-4, 1e-4, (3.0, 0.0, 20.0))
+    first, second = (
+        Rod(0.3, Section.inextensible(3e-4, 2e-4), rest_strain=(-5.0, 2.0, 10.0)),
+        Rod(0.5, Section.inextensible(4e-4, 1e-4), rest_strain=(3.0, 0.0, 20.0)),
+    )
     loads = RodLoad((0.2, 0.1, 0.0)), RodLoad((0.0, -0.3, 0.1), (0.1, 0.2, 0.3), (1e-3, 0.0, 0.0))
     a, b = discretize(first, loads[0], (24,)), discretize(second, loads[1], (24,))
     moment = 0.75 * 3e-4 * np.array([2.0 / 3.0 * -5.0, 2.0, 10.0]) + 0.25 * 4e-4 * np.array(
@@ -85,7 +88,9 @@ def test_a_blend_is_the_rod_of_blended_properties() -> None:
     )
     stiffness = np.array([0.75 * 2e-4 + 0.25 * 1e-4, *2 * [0.75 * 3e-4 + 0.25 * 4e-4]])
     rest = tuple((moment / stiffness).tolist())
-    rod = Rod(0.35, float(stiffness[1]), float(stiffness[0]), rest)
+    rod = Rod(
+        0.35, Section.inextensible(float(stiffness[1]), float(stiffness[0])), rest_strain=rest
+    )
     load = RodLoad((0.15, 0.0, 0.025), (0.025, 0.05, 0.075), (2.5e-4, 0.0, 0.0))
     mixed, meant = blended(a, b, 0.25), discretize(rod, load, (24,))
     for name in ("steps", "distributed", "tip_moment", "sections"):
@@ -160,7 +165,7 @@ def test_following_there_and_back_ends_where_it_began() -> None:
 
 
 def test_settling_counts_leaving_the_branch() -> None:
-    rod = Rod(2.5, bending_stiffness=1.0, torsional_stiffness=0.7)
+    rod = Rod(2.5, Section.inextensible(1.0, 0.7))
     system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (40,))
     q = straight(40)
     folds, found = solve_from(q, system, 1e-8)

@@ -12,7 +12,7 @@ from core import documented_energy as documented
 from core.rod_cases import gripper_rod, straight_rod
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodLoad, RodStatus
+from spiral_core import Rod, RodLoad, RodStatus, Section
 from spiral_core.rod import _newton as rod_newton
 from spiral_core.rod._arrays import discretize
 from spiral_core.rod._elimination import back_substitute, newton_pass, scales_of
@@ -37,8 +37,7 @@ COUNT = 6
 # A rod of order one (L = EI = 1), everything varying along it.
 VARIED = Rod(
     1.0,
-    bending_stiffness=lambda s: 1.0 + 0.3 * np.sin(3.0 * s),
-    torsional_stiffness=lambda s: 0.7 - 0.2 * s,
+    Section.varying(lambda s: 1.0 + 0.3 * np.sin(3.0 * s), lambda s: 0.7 - 0.2 * s),
     rest_strain=lambda s: np.column_stack((np.cos(s), 0.3 * s, 2.0 + s * s)),
 )
 LOAD = RodLoad(
@@ -59,7 +58,7 @@ def disturbed(count: int, size: float, seed: int = 2) -> np.ndarray:
 def upright(count: int, critical: float) -> System:
     """Return a straight rod standing up, its length so many times Greenhill's."""
     length = critical * 7.837347 ** (1.0 / 3.0)
-    rod = Rod(length, bending_stiffness=1.0, torsional_stiffness=0.7)
+    rod = Rod(length, Section.inextensible(1.0, 0.7))
     return discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (count,))
 
 

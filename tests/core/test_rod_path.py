@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from core.rod_cases import Case, gripper_rod, random_direction
 
-from spiral_core import InvalidInputError, Rod, RodLoad, solve_rod
+from spiral_core import InvalidInputError, Rod, RodLoad, Section, solve_rod
 from spiral_core.rod.batch import solve_rods
 from spiral_core.rod.equilibria import find_equilibria
 from spiral_core.rod.path import RodEvent, follow_path
@@ -29,7 +29,11 @@ def ramp(case: Case) -> list[Rod]:
     tx, ty, tz = case.rod.rest_strain
     rod = case.rod
     return [
-        Rod(rod.length, rod.bending_stiffness, rod.torsional_stiffness, (x * tx, x * ty, x * tz))
+        Rod(
+            rod.length,
+            rod.section,
+            rest_strain=(x * tx, x * ty, x * tz),
+        )
         for x in np.linspace(0.0, 1.0, STATIONS).tolist()
     ]
 
@@ -65,7 +69,11 @@ def test_a_fold_between_stations_close_together_is_left_too(zooms: int) -> None:
 
     def rod(fraction: float) -> Rod:
         x, y, z = (begin + fraction * (end - begin)).tolist()
-        return Rod(0.5, 2.998307564873586e-4, 1.9988717099157243e-4, (x, y, z))
+        return Rod(
+            0.5,
+            Section.inextensible(2.998307564873586e-4, 1.9988717099157243e-4),
+            rest_strain=(x, y, z),
+        )
 
     low, high, start = 0.0, 1.0, None
     for _ in range(zooms):
@@ -143,7 +151,11 @@ def test_a_batch_is_its_rods_bit_by_bit_and_in_threads() -> None:
         threaded = solve_rods(*data, elements=40, executor=executor)
     np.testing.assert_array_equal(batch.positions, threaded.positions)
     for i in range(count):
-        rod = Rod(float(lengths[i]), 2.7e-4, 1.8e-4, tuple(strains[i].tolist()))
+        rod = Rod(
+            float(lengths[i]),
+            Section.inextensible(2.7e-4, 1.8e-4),
+            rest_strain=tuple(strains[i].tolist()),
+        )
         load = RodLoad(tuple(weights[i].tolist()))
         state = solve_rod(rod, load, elements=40, estimate_error=False)
         np.testing.assert_array_equal(batch.positions[i], state.positions)

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-from spiral_core import Rod, RodLoad, solve_rod
+from spiral_core import Rod, RodLoad, Section, solve_rod
 
 FREE = RodLoad()
 MIRROR = np.array([1.0, 1.0, -1.0])  # through the plane of the free curvature
@@ -48,7 +48,7 @@ def test_an_unloaded_rod_is_the_exact_helix(
     strain: tuple[float, float, float], elements: int
 ) -> None:
     length = min(0.36, 1.2 * elements / max(1.0, math.hypot(*strain)))
-    rod = Rod(length, 2.5e-4, 1.7e-4, strain)
+    rod = Rod(length, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=strain)
     state = solve_rod(rod, FREE, elements=elements, estimate_error=False)
     positions, rotations = helix(strain, state.arc_lengths)
     assert state.stable
@@ -116,9 +116,8 @@ def test_a_round_section_knows_no_direction(angle: float) -> None:
 
     rod = Rod(
         plain.rod.length,
-        plain.rod.bending_stiffness,
-        plain.rod.torsional_stiffness,
-        rolled((-13.5, 0.0, 21.0)),
+        plain.rod.section,
+        rest_strain=rolled((-13.5, 0.0, 21.0)),
     )
     assert not callable(plain.load.distributed)
     load = RodLoad(rolled(plain.load.distributed), rolled(force), rolled(moment))
@@ -131,8 +130,10 @@ def test_scaling_lengths_and_loads_scales_the_shape() -> None:
     """Only w L^3 / EI and the rest angles count."""
     small = gripper_rod(length=0.36)
     factor = 2.5
-    rod = Rod(0.9, 3.0e-3, 2.0e-3, (-13.5 / factor, 0.0, 21.0 / factor))
-    same = Rod(0.36, 3.0e-3, 2.0e-3, (-13.5, 0.0, 21.0))
+    rod = Rod(
+        0.9, Section.inextensible(0.003, 0.002), rest_strain=(-13.5 / factor, 0.0, 21.0 / factor)
+    )
+    same = Rod(0.36, Section.inextensible(0.003, 0.002), rest_strain=(-13.5, 0.0, 21.0))
     weight = small.load.distributed[0]  # type: ignore[index]
     a = solve_rod(same, RodLoad(distributed=(weight, 0.0, 0.0)), elements=50)
     b = solve_rod(rod, RodLoad(distributed=(weight / factor**3, 0.0, 0.0)), elements=50)

@@ -10,7 +10,7 @@ import pytest
 from core.rod_cases import Case, gripper_rod
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodLoad, RodState, solve_rod
+from spiral_core import Rod, RodLoad, RodState, Section, solve_rod
 from spiral_core.rod._element import strain_factor
 from spiral_core.rod._shape import arc_shortening
 from spiral_core.rod._system import discrete_strain_scale
@@ -18,8 +18,7 @@ from spiral_core.rod._system import discrete_strain_scale
 VARIED = Case(
     Rod(
         0.4,
-        bending_stiffness=lambda s: 2.5e-4 * (1.0 + 0.5 * s),
-        torsional_stiffness=lambda s: 1.7e-4 * (1.0 - 0.8 * s),
+        Section.varying(lambda s: 2.5e-4 * (1.0 + 0.5 * s), lambda s: 1.7e-4 * (1.0 - 0.8 * s)),
         rest_strain=lambda s: np.column_stack((-12.0 + 9.0 * s, 3.0 * s, 22.0 - 20.0 * s)),
     ),
     RodLoad(

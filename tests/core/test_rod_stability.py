@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from core.rod_cases import gripper_rod, random_direction
 
-from spiral_core import Rod, RodLoad, solve_rod
+from spiral_core import Rod, RodLoad, Section, solve_rod
 from spiral_core.rod._arrays import discretize
 from spiral_core.rod._elimination import newton_pass, scales_of
 
@@ -23,7 +23,7 @@ def test_the_critical_length_of_an_upright_rod_is_greenhills(elements: int) -> N
     """Bisection on the sign of the straight state's pivot."""
 
     def pivot(length: float) -> float:
-        rod = Rod(length, bending_stiffness=1.0, torsional_stiffness=0.7)
+        rod = Rod(length, Section.inextensible(1.0, 0.7))
         system = discretize(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)), (elements,))
         q = np.zeros((elements + 1, 4))
         q[:, 3] = 1.0
@@ -42,7 +42,7 @@ def test_the_critical_length_of_an_upright_rod_is_greenhills(elements: int) -> N
 @pytest.mark.parametrize(("critical", "bent"), [(0.9, False), (0.99, False), (1.05, True)])
 def test_an_upright_rod_stays_straight_or_ends_bent(critical: float, bent: bool) -> None:
     length = critical * GREENHILL ** (1.0 / 3.0)
-    rod = Rod(length, bending_stiffness=1.0, torsional_stiffness=0.7)
+    rod = Rod(length, Section.inextensible(1.0, 0.7))
     state = solve_rod(rod, RodLoad(distributed=(-1.0, 0.0, 0.0)))
     assert state.stable
     aside = math.hypot(*state.tip_position[1:]) / length
@@ -103,8 +103,7 @@ def test_dead_tip_moments_are_reached(moment: tuple[float, float, float]) -> Non
 def test_a_varied_rod_reaches_its_dead_tip_moment() -> None:
     rod = Rod(
         0.4,
-        bending_stiffness=lambda s: 2.5e-4 * (1.0 + 0.5 * s),
-        torsional_stiffness=lambda s: 1.7e-4 * (1.0 - 0.8 * s),
+        Section.varying(lambda s: 2.5e-4 * (1.0 + 0.5 * s), lambda s: 1.7e-4 * (1.0 - 0.8 * s)),
         rest_strain=lambda s: np.column_stack((-12.0 + 9.0 * s, 3.0 * s, 22.0 - 20.0 * s)),
     )
     load = RodLoad(

@@ -18,7 +18,7 @@ from spiral_core import (
     FreeActuation,
     Gripper,
     InvalidInputError,
-    RodStiffness,
+    Section,
     WrapCurve,
     grip_window,
     gripper_from_actuator,
@@ -82,8 +82,8 @@ def test_what_has_no_stiffness_of_a_section_says_so() -> None:
 
 def test_stiffnesses_that_no_tube_has_are_refused() -> None:
     for stiffness in (
-        RodStiffness(1e-4, 1e-4, sideways=1.1e-2),
-        RodStiffness(1e-4, 1e-4, coupling=0.99e-4),
+        Section.inextensible(1e-4, 1e-4, sideways=1.1e-2),
+        Section.inextensible(1e-4, 1e-4, coupling=0.99e-4),
     ):
         with pytest.raises(InvalidInputError, match="at most 100 times as stiff"):
             dataclasses.replace(gripper(), stiffness=stiffness)

@@ -12,15 +12,15 @@ from core.contact_cases import gripper
 
 from spiral_core import (
     UNDAMPED,
-    ContactProblem,
     Cylinder,
     Damping,
-    ElasticRod,
     Inertia,
     InvalidInputError,
     Obstacle,
     PressureCourse,
+    Rod,
     RodLoad,
+    RodProblem,
     Section,
     Swing,
     close_on,
@@ -111,17 +111,17 @@ def test_an_amplitude_that_is_none_is_refused(end: float) -> None:
 def test_a_rod_pressed_on_a_pin_vibrates_as_one_that_is_held_there() -> None:
     """A beam, clamped and pinned at its end: (beta L)^2 with tan = tanh."""
     length, bending, mass = 0.36, 2.7e-4, 0.0283
-    rod = ElasticRod(length, Section((1.8e-4, bending, bending)), radius=5e-3)
+    rod = Rod(length, Section((1.8e-4, bending, bending)), radius=5e-3)
     pin = Obstacle.along(Cylinder(0.01), (length, 0.0, -0.015), (0.0, 1.0, 0.0), 0.5)
     pressed = RodLoad(distributed=(0.0, 0.0, -1e-3))
-    state = solve_contact(ContactProblem(rod, pressed, obstacles=(pin,)), elements=80)
+    state = solve_contact(RodProblem(rod, pressed, obstacles=(pin,)), elements=80)
     assert state.touching.any(axis=0).nonzero()[0].tolist() == [80]
     slender = Inertia(mass, mass * 1e-8)
     modes = vibration_modes(state, slender, 4)
     expected = (3.9266023 / length) ** 2 * math.sqrt(bending / mass) / (2.0 * math.pi)
     assert modes.frequencies[0] == pytest.approx(expected, rel=2e-3)  # of second order in 1/80
     assert not np.abs(modes.shapes[:, -1]).max() > 1e-5
-    free = vibration_modes(solve_contact(ContactProblem(rod), elements=80), slender, 1)
+    free = vibration_modes(solve_contact(RodProblem(rod), elements=80), slender, 1)
     assert free.frequencies[0] < 0.3 * expected
 
 
@@ -168,7 +168,7 @@ def test_the_tube_rests_after_a_move_when_the_time_stepper_says_so() -> None:
     speed, problem, damping = 0.05, free_problem(gripper(), 0.0), Damping(0.05, 0.0)
     still = solve_contact(problem, elements=20)
 
-    def carried(time: float) -> ContactProblem:
+    def carried(time: float) -> RodProblem:
         base = replace(problem.base, position=(0.0, speed * time, 0.0))
         return replace(problem, base=base)
 

@@ -13,7 +13,7 @@ from spiral_core import (
     InvalidInputError,
     NoCoilError,
     NotGrippableError,
-    RodStiffness,
+    Section,
     UnloadedShape,
     WrapCurve,
     WrapRegime,
@@ -281,7 +281,7 @@ def test_every_state_is_certified(curves: dict[str, WrapCurve]) -> None:
 @pytest.mark.parametrize("coupling", [0.0, 1.5e-4, -1.0e-4])
 def test_the_line_force_is_the_energys_slope(torsion: float, coupling: float) -> None:
     """Squeezing the cylinder by d(rho) gives back the energy q d(rho) per length of rod."""
-    stiffness = RodStiffness(3.0e-4, 2.0e-4, coupling=coupling)
+    stiffness = Section.inextensible(3.0e-4, 2.0e-4, coupling=coupling)
     shape = UnloadedShape(40.0, torsion, 0.4)
     radius, angle = 0.02, 1.2
 
@@ -302,7 +302,7 @@ def test_the_line_force_is_the_energys_slope(torsion: float, coupling: float) ->
 
 
 def test_the_line_force_vanishes_at_the_helixs_own_wrap() -> None:
-    stiffness = RodStiffness(3.0e-4, 2.0e-4)
+    stiffness = Section.inextensible(3.0e-4, 2.0e-4)
     shape = UnloadedShape(40.0, -15.0, 0.4)
     rho = 40.0 / (40.0**2 + 15.0**2)
     angle = math.atan2(40.0, 15.0)

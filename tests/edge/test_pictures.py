@@ -15,6 +15,7 @@ from spiral_core import (
     ObjectPlacement,
     Rod,
     RodLoad,
+    Section,
     WrapCurve,
     solve_rod,
     windings_of,
@@ -34,7 +35,10 @@ RADIUS = 0.0055
 
 @pytest.fixture(scope="module")
 def state():
-    return solve_rod(Rod(0.36, 2.7e-4, 1.8e-4, (-13.5, 0.0, 21.0)), RodLoad((0.24, 0.0, 0.0)))
+    return solve_rod(
+        Rod(0.36, Section.inextensible(2.7e-4, 1.8e-4), rest_strain=(-13.5, 0.0, 21.0)),
+        RodLoad((0.24, 0.0, 0.0)),
+    )
 
 
 @pytest.fixture(scope="module")

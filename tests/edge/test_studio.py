@@ -16,6 +16,7 @@ from spiral_core import (
     Pull,
     Rod,
     RodLoad,
+    Section,
     WrapRegime,
     lay_into_coil,
     solve_rod,
@@ -64,7 +65,10 @@ def held(description, settings):
 
 @pytest.fixture(scope="module")
 def state():
-    return solve_rod(Rod(0.36, 2.7e-4, 1.8e-4, (-13.5, 0.0, 21.0)), RodLoad((0.24, 0.0, 0.0)))
+    return solve_rod(
+        Rod(0.36, Section.inextensible(2.7e-4, 1.8e-4), rest_strain=(-13.5, 0.0, 21.0)),
+        RodLoad((0.24, 0.0, 0.0)),
+    )
 
 
 @pytest.fixture(scope="module")

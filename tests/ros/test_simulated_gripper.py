@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiral_core import InvalidInputError, RodStiffness, SolverError
+from spiral_core import InvalidInputError, Section, SolverError
 from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.simulation.simulated_gripper import (
     Grip,
@@ -70,7 +70,7 @@ def test_a_stiffer_tube_sags_less(gripper):
 
 
 def test_a_section_with_its_own_stiffness_keeps_it(gripper):
-    stiffness = RodStiffness(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4)
+    stiffness = Section.inextensible(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4)
     kept = stiffened(replace(gripper, stiffness=stiffness), 1.0).stiffness
     assert kept == stiffness
 

@@ -55,7 +55,7 @@ from spiral_core.calibration.model import (
 )
 from spiral_core.calibration.readings import Reading, ShapeReading
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
-from spiral_core.rod.types import Array, RodStiffness
+from spiral_core.rod.types import Array, Section
 from spiral_core.validation import require_in_range
 from spiral_core.wrap.gripper import Gripper
 
@@ -435,7 +435,7 @@ class Calibration:
         return self.actuation.actuator
 
     @property
-    def stiffness(self) -> RodStiffness:
+    def stiffness(self) -> Section:
         """EI and GJ: fitted, given, or the fitted material's."""
         return self.model.stiffness_from([float(value) for value in self.values])
 

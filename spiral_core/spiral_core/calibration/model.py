@@ -32,7 +32,7 @@ from spiral_core.calibration.readings import (
 from spiral_core.errors import ActuationLimitError, InvalidInputError
 from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.state import RodState
-from spiral_core.rod.types import Array, RodStiffness
+from spiral_core.rod.types import Array, Section
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.gripper import Gripper, stiffness_from_actuator
 from spiral_core.wrap.wrap import wrapped_radius
@@ -208,7 +208,7 @@ class CalibrationModel:
             else float(radius),
         )
 
-    def stiffness_from(self, values: Sequence[float]) -> RodStiffness:
+    def stiffness_from(self, values: Sequence[float]) -> Section:
         """Return EI and GJ with these parameter values: fitted, given, or the material's."""
         given = dict(zip(self.names, values, strict=True))
         material = stiffness_from_actuator(self.actuator_from(values))
@@ -222,7 +222,7 @@ class CalibrationModel:
                 strict=True,
             )
         )
-        return RodStiffness(bending=float(bending), torsional=float(torsional))
+        return Section.inextensible(bending=float(bending), torsional=float(torsional))
 
     def trial(self, values: Sequence[float]) -> Trial:
         """Return what readings are predicted from at these parameter values.

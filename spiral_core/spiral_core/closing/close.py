@@ -19,7 +19,7 @@ from spiral_core.grip.hanging import hanging_tube
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup
-from spiral_core.rod.contact.problem import ContactProblem
+from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.motion.inertia import Damping, Inertia
 from spiral_core.rod.motion.motion import EventKind, Frame, contact_fraction
@@ -226,7 +226,7 @@ def closing_frames(
 
     posed = lru_cache(maxsize=1)(setup.closing_problem)
 
-    def problem(time: float) -> ContactProblem:
+    def problem(time: float) -> RodProblem:
         return posed(course.at(time))
 
     return motion_frames(

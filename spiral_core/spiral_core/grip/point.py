@@ -103,7 +103,7 @@ class GripPoint:
         within = np.abs(at[:, None] - at[None, :]) <= half
         shared = np.maximum(within @ self.state.node_lengths, 2.0 * half)
         peak = float(np.max((within @ forces) / shared))
-        modulus = self.setup.gripper.stiffness.matrix[1][1] / tube.second_moment_of_area / 0.75
+        modulus = self.setup.gripper.stiffness.sideways / tube.second_moment_of_area / 0.75
         return math.sqrt(max(peak, 0.0) * modulus / (math.pi * half))
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._start import NO_SIDE
 from spiral_core.rod.contact.obstacles import Obstacle
-from spiral_core.rod.contact.problem import ContactProblem, ElasticRod, Section
+from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.shapes import Cylinder, Profile, Shape
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Vector
 from spiral_core.validation import require_in_range, require_positive
@@ -106,11 +106,11 @@ class GripSetup:
         """
         shape = self.gripper.unloaded_shape(0.0)
         down, *across = np.asarray(self.gripper.load(shape).distributed).tolist()
-        bending = np.linalg.eigvalsh(np.asarray(self.gripper.stiffness.matrix)[1:, 1:]).min()
+        bending = np.linalg.eigvalsh(self.gripper.stiffness.matrix[1:, 1:]).min()
         upright = down < 0.0 and math.hypot(*across) <= NO_SIDE * -down
         return bool(upright and -down * shape.backbone_length**3 > TALLEST_COLUMN * bending)
 
-    def problem(self, pressure: float, obstacle: Obstacle | None = None) -> ContactProblem:
+    def problem(self, pressure: float, obstacle: Obstacle | None = None) -> RodProblem:
         """Return the contact problem at a pressure [Pa], with friction.
 
         Args:
@@ -120,23 +120,17 @@ class GripSetup:
         obstacles = (self.obstacle if obstacle is None else obstacle,)
         return replace(free_problem(self.gripper, pressure), obstacles=obstacles)
 
-    def closing_problem(self, pressure: float) -> ContactProblem:
+    def closing_problem(self, pressure: float) -> RodProblem:
         """Return the problem at a pressure [Pa] while the gripper closes."""
         if self.closing is Closing.SLOW:
             return self.problem(pressure)
         return self.problem(pressure, replace(self.obstacle, friction=0.0))
 
 
-def free_problem(gripper: Gripper, pressure: float) -> ContactProblem:
+def free_problem(gripper: Gripper, pressure: float) -> RodProblem:
     """Return the problem of a gripper without an object, at a pressure [Pa]."""
     shape = gripper.unloaded_shape(pressure)
-    rod = ElasticRod(
-        length=shape.backbone_length,
-        section=Section(gripper.stiffness.matrix),
-        radius=gripper.tube.outer_radius,
-        rest_strain=(shape.torsion, 0.0, shape.curvature),
-    )
-    return ContactProblem(rod, gripper.load(shape))
+    return RodProblem(gripper.rod(shape), gripper.load(shape))
 
 
 def lay_into_coil(

@@ -5,19 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import (
-    COUPLING_REQUIREMENT,
     Array,
     Rod,
     RodLoad,
-    ScalarProfile,
+    Section,
     Vector,
     VectorProfile,
+    positive_definite,
 )
 
 # Values at the ends of a piece are taken this far inside [of the rod's length]: what a profile says
@@ -33,8 +33,6 @@ PARTS = 16
 DIVISIONS = 6
 # What then changes by more than this fraction of the profile's largest value is a jump.
 SMALLEST_JUMP = 1e-6
-
-Sampler: TypeAlias = Callable[[str, Any, Array], Array]
 
 
 class UniformRod(NamedTuple):
@@ -66,10 +64,7 @@ class UniformRod(NamedTuple):
 def varies(rod: Rod, load: RodLoad) -> bool:
     """Return whether a property is a function, or breaks divide the rod."""
     return (
-        callable(rod.bending_stiffness)
-        or callable(rod.torsional_stiffness)
-        or callable(rod.sideways_stiffness)
-        or callable(rod.coupling_stiffness)
+        callable(rod.section)
         or callable(rod.rest_strain)
         or callable(load.distributed)
         or bool(rod.breaks)
@@ -91,46 +86,40 @@ def sites_in(rod: Rod, piece: tuple[float, float], count: int) -> Array:
     return sites
 
 
-def scalar_samples(field: str, profile: ScalarProfile, sites: Array) -> Array:
-    """Return a positive profile's values at the sites (n,)."""
-    if not callable(profile):
-        return np.full(len(sites), float(profile))
-    values = np.asarray(profile(sites), dtype=np.float64)
-    if values.shape != sites.shape or not np.all(np.isfinite(values)) or not np.all(values > 0.0):
-        raise InvalidInputError(
-            field, values, f"a function giving {len(sites)} positive finite values"
+def section_samples(rod: Rod, sites: Array) -> Array:
+    """Return a rod's stiffness at the sites: (n, 3), (n, 3, 3) or (n, 6, 6).
+
+    Raises:
+        InvalidInputError: its function gives another shape, or what is not positive definite.
+    """
+    if isinstance(rod.section, Section):
+        given = np.asarray(rod.section.stiffness)
+        return np.broadcast_to(given, (len(sites), *given.shape))
+    values = np.asarray(rod.section(sites), dtype=np.float64)
+    shapes = ((3,), (3, 3), (6, 6))
+    if values.shape not in [(len(sites), *one) for one in shapes] or not positive_definite(values):
+        requirement = (
+            f"a function giving finite positive definite stiffness ({len(sites)}, 3), "
+            f"({len(sites)}, 3, 3) or ({len(sites)}, 6, 6)"
         )
+        raise InvalidInputError("section", values, requirement)
     return values
 
 
 def stiffness_samples(rod: Rod, sites: Array) -> Array:
     """Return the four stiffnesses of a rod's section at the sites (n, 4), in the kernels' order.
 
+    Twist, bending about y and about z, and what couples twist with bending about z.
+
     Raises:
-        InvalidInputError: one is not finite, not positive where it must be, or the coupling too
-            large for a section that resists every bend and twist.
+        InvalidInputError: the section is not valid, or has stiffnesses that are none of these.
     """
-    torsional = scalar_samples("torsional_stiffness", rod.torsional_stiffness, sites)
-    bending = scalar_samples("bending_stiffness", rod.bending_stiffness, sites)
-    sideways = bending
-    if rod.sideways_stiffness is not None:
-        sideways = scalar_samples("sideways_stiffness", rod.sideways_stiffness, sites)
-    coupling = np.zeros(len(sites))
-    if callable(rod.coupling_stiffness) or rod.coupling_stiffness != 0.0:
-        coupling = signed_samples("coupling_stiffness", rod.coupling_stiffness, sites)
-    if not np.all(np.abs(coupling) < np.sqrt(torsional) * np.sqrt(bending)):
-        raise InvalidInputError("coupling_stiffness", coupling, COUPLING_REQUIREMENT)
-    return np.column_stack((torsional, sideways, bending, coupling))
-
-
-def signed_samples(field: str, profile: ScalarProfile, sites: Array) -> Array:
-    """Return a profile's values of any sign at the sites (n,)."""
-    if not callable(profile):
-        return np.full(len(sites), float(profile))
-    values = np.asarray(profile(sites), dtype=np.float64)
-    if values.shape != sites.shape or not np.all(np.isfinite(values)):
-        raise InvalidInputError(field, values, f"a function giving {len(sites)} finite values")
-    return values
+    if isinstance(rod.section, Section):
+        return np.tile(rod.section.numbers, (len(sites), 1))
+    values = section_samples(rod, sites)
+    if values.ndim == 2:
+        return np.column_stack((values, np.zeros(len(values))))
+    return np.column_stack((values[:, 0, 0], values[:, 1, 1], values[:, 2, 2], values[:, 0, 2]))
 
 
 def vector_samples(field: str, profile: VectorProfile, sites: Array) -> Array:
@@ -145,29 +134,44 @@ def vector_samples(field: str, profile: VectorProfile, sites: Array) -> Array:
     return values
 
 
+def is_plain(rod: Rod) -> bool:
+    """Return whether a rod neither stretches nor shears, and couples twist with one bending."""
+    if isinstance(rod.section, Section):
+        return rod.section.plain
+    values = section_samples(rod, np.linspace(0.0, rod.length, SURVEY_SITES))
+    return values.ndim == 2 or (values.shape[1] == 3 and not values[:, 1, (0, 2)].any())
+
+
+def require_plain(rod: Rod) -> None:
+    """Raise unless the inextensible element can take the rod's section."""
+    if not is_plain(rod):
+        requirement = (
+            "inextensible, without coupling of bending about y; solve_contact takes others"
+        )
+        raise InvalidInputError("section", rod.section, requirement)
+
+
 def require_continuous(rod: Rod, load: RodLoad) -> None:
     """Raise if a property jumps anywhere but at the rod's breaks.
 
     Raises:
         InvalidInputError: it does, or its values are not valid; names the property and the place.
     """
-    for field, profile in (
-        *rod.stiffness_profiles,
-        ("rest_strain", rod.rest_strain),
-        ("distributed", load.distributed),
-    ):
-        if not callable(profile):
-            continue
-        sample: Sampler = scalar_samples
-        if field == "coupling_stiffness":
-            sample = signed_samples
-        elif field in ("rest_strain", "distributed"):
-            sample = vector_samples
+    samplers: dict[str, Callable[[Array], Array]] = {}
+    if callable(rod.section):
+        samplers["section"] = lambda sites: section_samples(rod, sites)
+    if callable(rod.rest_strain):
+        samplers["rest_strain"] = lambda sites: vector_samples(
+            "rest_strain", rod.rest_strain, sites
+        )
+    if callable(load.distributed):
+        samplers["distributed"] = lambda sites: vector_samples(
+            "distributed", load.distributed, sites
+        )
+    for field, sample in samplers.items():
 
-        def values(
-            sites: Array, field: str = field, profile: object = profile, sample: Sampler = sample
-        ) -> Array:
-            return sample(field, profile, sites).reshape(len(sites), -1)
+        def values(sites: Array, sample: Callable[[Array], Array] = sample) -> Array:
+            return sample(sites).reshape(len(sites), -1)
 
         for piece in pieces(rod):
             place = jump(values, sites_in(rod, piece, SURVEY_SITES))
@@ -216,19 +220,16 @@ def floats(vector: Vector) -> Vector:
 
 def uniform_rod(rod: Rod, load: RodLoad) -> UniformRod:
     """Return what describes a uniform rod and its load to the kernels."""
-    bending, torsional = rod.bending_stiffness, rod.torsional_stiffness
-    sideways = bending if rod.sideways_stiffness is None else rod.sideways_stiffness
-    coupling, rest, weight = rod.coupling_stiffness, rod.rest_strain, load.distributed
-    if callable(bending) or callable(torsional) or callable(rest) or callable(weight):
+    section, rest, weight = rod.section, rod.rest_strain, load.distributed
+    if callable(section) or callable(rest) or callable(weight):
         raise TypeError("a rod that varies is not described by numbers")
-    if callable(sideways) or callable(coupling):
-        raise TypeError("a rod that varies is not described by numbers")
+    torsional, sideways, bending, coupling = section.numbers
     return UniformRod(
         float(rod.length),
-        float(torsional),
-        float(bending),
-        float(sideways),
-        float(coupling),
+        torsional,
+        bending,
+        sideways,
+        coupling,
         floats(rest),
         floats(weight),
         floats(load.tip_force),

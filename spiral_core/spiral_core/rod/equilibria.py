@@ -54,7 +54,8 @@ def find_equilibria(
             what :func:`~spiral_core.rod.solve.solve_rod` refuses.
 
     Example:
-        >>> rod = Rod(0.3, 3e-4, 2e-4, (0.0, 0.0, 5.0))
+        >>> from spiral_core import Section
+        >>> rod = Rod(0.3, Section.inextensible(3e-4, 2e-4), rest_strain=(0.0, 0.0, 5.0))
         >>> len(find_equilibria(rod, RodLoad(distributed=(0.24, 0.0, 0.0)), starts=4))
         1
     """

@@ -62,7 +62,10 @@ def follow_path(
         SolverError: no stable state was found after a fold.
 
     Example:
-        >>> rods = [Rod(0.3, 3e-4, 2e-4, (-0.5 * k, 0.0, k)) for k in (5.0, 10.0, 15.0)]
+        >>> from spiral_core import Section
+        >>> section = Section.inextensible(3e-4, 2e-4)
+        >>> bends = [(-0.5 * k, 0.0, k) for k in (5.0, 10.0, 15.0)]
+        >>> rods = [Rod(0.3, section, rest_strain=bend) for bend in bends]
         >>> path = follow_path(rods, RodLoad(distributed=(0.24, 0.0, 0.0)))
         >>> [state.stable for state in path.states], path.events
         ([True, True, True], ())

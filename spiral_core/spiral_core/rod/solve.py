@@ -28,7 +28,13 @@ from spiral_core.rod._mesh import (
     principal_stiffnesses,
     shared_counts,
 )
-from spiral_core.rod._profiles import require_continuous, stiffness_samples, uniform_rod, varies
+from spiral_core.rod._profiles import (
+    require_continuous,
+    require_plain,
+    stiffness_samples,
+    uniform_rod,
+    varies,
+)
 from spiral_core.rod._turns import resample
 from spiral_core.rod.state import RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad
@@ -73,7 +79,7 @@ def solve_rod(
 
     There are no obstacles here: :func:`~spiral_core.rod.contact.solve.solve_contact` solves a rod
     among obstacles, held at both ends or stretched; its
-    :class:`~spiral_core.rod.contact.problem.ContactProblem` holds the obstacles.
+    :class:`~spiral_core.rod.contact.problem.RodProblem` holds the obstacles.
 
     Args:
         rod: length, stiffness and rest strain.
@@ -97,12 +103,8 @@ def solve_rod(
             and iterations.
 
     Example:
-        >>> rod = Rod(
-        ...     length=0.36,
-        ...     bending_stiffness=2.5e-4,
-        ...     torsional_stiffness=1.7e-4,
-        ...     rest_strain=(-13.5, 0.0, 21.0),
-        ... )
+        >>> from spiral_core import Section
+        >>> rod = Rod(0.36, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(-13.5, 0.0, 21.0))
         >>> state = solve_rod(rod, RodLoad(distributed=(0.24, 0.0, 0.0)))
         >>> state.stable, state.positions.shape[1]
         (True, 3)
@@ -129,6 +131,7 @@ def checked_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
         raise InvalidInputError("rod", rod, "a Rod")
     if not isinstance(load, RodLoad):
         raise InvalidInputError("load", load, "a RodLoad")
+    require_plain(rod)
     require_continuous(rod, load)
     if elements is None:
         return element_counts(rod, load)
@@ -259,9 +262,8 @@ def with_error_estimate(rod: Rod, load: RodLoad, counts: Counts, state: RodState
     pairs = list(zip(counts, enough, strict=True))
     finer = max(math.ceil(max(2 * count, most) / count) for count, most in pairs)
     halved = all(count % 2 == 0 and count >= most for count, most in pairs)
-    callables = callable(rod.rest_strain) or callable(load.distributed)
-    callables |= any(callable(profile) for _, profile in rod.stiffness_profiles)
-    if (halved and not callables) or finer * sum(counts) > MAX_ELEMENTS:
+    given = (rod.section, rod.rest_strain, load.distributed)
+    if (halved and not any(map(callable, given))) or finer * sum(counts) > MAX_ELEMENTS:
         other = tuple(max(1, count // 2) for count in counts)
         stride, other_stride, factor = 2, 1, 1.0 / RICHARDSON
     else:

@@ -27,123 +27,304 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 DEFAULT_TOLERANCE = 1e-8
 COUPLING_REQUIREMENT = "smaller than the root of bending times torsional stiffness"
 MAX_ELEMENTS = 20_000
+# A stiffness matrix may be asymmetric by this fraction of its largest entry: rounding.
+ASYMMETRY = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class RodStiffness:
-    """Bending and torsional stiffness of a rod's section.
+class Section:
+    """Stiffness of a rod's cross section, in the material frame (x along the rod).
 
     Args:
-        bending: EI [N m^2], > 0, of bending about the material z axis.
-        torsional: GJ [N m^2], > 0.
-        sideways: of bending about the material y axis, > 0; None is as ``bending``.
-        coupling: moment about z per twist, which is the torque per curvature [N m^2]; its square
-            is less than bending times torsional.
+        stiffness: symmetric positive definite 3x3 matrix of twist about x and bending about y and
+            z [N m^2]; three numbers stand for its diagonal (GJ, EI_y, EI_z). Or the 6x6 matrix of
+            these and of stretch and of shear in y and z: forces [N] in its last three rows, and
+            what couples them [N m] beside them.
+        extension: EA [N]; infinite for an inextensible rod. Not with a 6x6 matrix.
+        shear: kappa GA in y and z [N]; infinite for an unshearable rod. Not with a 6x6 matrix.
 
     Raises:
-        InvalidInputError: a stiffness is not positive and finite, or the coupling too large.
+        InvalidInputError: the matrix is not symmetric and positive definite, a stiffness is not
+            positive, or one is given twice.
 
     Example:
-        >>> RodStiffness(bending=3.0e-4, torsional=2.0e-4).bending
-        0.0003
+        >>> Section.round(radius=1e-3, young=1e6, shear_modulus=4e5).extension  # doctest: +ELLIPSIS
+        3.14159...
     """
 
-    bending: float
-    torsional: float
-    sideways: float | None = None
-    coupling: float = 0.0
+    stiffness: tuple[float, float, float] | tuple[tuple[float, ...], ...]
+    extension: float = math.inf
+    shear: float = math.inf
 
     def __post_init__(self) -> None:
-        require_positive("bending", self.bending)
-        require_positive("torsional", self.torsional)
-        if self.sideways is not None:
-            require_positive("sideways", self.sideways)
-        _require_coupling("coupling", self.coupling, self.bending, self.torsional)
+        try:
+            values = np.asarray(self.stiffness, dtype=np.float64)
+        except (TypeError, ValueError):
+            values = np.zeros(0)
+        if values.shape not in ((3,), (3, 3), (6, 6)) or not positive_definite(values[None]):
+            requirement = (
+                "three positive numbers or a symmetric positive definite 3x3 or 6x6 matrix"
+            )
+            raise InvalidInputError("stiffness", self.stiffness, requirement)
+        for name in ("extension", "shear"):
+            value = getattr(self, name)
+            if value != math.inf:
+                require_positive(name, value)
+                if len(values) == 6:
+                    raise InvalidInputError(name, value, "left out: a 6x6 stiffness holds it")
+        rows = tuple(tuple(row) if isinstance(row, list) else row for row in values.tolist())
+        object.__setattr__(self, "stiffness", rows)  # arrays could not be compared
+
+    @classmethod
+    def inextensible(
+        cls,
+        bending: float,
+        torsional: float,
+        sideways: float | None = None,
+        coupling: float = 0.0,
+    ) -> Section:
+        """Return a section that neither stretches nor shears, and couples one bending with twist.
+
+        Args:
+            bending: EI [N m^2], > 0, of bending about the material z axis.
+            torsional: GJ [N m^2], > 0.
+            sideways: of bending about the material y axis, > 0; None is as ``bending``.
+            coupling: moment about z per twist, which is the torque per curvature [N m^2]; its
+                square is less than bending times torsional.
+
+        Example:
+            >>> Section.inextensible(bending=3.0e-4, torsional=2.0e-4).stiffness
+            (0.0002, 0.0003, 0.0003)
+        """
+        require_positive("bending", bending)
+        require_positive("torsional", torsional)
+        sideways = bending if sideways is None else require_positive("sideways", sideways)
+        # Roots: the product of two stiffnesses may be too small to be a number.
+        largest = math.sqrt(bending) * math.sqrt(torsional)
+        if not abs(require_finite("coupling", coupling)) < largest:
+            raise InvalidInputError("coupling", coupling, COUPLING_REQUIREMENT)
+        if coupling == 0.0:
+            return cls((torsional, sideways, bending))
+        return cls(((torsional, 0.0, coupling), (0.0, sideways, 0.0), (coupling, 0.0, bending)))
+
+    @staticmethod
+    def varying(
+        bending: ScalarProfile,
+        torsional: ScalarProfile,
+        sideways: ScalarProfile | None = None,
+        coupling: ScalarProfile = 0.0,
+    ) -> Callable[[Array], Array]:
+        """Return a rod's section as a function, from numbers and functions of the arc length.
+
+        Arguments as of :meth:`inextensible`, each a number or a function from arc lengths (n,) [m]
+        to values (n,).
+
+        Example:
+            >>> Section.varying(lambda s: 3e-4 * (1.0 + s), 2e-4)(np.array([0.0, 1.0])).tolist()
+            [[0.0002, 0.0003, 0.0003], [0.0002, 0.0006, 0.0006]]
+        """
+
+        def stiffness(sites: Array) -> Array:
+            bent = _samples("bending", bending, sites)
+            across = bent if sideways is None else _samples("sideways", sideways, sites)
+            twisted = _samples("torsional", torsional, sites)
+            coupled = _samples("coupling", coupling, sites)
+            diagonal = np.column_stack((twisted, across, bent))
+            if not coupled.any():
+                return diagonal
+            matrices = diagonal[:, :, None] * np.eye(3)
+            matrices[:, 0, 2] = matrices[:, 2, 0] = coupled
+            return matrices
+
+        return stiffness
+
+    @classmethod
+    def round(cls, radius: float, young: float, shear_modulus: float, bore: float = 0.0) -> Section:
+        """Return a solid or hollow round section, with stretch and shear.
+
+        The shear coefficient is Cowper's (J. Appl. Mech. 33, 1966) for the Poisson's ratio that
+        both moduli give.
+
+        Args:
+            radius: outer radius [m].
+            young: Young's modulus [Pa].
+            shear_modulus: [Pa].
+            bore: inner radius [m].
+        """
+        outer, e, g = (
+            require_positive("radius", radius),
+            require_positive("young", young),
+            require_positive("shear_modulus", shear_modulus),
+        )
+        if not 0.0 <= require_finite("bore", bore) < outer:
+            raise InvalidInputError("bore", bore, "at least 0 and less than the radius")
+        area = math.pi * (outer**2 - bore**2)
+        inertia = 0.25 * math.pi * (outer**4 - bore**4)
+        nu = 0.5 * e / g - 1.0
+        hollow = (bore / outer) ** 2
+        solid = (1.0 + hollow) ** 2
+        kappa = 6.0 * (1.0 + nu) * solid
+        kappa /= (7.0 + 6.0 * nu) * solid + (20.0 + 12.0 * nu) * hollow
+        bending = e * inertia
+        return cls((2.0 * g * inertia, bending, bending), e * area, kappa * g * area)
 
     @property
-    def matrix(self) -> tuple[Vector, Vector, Vector]:
-        """Stiffness of twist and of bending about y and z (3, 3) [N m^2]."""
-        sideways = self.bending if self.sideways is None else self.sideways
-        return (
-            (self.torsional, 0.0, self.coupling),
-            (0.0, sideways, 0.0),
-            (self.coupling, 0.0, self.bending),
-        )
+    def matrix(self) -> Array:
+        """Stiffness of twist and bending (3, 3) [N m^2] under a given internal force."""
+        return self.parts[0]
 
-    def scaled(self, factor: float) -> RodStiffness:
-        """Return this stiffness times ``factor`` > 0, as of a stiffer material."""
-        sideways = None if self.sideways is None else factor * self.sideways
-        return RodStiffness(
-            factor * self.bending, factor * self.torsional, sideways, factor * self.coupling
-        )
+    @property
+    def parts(self) -> tuple[Array, Array, Array]:
+        """Stiffness, compliance to the internal force and moment by it, each (3, 3).
+
+        As :func:`section_parts`; the compliance is zero where the rod is rigid.
+        """
+        given = np.array(self.stiffness)
+        matrix, compliance, coupling = section_parts(np.diag(given) if given.ndim == 1 else given)
+        if len(given) == 3:
+            compliance = np.diag((1.0 / self.extension, 1.0 / self.shear, 1.0 / self.shear))
+        return matrix, compliance, coupling
+
+    @property
+    def numbers(self) -> tuple[float, float, float, float]:
+        """GJ, EI about y, EI about z, and the coupling of twist and bending about z [N m^2]."""
+        if len(self.stiffness) == 3 and not isinstance(self.stiffness[0], tuple):
+            return (*self.stiffness, 0.0)
+        rows = self.matrix.tolist()
+        return rows[0][0], rows[1][1], rows[2][2], rows[0][2]
+
+    @property
+    def plain(self) -> bool:
+        """Whether it neither stretches nor shears, and couples twist with bending about z alone."""
+        rows = self.stiffness
+        if self.extension != math.inf or self.shear != math.inf or len(rows) != 3:
+            return False
+        return not isinstance(rows[0], tuple) or not (self.matrix[1, (0, 2)].any())
+
+    @property
+    def torsional(self) -> float:
+        """Stiffness against twist [N m^2]."""
+        return self.numbers[0]
+
+    @property
+    def sideways(self) -> float:
+        """Stiffness against bending about the material y axis [N m^2]."""
+        return self.numbers[1]
+
+    @property
+    def bending(self) -> float:
+        """Stiffness against bending about the material z axis [N m^2]."""
+        return self.numbers[2]
+
+    @property
+    def coupling(self) -> float:
+        """Moment about z per twist, which is the torque per curvature [N m^2]."""
+        return self.numbers[3]
+
+    def scaled(self, factor: float) -> Section:
+        """Return this section times ``factor`` > 0, as of a stiffer material."""
+        rows = (factor * np.array(self.stiffness)).tolist()
+        return Section(rows, factor * self.extension, factor * self.shear)
+
+
+def section_parts(stiffness: Array) -> tuple[Array, Array, Array]:
+    """Return what stiffness matrices (..., 3, 3) or (..., 6, 6) are to a solver.
+
+    That is the stiffness of twist and bending under a given internal force [N m^2], the compliance
+    to that force [1/N], and the moment by it at given twist and bending [m], each (..., 3, 3).
+    """
+    if stiffness.shape[-1] == 3:
+        return stiffness, np.zeros_like(stiffness), np.zeros_like(stiffness)
+    compliance: Array = np.asarray(np.linalg.inv(stiffness[..., 3:, 3:]), dtype=np.float64)
+    coupling: Array = stiffness[..., :3, 3:] @ compliance
+    return stiffness[..., :3, :3] - coupling @ stiffness[..., 3:, :3], compliance, coupling
+
+
+def positive_definite(stiffness: Array) -> bool:
+    """Return whether diagonals (n, 3) or matrices (n, k, k) are finite and positive definite."""
+    if not np.all(np.isfinite(stiffness)):
+        return False
+    if stiffness.ndim == 2:
+        return bool(np.all(stiffness > 0.0))
+    diagonal = np.diagonal(stiffness, axis1=1, axis2=2)
+    if not np.all(diagonal > 0.0):
+        return False
+    root = np.sqrt(diagonal)
+    plain = stiffness / root[:, :, None] / root[:, None, :]  # its entries have no units
+    if not np.abs(plain - plain.transpose(0, 2, 1)).max() <= ASYMMETRY:
+        return False
+    return bool(np.linalg.eigvalsh(plain).min() > 0.0)
+
+
+def _samples(field: str, profile: ScalarProfile, sites: Array) -> Array:
+    """Return a profile's values at the sites (n,)."""
+    if not callable(profile):
+        return np.full(len(sites), float(profile))
+    values = np.asarray(profile(sites), dtype=np.float64)
+    if values.shape != sites.shape or not np.all(np.isfinite(values)):
+        raise InvalidInputError(field, values, f"a function giving {len(sites)} finite values")
+    return values
+
+
+SectionProfile: TypeAlias = Section | Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
 class Rod:
-    """An inextensible, unshearable elastic rod with a shape of its own.
+    """An elastic rod with a shape of its own.
 
-    Each property may vary along the rod: give a function from arc lengths (n,) [m] to values (n,)
-    or (n, 3). Where a property jumps (two tubes, a stiff connector), name the place in ``breaks``:
-    elements end there, and each side is solved with its own values.
+    Section and rest strain may vary along the rod: give a function of arc lengths (n,) [m]. Where
+    one jumps (two tubes, a stiff connector), name the place in ``breaks``: elements end there, and
+    each side is solved with its own values.
 
     Args:
-        length: L [m], > 0.
-        bending_stiffness: EI [N m^2], > 0, of bending about the material z axis.
-        torsional_stiffness: GJ [N m^2], > 0.
-        rest_strain: strain vector of the unloaded rod in the material frame [1/m]; (torsion, 0,
-            curvature) bends it towards the material y axis. See ``docs/conventions.md``.
+        length: L [m], > 0, unstretched.
+        section: its stiffness, or a function from arc lengths (n,) to stiffness (n, 3), (n, 3, 3)
+            or (n, 6, 6) as :class:`Section` takes it; :meth:`Section.varying` makes one.
+        radius: outer radius, where it touches [m], >= 0; the outside is round.
+        rest_strain: strain vector of the unloaded rod in the material frame [1/m] (twist, bending
+            about y, about z): (torsion, 0, curvature) bends it towards the material y axis; or a
+            function to (n, 3). See ``docs/conventions.md``.
         breaks: arc lengths [m] at which a property, or the distributed load, may jump; increasing,
-            between 0 and ``length``. A jump elsewhere is refused by the solver.
-        sideways_stiffness: of bending about the material y axis [N m^2], > 0; None: as about z.
-        coupling_stiffness: moment about z per twist, which is the torque per curvature [N m^2]; its
-            square is less than that of bending and torsion multiplied.
+            between 0 and ``length``.
+        friction_radius: distance from the axis at which friction acts [m]; None is the outer
+            radius, so that friction may roll the rod. Codes that let friction act on the axis, and
+            so exclude rolling, are matched with 0.
 
     Raises:
-        InvalidInputError: a constant value is not finite or not positive where it must be, or the
-            breaks are not increasing between 0 and ``length``.
+        InvalidInputError: a value is out of range.
 
     Example:
         A stiff tip, 12 cm of 30:
 
-        >>> rod = Rod(0.30, lambda s: np.where(s < 0.18, 2e-4, 4e-3), 1.5e-4, breaks=(0.18,))
-        >>> rod.breaks
+        >>> section = Section.varying(lambda s: np.where(s < 0.18, 2e-4, 4e-3), 1.5e-4)
+        >>> Rod(0.30, section, breaks=(0.18,)).breaks
         (0.18,)
     """
 
     __repr__ = brief_repr
 
     length: float
-    bending_stiffness: ScalarProfile
-    torsional_stiffness: ScalarProfile
+    section: SectionProfile
+    radius: float = 0.0
     rest_strain: VectorProfile = ZERO
     breaks: tuple[float, ...] = ()
-    sideways_stiffness: ScalarProfile | None = None
-    coupling_stiffness: ScalarProfile = 0.0
+    friction_radius: float | None = None
 
     def __post_init__(self) -> None:
         require_positive("length", self.length)
+        if not (callable(self.section) or isinstance(self.section, Section)):
+            raise InvalidInputError("section", self.section, "a Section or a function giving one")
+        if not require_finite("radius", self.radius) >= 0.0:
+            raise InvalidInputError("radius", self.radius, "a finite number >= 0")
+        if self.friction_radius is not None and not (
+            0.0 <= require_finite("friction_radius", self.friction_radius) <= self.radius
+        ):
+            raise InvalidInputError("friction_radius", self.friction_radius, "from 0 to the radius")
         if self.breaks != ():
             object.__setattr__(self, "breaks", _checked_breaks(self.breaks, self.length))
-        numbers = {name: one for name, one in self.stiffness_profiles if not callable(one)}
-        coupling = numbers.pop("coupling_stiffness", 0.0)
-        for field, value in numbers.items():
-            require_positive(field, value)
-        most = [numbers.get(f"{name}_stiffness", math.inf) for name in ("bending", "torsional")]
-        _require_coupling("coupling_stiffness", coupling, *most)
         if not callable(self.rest_strain):
             require_vector("rest_strain", self.rest_strain, 3)
-
-    @property
-    def stiffness_profiles(self) -> tuple[tuple[str, ScalarProfile], ...]:
-        """Names and values of the stiffnesses that are given."""
-        named = (
-            ("bending_stiffness", self.bending_stiffness),
-            ("torsional_stiffness", self.torsional_stiffness),
-            ("coupling_stiffness", self.coupling_stiffness),
-        )
-        if self.sideways_stiffness is None:
-            return named
-        return (*named, ("sideways_stiffness", self.sideways_stiffness))
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,13 +352,6 @@ class RodLoad:
             require_vector("distributed", self.distributed, 3)
         require_vector("tip_force", self.tip_force, 3)
         require_vector("tip_moment", self.tip_moment, 3)
-
-
-def _require_coupling(field: str, coupling: object, bending: float, torsional: float) -> None:
-    """Raise unless a section with this coupling resists every bend and twist."""
-    # Roots: the product of two stiffnesses may be too small to be a number.
-    if not abs(require_finite(field, coupling)) < math.sqrt(bending) * math.sqrt(torsional):
-        raise InvalidInputError(field, coupling, COUPLING_REQUIREMENT)
 
 
 def _checked_breaks(breaks: object, length: float) -> tuple[float, ...]:

@@ -13,7 +13,7 @@ from spiral_core.actuator.section_law import section_stiffness
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.types import Rod, RodLoad, RodStiffness, Vector
+from spiral_core.rod.types import Rod, RodLoad, Section, Vector
 from spiral_core.validation import (
     require_in_range,
     require_non_negative,
@@ -70,7 +70,7 @@ class Gripper:
     name: str
     tube: Tube
     actuation: ActuationModel
-    stiffness: RodStiffness
+    stiffness: Section
     weight_per_length: float
     pressure_max: float
     gravity: Vector = HANGING
@@ -110,11 +110,9 @@ class Gripper:
         """Return the rod that an unloaded shape is bent from."""
         return Rod(
             length=shape.backbone_length,
-            bending_stiffness=self.stiffness.bending,
-            torsional_stiffness=self.stiffness.torsional,
+            section=self.stiffness,
+            radius=self.tube.outer_radius,
             rest_strain=(shape.torsion, 0.0, shape.curvature),
-            sideways_stiffness=self.stiffness.sideways,
-            coupling_stiffness=self.stiffness.coupling,
         )
 
     def load(self, shape: UnloadedShape) -> RodLoad:
@@ -133,8 +131,10 @@ class Gripper:
         return replace(self, gravity=gravity, object_axis=object_axis)
 
 
-def _check_stiffness(stiffness: RodStiffness) -> None:
+def _check_stiffness(stiffness: Section) -> None:
     """Refuse a ratio of stiffnesses that no tube has."""
+    if not stiffness.plain:
+        raise InvalidInputError("stiffness", stiffness, "a Section.inextensible(...)")
     bending, most = stiffness.bending, LARGEST_STIFFNESS_RATIO
     if not bending / most <= stiffness.torsional <= bending * most:
         raise InvalidInputError(
@@ -143,25 +143,25 @@ def _check_stiffness(stiffness: RodStiffness) -> None:
             f"from {bending / most:.4g} to {bending * most:.4g} N m^2, a hundredth to a hundred "
             "times the bending stiffness; are both in the same unit?",
         )
-    softest, _, stiffest = np.linalg.eigvalsh(np.array(stiffness.matrix)).tolist()
+    softest, _, stiffest = np.linalg.eigvalsh(stiffness.matrix).tolist()
     if not stiffest <= most * softest:
         requirement = f"a section at most {most:g} times as stiff to one motion as to another"
         raise InvalidInputError("stiffness", stiffness, requirement)
 
 
-def stiffness_from_actuator(actuator: Actuator) -> RodStiffness:
+def stiffness_from_actuator(actuator: Actuator) -> Section:
     """Return EI and GJ of the tube's annulus, for the small-strain modulus E and G = E/3.
 
     The fibers' own stiffness is not counted; calibrate where it matters.
     """
     modulus = actuator.material.small_strain_modulus
-    return RodStiffness(
+    return Section.inextensible(
         bending=modulus * actuator.tube.second_moment_of_area,
         torsional=modulus / 3.0 * actuator.tube.polar_moment_of_area,
     )
 
 
-def stiffness_from_section(actuator: Actuator, pressure: float) -> RodStiffness:
+def stiffness_from_section(actuator: Actuator, pressure: float) -> Section:
     r"""Return the stiffness that the section law's own energy gives, at a pressure held constant.
 
     An estimate from above, to compare: fibers that neither stretch nor slip. In the plane of the
@@ -209,7 +209,7 @@ def stiffness_from_section(actuator: Actuator, pressure: float) -> RodStiffness:
     along = found.bending * square * shape.backbone_length / actuator.tube.length
     other = FIBER_STIFFNESS * along
     sideways = found.sideways * shape.backbone_length / actuator.tube.length
-    return RodStiffness(
+    return Section.inextensible(
         bending=along * square + other * (1.0 - square),
         torsional=along * (1.0 - square) + other * square,
         sideways=min(sideways, other),
@@ -224,7 +224,7 @@ def gripper_from_actuator(
     density: float,
     pressure_max: float | None = None,
     extra_mass_per_length: float = 0.0,
-    stiffness: RodStiffness | None = None,
+    stiffness: Section | None = None,
     gravity: Vector = HANGING,
     object_axis: Vector | None = None,
     turns_required: float = DEFAULT_TURNS,

@@ -20,11 +20,11 @@ from spiral_core.errors import InvalidInputError, NoCoilError
 from spiral_core.rod._continuation import solve_uniform
 from spiral_core.rod._mesh import element_count
 from spiral_core.rod._newton import CONVERGED
-from spiral_core.rod._profiles import UniformRod, floats
+from spiral_core.rod._profiles import floats, uniform_rod
 from spiral_core.rod.path import follow_path
 from spiral_core.rod.solve import even_arc_lengths, state_from_solved
 from spiral_core.rod.state import RodPath, RodState
-from spiral_core.rod.types import ZERO, Array, Vector
+from spiral_core.rod.types import Array, Vector
 from spiral_core.rounding import rounded_down
 from spiral_core.wrap._kernels import FITTED, fitted_radius, interpolated_orientations
 from spiral_core.wrap.gripper import Gripper
@@ -128,18 +128,7 @@ class PressureScan:
         gripper = self.gripper
         shape = gripper.unloaded_shape(pressure)
         q = self.start_at(pressure) if start is None else start
-        stiffness = gripper.stiffness
-        rod = UniformRod(
-            float(shape.backbone_length),
-            float(stiffness.torsional),
-            float(stiffness.bending),
-            float(stiffness.matrix[1][1]),
-            float(stiffness.coupling),
-            (float(shape.torsion), 0.0, float(shape.curvature)),
-            gripper.weight(shape),
-            ZERO,
-            ZERO,
-        )
+        rod = uniform_rod(gripper.rod(shape), gripper.load(shape))
         outer = self._outer_radius
         solved = solve_uniform(q, rod, 0)
         if solved.folds or solved.solution.outcome != CONVERGED:

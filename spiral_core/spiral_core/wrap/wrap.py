@@ -22,7 +22,7 @@ import numpy as np
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.brief import brief_repr
 from spiral_core.rod.state import RodState
-from spiral_core.rod.types import RodStiffness, Vector
+from spiral_core.rod.types import Section, Vector
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.coil import LEAST_SINE, Coil, coil_from_state
 from spiral_core.wrap.gripper import Gripper
@@ -138,7 +138,7 @@ def wrapped_radius(gripper: Gripper, shape: UnloadedShape, state: RodState) -> t
 
 
 def line_force(
-    stiffness: RodStiffness,
+    stiffness: Section,
     shape: UnloadedShape,
     radius: float,
     helix_angle: float,

@@ -296,7 +296,7 @@ def calibration_model(
     """
     stated = description.gripper.stiffness
     derived = stiffness_from_actuator(description.actuator)
-    if stated.coupling != 0.0 or stated.sideways is not None:
+    if stated.coupling != 0.0 or stated.sideways != stated.bending:
         stated = derived
     return CalibrationModel(
         actuator=description.actuator,

@@ -87,6 +87,7 @@ def _document(name_or_path: str) -> dict[str, Any]:
     """Return the content of a description file, in SI."""
     description = described(name_or_path)
     gripper, actuator = description.gripper, description.actuator
+    section = gripper.stiffness
     return {
         "source": str(description.source),
         "name": gripper.name,
@@ -96,7 +97,12 @@ def _document(name_or_path: str) -> dict[str, Any]:
         "law": type(actuator.material).__name__,
         "material": actuator.material,
         "density": description.density,
-        "stiffness": gripper.stiffness,
+        "stiffness": {
+            "bending": section.bending,
+            "torsional": section.torsional,
+            "sideways": section.sideways if section.sideways != section.bending else None,
+            "coupling": section.coupling,
+        },
         "gravity": gripper.gravity,
         "object_axis": gripper.object_axis,
         "pressure_max": gripper.pressure_max,

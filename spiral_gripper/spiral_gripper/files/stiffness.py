@@ -3,21 +3,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, cast
 
 from spiral_core import (
     ActuationLimitError,
     Actuator,
     InvalidInputError,
-    RodStiffness,
+    Section,
     stiffness_from_actuator,
     stiffness_from_section,
 )
 from spiral_gripper.files.values import Values
 
 
-def rod_stiffness(values: Values, actuator: Actuator) -> RodStiffness:
+def rod_stiffness(values: Values, actuator: Actuator) -> Section:
     """Return EI and GJ of a file's gripper.
 
     Args:
@@ -31,7 +30,9 @@ def rod_stiffness(values: Values, actuator: Actuator) -> RodStiffness:
     names = [name for name in ("bending", "torsional") if f"stiffness.{name}" in values]
     stated: dict[str, Any] = {name: values[f"stiffness.{name}"] for name in names}
     if "stiffness.section_at" not in values:
-        return replace(stiffness_from_actuator(actuator), **stated)
+        annulus = stiffness_from_actuator(actuator)
+        both = {"bending": annulus.bending, "torsional": annulus.torsional} | stated
+        return Section.inextensible(**both)
     pressure = cast("float", values["stiffness.section_at"])
     if stated:
         requirement = "left out where bending or torsional is stated"

@@ -138,7 +138,7 @@ def node_values(
     if coloring == "bending moment":
         return moment
     rest = gripper.unloaded_shape(pressure)
-    change = np.linalg.solve(np.array(gripper.stiffness.matrix), state.moments.T)
+    change = np.linalg.solve(gripper.stiffness.matrix, state.moments.T)
     towards = rest.curvature + change[2]
     if coloring == "curvature":
         total: Array = np.hypot(change[1], towards)

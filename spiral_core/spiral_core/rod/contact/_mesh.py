@@ -12,21 +12,12 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod._profiles import vector_samples
+from spiral_core.rod._profiles import section_samples, vector_samples
 from spiral_core.rod._system import discrete_strain_scale
 from spiral_core.rod.contact._algebra import blended, free_between, total_force
 from spiral_core.rod.contact.obstacles import Obstacle, obstacle_between
-from spiral_core.rod.contact.problem import (
-    UPRIGHT,
-    Clamped,
-    ContactProblem,
-    ElasticRod,
-    End,
-    Guided,
-    Pinned,
-    Section,
-)
-from spiral_core.rod.types import MAX_ELEMENTS, Array
+from spiral_core.rod.contact.problem import UPRIGHT, Clamped, End, Guided, Pinned, RodProblem
+from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, Section, section_parts
 
 # Elements turn by at most this angle at rest [rad], and are at most this long, in radii of the
 # tightest obstacle's arc.
@@ -110,13 +101,13 @@ def last_slip(arrays: Arrays) -> float:
     return LAST_SLIP * max(arrays.radius, 1e-3 * arrays.length)
 
 
-def smallest_arc(problem: ContactProblem) -> float:
+def smallest_arc(problem: RodProblem) -> float:
     """Return the tightest radius at which the rod's axis can go around an obstacle [m]."""
     radii = (obstacle.shape.feature_radius for obstacle in problem.obstacles)
     return min(radii, default=math.inf) + problem.rod.radius
 
 
-def element_count(problem: ContactProblem) -> int:
+def element_count(problem: RodProblem) -> int:
     """Return how many elements resolve the rod's own shape and its obstacles."""
     rod = problem.rod
     sites = np.linspace(0.0, rod.length, 65)
@@ -132,7 +123,7 @@ def element_count(problem: ContactProblem) -> int:
     return max(FEWEST_ELEMENTS, math.ceil(needed))
 
 
-def discretize(problem: ContactProblem, count: int) -> Arrays:
+def discretize(problem: RodProblem, count: int) -> Arrays:
     """Return the arrays of a problem on about ``count`` elements (a few more with breaks).
 
     Raises:
@@ -147,7 +138,7 @@ def discretize(problem: ContactProblem, count: int) -> Arrays:
     return on_nodes(problem, nodes, pieces)
 
 
-def discretize_like(problem: ContactProblem, before: Arrays) -> Arrays:
+def discretize_like(problem: RodProblem, before: Arrays) -> Arrays:
     """Return the arrays of a problem on the elements of another one.
 
     Nodes keep their fractions of the rod or, where it would have none at a break or point load, of
@@ -171,7 +162,7 @@ def discretize_like(problem: ContactProblem, before: Arrays) -> Arrays:
     return on_nodes(problem, nodes, before.pieces)
 
 
-def on_nodes(problem: ContactProblem, nodes: Array, pieces: tuple[int, ...]) -> Arrays:
+def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arrays:
     """Return the arrays of a problem whose elements end at the arc lengths ``nodes`` [m]."""
     rod = problem.rod
     steps = np.diff(nodes)
@@ -219,7 +210,7 @@ def between(first: Arrays, last: Arrays, at: float) -> Arrays:
     )
 
 
-def _sites(problem: ContactProblem) -> list[float]:
+def _sites(problem: RodProblem) -> list[float]:
     """Return where something jumps, and the rod's ends [m]."""
     rod = problem.rod
     inner = sorted({*rod.breaks, *(load.at for load in problem.point_loads)})
@@ -230,31 +221,28 @@ def _sites(problem: ContactProblem) -> list[float]:
     return [*sites, rod.length]
 
 
-def shared(problem: ContactProblem, count: int) -> tuple[int, ...]:
+def shared(problem: RodProblem, count: int) -> tuple[int, ...]:
     """Return how many of about ``count`` elements lie in each piece between those places."""
     step = problem.rod.length / count
     return tuple(max(1, math.ceil((b - a) / step - 1e-9)) for a, b in pairwise(_sites(problem)))
 
 
-def _nodes(problem: ContactProblem, pieces: tuple[int, ...]) -> Array:
+def _nodes(problem: RodProblem, pieces: tuple[int, ...]) -> Array:
     """Return the nodes' arc lengths, even in each piece [m]."""
     ends = zip(pairwise(_sites(problem)), pieces, strict=True)
     parts = [np.linspace(a, b, count, endpoint=False) for (a, b), count in ends]
     return np.append(np.concatenate(parts), problem.rod.length)
 
 
-def _elements(rod: ElasticRod, sites: Array, steps: Array) -> tuple[Array, float, float]:
+def _elements(rod: Rod, sites: Array, steps: Array) -> tuple[Array, float, float]:
     """Return the elements, the energy that they leave out and the least bending stiffness."""
     count = len(steps)
-    given = rod.section
-    every = sites.ravel().tolist()
-    sections = [given(site) for site in every] if callable(given) else 3 * [given]
-    for section in sections:
-        if not isinstance(section, Section):
-            raise InvalidInputError("section", section, "a function giving a Section")
-    stiffness = np.array([section.matrix for section in sections]).reshape(-1, 3, 3, 3)
-    compliance = np.array([section.compliance for section in sections]).reshape(-1, 3, 3, 3)
-    coupling = np.array([section.coupling for section in sections]).reshape(-1, 3, 3, 3)
+    if isinstance(rod.section, Section):
+        parts = [np.tile(part, (3, 1, 1)) for part in rod.section.parts]
+    else:
+        given = section_samples(rod, sites.ravel())
+        parts = [*section_parts(given[:, :, None] * np.eye(3) if given.ndim == 2 else given)]
+    stiffness, compliance, coupling = (part.reshape(-1, 3, 3, 3) for part in parts)
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(count, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
     seen = rest * strain_scales(angles)[:, :, None]
@@ -298,7 +286,7 @@ def _stiffen(own: Array, added: Array) -> None:
         own[long, 2] = np.linalg.inv(own[long, 0] + across)
 
 
-def _nodal(problem: ContactProblem, nodes: Array) -> Array:
+def _nodal(problem: RodProblem, nodes: Array) -> Array:
     """Return moments and forces at the nodes."""
     nodal = np.zeros((len(nodes), 6))
     nodal[-1, :3] = problem.load.tip_moment

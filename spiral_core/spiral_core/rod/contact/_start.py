@@ -15,7 +15,7 @@ from spiral_core.rod.contact._contact import Iterate, carried, empty
 from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import UNSTABLE, Solution
-from spiral_core.rod.contact.problem import Clamped, ContactProblem, Free, Guided
+from spiral_core.rod.contact.problem import Clamped, Free, Guided, RodProblem
 from spiral_core.rod.types import Array
 
 # Loads bend a rod to no side if what is across it, of them all, is at most this fraction.
@@ -25,7 +25,7 @@ TRACE = 1e-2
 TOWARDS_Y = (0.0, 0.0, 1.0)
 
 
-def straight(problem: ContactProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
+def straight(problem: RodProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
     """Return the straight unloaded rod, and its problem: no loads, no rest strain."""
     base, tip = problem.base, problem.tip
     if isinstance(base, Free):
@@ -94,7 +94,7 @@ def _is_column(arrays: Arrays, straight: Iterate) -> bool:
     return compressed and float(sideways) <= NO_SIDE * float(np.abs(axial).sum())
 
 
-def _from_tip(problem: ContactProblem) -> tuple[Array, Array]:
+def _from_tip(problem: RodProblem) -> tuple[Array, Array]:
     """Return where a rod held by its tip alone begins, and along what it runs."""
     tip = problem.tip
     if isinstance(tip, Free):
@@ -105,7 +105,7 @@ def _from_tip(problem: ContactProblem) -> tuple[Array, Array]:
     return np.asarray(tip.position, dtype=np.float64) - problem.rod.length * along, along
 
 
-def from_centerline(problem: ContactProblem, arrays: Arrays, points: Array) -> Iterate:
+def from_centerline(problem: RodProblem, arrays: Arrays, points: Array) -> Iterate:
     """Return a rod along a centerline, with the least twist that starts from the base's frame.
 
     As many points as nodes are the nodes, stretched as they are; others are a curve along which

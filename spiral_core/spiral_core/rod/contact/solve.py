@@ -40,7 +40,7 @@ from spiral_core.rod.contact._newton import CONVERGED
 from spiral_core.rod.contact._results import PathLog, point_of_state, state_from_point
 from spiral_core.rod.contact._start import from_centerline, halved, loaded, straight, unsolved
 from spiral_core.rod.contact.obstacles import Obstacle
-from spiral_core.rod.contact.problem import ContactProblem, require_alike
+from spiral_core.rod.contact.problem import RodProblem, require_alike
 from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array
 from spiral_core.validation import require_all
@@ -59,7 +59,7 @@ MOST_STAYS = 3
 
 
 def solve_contact(
-    problem: ContactProblem,
+    problem: RodProblem,
     *,
     start: RodState | Array | None = None,
     elements: int | None = None,
@@ -99,13 +99,13 @@ def solve_contact(
 
     Example:
         >>> from spiral_core.rod.contact.obstacles import Obstacle
-        >>> from spiral_core.rod.contact.problem import ElasticRod, Section
+        >>> from spiral_core.rod.types import Rod, Section
         >>> from spiral_core.rod.contact.shapes import Plane
         >>> from spiral_core.rod.types import RodLoad
-        >>> rod = ElasticRod(0.4, Section((1e-4, 1e-4, 1e-4)), radius=2e-3)
+        >>> rod = Rod(0.4, Section((1e-4, 1e-4, 1e-4)), radius=2e-3)
         >>> floor = Obstacle(Plane(), position=(0.0, 0.0, -0.02))
         >>> state = solve_contact(
-        ...     ContactProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.5)), obstacles=(floor,))
+        ...     RodProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.5)), obstacles=(floor,))
         ... )
         >>> state.stable, bool(state.gaps.min() > -1e-6)
         (True, True)
@@ -122,9 +122,7 @@ def solve_contact(
     return state
 
 
-def _solved(
-    problem: ContactProblem, start: RodState | Array | None, elements: int | None
-) -> RodState:
+def _solved(problem: RodProblem, start: RodState | Array | None, elements: int | None) -> RodState:
     """Return the state that is reached from a start."""
     if isinstance(start, RodState):
         path = follow_contact([problem], start=start, elements=elements)
@@ -134,7 +132,7 @@ def _solved(
     return _solved_on(problem, discretize(problem, _count([problem], elements)), start)
 
 
-def _solved_on(problem: ContactProblem, arrays: Arrays, start: Array | None) -> RodState:
+def _solved_on(problem: RodProblem, arrays: Arrays, start: Array | None) -> RodState:
     """Return the state that is reached on given elements from the straight rod or a centerline."""
     if start is None:
         return _from_straight(problem, arrays)
@@ -146,9 +144,7 @@ def _solved_on(problem: ContactProblem, arrays: Arrays, start: Array | None) -> 
     return replace(state, trail=np.array(trail))
 
 
-def _halving_changes(
-    problem: ContactProblem, start: RodState | Array | None, state: RodState
-) -> float:
+def _halving_changes(problem: RodProblem, start: RodState | Array | None, state: RodState) -> float:
     """Return the largest distance of a node from the state on elements half as long [m].
 
     That follows from the state or, since friction remembers its way, from the same start.
@@ -176,7 +172,7 @@ def _rubs(obstacles: Sequence[Obstacle]) -> bool:
 
 
 def follow_contact(
-    problems: Sequence[ContactProblem],
+    problems: Sequence[RodProblem],
     *,
     start: RodState | None = None,
     elements: int | None = None,
@@ -212,7 +208,7 @@ def follow_contact(
         InvalidInputError: no stations, or stations that differ in more than their values.
         SolverError: the first station has no stable state.
     """
-    require_all("problems", problems, (ContactProblem,), "ContactProblem values")
+    require_all("problems", problems, (RodProblem,), "RodProblem values")
     if not problems:
         raise InvalidInputError("problems", problems, "at least one station")
     if not 0.0 < largest_increment <= 1.0:
@@ -301,7 +297,7 @@ def _travel(
     return here, before, spent
 
 
-def _from_straight(problem: ContactProblem, arrays: Arrays) -> RodState:
+def _from_straight(problem: RodProblem, arrays: Arrays) -> RodState:
     """Return the state reached from the straight rod, along its loading path."""
     x, first = straight(problem, arrays)
     here = unsolved(first, x)
@@ -322,7 +318,7 @@ def _from_straight(problem: ContactProblem, arrays: Arrays) -> RodState:
     return state_from_point(here, spent)
 
 
-def _count(problems: Sequence[ContactProblem], elements: int | None) -> int:
+def _count(problems: Sequence[RodProblem], elements: int | None) -> int:
     """Return the number of elements, checked."""
     count = max(element_count(problem) for problem in problems) if elements is None else elements
     if type(count) is not int or not 2 <= count <= MAX_ELEMENTS:

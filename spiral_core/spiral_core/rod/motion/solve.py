@@ -17,7 +17,7 @@ from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays, discretize, discretize_like
 from spiral_core.rod.contact._results import state_from_point
 from spiral_core.rod.contact._start import from_centerline, unsolved
-from spiral_core.rod.contact.problem import ContactProblem
+from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion._step import Moment, advanced, at_rest
 from spiral_core.rod.motion._terms import masses, potential_energy
@@ -46,7 +46,7 @@ ROUGH = 100.0
 # Steps that differ by this fraction are one.
 ROUNDING = 1e-6
 
-Problem = Callable[[float], ContactProblem]
+Problem = Callable[[float], RodProblem]
 
 
 def solve_motion(
@@ -91,10 +91,10 @@ def solve_motion(
     Example:
         A tube let go at the horizontal falls.
 
-        >>> from spiral_core import ElasticRod, RodLoad, Section
-        >>> rod = ElasticRod(0.3, Section((2e-4, 3e-4, 3e-4)), radius=5e-3)
-        >>> heavy = ContactProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.28)))
-        >>> weightless = solve_contact(ContactProblem(rod), elements=20)
+        >>> from spiral_core import Rod, RodLoad, Section
+        >>> rod = Rod(0.3, Section((2e-4, 3e-4, 3e-4)), radius=5e-3)
+        >>> heavy = RodProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.28)))
+        >>> weightless = solve_contact(RodProblem(rod), elements=20)
         >>> tube = Inertia(mass=0.0285, rotary=3e-7)
         >>> motion = solve_motion(lambda time: heavy, tube, (0.0, 0.1), start=weightless)
         >>> bool(-0.1 < motion.positions[-1, -1, 2] < -0.02)
@@ -156,7 +156,7 @@ def _increasing(times: Iterable[float]) -> Iterator[float]:
         raise InvalidInputError("times", (), "one or more increasing times")
 
 
-def _start(first: ContactProblem, start: RodState | Array | None, elements: int | None) -> Point:
+def _start(first: RodProblem, start: RodState | Array | None, elements: int | None) -> Point:
     """Return where the rod begins, under the first problem."""
     if start is None:
         start = solve_contact(first, elements=elements)
@@ -183,11 +183,11 @@ def _let_go(arrays: Arrays, x: Iterate) -> Point:
     return replace(point, solution=replace(point.solution, contacts=contacts))
 
 
-def _problem_at(problem: Problem, time: float) -> ContactProblem:
+def _problem_at(problem: Problem, time: float) -> RodProblem:
     """Return the problem at a time; refuse what is none."""
     found = problem(time)
-    if not isinstance(found, ContactProblem):
-        raise InvalidInputError("problem", found, "a function from a time to a ContactProblem")
+    if not isinstance(found, RodProblem):
+        raise InvalidInputError("problem", found, "a function from a time to a RodProblem")
     return found
 
 
@@ -209,7 +209,7 @@ class _Run:
         allowed: float,
         longest: float,
         moment: Moment,
-        first: ContactProblem,
+        first: RodProblem,
     ) -> None:
         self.problem, self.damping = problem, damping
         self.inertia = masses(moment.point.arrays, inertia)
