@@ -62,7 +62,7 @@ PAGE = Page(
     ROOT / "docs" / "benchmarks.md",
     RESULTS / "summary.json",
     "python -m benchmarks",
-    shown=("contact_wraps", "held", "edges", "questions"),
+    shown=(),
 )
 
 

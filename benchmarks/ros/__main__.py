@@ -16,7 +16,7 @@ PAGE = Page(
     ROOT / "docs" / "node_benchmarks.md",
     RESULTS / "ros_summary.json",
     PROGRAM,
-    shown=("latency", "rate"),
+    shown=("latency",),
 )
 SUITE = command.Suite(
     program=PROGRAM,
