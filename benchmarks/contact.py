@@ -11,17 +11,11 @@ import numpy as np
 from benchmarks.cases import OUTER_RADIUS, SECOND_MOMENT, Vector
 from benchmarks.results import Effort, Section, Table, milli
 from benchmarks.timing import median_time
-from spiral_core import (
-    Cylinder,
-    Obstacle,
-    Rod,
-    RodProblem,
-    follow_contact,
-    solve_contact,
-)
+from spiral_core import Cylinder, Obstacle, Rod, RodProblem
 from spiral_core import (
     Section as Stiffness,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 LENGTH, YOUNG, RADIUS = 0.36, 0.78e6, 0.015
 # Twist and curvature of the 70 degree gripper at the stretch that fits the cylinder, and at 1.1.

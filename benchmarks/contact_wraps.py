@@ -15,18 +15,11 @@ import numpy as np
 
 from benchmarks.results import Effort, Section, Table, milli
 from benchmarks.sample import solve_all, spread
-from spiral_core import (
-    Cylinder,
-    Obstacle,
-    Rod,
-    RodLoad,
-    RodProblem,
-    RodState,
-    solve_contact,
-)
+from spiral_core import Cylinder, Obstacle, Rod, RodLoad, RodProblem, RodState
 from spiral_core import (
     Section as Stiffness,
 )
+from spiral_core.rod.contact.solve import solve_contact
 
 DENSITY, GRAVITY = 950.0, 9.81
 # Of the rod's radius, and of the forces.

@@ -36,9 +36,9 @@ from spiral_core import (
     RodState,
     RodStatus,
     Section,
-    solve_contact,
     solve_motion,
 )
+from spiral_core.rod.contact.solve import solve_contact
 
 Array: TypeAlias = NDArray[np.float64]
 # A normal across every element is its own parallel transport; rounding leaves this.

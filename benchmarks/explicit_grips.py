@@ -25,12 +25,11 @@ from spiral_core import (
     Rod,
     RodProblem,
     fiber_state,
-    follow_contact,
-    solve_contact,
 )
 from spiral_core import (
     Section as Stiffness,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 LENGTH, INNER, YOUNG = 0.36, 4.7625e-3, 0.78e6
 ANGLES = FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0))

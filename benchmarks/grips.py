@@ -39,11 +39,11 @@ from spiral_core import (
     RodState,
     RodStatus,
     SolverError,
-    follow_contact,
 )
 from spiral_core import (
     Section as Stiffness,
 )
+from spiral_core.rod.contact.solve import follow_contact
 
 # How far the answer may be from balance and from the laws of contact.
 BALANCE = 1e-6  # of the forces at work

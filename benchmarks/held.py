@@ -42,7 +42,6 @@ from spiral_core import (
     SpiralError,
     WindowEnd,
     WrapCurve,
-    follow_contact,
     follow_loss,
     grip_window,
     gripper_from_actuator,
@@ -50,6 +49,7 @@ from spiral_core import (
     lay_into_coil,
     solve_rod,
 )
+from spiral_core.rod.contact.solve import follow_contact
 from spiral_gripper import available_grippers, load_description
 
 # Of the weight of the tube and the normal forces.

@@ -25,8 +25,8 @@ from spiral_core import (
     SpiralError,
     Wrap,
     WrapCurve,
-    follow_path,
 )
+from spiral_core.rod.path import follow_path
 from spiral_core.rod.state import RodPath
 from spiral_core.wrap.branch import LEAST_RADIUS
 from spiral_core.wrap.wrap import wrapped_radius

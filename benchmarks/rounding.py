@@ -41,13 +41,12 @@ from spiral_core import (
     RodProblem,
     SpiralError,
     close_on,
-    follow_contact,
     grip_window,
     holding_force,
     lay_into_coil,
-    solve_contact,
     solve_rod,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_gripper import available_grippers, load_gripper
 
 KEPT = RESULTS / "rounding.jsonl"

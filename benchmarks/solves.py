@@ -20,10 +20,10 @@ from benchmarks.accuracy import (
 from benchmarks.cases import WARM_CHANGE, usual_case
 from benchmarks.results import Effort, Section, Table, micro, milli
 from benchmarks.timing import median_time
-from spiral_core import follow_path
 from spiral_core.rod._continuation import solve_uniform
 from spiral_core.rod._mesh import path_count
 from spiral_core.rod._profiles import uniform_rod
+from spiral_core.rod.path import follow_path
 
 STATIONS = 50
 

@@ -23,9 +23,8 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    follow_contact,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 FIGURE = Path(__file__).parent / "figures" / "contact.png"
 # benchmarks/explicit.py with 60 elements: millimeters and newtons.

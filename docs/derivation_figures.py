@@ -26,11 +26,11 @@ from spiral_core import (
     lay_into_coil,
     place_object,
     regime_chart,
-    solve_contact,
     solve_motion,
     solve_rod,
 )
 from spiral_core.closing.close import inertia_of
+from spiral_core.rod.contact.solve import solve_contact
 from spiral_gripper import load_description
 from spiral_gripper.reports.style import (
     COLORS,

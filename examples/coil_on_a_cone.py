@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from spiral_core import Cone, Obstacle, Rod, RodProblem, Section, follow_contact
+from spiral_core import Cone, Obstacle, Rod, RodProblem, Section, follow_rod
 
 # A tube of 11 mm whose unloaded coil is tighter than the cone.
 RADIUS, LENGTH, BENDING = 5.5e-3, 0.3, 8e-4
@@ -34,7 +34,7 @@ def curled(fraction: float) -> RodProblem:
     return RodProblem(Rod(LENGTH, TUBE, RADIUS, strain), obstacles=(CONE,))
 
 
-path = follow_contact([curled(fraction) for fraction in (0.0, 0.5, 0.8, 1.0)], elements=90)
+path = follow_rod([curled(fraction) for fraction in (0.0, 0.5, 0.8, 1.0)], elements=90)
 for fraction, state in zip((0.0, 0.5, 0.8, 1.0), path.states, strict=True):
     share = state.contact_lengths[0] / LENGTH
     force = state.normal_forces.sum()

@@ -19,8 +19,8 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    follow_contact,
-    solve_contact,
+    follow_rod,
+    solve_rod,
 )
 
 # A thin rope over a bar of 100 mm: half a turn, and 200 mm hanging on either side.
@@ -58,12 +58,12 @@ def draped(s: float) -> tuple[float, float, float]:
 
 ELEMENTS = 100
 places = np.array([draped(s) for s in np.linspace(0.0, LENGTH, ELEMENTS + 1)])
-even = solve_contact(loaded(1.0), start=places, elements=ELEMENTS)
+even = solve_rod(loaded(1.0), start=places, elements=ELEMENTS)
 print(f"{even.contact_lengths[0] / AROUND:.2f} rad of the bar are touched; stable: {even.stable}")
 
 # With increasing load on one side the rope stretches, and slip starts on that side.
 ratios = (1.5, 2.0, 2.5)
-path = follow_contact([loaded(ratio) for ratio in ratios], start=even)
+path = follow_rod([loaded(ratio) for ratio in ratios], start=even)
 for ratio, state in zip(ratios, path.states, strict=True):
     moved = np.abs(state.positions - even.positions).max()
     print(f"{ratio:.1f} to 1: held; the heavy end is {1e3 * moved:.1f} mm lower, by stretch")

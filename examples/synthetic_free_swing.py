@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spiral_core import Damping, inertia_of, solve_contact, solve_motion
+from spiral_core import Damping, RodElement, inertia_of, solve_motion, solve_rod
 from spiral_core.grip.setup import free_problem
 from spiral_gripper import load_description
 
@@ -30,7 +30,7 @@ def free_swing() -> str:
     gripper = load_description(FILE.parent / "my_gripper.yaml").gripper
     problem = free_problem(gripper, 0.0)
     aside = replace(problem.load, tip_force=(0.0, PULL, 0.0))
-    start = solve_contact(replace(problem, load=aside), elements=30)
+    start = solve_rod(replace(problem, load=aside), element=RodElement.MIXED, elements=30)
     motion = solve_motion(
         lambda _: problem, inertia_of(gripper), (0.0, *PICTURES), start=start, damping=TRUE_DAMPING
     )

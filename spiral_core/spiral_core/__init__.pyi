@@ -150,8 +150,6 @@ from spiral_core.rod.contact.shapes import Plane as Plane
 from spiral_core.rod.contact.shapes import Profile as Profile
 from spiral_core.rod.contact.shapes import SignedDistance as SignedDistance
 from spiral_core.rod.contact.shapes import Sphere as Sphere
-from spiral_core.rod.contact.solve import follow_contact as follow_contact
-from spiral_core.rod.contact.solve import solve_contact as solve_contact
 from spiral_core.rod.equilibria import find_equilibria as find_equilibria
 from spiral_core.rod.motion.frequencies import Modes as Modes
 from spiral_core.rod.motion.frequencies import vibration_modes as vibration_modes
@@ -167,9 +165,10 @@ from spiral_core.rod.motion.motion import contact_fraction as contact_fraction
 from spiral_core.rod.motion.solve import motion_frames as motion_frames
 from spiral_core.rod.motion.solve import solve_motion as solve_motion
 from spiral_core.rod.motion.swing import Swing as Swing
-from spiral_core.rod.path import follow_path as follow_path
+from spiral_core.rod.path import follow_rod as follow_rod
 from spiral_core.rod.solve import solve_rod as solve_rod
 from spiral_core.rod.state import RodCertificate as RodCertificate
+from spiral_core.rod.state import RodElement as RodElement
 from spiral_core.rod.state import RodEvent as RodEvent
 from spiral_core.rod.state import RodPath as RodPath
 from spiral_core.rod.state import RodState as RodState

@@ -22,7 +22,8 @@ from spiral_core.numerics.kernel import processor_features
 
 def compile_rods_and_wraps() -> None:
     """Compile the kernels of rods and of wraps, by solving small problems."""
-    from spiral_core import Rod, RodLoad, WrapCurve, find_equilibria, follow_path, solve_rod
+    from spiral_core import Rod, RodLoad, WrapCurve, find_equilibria, solve_rod
+    from spiral_core.rod.path import follow_path
     from spiral_gripper.files.description import load_gripper
 
     load = RodLoad(distributed=(0.24, 0.0, 0.0))
@@ -53,10 +54,10 @@ def compile_contacts() -> None:
         RodLoad,
         RodProblem,
         Section,
-        solve_contact,
         solve_motion,
         vibration_modes,
     )
+    from spiral_core.rod.contact.solve import solve_contact
 
     rod = Rod(0.3, Section((2e-4, 3e-4, 3e-4)), radius=5e-3)
     floor = Obstacle(Plane(), position=(0.0, 0.0, -0.02), friction=0.5)

@@ -13,11 +13,11 @@ from spiral_core import (
     RodStatus,
     Section,
     WrapCurve,
-    follow_path,
     pressure_range,
     solve_rod,
 )
 from spiral_core.brief import brief_repr
+from spiral_core.rod.path import follow_path
 
 STATE = solve_rod(
     Rod(0.3, Section.inextensible(3e-4, 2e-4), rest_strain=(0.0, 0.0, 5.0)), RodLoad()

@@ -34,10 +34,10 @@ from spiral_core import (
     lay_into_coil,
     orifices_in_series,
     slow_closing,
-    solve_contact,
 )
 from spiral_core.closing.pneumatics import ATMOSPHERE, REFERENCE_DENSITY, REFERENCE_PRESSURE
 from spiral_core.grip.hanging import hanging_tube
+from spiral_core.rod.contact.solve import solve_contact
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long

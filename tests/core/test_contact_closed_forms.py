@@ -20,9 +20,8 @@ from spiral_core import (
     RodProblem,
     RodState,
     Section,
-    follow_contact,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 # Of the rods here, unless said otherwise.
 BENDING, TORSIONAL = 1.0, 0.7

@@ -19,9 +19,9 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    solve_contact,
     solve_motion,
 )
+from spiral_core.rod.contact.solve import solve_contact
 
 pytestmark = pytest.mark.long
 

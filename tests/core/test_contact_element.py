@@ -4,17 +4,10 @@
 import numpy as np
 import pytest
 
-from spiral_core import (
-    Clamped,
-    Rod,
-    RodLoad,
-    RodProblem,
-    Section,
-    solve_contact,
-    solve_rod,
-)
+from spiral_core import Clamped, Rod, RodLoad, RodProblem, Section, solve_rod
 from spiral_core.rod.contact._algebra import SLOTS, VECTORS, matrices, turned
 from spiral_core.rod.contact._element import element
+from spiral_core.rod.contact.solve import solve_contact
 
 REST = (-13.5, 0.0, 21.0)
 

@@ -23,9 +23,8 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    follow_contact,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 LENGTH, WEIGHT = 0.4, (0.05, 0.02, -0.4)
 # Every coupling of twist and both bendings, and it stretches.

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from core.contact_cases import LENGTH, OUTER, grip
 
-from spiral_core import RodStatus, follow_contact, solve_contact
+from spiral_core import RodStatus
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 pytestmark = pytest.mark.long
 

@@ -31,9 +31,8 @@ from spiral_core import (
     SignedDistance,
     SolverError,
     Sphere,
-    follow_contact,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 NAN = math.nan
 PLAIN = Section((2e-4, 3e-4, 3e-4))

@@ -15,9 +15,8 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    follow_contact,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 SPAN, WEIGHT = 0.6, 1.0
 

@@ -24,10 +24,9 @@ from spiral_core import (
     Section,
     SignedDistance,
     Sphere,
-    follow_contact,
-    solve_contact,
 )
 from spiral_core.rod.contact.shapes import Shape
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 Array = NDArray[np.float64]
 LENGTH, BENDING, RADIUS = 0.4, 2.7e-4, 3e-3

@@ -21,9 +21,8 @@ from spiral_core import (
     RodProblem,
     RodState,
     Section,
-    follow_contact,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 Array = NDArray[np.float64]
 ROUND = Section((0.7, 1.0, 1.0))

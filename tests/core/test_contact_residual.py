@@ -32,9 +32,8 @@ from spiral_core import (
     RodState,
     Section,
     Sphere,
-    follow_contact,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 Array = NDArray[np.float64]
 LENGTH, RADIUS, BENDING = 0.5, 3e-3, 3e-4

@@ -22,8 +22,8 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import solve_contact
 
 LENGTH, BENDING = 0.5, 3e-4
 PLAIN = Section((2e-4, BENDING, BENDING))

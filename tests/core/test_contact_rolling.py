@@ -11,7 +11,7 @@ import pytest
 from core.contact_cases import BENDING, LENGTH, OUTER, grip, rest_strain, wrap_stretch
 
 from benchmarks.explicit import Coil
-from spiral_core import follow_contact, solve_contact
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 RADIUS, FRACTION, FRICTION, ELEMENTS = 0.015, 1.1, 0.3, 60
 MILLIMETERS = 3

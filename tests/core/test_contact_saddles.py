@@ -12,16 +12,8 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipe, ellipk
 
-from spiral_core import (
-    Clamped,
-    Obstacle,
-    Rod,
-    RodLoad,
-    RodProblem,
-    Section,
-    Sphere,
-    solve_contact,
-)
+from spiral_core import Clamped, Obstacle, Rod, RodLoad, RodProblem, Section, Sphere
+from spiral_core.rod.contact.solve import solve_contact
 
 pytestmark = pytest.mark.long
 

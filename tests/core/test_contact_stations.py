@@ -24,9 +24,8 @@ from spiral_core import (
     RodStatus,
     Section,
     Sphere,
-    follow_contact,
-    solve_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 LENGTH, RADIUS = 0.5, 2e-3
 PLAIN = Section((1e-3, 1e-3, 1e-3))

@@ -28,8 +28,8 @@ from spiral_core import (
     RodState,
     Section,
     Sphere,
-    follow_contact,
 )
+from spiral_core.rod.contact.solve import follow_contact
 
 RADIUS, WEIGHT = 0.015, (0.05, 0.1, -0.03)
 TURN = Rotation.from_rotvec((0.4, -1.1, 2.0))

@@ -23,11 +23,10 @@ from spiral_core import (
     RodStatus,
     Section,
     Sphere,
-    follow_contact,
-    solve_contact,
 )
 from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.contact.shapes import Shape
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 pytestmark = pytest.mark.long
 

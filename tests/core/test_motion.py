@@ -21,10 +21,10 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    solve_contact,
     solve_motion,
     vibration_modes,
 )
+from spiral_core.rod.contact.solve import solve_contact
 
 pytestmark = pytest.mark.long
 

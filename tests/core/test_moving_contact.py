@@ -23,9 +23,9 @@ from spiral_core import (
     Rod,
     RodLoad,
     RodProblem,
-    solve_contact,
     solve_motion,
 )
+from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion import solve
 from spiral_core.rod.motion._step import advanced
 

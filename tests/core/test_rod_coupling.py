@@ -12,16 +12,22 @@ from core.reference_shooting import Rods, shoot
 from scipy.spatial.transform import Rotation
 
 from spiral_core import (
+    Clamped,
     InvalidInputError,
+    Obstacle,
+    Pinned,
+    Plane,
+    PointLoad,
     Rod,
+    RodElement,
     RodLoad,
+    RodProblem,
     Section,
-    follow_path,
+    follow_rod,
     solve_rod,
 )
 from spiral_core.rod._mesh import element_count
-from spiral_core.rod.contact.problem import RodProblem
-from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.path import follow_path
 
 STIFFNESS = Section.inextensible(bending=6.0e-4, torsional=5.0e-4, sideways=2.0e-4, coupling=4.0e-4)
 HELIX = (-9.0, 0.0, 18.0)
@@ -74,14 +80,62 @@ def test_a_heavy_cantilever_is_that_of_shooting(
 
 
 @pytest.mark.parametrize("gravity", [(0.24, 0.0, 0.0), (0.0, 0.2, -0.13)])
-def test_the_rod_among_obstacles_hangs_alike(gravity: tuple[float, float, float]) -> None:
-    """Another code, another element: the contact rod's, without obstacles."""
+def test_both_elements_agree_where_both_apply(gravity: tuple[float, float, float]) -> None:
     load = RodLoad(distributed=gravity)
     fast = solve_rod(rod(), load, elements=120)
-    problem = RodProblem(rod(), load)
-    slow = solve_contact(problem, elements=120)
-    assert np.linalg.norm(fast.tip_position - slow.tip_position) < 1e-6 * 0.36
+    slow = solve_rod(rod(), load, elements=120, element=RodElement.MIXED)
+    assert (fast.element, slow.element) == (RodElement.INEXTENSIBLE, RodElement.MIXED)
     np.testing.assert_allclose(fast.positions, slow.positions, atol=1e-6 * 0.36)
+    np.testing.assert_allclose(fast.base_reaction, slow.base_reaction, atol=1e-6)
+    again = solve_rod(rod(), load, elements=120, start=slow)  # either goes on from the other
+    assert again.element is RodElement.INEXTENSIBLE
+    np.testing.assert_allclose(again.positions, fast.positions, atol=1e-9)
+    back = solve_rod(rod(), load, elements=120, start=fast, element=RodElement.MIXED)
+    np.testing.assert_allclose(back.positions, slow.positions, atol=1e-6 * 0.36)
+    assert fast.touching.shape == (0, 121)
+    assert fast.contact_lengths.shape == fast.turns.shape == (0,)
+
+
+FLOOR = Obstacle(Plane(), position=(0.0, 0.0, -0.2))
+MIXED_CASES = {
+    "obstacle": {"obstacles": (FLOOR,)},
+    "held tip": {"tip": Pinned((0.3, 0.0, 0.0))},
+    "clamped elsewhere": {"base": Clamped((0.1, 0.0, 0.0))},
+    "point load": {"point_loads": (PointLoad(0.1, force=(0.0, 0.0, 0.01)),)},
+    "stretch": {"section": Section(STIFFNESS.stiffness, extension=100.0)},
+    "coupled otherwise": {"section": Section(((5e-4, 1e-4, 0), (1e-4, 4e-4, 0), (0, 0, 4e-4)))},
+    "varying 6x6": {
+        "section": lambda s: np.tile(np.diag((5e-4, 4e-4, 4e-4, 90.0, 40.0, 40.0)), (len(s), 1, 1))
+    },
+    "radius": {"radius": 1e-3},
+    "centerline": {"start": np.linspace((0.0, 0.0, 0.0), (0.36, 0.0, 0.0), 41)},
+}
+
+
+@pytest.mark.parametrize("case", MIXED_CASES)
+def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(case: str) -> None:
+    given = dict(MIXED_CASES[case])
+    kind = {name: given.pop(name) for name in ("section", "radius") if name in given}
+    each = dataclasses.replace(rod(), **kind)
+    load = RodLoad((0.0, 0.02, 0.0))
+    state = solve_rod(each, load, elements=40, **given)
+    assert state.stable
+    assert state.element is RodElement.MIXED
+    with pytest.raises(InvalidInputError, match="element"):
+        solve_rod(each, load, elements=40, element=RodElement.INEXTENSIBLE, **given)
+
+
+def test_a_problem_is_solved_as_its_parts() -> None:
+    problem = RodProblem(rod(), RodLoad((0.2, 0.0, 0.0)))
+    state = solve_rod(problem)
+    assert state.element is RodElement.INEXTENSIBLE
+    np.testing.assert_array_equal(state.positions, solve_rod(rod(), problem.load).positions)
+    with pytest.raises(InvalidInputError, match="a Rod, where loads"):
+        solve_rod(problem, RodLoad())
+    path = follow_rod([problem, problem])
+    assert [each.element for each in path.states] == 2 * [RodElement.INEXTENSIBLE]
+    mixed = follow_rod([problem, problem], stop_at_event=True, elements=40)
+    assert [each.element for each in mixed.states] == 2 * [RodElement.MIXED]
 
 
 def test_error_falls_with_the_fourth_power_where_the_section_varies() -> None:

@@ -20,10 +20,10 @@ from spiral_core import (
     Section,
     SolverError,
     find_equilibria,
-    follow_path,
     solve_rod,
     solve_rods,
 )
+from spiral_core.rod.path import follow_path
 
 AXES = [tuple(sign * row) for row in np.eye(3) for sign in (-1.0, 1.0)]
 TILTS = (0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-6, 1e-3)

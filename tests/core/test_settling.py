@@ -29,12 +29,12 @@ from spiral_core import (
     settling_after_move,
     settling_after_ramp,
     slow_closing,
-    solve_contact,
     solve_motion,
     vibration_modes,
     vibrations,
 )
 from spiral_core.grip.setup import free_problem
+from spiral_core.rod.contact.solve import solve_contact
 
 pytestmark = pytest.mark.long
 

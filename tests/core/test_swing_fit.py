@@ -19,11 +19,11 @@ from spiral_core import (
     SwingReading,
     fit_swing,
     inertia_of,
-    solve_contact,
     solve_motion,
     vibrations,
 )
 from spiral_core.grip.setup import free_problem
+from spiral_core.rod.contact.solve import solve_contact
 
 pytestmark = pytest.mark.long
 

@@ -24,7 +24,7 @@ from cosseratbench.scenario import (
 
 from benchmarks.cosserat_adapter import SpiralSolver, problem_of
 from benchmarks.hanging_cable import hanging_cable
-from spiral_core import solve_contact
+from spiral_core.rod.contact.solve import solve_contact
 
 pytestmark = pytest.mark.long
 

@@ -130,7 +130,8 @@ class GripSetup:
 def free_problem(gripper: Gripper, pressure: float) -> RodProblem:
     """Return the problem of a gripper without an object, at a pressure [Pa]."""
     shape = gripper.unloaded_shape(pressure)
-    return RodProblem(gripper.rod(shape), gripper.load(shape))
+    rod = replace(gripper.rod(shape), radius=gripper.tube.outer_radius)
+    return RodProblem(rod, gripper.load(shape))
 
 
 def lay_into_coil(

@@ -145,9 +145,7 @@ def is_plain(rod: Rod) -> bool:
 def require_plain(rod: Rod) -> None:
     """Raise unless the inextensible element can take the rod's section."""
     if not is_plain(rod):
-        requirement = (
-            "inextensible, without coupling of bending about y; solve_contact takes others"
-        )
+        requirement = "inextensible, without coupling of bending about y; solve_rod takes others"
         raise InvalidInputError("section", rod.section, requirement)
 
 

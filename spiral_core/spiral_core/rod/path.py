@@ -18,18 +18,81 @@ from spiral_core.rod._continuation import (
 )
 from spiral_core.rod._newton import LEFT_BRANCH, minimize
 from spiral_core.rod._system import Ending, Solution, System, blended
+from spiral_core.rod.contact._increments import SMALLEST_INCREMENT
+from spiral_core.rod.contact.problem import RodProblem
+from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.solve import (
     arc_lengths_of,
     checked_counts,
+    is_hanging,
     solve_with_counts,
     state_from_solved,
 )
-from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
+from spiral_core.rod.state import RodElement, RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad
+from spiral_core.validation import require_all
 
 # At the very end of a branch the equilibrium is ill-conditioned: there it is found less sharply.
 PATH_TOLERANCE = 1e-4
 SETTLING_ITERATIONS = 10
+
+
+def follow_rod(
+    problems: Sequence[RodProblem],
+    *,
+    start: RodState | None = None,
+    elements: int | None = None,
+    largest_increment: float = 1.0,
+    smallest_increment: float = SMALLEST_INCREMENT,
+    stop_at_event: bool = False,
+) -> RodPath:
+    """Return the states of a rod that changes slowly from station to station.
+
+    Between two stations everything is blended and the branch of stable states is followed in steps
+    that adapt to it, as :func:`follow_path` does with the inextensible element, where it applies to
+    every station, and :func:`~spiral_core.rod.contact.solve.follow_contact` with the mixed one. An
+    increment or ``stop_at_event`` that is given, or a start of the mixed element, chooses the mixed
+    one.
+
+    Args:
+        problems: the stations, one at least.
+        start: the state at the first station (with the mixed element: that the first way begins
+            at); None solves the first station from scratch.
+        elements: for all stations; None takes the start's, or enough for the most demanding one.
+        largest_increment: of the way between two stations, in (0, 1]. With friction the states
+            depend on the way: give stations, or increments, as close as the slip needs.
+        smallest_increment: of the way between two stations: the end of a branch is located so
+            closely.
+        stop_at_event: whether to end at the first event, without following the motion after it.
+
+    Returns:
+        A state for each station that was reached, and the events on the way.
+
+    Raises:
+        InvalidInputError: no stations, or stations that differ in more than their values.
+        SolverError: the first station has no stable state, or nothing rests after a fold of the
+            inextensible element.
+
+    Example:
+        >>> from spiral_core import Section
+        >>> section = Section.inextensible(3e-4, 2e-4)
+        >>> bends = [(-0.5 * k, 0.0, k) for k in (5.0, 10.0, 15.0)]
+        >>> load = RodLoad(distributed=(0.24, 0.0, 0.0))
+        >>> path = follow_rod([RodProblem(Rod(0.3, section, rest_strain=u), load) for u in bends])
+        >>> [state.stable for state in path.states], path.events
+        ([True, True, True], ())
+    """
+    require_all("problems", problems, (RodProblem,), "RodProblem values")
+    given = (largest_increment, smallest_increment, stop_at_event)
+    mixed = given != (1.0, SMALLEST_INCREMENT, False)
+    mixed = mixed or (start is not None and start.element is RodElement.MIXED)
+    if problems and not mixed and all(is_hanging(problem) for problem in problems):
+        rods, loads = [each.rod for each in problems], [each.load for each in problems]
+        return follow_path(rods, loads, elements=elements, start=start)
+    return follow_contact(
+        problems, start=start, elements=elements, largest_increment=largest_increment,
+        smallest_increment=smallest_increment, stop_at_event=stop_at_event,
+    )  # fmt: skip
 
 
 def follow_path(

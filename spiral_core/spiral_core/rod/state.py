@@ -37,12 +37,12 @@ class RodStatus(Enum):
     NOT_FINITE = "a number overflowed; check lengths, stiffnesses and loads for their units"
     UNSTABLE = (
         "no stable equilibrium lies near: the rod slides or snaps away; start elsewhere, reduce "
-        "the load, or follow its motion with follow_contact"
+        "the load, or follow its motion with follow_rod"
     )
     LEFT_BRANCH = "the branch of stable states ends before this load: the rod would snap"
     FOLD_LIMIT = (
         "the rod snaps more than 32 times on its loading path, which was given up there; use more "
-        "elements, or approach the load in stations with follow_path"
+        "elements, or approach the load in stations with follow_rod"
     )
     UNRESOLVED = (
         "an element turns by more than 2 rad, which its ends cannot tell; use more elements"
@@ -59,6 +59,13 @@ class RodStatus(Enum):
         "the start, or an end as it is held, lies inside of an obstacle; begin where the rod is "
         "clear of it, give a start, or hold the end outside"
     )
+
+
+class RodElement(Enum):
+    """The element that a rod was solved with."""
+
+    INEXTENSIBLE = "clamped and free, neither stretched nor sheared, among no obstacles"
+    MIXED = "any ends, any section, obstacles"
 
 
 class RodCertificate(Enum):
@@ -169,6 +176,11 @@ class RodState:
         if self.neutral_modes:
             return RodCertificate.STABLE_UP_TO_ROTATION
         return RodCertificate.STRICT_MINIMUM
+
+    @property
+    def element(self) -> RodElement:
+        """The element that it was solved with."""
+        return RodElement.INEXTENSIBLE if self._point is None else RodElement.MIXED
 
     @property
     def stable(self) -> bool:

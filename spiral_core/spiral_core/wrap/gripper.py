@@ -107,11 +107,10 @@ class Gripper:
         )
 
     def rod(self, shape: UnloadedShape) -> Rod:
-        """Return the rod that an unloaded shape is bent from."""
+        """Return the rod that an unloaded shape is bent from; of no radius: it may pass itself."""
         return Rod(
             length=shape.backbone_length,
             section=self.stiffness,
-            radius=self.tube.outer_radius,
             rest_strain=(shape.torsion, 0.0, shape.curvature),
         )
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core import Grip, Pull, RodState, follow_contact
+from spiral_core import Grip, Pull, RodState
 from spiral_core.grip.holding import pull_direction
+from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.state import RodStatus
 from spiral_core.rod.types import Array
 

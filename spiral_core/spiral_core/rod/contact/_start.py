@@ -16,6 +16,7 @@ from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import UNSTABLE, Solution
 from spiral_core.rod.contact.problem import Clamped, Free, Guided, RodProblem
+from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 
 # Loads bend a rod to no side if what is across it, of them all, is at most this fraction.
@@ -103,6 +104,16 @@ def _from_tip(problem: RodProblem) -> tuple[Array, Array]:
     if isinstance(tip, (Clamped, Guided)) and tip.orientation is not None:
         along = matrices(np.array([tip.orientation], dtype=np.float64))[0][:, 0]
     return np.asarray(tip.position, dtype=np.float64) - problem.rod.length * along, along
+
+
+def from_shape(problem: RodProblem, arrays: Arrays, start: RodState | Array) -> Iterate:
+    """Return a rod in the shape of a centerline or, on as many nodes, of a state."""
+    if not isinstance(start, RodState):
+        return from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
+    x = from_centerline(problem, arrays, start.positions.copy())
+    if start.orientations.shape == x.q.shape:
+        x.q[:] = start.orientations
+    return x
 
 
 def from_centerline(problem: RodProblem, arrays: Arrays, points: Array) -> Iterate:

@@ -38,10 +38,10 @@ from spiral_core.rod.contact._mesh import (
 )
 from spiral_core.rod.contact._newton import CONVERGED
 from spiral_core.rod.contact._results import PathLog, point_of_state, state_from_point
-from spiral_core.rod.contact._start import from_centerline, halved, loaded, straight, unsolved
+from spiral_core.rod.contact._start import from_shape, halved, loaded, straight, unsolved
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import RodProblem, require_alike
-from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
+from spiral_core.rod.state import RodElement, RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array
 from spiral_core.validation import require_all
 
@@ -71,8 +71,7 @@ def solve_contact(
     .. math:: \min_{p, R} \int \tfrac12 (u-u^*)^T K (u-u^*) + \tfrac12 \epsilon^T S \epsilon
         - w \cdot p \; ds \quad \text{with} \quad p' = R (e_x + \epsilon), \; d(p) \ge r
 
-    This is :func:`~spiral_core.rod.solve.solve_rod` with obstacles, a function of its own because
-    it takes and returns more: a radius and both ends, contact forces and reactions.
+    The mixed element's part of :func:`~spiral_core.rod.solve.solve_rod`.
 
     Without a start the rod begins straight, along its base, without rest strain, with the
     obstacles in place; loads come on while its tip is brought to where it is held, and then the
@@ -83,7 +82,8 @@ def solve_contact(
     Args:
         problem: rod, ends, loads and obstacles.
         start: a state, or a centerline (n, 3) [m] along the rod; with one point more than elements,
-            the nodes themselves, stretched as they are.
+            the nodes themselves, stretched as they are. From a state of the inextensible element
+            the rod is released.
         elements: how many; None takes enough for the rod's rest strain and its obstacles.
         estimate_error: whether to solve once more on elements half as long and estimate the
             discretization's error, the state's ``discretization_error``. It takes about twice the
@@ -124,7 +124,7 @@ def solve_contact(
 
 def _solved(problem: RodProblem, start: RodState | Array | None, elements: int | None) -> RodState:
     """Return the state that is reached from a start."""
-    if isinstance(start, RodState):
+    if isinstance(start, RodState) and start.element is RodElement.MIXED:
         path = follow_contact([problem], start=start, elements=elements)
         return path.states[-1] if path.states else path.events[-1].last
     if isinstance(start, str):
@@ -132,11 +132,11 @@ def _solved(problem: RodProblem, start: RodState | Array | None, elements: int |
     return _solved_on(problem, discretize(problem, _count([problem], elements)), start)
 
 
-def _solved_on(problem: RodProblem, arrays: Arrays, start: Array | None) -> RodState:
-    """Return the state that is reached on given elements from the straight rod or a centerline."""
+def _solved_on(problem: RodProblem, arrays: Arrays, start: RodState | Array | None) -> RodState:
+    """Return the state that is reached on given elements from the straight rod or a shape."""
     if start is None:
         return _from_straight(problem, arrays)
-    x = from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
+    x = from_shape(problem, arrays, start)
     here = unsolved(arrays, x)
     there, rests, trail = release(here, arrays)
     status = None if rests else RodStatus.NOT_HELD
@@ -155,7 +155,7 @@ def _halving_changes(problem: RodProblem, start: RodState | Array | None, state:
     nodes = np.insert(nodes, np.arange(1, len(nodes)), between)
     arrays = on_nodes(problem, nodes, tuple(2 * count for count in coarse.arrays.pieces))
     if _rubs(problem.obstacles):
-        finer = _solved_on(problem, arrays, None if start is None else np.asarray(start))
+        finer = _solved_on(problem, arrays, start)
         positions, found = finer.positions, finer.status is RodStatus.CONVERGED
     else:
         x = halved(coarse, arrays)

@@ -64,7 +64,10 @@ def vibration_modes(state: RodState, inertia: Inertia, count: int = 6) -> Modes:
         InvalidInputError: the state is not stable, or there are not as many modes.
     """
     if not state.stable or state._point is None:
-        raise InvalidInputError("state", state.status, "a stable state")
+        requirement = (
+            "a stable state, of the mixed element: solve_rod(..., element=RodElement.MIXED)"
+        )
+        raise InvalidInputError("state", state.status, requirement)
     arrays = state._point.arrays
     size = 6 * (arrays.count + 1)
     if not 1 <= count < size // 2:

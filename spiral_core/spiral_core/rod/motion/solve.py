@@ -16,7 +16,7 @@ from spiral_core.rod.contact._contact import Contact, Iterate
 from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays, discretize, discretize_like
 from spiral_core.rod.contact._results import state_from_point
-from spiral_core.rod.contact._start import from_centerline, unsolved
+from spiral_core.rod.contact._start import from_shape, unsolved
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion._step import Moment, advanced, at_rest
@@ -65,7 +65,7 @@ def solve_motion(
     .. math:: m \ddot p = n' + w + f_c, \qquad \text{moments likewise, with } d(p) \ge r
         \text{ and Coulomb friction}
 
-    Each step minimizes the energy of :func:`~spiral_core.rod.contact.solve.solve_contact` plus
+    Each step minimizes the energy of :func:`~spiral_core.rod.solve.solve_rod` plus
     inertia and damping. Of second order in time where the rod is free; nodes that touch go by the
     implicit Euler method and meet obstacles without rebound.
 
@@ -91,10 +91,10 @@ def solve_motion(
     Example:
         A tube let go at the horizontal falls.
 
-        >>> from spiral_core import Rod, RodLoad, Section
+        >>> from spiral_core import Rod, RodLoad, Section, solve_rod
         >>> rod = Rod(0.3, Section((2e-4, 3e-4, 3e-4)), radius=5e-3)
         >>> heavy = RodProblem(rod, RodLoad(distributed=(0.0, 0.0, -0.28)))
-        >>> weightless = solve_contact(RodProblem(rod), elements=20)
+        >>> weightless = solve_rod(rod, elements=20)
         >>> tube = Inertia(mass=0.0285, rotary=3e-7)
         >>> motion = solve_motion(lambda time: heavy, tube, (0.0, 0.1), start=weightless)
         >>> bool(-0.1 < motion.positions[-1, -1, 2] < -0.02)
@@ -160,11 +160,11 @@ def _start(first: RodProblem, start: RodState | Array | None, elements: int | No
     """Return where the rod begins, under the first problem."""
     if start is None:
         start = solve_contact(first, elements=elements)
-    if not isinstance(start, RodState):
-        points = np.asarray(start, dtype=np.float64)
-        arrays = discretize(first, len(points) - 1 if elements is None else elements)
-        return _let_go(arrays, from_centerline(first, arrays, points))
-    if start._point is None or start.status is not RodStatus.CONVERGED:
+    if not isinstance(start, RodState) or start._point is None:
+        nodes = len(start.positions if isinstance(start, RodState) else start)
+        arrays = discretize(first, nodes - 1 if elements is None else elements)
+        return _let_go(arrays, from_shape(first, arrays, start))
+    if start.status is not RodStatus.CONVERGED:
         raise InvalidInputError("start", start.status, "a converged state")
     count = start._point.arrays.count
     if elements not in (None, count):
