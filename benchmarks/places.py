@@ -22,8 +22,7 @@ from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
 from benchmarks.verdicts import designs, mounted, question
 from spiral_core import GripSetup, SpiralError, grip_window, lay_into_coil
-from spiral_core.grip.mount import moved
-from spiral_core.grip.refusal import FARTHEST_SHIFT, LARGEST_TILT, find_place
+from spiral_core.grip.places import FARTHEST_SHIFT, LARGEST_TILT, find_place, moved
 from spiral_gripper import available_grippers
 
 KEPT = RESULTS / "places.jsonl"

@@ -29,7 +29,7 @@ from spiral_core import (
     solve_motion,
     solve_rod,
 )
-from spiral_core.closing.close import inertia_of
+from spiral_core.grip.closing import inertia_of
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_gripper import load_description
 from spiral_gripper.reports.style import (

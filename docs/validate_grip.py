@@ -30,7 +30,7 @@ from spiral_core import (
     lay_into_coil,
     solve_grip,
 )
-from spiral_core.grip.refinement import refine
+from spiral_core.grip.grip import refine
 from spiral_gripper import load_description
 from spiral_gripper.reports.grip.plots import draw_forces
 from spiral_gripper.reports.style import COLORS, DPI, paper_style, style_axes

@@ -20,8 +20,8 @@ from spiral_core import (
     place_object,
     regime_chart,
 )
-from spiral_core.closing.close import TimedClosing
 from spiral_core.errors import InvalidInputError
+from spiral_core.grip.closing import TimedClosing
 from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.closing.plots import close_figure

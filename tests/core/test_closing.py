@@ -35,8 +35,8 @@ from spiral_core import (
     orifices_in_series,
     slow_closing,
 )
-from spiral_core.closing.pneumatics import ATMOSPHERE, REFERENCE_DENSITY, REFERENCE_PRESSURE
-from spiral_core.grip.hanging import hanging_tube
+from spiral_core.grip.closing import ATMOSPHERE, REFERENCE_DENSITY, REFERENCE_PRESSURE
+from spiral_core.grip.setup import hanging_tube
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_gripper import load_gripper
 

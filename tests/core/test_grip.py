@@ -32,7 +32,7 @@ from spiral_core import (
     line_force,
     solve_grip,
 )
-from spiral_core.grip.refusal import not_held
+from spiral_core.grip.places import not_held
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long

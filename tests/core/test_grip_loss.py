@@ -33,7 +33,7 @@ from spiral_core import (
     lay_into_coil,
     solve_grip,
 )
-from spiral_core.grip import rise
+from spiral_core.grip import window as windows
 from spiral_core.grip.holding import pull_direction
 from spiral_core.rod.state import RodEvent
 from spiral_gripper import load_description, load_gripper
@@ -297,14 +297,14 @@ def test_a_tube_that_neither_moves_nor_rests_is_not_a_loss(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The path ends there, and the recommended pressures a tenth below."""
-    follow = rise.follow_contact
+    follow = windows.follow_contact
 
     def given_up(problems, *, start, **options) -> RodPath:
         if options.get("stop_at_event"):
             return RodPath((), (RodEvent(0.5, start, replace(start, status=NOT_HELD)),))
         return follow(problems, start=start, **options)
 
-    monkeypatch.setattr(rise, "follow_contact", given_up)
+    monkeypatch.setattr(windows, "follow_contact", given_up)
     setup = lay_into_coil(load_gripper("paper_design_70"), 0.02)
     window = grip_window(setup, [50e3, 57e3, 65e3])
     assert window.end is WindowEnd.NOT_FOLLOWED

@@ -16,7 +16,7 @@ from spiral_core import (
     lay_into_coil,
     solve_grip,
 )
-from spiral_core.grip.refinement import refine
+from spiral_core.grip.grip import refine
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long

@@ -24,8 +24,8 @@ from spiral_core import (
     lay_into_coil,
     solve_grip,
 )
-from spiral_core.grip import refusal
-from spiral_core.grip.refusal import find_place, held_radii, what_helps
+from spiral_core.grip import places
+from spiral_core.grip.places import find_place, held_radii, what_helps
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long
@@ -74,7 +74,7 @@ def test_no_radius_is_tried_that_a_closed_coil_has_no_hole_for(
         tried.append(setup.obstacle.shape.feature_radius)
         raise NotGrippableError(tried[-1], "nothing is", -1.0, None)
 
-    monkeypatch.setattr(refusal, "grip_window", fail)
+    monkeypatch.setattr(places, "grip_window", fail)
     assert held_radii(gripper) == ()
     assert min(tried) == 0.1 * gripper.tube.outer_radius > 10.0 * WrapCurve(gripper).radius_min
     assert max(tried) == WrapCurve(gripper).radius_max
@@ -99,7 +99,7 @@ def holding(monkeypatch: pytest.MonkeyPatch) -> tuple[list[GripSetup], list[Grip
         point = SimpleNamespace(tip_gap=there, contact_length=0.0)
         return SimpleNamespace(onset_wrap=5e4 if setup in held else None, points=(point,))
 
-    monkeypatch.setattr(refusal, "grip_window", window)
+    monkeypatch.setattr(places, "grip_window", window)
     return closed, held
 
 

@@ -30,8 +30,7 @@ from spiral_core import (
     search_mount,
     solve_cases,
 )
-from spiral_core.grip import mount as mounts
-from spiral_core.grip import study
+from spiral_core.grip import grip, places
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long
@@ -76,11 +75,11 @@ def test_an_interrupted_study_goes_on(monkeypatch: pytest.MonkeyPatch, parallel:
     """Known outcomes are kept; the others are solved, kept one by one, and stay in order."""
     solved, kept, seen = [], {}, []
 
-    def solve(case: study.GripCase) -> GripOutcome:
+    def solve(case: grip.GripCase) -> GripOutcome:
         solved.append(case.radius)
         return GripOutcome(f"{case.radius:g}")
 
-    monkeypatch.setattr(study, "solve_case", solve)
+    monkeypatch.setattr(grip, "solve_case", solve)
     cases = grip_cases([load_gripper("paper_design_70")], [0.01, 0.02, 0.03], [0.3])
     before = {1: GripOutcome("known")}
     with ThreadPoolExecutor(2) as pool:
@@ -99,7 +98,7 @@ def test_an_interrupted_study_goes_on(monkeypatch: pytest.MonkeyPatch, parallel:
 
 
 def test_the_frame_of_shifts_is_the_objects() -> None:
-    frame = mounts.mount_frame(setup())
+    frame = places.mount_frame(setup())
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(frame) == pytest.approx(1.0)
     np.testing.assert_allclose(frame[0], setup().axis)
@@ -109,7 +108,7 @@ def test_the_frame_of_shifts_is_the_objects() -> None:
 def test_a_mount_moves_the_object_by_its_shift_and_tilt() -> None:
     shift, tilt = (0.002, 0.004, -0.003), (0.05, -0.02)
     moved = place_mount(setup(), shift, tilt).setup
-    frame = mounts.mount_frame(setup())
+    frame = places.mount_frame(setup())
     step = np.asarray(moved.obstacle.position) - np.asarray(setup().obstacle.position)
     np.testing.assert_allclose(frame @ step, shift, atol=1e-12)
     angle = math.acos(float(moved.axis @ setup().axis))
@@ -121,7 +120,7 @@ def test_a_mount_whose_force_is_not_known_is_the_worst(monkeypatch: pytest.Monke
     unknown = HoldingForce(
         Pull.AWAY, math.nan, math.nan, math.nan, np.zeros(1), np.zeros(1), PullEnd.NOT_FOLLOWED
     )
-    monkeypatch.setattr(mounts, "holding_force", lambda point, pull: unknown)
+    monkeypatch.setattr(places, "holding_force", lambda point, pull: unknown)
     assert place_mount(setup(), aim=MountAim.FORCE).score == -math.inf
 
 
@@ -129,13 +128,13 @@ def test_a_search_never_ends_below_its_start(monkeypatch: pytest.MonkeyPatch) ->
     """On a score that is a paraboloid the compass search comes within its last step of the top."""
     top = np.array((0.006, -0.004, 0.003, 0.1, -0.12))
 
-    def placed(there: GripSetup, place: np.ndarray, aim: MountAim) -> mounts.Mount:
+    def placed(there: GripSetup, place: np.ndarray, aim: MountAim) -> places.Mount:
         miss = (place - top) / np.array((0.005, 0.005, 0.005, 0.17, 0.17))
         score = -float(miss @ miss) if aim is MountAim.WINDOW else 0.0
-        return mounts.Mount(tuple(place[:3]), tuple(place[3:]), there, None, score)
+        return places.Mount(tuple(place[:3]), tuple(place[3:]), there, None, score)
 
-    monkeypatch.setattr(mounts, "_placed", placed)
-    monkeypatch.setattr(mounts, "place_mount", lambda s, aim: placed(s, np.zeros(5), aim))
+    monkeypatch.setattr(places, "_placed", placed)
+    monkeypatch.setattr(places, "place_mount", lambda s, aim: placed(s, np.zeros(5), aim))
     best = search_mount(setup(), most_tries=500)
     assert np.abs(np.asarray(best.shift) - top[:3]).max() < 0.25 * 0.2 * 0.025
     assert np.abs(np.asarray(best.tilt) - top[3:]).max() < 0.25 * math.radians(10.0)

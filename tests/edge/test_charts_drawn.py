@@ -17,7 +17,7 @@ from spiral_core import (
     calibrate,
     pressure_uncertainty,
 )
-from spiral_core.grip.study import GripCase, GripOutcome
+from spiral_core.grip.grip import GripCase, GripOutcome
 from spiral_gripper import display_units, load_description, plot
 from spiral_gripper.bench.residual_plot import pressure_figure
 from spiral_gripper.cli.main import run

@@ -20,7 +20,7 @@ from spiral_core import (
     lay_into_coil,
     slow_closing,
 )
-from spiral_core.grip.hanging import hanging_tube
+from spiral_core.grip.setup import hanging_tube
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import load_description
 from spiral_gripper.reports.closing import document

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from spiral_core.grip import grip
-from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup
-from spiral_core.grip.window import GripWindow
+from spiral_core.grip.window import GripPoint, GripWindow
 from spiral_gripper.cli.main import run
 from spiral_gripper.reports.grip import document
 from spiral_gripper.reports.grip.document import GripQuestion, SolvedGrip

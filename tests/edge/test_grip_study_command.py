@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from spiral_core import GripOutcome
-from spiral_core.grip import study
+from spiral_core.grip import grip
 from spiral_gripper import load_gripper
 from spiral_gripper.cli.main import run
 from spiral_gripper.reports.grip.study import print_outcomes
@@ -34,13 +34,13 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Radii that were solved; the answers are made up."""
     radii: list[float] = []
 
-    def solve(case: study.GripCase) -> GripOutcome:
+    def solve(case: grip.GripCase) -> GripOutcome:
         radii.append(case.radius)
         if case.radius > 0.019:
             return GripOutcome("too thick for this test")
         return GripOutcome("", 66e3, 65e3, 74e3, 86e3, 70e3, 0.2, 0.7, 0.9, 0.15)
 
-    monkeypatch.setattr(study, "solve_case", solve)
+    monkeypatch.setattr(grip, "solve_case", solve)
     return radii
 
 
@@ -114,7 +114,7 @@ def test_people_get_a_table_and_the_reasons(
 
 
 def test_a_force_that_is_not_known_is_no_refusal() -> None:
-    case = study.GripCase(load_gripper("paper_design_70"), 0.015, 0.3)
+    case = grip.GripCase(load_gripper("paper_design_70"), 0.015, 0.3)
     held = GripOutcome("", 66e3, 65e3, None, None, 70e3, 0.2, 0.7, 0.9, None, True)
     console = Console(record=True, width=100, file=StringIO())
     print_outcomes([case, case], [held, GripOutcome("too thick")], console)

@@ -15,7 +15,7 @@ from spiral_core import (
     WrapCurve,
 )
 from spiral_core.design import charts
-from spiral_core.grip import refusal
+from spiral_core.grip import places
 from spiral_gripper import (
     available_grippers,
     load_description,
@@ -247,7 +247,7 @@ def test_a_check_says_which_radii_contact_holds(
         (((0.005, 0.01), (0.02, 0.03)), 0, "grips radii from 5 mm to 10 mm, from 20 mm to 30 mm"),
         ((), 1, "grips no radius where its free coil lies"),
     ]:
-        monkeypatch.setattr(refusal, "held_radii", lambda *_, ranges=ranges: ranges)
+        monkeypatch.setattr(places, "held_radii", lambda *_, ranges=ranges: ranges)
         assert run(["grippers", "check", str(path)]) == code
         assert capsys.readouterr().out == (
             f"paper_design_70: valid; {said}, up to 38.5 kPa, friction 0.3\n"

@@ -22,18 +22,8 @@ CORE_FOLDERS = {
     "rod.contact": {"", "numerics", "rod"},
     "rod.motion": {"", "numerics", "rod", "rod.contact"},
     "wrap": {"", "numerics", "actuator", "rod"},
-    "grip": {"", "rod", "rod.contact", "wrap"},
+    "grip": {"", "actuator", "rod", "rod.contact", "rod.motion", "wrap"},
     "design": {"", "numerics", "actuator", "rod", "wrap", "grip"},
-    "closing": {
-        "",
-        "numerics",
-        "actuator",
-        "rod",
-        "rod.contact",
-        "rod.motion",
-        "wrap",
-        "grip",
-    },
     "calibration": {"", "numerics", "actuator", "rod", "rod.motion", "wrap"},
 }
 # The same for spiral_gripper; "" holds its public names.

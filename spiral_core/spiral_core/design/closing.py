@@ -12,7 +12,7 @@ from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.requirement import DesignRequirement
 from spiral_core.design.rod_correction import gripper_of, pressure_limit
 from spiral_core.errors import SpiralError
-from spiral_core.grip.refusal import find_place
+from spiral_core.grip.places import find_place
 from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.grip.window import grip_window
 

@@ -1,23 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The grip on one object: window of pressures, holding forces, recommended pressure."""
+"""The grip on one object: pressures, holding forces, recommended pressure; many grips at once."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass, replace
 from enum import Enum
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
-from spiral_core.errors import InvalidInputError, NotGrippableError
+from spiral_core.brief import brief_repr
+from spiral_core.errors import InvalidInputError, NoCoilError, NotGrippableError, SolverError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force, holding_forces
-from spiral_core.grip.point import GripPoint
-from spiral_core.grip.refusal import not_held
-from spiral_core.grip.setup import GripSetup
-from spiral_core.grip.window import GripWindow, Progress, WindowEnd, grip_window
-from spiral_core.rod.types import Array
+from spiral_core.grip.places import not_held
+from spiral_core.grip.setup import Closing, GripSetup, friction_of, lay_into_coil
+from spiral_core.grip.window import GripPoint, GripWindow, Progress, WindowEnd, grip_window
+from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import require_positive
+from spiral_core.wrap.gripper import Gripper
 
 # Pressures at which forces are looked for, from a little below the wrap to the last that holds.
 FORCE_PRESSURES = 10
@@ -304,3 +307,230 @@ def solve_grip(
         if progress is not None:
             progress(number + 1, len(pressures))
     return Grip(window, tuple(points), {pull: tuple(found) for pull, found in forces.items()})
+
+
+@dataclass(frozen=True, slots=True)
+class Refinement:
+    """What twice the elements change, and how far the contact lets the tube sink in.
+
+    Contact is hard, without a stiffness to choose: its sharpness is the penetration that is left.
+
+    Args:
+        elements: of the grip.
+        window: largest change of an onset or the loss, as a fraction; infinite where only one of
+            the two has it.
+        force: the same of the holding force away from the base at the recommended pressure.
+        penetration: largest of a node into the object, as a fraction of the tube's outer radius.
+    """
+
+    elements: int
+    window: float
+    force: float
+    penetration: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.elements} and {2 * self.elements} elements: window differs by "
+            f"{100.0 * self.window:.1f} %, force by {100.0 * self.force:.1f} %; "
+            f"contact sinks in by {self.penetration:.0e} r_o"
+        )
+
+
+def refine(grip: Grip) -> Refinement:
+    """Return what twice the elements change of a grip.
+
+    Takes some three times as long as the window itself.
+
+    Raises:
+        NotGrippableError: the grip has no window, or none on twice the elements.
+        SolverError: a state could not be certified.
+    """
+    window = grip.window
+    count = window.setup.element_count
+    stations = None if window.end is WindowEnd.LOST else window.pressures[1:]
+    finer = grip_window(replace(window.setup, elements=2 * count), stations)
+    pressure = min(grip.recommended_pressure(), finer.top)
+    coarse, fine = (holding_force(each.at(pressure), Pull.AWAY).force for each in (window, finer))
+    sunk = min(float(point.state.gaps.min()) for each in (window, finer) for point in each.points)
+    return Refinement(
+        elements=count,
+        window=max(
+            _change(coarse, fine)
+            for coarse, fine in zip(_edges(window), _edges(finer), strict=True)
+        ),
+        force=_change(coarse, fine),
+        penetration=max(0.0, -sunk) / window.setup.gripper.tube.outer_radius,
+    )
+
+
+def _edges(window: GripWindow) -> tuple[float | None, float | None, float | None]:
+    """Return the onsets of wrap and curling, and the loss [Pa]."""
+    return window.onset_wrap, window.onset_curling, window.loss
+
+
+def _change(coarse: float | None, fine: float | None) -> float:
+    """Return how far two values differ, as a fraction of the finer."""
+    if coarse is None and fine is None:
+        return 0.0
+    if coarse is None or fine is None:
+        return math.inf
+    return 0.0 if coarse == fine else abs(coarse - fine) / max(abs(fine), 1e-300)
+
+
+@dataclass(frozen=True, slots=True)
+class GripCase:
+    """One grip of a study.
+
+    Args:
+        gripper: as it is mounted.
+        radius: of the cylinder [m].
+        friction: Coulomb's coefficient.
+        closing: how it closes.
+    """
+
+    __repr__ = brief_repr
+
+    gripper: Gripper
+    radius: float
+    friction: float
+    closing: Closing = Closing.SLOW
+
+
+@dataclass(frozen=True, slots=True)
+class GripOutcome:
+    """The result of one grip of a study, as plain numbers.
+
+    Args:
+        refusal: why it is not held; empty if it is.
+        tip_criterion: pressure of the perfect wrap by the free coil's tip [Pa].
+        onset_wrap, onset_curling, loss: the window [Pa]; None where there is none.
+        pressure: recommended [Pa], at which the other figures are.
+        contact_length: [m].
+        normal_force: sum [N].
+        away, towards: holding forces [N]; None where not even the first step could be followed.
+        away_is_lower_bound, towards_is_lower_bound: whether the force was still rising where the
+            pull ended.
+    """
+
+    refusal: str
+    tip_criterion: float | None = None
+    onset_wrap: float | None = None
+    onset_curling: float | None = None
+    loss: float | None = None
+    pressure: float | None = None
+    contact_length: float | None = None
+    normal_force: float | None = None
+    away: float | None = None
+    towards: float | None = None
+    away_is_lower_bound: bool = False
+    towards_is_lower_bound: bool = False
+
+
+def grip_cases(
+    grippers: Iterable[Gripper],
+    radii: Sequence[float],
+    frictions: Sequence[float] | None = None,
+    gravities: Sequence[Vector] | None = None,
+    closing: Closing = Closing.SLOW,
+) -> tuple[GripCase, ...]:
+    """Return every combination of designs, objects, friction and mounts.
+
+    Args:
+        grippers: designs, as they are mounted.
+        radii: of the objects [m].
+        frictions: Coulomb's coefficients; None takes each gripper's own or the default.
+        gravities: accelerations in the base frame [m/s^2], a mount each; None keeps the grippers'.
+        closing: how they close.
+    """
+    mounts: Sequence[Vector | None] = [None] if gravities is None else list(gravities)
+    return tuple(
+        GripCase(
+            gripper if gravity is None else replace(gripper, gravity=gravity),
+            radius,
+            friction,
+            closing,
+        )
+        for gripper in grippers
+        for radius, friction, gravity in product(
+            radii, (friction_of(gripper, None),) if frictions is None else frictions, mounts
+        )
+    )
+
+
+def solve_case(case: GripCase) -> GripOutcome:
+    """Return one grip of a study; plain values in and out, so that it runs anywhere.
+
+    Forces are those at the recommended pressure.
+    """
+    try:
+        setup = lay_into_coil(
+            case.gripper, case.radius, friction=case.friction, closing=case.closing
+        )
+        window = solve_grip(setup, (), pressures=()).window
+        middle = Grip(window, (), {}).recommended_pressure()
+        grip = solve_grip(setup, pressures=[middle], window=window)
+    except (NotGrippableError, NoCoilError, SolverError) as error:
+        return GripOutcome(str(error))
+    point = grip.points[0]
+    (away,), (towards,) = grip.forces[Pull.AWAY], grip.forces[Pull.TOWARDS]
+    return GripOutcome(
+        refusal="",
+        tip_criterion=setup.tip_pressure,
+        onset_wrap=window.onset_wrap,
+        onset_curling=window.onset_curling,
+        loss=window.loss,
+        pressure=middle,
+        contact_length=point.contact_length,
+        normal_force=point.normal_force,
+        away=_known(away.force),
+        towards=_known(towards.force),
+        away_is_lower_bound=away.is_lower_bound,
+        towards_is_lower_bound=towards.is_lower_bound,
+    )
+
+
+def _known(force: float) -> float | None:
+    return None if math.isnan(force) else force
+
+
+def solve_cases(
+    cases: Sequence[GripCase],
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    *,
+    known: Mapping[int, GripOutcome] | None = None,
+    keep: Callable[[int, GripOutcome], None] | None = None,
+) -> tuple[GripOutcome, ...]:
+    """Return every grip of a study, in the order of its cases.
+
+    Args:
+        cases: what to solve.
+        executor: where; None solves one after the other, here.
+        progress: called with the number done and the number there are, after each.
+        known: outcomes of an interrupted study by their case's number; they are not solved again.
+        keep: called with each new outcome and its case's number as soon as it is known, so that an
+            interruption costs only what is under way.
+    """
+    done = dict(known or {})
+    open_cases = [number for number in range(len(cases)) if number not in done]
+
+    def finish(number: int, outcome: GripOutcome) -> None:
+        done[number] = outcome
+        if keep is not None:
+            keep(number, outcome)
+        if progress is not None:
+            progress(len(done), len(cases))
+
+    if executor is None:
+        for number in open_cases:
+            finish(number, solve_case(cases[number]))
+        return tuple(done[number] for number in range(len(cases)))
+    jobs = {executor.submit(solve_case, cases[number]): number for number in open_cases}
+    try:
+        for job in as_completed(jobs):
+            finish(jobs[job], job.result())
+    except BaseException:
+        for job in jobs:
+            job.cancel()
+        raise
+    return tuple(done[number] for number in range(len(cases)))

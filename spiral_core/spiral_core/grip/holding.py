@@ -11,7 +11,7 @@ from enum import Enum
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.grip.point import GripPoint
+from spiral_core.grip.window import GripPoint
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.state import RodState, RodStatus
 from spiral_core.rod.types import Array

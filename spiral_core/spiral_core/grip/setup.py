@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The setup of a grip: the object, its place, and how the gripper closes on it."""
+"""The setup of a grip: gripper, object, its place, how the one closes, and the tube beside it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from enum import Enum
 
 import numpy as np
 
-from spiral_core.errors import InvalidInputError
+from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
+from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._start import NO_SIDE
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.shapes import Cylinder, Profile, Shape
+from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.state import RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Vector
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap.curve import WrapCurve
@@ -233,3 +236,41 @@ def friction_of(gripper: Gripper, friction: float | None) -> float:
         own = gripper.friction_coefficient
         friction = DEFAULT_FRICTION if own is None else own
     return require_in_range("friction", friction, 0.0, FRICTION_MAX)
+
+
+# An object that overlaps the freely hanging tube by up to this fraction of the tube's radius
+# pushes it aside; one that overlaps more lies in its way.
+PUSHED_ASIDE = 0.1
+
+
+def hanging_tube(setup: GripSetup) -> RodState:
+    """Return the tube without pressure, beside the object.
+
+    Where the straight tube would run through the object but the hanging one does not, it hangs
+    freely before the object is put beside it.
+
+    Raises:
+        NotGrippableError: the object lies in its way.
+        SolverError: it has no certified shape.
+    """
+    problem, count = setup.closing_problem(0.0), setup.element_count
+    state = solve_contact(problem, elements=count, throw=False)
+    if state.status is RodStatus.INSIDE_OBSTACLE:
+        free = solve_contact(replace(problem, obstacles=()), elements=count)
+        radius = problem.rod.radius
+        gap = float(distances(setup.obstacle, free.positions[1:], radius)[0].min())
+        if not gap > -PUSHED_ASIDE * radius:
+            raise _in_the_way(setup, gap)
+        state = solve_contact(problem, start=free.positions, elements=count, throw=False)
+    if state.status is not RodStatus.CONVERGED:
+        raise SolverError(state.status, state.residual, state.iterations)
+    return state
+
+
+def _in_the_way(setup: GripSetup, gap: float) -> NotGrippableError:
+    """Return the refusal of an object that the hanging tube would run through."""
+    reason = (
+        "the tube without pressure runs through where the object lies; move the object, or lay it "
+        "along the tube (object_axis)"
+    )
+    return NotGrippableError(float(setup.obstacle.shape.feature_radius), reason, gap, None)

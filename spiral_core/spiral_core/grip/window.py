@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closing on an object: at which pressures it is wrapped, and when the grip is lost."""
+"""Closing on an object: the grip at one pressure, where it is wrapped, and where it is lost."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -11,22 +12,285 @@ from itertools import pairwise
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
-from spiral_core.grip.hanging import hanging_tube
-from spiral_core.grip.point import GripPoint
-from spiral_core.grip.rise import (
-    CURL,
-    LIFT_OFF,
-    WRAP,
-    finest,
-    located,
-    lost_at,
-    raised,
-    wrapped_before_snap,
-)
-from spiral_core.grip.setup import GripSetup
+from spiral_core.grip.setup import Closing, GripSetup, hanging_tube
 from spiral_core.rod.contact.solve import follow_contact
-from spiral_core.rod.state import RodPath, RodStatus
+from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import Array
+from spiral_core.wrap.wrap import WrapRegime
+
+# The tip counts as touching within this fraction of the tube's outer radius, and the end as curled
+# away where it bridges more than the second one: half a millimeter for the paper's tube.
+TOUCH_GAP = 0.01
+CURL_GAP = 0.1
+# Of the tube, the part that has to touch before contact counts as something to lose.
+FEWEST_TOUCHING = 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class GripPoint:
+    """A gripper on its object at one pressure.
+
+    Args:
+        pressure: gauge pressure [Pa].
+        setup: the gripper and its object.
+        state: the tube's shape, its contact forces and its certificate.
+    """
+
+    pressure: float
+    setup: GripSetup
+    state: RodState
+
+    def __repr__(self) -> str:
+        return (
+            f"GripPoint({1e-3 * self.pressure:.2f} kPa: {self.regime.value}, "
+            f"{1e3 * self.contact_length:.0f} mm in contact, {self.turns:.2f} turns, "
+            f"normal force {self.normal_force:.3g} N)"
+        )
+
+    @property
+    def regime(self) -> WrapRegime:
+        """How the tube lies on the object, from its contact."""
+        if not self.is_wrapped:
+            return WrapRegime.OVERHANG
+        return WrapRegime.CURLING if self.is_curled else WrapRegime.PERFECT_WRAP
+
+    @property
+    def is_wrapped(self) -> bool:
+        """Whether the tip touches, and more than a tenth of the tube with it."""
+        return self.tip_gap <= TOUCH_GAP * self.outer_radius and wraps(self.state)
+
+    @property
+    def is_curled(self) -> bool:
+        """Whether the end bridges more than a curl's gap after its first touch."""
+        return wraps(self.state) and self.largest_gap > CURL_GAP * self.outer_radius
+
+    @property
+    def outer_radius(self) -> float:
+        """Of the tube [m]."""
+        return self.setup.gripper.tube.outer_radius
+
+    @property
+    def contact_length(self) -> float:
+        """Length of tube that touches the object, its gap at most that of a touching tip [m]."""
+        return float(self.state.lengths_within(TOUCH_GAP * self.outer_radius)[0])
+
+    @property
+    def normal_force(self) -> float:
+        """Sum of the normal forces on the object [N]."""
+        return float(self.state.normal_forces.sum())
+
+    @property
+    def line_force(self) -> Array:
+        """Normal force per length of tube at its nodes (n,) [N/m].
+
+        Where the tube lifts off it presses with a point force, which an element spreads over its
+        own length: compare resultants, or :attr:`contact_pressure`, not this peak.
+        """
+        values: Array = self.state.normal_forces[0] / self.state.node_lengths
+        return values
+
+    @property
+    def contact_pressure(self) -> float:
+        r"""Largest pressure of the tube on the object [Pa]: an estimate.
+
+        .. math:: p = \sqrt{\frac{q E^*}{\pi r_o}}, \quad E^* = \frac{EI}{I (1 - \nu^2)}, \;
+            \nu = 1/2
+
+        Hertz's line contact of a solid elastomer cylinder of the tube's outer radius with a flat,
+        hard surface; q is the largest line force, averaged over a length of two outer radii, which
+        the tube's thickness spreads a point force over. A hollow tube flattens and presses less.
+        EI is that of bending sideways, in which fibers take the least part.
+        """
+        tube = self.setup.gripper.tube
+        forces = self.state.normal_forces[0]
+        at = self.state.arc_lengths
+        half = tube.outer_radius
+        within = np.abs(at[:, None] - at[None, :]) <= half
+        shared = np.maximum(within @ self.state.node_lengths, 2.0 * half)
+        peak = float(np.max((within @ forces) / shared))
+        modulus = self.setup.gripper.stiffness.sideways / tube.second_moment_of_area / 0.75
+        return math.sqrt(max(peak, 0.0) * modulus / (math.pi * half))
+
+    @property
+    def turns(self) -> float:
+        """Turns of the touching part about the object's axis."""
+        axis = self.setup.axis
+        offsets = self.state.positions - np.asarray(self.setup.obstacle.position)
+        offsets = offsets - np.outer(offsets @ axis, axis)
+        touching = np.flatnonzero(self.state.touching[0])
+        if touching.size < 2:
+            return 0.0
+        part = offsets[touching[0] : touching[-1] + 1]
+        sines = np.cross(part[:-1], part[1:]) @ axis
+        cosines = np.einsum("ij,ij->i", part[:-1], part[1:])
+        return float(abs(np.sum(np.arctan2(sines, cosines))) / (2.0 * np.pi))
+
+    @property
+    def tip_gap(self) -> float:
+        """Distance between the tip's surface and the object's [m]."""
+        return float(self.state.gaps[0, -1])
+
+    @property
+    def largest_gap(self) -> float:
+        """Largest distance to the object between the first touch and the tip [m].
+
+        Infinite where nothing touches.
+        """
+        touching = np.flatnonzero(self.state.touching[0])
+        return float(self.state.gaps[0, touching[0] :].max()) if touching.size else math.inf
+
+    @property
+    def base_reaction(self) -> Array:
+        """Force [N] and moment [N m] with which the mount holds the gripper (6,), base frame."""
+        return self.state.base_reaction
+
+
+def wraps(state: RodState) -> bool:
+    """Return whether more than a few elements touch: contact that can be lost.
+
+    An element touches with both ends. A node that touches alone is a point where tube and object
+    cross: on more elements it stands for less of the tube.
+    """
+    touching = state.touching[0]
+    return int((touching[:-1] & touching[1:]).sum()) > FEWEST_TOUCHING * (len(touching) - 1)
+
+
+# Pressures of the window are located to this fraction of themselves.
+PRESSURE_TOLERANCE = 2e-3
+# A loss with friction to this one: which increments fail next to it depends on the way there.
+FRICTION_TOLERANCE = 5e-3
+# So often an onset is looked for by a line between two points, before it is bracketed by halves.
+LINE_TRIES = 4
+# A loss of more than this fraction of what touches is the loss of the grip.
+LOST_FRACTION = 0.5
+# Between two problems the rod's rest shape changes straight, with the pressure it does not: in one
+# step the pressure rises by at most this fraction of the tip criterion's, or of the limit.
+WIDEST_STEP = 0.15
+
+
+def raised(
+    point: GripPoint, pressure: float, *, wrapped: bool = False
+) -> tuple[GripPoint | None, RodPath]:
+    """Raise the pressure from a point; None if the tube finds no rest there.
+
+    Before the wrap the tube may snap onto the object, and is followed. Once wrapped, the end of the
+    branch is the end of the grip.
+    """
+    problems = [point.setup.closing_problem(each) for each in _way(point, pressure)[1:].tolist()]
+    path = (
+        follow_contact(
+            problems,
+            start=point.state,
+            smallest_increment=finest(point, pressure),
+            stop_at_event=True,
+        )
+        if wrapped
+        else follow_contact(problems, start=point.state)
+    )
+    missing = len(path.states) < len(problems)
+    if missing or path.states[-1].status is not RodStatus.CONVERGED:
+        return None, path
+    return GripPoint(pressure, point.setup, path.states[-1]), path
+
+
+def _way(point: GripPoint, pressure: float) -> Array:
+    """Return the pressures to go by from a point to a pressure, both included (n,) [Pa]."""
+    setup = point.setup
+    widest = WIDEST_STEP * (setup.tip_pressure or setup.gripper.pressure_max)
+    steps = max(1, math.ceil((pressure - point.pressure) / widest))
+    return np.linspace(point.pressure, pressure, steps + 1)
+
+
+def _pressure_at(before: GripPoint, pressure: float, event: RodEvent) -> float:
+    """Return the pressure of an event on the way from a point to a pressure [Pa]."""
+    way = _way(before, pressure)
+    return float(np.interp(event.position, np.arange(len(way)), way))
+
+
+def finest(point: GripPoint, pressure: float) -> float:
+    """Return the fraction of a step from a point to a pressure to which a loss is located."""
+    rubs = point.setup.closing is Closing.SLOW and point.setup.obstacle.friction > 0.0
+    tolerance = FRICTION_TOLERANCE if rubs else PRESSURE_TOLERANCE
+    steps = len(_way(point, pressure)) - 1
+    return min(1.0, 0.5 * tolerance * pressure * steps / (pressure - point.pressure))
+
+
+def wrapped_before_snap(before: GripPoint, pressure: float, path: RodPath) -> GripPoint | None:
+    """Return the grip next to the first event on the way to a pressure, if the coil is wrapped."""
+    if not path.events:
+        return None
+    event = path.events[0]
+    there = _pressure_at(before, pressure, event)
+    point = GripPoint(there, before.setup, event.before)
+    return point if there > before.pressure and point.is_wrapped else None
+
+
+def lost_at(before: GripPoint, pressure: float, path: RodPath, *, wrapped: bool) -> float | None:
+    """Return the pressure at which an event on the way to another one lost the grip.
+
+    Of a wrapped coil every snap counts, but not a place where the tube neither moves nor rests.
+    """
+    for event in path.events:
+        lost = event.after is None
+        if not wrapped:
+            held = float(event.before.contact_lengths[0])
+            moves_on = event.last.status is RodStatus.NOT_HELD
+            lets_go = moves_on or event.contact_lost > LOST_FRACTION * held
+            lost = wraps(event.before) and lets_go
+        if lost:
+            return _pressure_at(before, pressure, event)
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something that happens while the pressure rises.
+
+    Args:
+        happened: whether it has, at a point.
+        missing: what is missing until it does [m], to interpolate; not above zero once it has.
+    """
+
+    happened: Callable[[GripPoint], bool]
+    missing: Callable[[GripPoint], float]
+
+
+def _touch_missing(point: GripPoint) -> float:
+    """Return how far the tip is from touching [m]."""
+    return point.tip_gap - TOUCH_GAP * point.outer_radius
+
+
+WRAP = Mark(lambda point: point.is_wrapped, _touch_missing)
+LIFT_OFF = Mark(lambda point: not point.is_wrapped, lambda point: -_touch_missing(point))
+CURL = Mark(
+    lambda point: point.is_wrapped and point.is_curled,
+    lambda point: CURL_GAP * point.outer_radius - point.largest_gap,
+)
+
+
+def located(low: GripPoint, high: GripPoint, mark: Mark) -> float:
+    """Return the pressure between two points from which on something has happened [Pa].
+
+    Looked for where a line through what is missing at both ends says, in the second half of the
+    tries in the middle; what is missing is infinite, or of the wrong sign, where no such line is.
+    """
+    tries = 0
+    while high.pressure - low.pressure > PRESSURE_TOLERANCE * high.pressure:
+        span = high.pressure - low.pressure
+        before, after = mark.missing(low), mark.missing(high)
+        fraction = 0.5
+        if tries < LINE_TRIES and math.isfinite(before) and before > 0.0 >= after > -math.inf:
+            # A little beyond the line, so that both ends close in.
+            margin = 0.4 * PRESSURE_TOLERANCE * high.pressure / span
+            fraction = before / (before - after)
+            fraction = min(max(fraction + (margin if tries % 2 == 0 else -margin), 0.1), 0.9)
+        middle, _ = raised(low, low.pressure + fraction * span)
+        if middle is None:
+            break
+        low, high = (low, middle) if mark.happened(middle) else (middle, high)
+        tries += 1
+    return high.pressure
+
 
 # Where the pressure stops on its way, as fractions of the tip criterion's; without one, and above
 # the last of them, even steps.

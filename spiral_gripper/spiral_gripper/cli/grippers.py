@@ -59,7 +59,7 @@ def check(gripper: str, as_json: bool) -> int:
     cylinders over its range, with contact and friction, as in wrap and grip. Exit codes: 1, it
     grips none of them; 2, the file cannot be used.
     """
-    from spiral_core.grip.refusal import held_radii
+    from spiral_core.grip.places import held_radii
     from spiral_core.grip.setup import friction_of
     from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
     from spiral_gripper.files.shown import shown_range

@@ -215,7 +215,7 @@ def grips(
     """
     if any(not 0.0 <= friction <= 10.0 for friction in frictions):
         raise click.UsageError("--friction must be from 0 to 10")
-    from spiral_core.grip.study import GripOutcome, grip_cases, solve_cases
+    from spiral_core.grip.grip import GripOutcome, grip_cases, solve_cases
     from spiral_core.wrap.gripper import STANDARD_GRAVITY
     from spiral_gripper.cli.gripper import described
     from spiral_gripper.reports.grip.study import StudyFile, case_as_dict, print_outcomes

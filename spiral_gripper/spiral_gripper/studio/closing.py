@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from spiral_core import Frame, PressureCourse, TimedClosing, close_on
-from spiral_core.closing.close import BEYOND_WRAP, FRAMES
+from spiral_core.grip.closing import BEYOND_WRAP, FRAMES
 from spiral_gripper.studio.session import Session
 from spiral_gripper.studio.settings import Settings
 

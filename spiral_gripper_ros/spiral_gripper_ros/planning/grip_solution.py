@@ -8,13 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from spiral_core.closing.settling import settling_after_ramp
 from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.closing import settling_after_ramp
 from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, holding_forces
-from spiral_core.grip.point import GripPoint
 from spiral_core.grip.setup import GripSetup, lay_into_coil
-from spiral_core.grip.window import grip_window
+from spiral_core.grip.window import GripPoint, grip_window
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.types import Array, Vector

@@ -8,20 +8,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from spiral_core.closing.close import (
+from spiral_core.errors import InvalidInputError, SolverError
+from spiral_core.grip.closing import (
     BEYOND_WRAP,
     FRAMES,
     LONGEST_COURSE,
     ClosingSpread,
+    PressureCourse,
     RateAdvice,
     TimedClosing,
     closing_frames,
     closing_spread,
     growing_advice,
+    settling_after_move,
+    vibrations,
 )
-from spiral_core.closing.course import PressureCourse
-from spiral_core.closing.settling import settling_after_move, vibrations
-from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import lay_into_coil
 from spiral_core.rod.motion.inertia import Damping

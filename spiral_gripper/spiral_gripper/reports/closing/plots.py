@@ -13,8 +13,8 @@ from matplotlib.animation import PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from spiral_core.closing.close import TimedClosing
-from spiral_core.grip.point import GripPoint
+from spiral_core.grip.closing import TimedClosing
+from spiral_core.grip.window import GripPoint
 from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.grip.plots import draw_coil

@@ -11,8 +11,7 @@ from pathlib import Path
 from spiral_core.errors import NotGrippableError
 from spiral_core.grip.grip import Grip, solve_grip
 from spiral_core.grip.holding import HoldingForce, Pull, holding_forces
-from spiral_core.grip.point import GripPoint
-from spiral_core.grip.refusal import (
+from spiral_core.grip.places import (
     PLACES_TRIED,
     find_place,
     nearest_held_radius,
@@ -20,7 +19,7 @@ from spiral_core.grip.refusal import (
     what_helps,
 )
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
-from spiral_core.grip.window import GripWindow, follow_loss, grip_window
+from spiral_core.grip.window import GripPoint, GripWindow, follow_loss, grip_window
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper

@@ -10,12 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 
 from spiral_core.errors import InvalidInputError, SpiralError
-from spiral_core.grip.grip import Grip, solve_grip
+from spiral_core.grip.grip import Grip, GripCase, GripOutcome, refine, solve_grip
 from spiral_core.grip.holding import Pull, is_twist
-from spiral_core.grip.point import GripPoint
-from spiral_core.grip.refinement import refine
 from spiral_core.grip.setup import lay_into_coil
-from spiral_core.grip.study import GripCase, GripOutcome
+from spiral_core.grip.window import GripPoint
 from spiral_core.rod.types import Vector
 from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.reports.grip.document import SolvedGrip

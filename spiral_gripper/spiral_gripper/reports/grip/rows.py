@@ -13,7 +13,7 @@ from rich.table import Table
 
 from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip
 from spiral_core.grip.holding import HoldingForce, Pull, is_twist
-from spiral_core.grip.point import GripPoint
+from spiral_core.grip.window import GripPoint
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import distances_from_axis, touching_nodes

@@ -18,7 +18,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.grip.study import GripCase, GripOutcome
+from spiral_core.grip.grip import GripCase, GripOutcome
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import number, reworded, scale_of, shown
 from spiral_gripper.files.storage import FileError, read_text, reason_of, write_file

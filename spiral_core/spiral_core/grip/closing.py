@@ -7,26 +7,106 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.fibers import FiberAngles, fiber_state
 from spiral_core.brief import brief_repr
-from spiral_core.closing.course import PressureCourse
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
-from spiral_core.grip.hanging import hanging_tube
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
-from spiral_core.grip.point import GripPoint
-from spiral_core.grip.setup import GripSetup
+from spiral_core.grip.setup import FREE_ELEMENTS, GripSetup, free_problem, hanging_tube
+from spiral_core.grip.window import GripPoint, Progress
 from spiral_core.rod.contact.problem import RodProblem
-from spiral_core.rod.contact.solve import follow_contact
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
+from spiral_core.rod.motion.frequencies import Modes, vibration_modes
 from spiral_core.rod.motion.inertia import Damping, Inertia
 from spiral_core.rod.motion.motion import EventKind, Frame, contact_fraction
 from spiral_core.rod.motion.solve import DEFAULT_LONGEST_STEP, motion_frames
-from spiral_core.rod.state import RodStatus
-from spiral_core.validation import require_in_range, require_positive
+from spiral_core.rod.state import RodState, RodStatus
+from spiral_core.rod.types import Array
+from spiral_core.validation import (
+    require_finite,
+    require_in_range,
+    require_non_negative,
+    require_positive,
+)
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
+
+
+@dataclass(frozen=True, slots=True)
+class PressureCourse:
+    """Gauge pressure against time, linear between points.
+
+    Args:
+        times: increasing, from 0 [s].
+        pressures: at these times, >= 0 [Pa].
+
+    Raises:
+        InvalidInputError: times and pressures do not match, or are out of their range.
+
+    Example:
+        >>> course = PressureCourse.ramp(rate=2e4, pressure=6e4, wait=1.0)
+        >>> course.at(1.5), course.duration
+        (30000.0, 4.0)
+    """
+
+    __repr__ = brief_repr
+
+    times: tuple[float, ...]
+    pressures: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        times = [require_finite("times", time) for time in self.times]
+        increasing = all(b > a for a, b in pairwise(times))
+        if len(times) < 2 or times[0] != 0.0 or not increasing:
+            raise InvalidInputError("times", self.times, "two or more increasing times from 0")
+        if len(self.pressures) != len(times):
+            raise InvalidInputError("pressures", self.pressures, "as many as times")
+        for pressure in self.pressures:
+            require_non_negative("pressures", pressure)
+
+    @property
+    def duration(self) -> float:
+        """The last time [s]."""
+        return float(self.times[-1])
+
+    def at(self, time: float) -> float:
+        """Return the pressure at a time [s]; the ends' before and after them."""
+        return float(np.interp(time, self.times, self.pressures))
+
+    @classmethod
+    def ramp(cls, rate: float, pressure: float, wait: float) -> PressureCourse:
+        """Return a rise at a rate [Pa/s] to a pressure [Pa] that then stays for a while [s]."""
+        end = require_positive("pressure", pressure) / require_positive("rate", rate)
+        return cls((0.0, end, end + require_positive("wait", wait)), (0.0, pressure, pressure))
+
+    @classmethod
+    def overshoot(cls, rate: float, pressure: float, wait: float, over: float) -> PressureCourse:
+        """Return a ramp that goes beyond by a factor, over > 1, for half of the wait."""
+        if not require_finite("over", over) > 1.0:
+            raise InvalidInputError("over", over, "more than 1")
+        first = cls.ramp(rate, over * pressure, 0.5 * wait)
+        down = first.duration + (over - 1.0) * pressure / rate
+        times = (*first.times, down, down + 0.5 * wait)
+        return cls(times, (*first.pressures, pressure, pressure))
+
+    @classmethod
+    def squeezed_twice(
+        cls, rate: float, pressure: float, wait: float, down: float = 0.7
+    ) -> PressureCourse:
+        """Return a ramp, a fall to a fraction of its pressure, and a second rise."""
+        if not 0.0 < require_finite("down", down) < 1.0:
+            raise InvalidInputError("down", down, "between 0 and 1")
+        first = cls.ramp(rate, pressure, 0.5 * wait)
+        change = (1.0 - down) * pressure / rate
+        low, high = first.duration + change, first.duration + 2.0 * change
+        return cls(
+            (*first.times, low, high, high + 0.5 * wait),
+            (*first.pressures, down * pressure, pressure, pressure),
+        )
+
 
 # Frames of a closing.
 FRAMES = 120
@@ -47,8 +127,6 @@ LONGEST_COURSE = 600.0
 # Stations of the slow closing that a fast one is compared with.
 SLOW_STATIONS = 40
 KEEP = 0.9
-
-Progress = Callable[[int, int], None]
 
 
 def inertia_of(gripper: Gripper) -> Inertia:
@@ -433,3 +511,255 @@ def _held(closing: TimedClosing) -> float:
         return closing.holding_force().force
     except SolverError:
         return math.nan
+
+
+# Modes that are looked at: both planes of the three slowest vibrations.
+MODES = 6
+# Pressures on a ramp between which the tube's velocities are taken.
+STATIONS = 5
+TINY = 1e-300
+
+
+def vibrations(gripper: Gripper, pressure: float, count: int = MODES) -> Modes:
+    """Return the slowest vibrations of a free gripper at a pressure [Pa].
+
+    Raises:
+        InvalidInputError: the pressure is out of range, or the weight not known.
+        SolverError: the tube has no certified shape there.
+    """
+    return vibration_modes(_free(gripper, pressure), inertia_of(gripper), count)
+
+
+def settling_after_ramp(
+    gripper: Gripper,
+    pressure: float,
+    rate: float,
+    *,
+    grip: GripPoint | None = None,
+    damping: Damping | None = None,
+) -> float:
+    """Return how long a tube swings on after its pressure has risen from zero at a rate.
+
+    The swing is as large as the fastest quarter of the ramp leaves it.
+
+    Args:
+        gripper: as it is mounted.
+        pressure: where the ramp ends [Pa].
+        rate: of the ramp [Pa/s], > 0.
+        grip: at this pressure, on an object; None is the free tube.
+        damping: None is that of a silicone tube in air.
+
+    Returns:
+        Until no node is faster than 2 % of the length per second [s]; 0 where none is; infinite
+        where nothing damps it.
+
+    Raises:
+        InvalidInputError: a value is out of range, or the weight not known.
+        SolverError: the tube has no certified shape at this pressure.
+    """
+    require_positive("rate", rate)
+    count = FREE_ELEMENTS if grip is None else len(grip.state.positions) - 1
+    states = [_free(gripper, 0.0, count)]
+    for station in np.linspace(0.0, pressure, STATIONS)[1:]:
+        states.append(_free(gripper, float(station), count, states[-1]))
+    positions = np.array([state.positions for state in states])
+    # a ramp from 0 to 0 has no parts that move
+    parts = np.diff(positions, axis=0) * (rate * (STATIONS - 1) / max(pressure, TINY))
+    closed = states[-1] if grip is None else grip.state
+    return _settled(gripper, closed, parts, math.inf, damping)
+
+
+def settling_after_move(
+    gripper: Gripper, pressure: float, speed: float, *, damping: Damping | None = None
+) -> float:
+    """Return how long a tube swings on after its base has stopped from a speed.
+
+    Args:
+        gripper: as it is mounted.
+        pressure: in the tube [Pa].
+        speed: of the base before it stopped at once [m/s], >= 0, in whatever direction makes it
+            longest.
+        damping: None is that of a silicone tube in air.
+
+    Returns:
+        As :func:`settling_after_ramp`.
+
+    Raises:
+        InvalidInputError: a value is out of range, or the weight not known.
+        SolverError: the tube has no certified shape at this pressure.
+    """
+    require_non_negative("speed", speed)
+    state = _free(gripper, pressure)
+    velocities = speed * np.repeat(np.eye(3)[:, None, :], len(state.positions), axis=1)
+    return _settled(gripper, state, velocities, 2.0, damping)
+
+
+def _free(
+    gripper: Gripper,
+    pressure: float,
+    elements: int = FREE_ELEMENTS,
+    start: RodState | None = None,
+) -> RodState:
+    """Return the tube's state at a pressure, without an object."""
+    return solve_contact(free_problem(gripper, pressure), elements=elements, start=start)
+
+
+def _settled(
+    gripper: Gripper, state: RodState, velocities: Array, order: float, damping: Damping | None
+) -> float:
+    """Return the longest time of all modes.
+
+    Args:
+        gripper: as it is mounted.
+        state: about which it swings.
+        velocities: that it may have (k, n, 3) [m/s].
+        order: of the norm over them: 2 where they may add up, infinite where they do not.
+        damping: of the tube.
+    """
+    inertia = inertia_of(gripper)
+    modes = vibration_modes(state, inertia, MODES)
+    weights = inertia.mass * state.node_lengths[:, None]
+    slow = SETTLED * float(state.arc_lengths[-1])
+    longest = 0.0
+    for shape, swing in zip(modes.shapes, modes.swings, strict=True):
+        omega = 2.0 * math.pi * swing.frequency
+        parts = np.sum(weights * shape * velocities, axis=(1, 2))
+        speed = float(np.linalg.norm(parts, order) / np.sum(weights * shape * shape))
+        if speed > slow:
+            time = swing.settling_time(damping or Damping(), speed / omega, slow / omega)
+            longest = max(longest, time)
+    return longest
+
+
+# Reference conditions of ISO 6358 (ISO 8778): 100 kPa, 20 degC, 65 % humidity.
+REFERENCE_PRESSURE, REFERENCE_DENSITY = 1e5, 1.185
+ATMOSPHERE = 101_325.0
+# Pressures in between at which the flow is looked at.
+SAMPLES = 400
+
+Volume = Callable[[float], float]
+
+
+@dataclass(frozen=True, slots=True)
+class Orifice:
+    """A valve, a fitting or a line in the terms of ISO 6358.
+
+    Args:
+        conductance: sonic conductance C [m^3/(s Pa)], > 0; data sheets give dm^3/(s bar),
+            1 dm^3/(s bar) = 1e-8 m^3/(s Pa).
+        critical_ratio: b, from 0 to below 1; 0.2 to 0.5 for valves.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+
+    Example:
+        Choked from 300 kPa into the atmosphere, in grams per second:
+
+        >>> round(1e3 * Orifice(1e-9).mass_flow(3e5, 101325.0), 3)
+        0.355
+    """
+
+    conductance: float
+    critical_ratio: float = 0.3
+
+    def __post_init__(self) -> None:
+        require_positive("conductance", self.conductance)
+        if not require_in_range("critical_ratio", self.critical_ratio, 0.0, 1.0) < 1.0:
+            raise InvalidInputError("critical_ratio", self.critical_ratio, "below 1")
+
+    def mass_flow(self, upstream: float, downstream: float) -> float:
+        """Return the mass flow [kg/s] between two absolute pressures [Pa]; negative backwards."""
+        high, low = (
+            require_positive("upstream", upstream),
+            require_positive("downstream", downstream),
+        )
+        sign = 1.0
+        if low > high:
+            high, low, sign = low, high, -1.0
+        over = max(0.0, (low / high - self.critical_ratio) / (1.0 - self.critical_ratio))
+        share = math.sqrt(max(0.0, 1.0 - over * over))
+        return sign * self.conductance * REFERENCE_DENSITY * high * share
+
+
+def orifices_in_series(first: Orifice, second: Orifice) -> Orifice:
+    r"""Return one orifice for two after each other, :math:`C^{-3} = C_1^{-3} + C_2^{-3}`.
+
+    The approximation of ISO 6358-3's users for lines of components; b is the mean of both, weighted
+    with the third powers of their resistance.
+
+    Example:
+        >>> round(orifices_in_series(Orifice(1e-9), Orifice(1e-9)).conductance * 1e9, 3)
+        0.794
+    """
+    a, b = first.conductance**-3, second.conductance**-3
+    ratio = (a * first.critical_ratio + b * second.critical_ratio) / (a + b)
+    return Orifice((a + b) ** (-1.0 / 3.0), ratio)
+
+
+@dataclass(frozen=True, slots=True)
+class Supply:
+    """What an actuator is filled from and vented to, through one orifice.
+
+    Args:
+        orifice: of regulator and line together.
+        pressure: gauge pressure of the supply [Pa], > 0.
+        dead_volume: of the line and fittings behind the valve [m^3], >= 0.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+    """
+
+    orifice: Orifice
+    pressure: float
+    dead_volume: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_positive("pressure", self.pressure)
+        require_non_negative("dead_volume", self.dead_volume)
+
+    def time_to_fill(self, volume: Volume, start: float, end: float) -> float:
+        """Return the time [s] in which the fully open valve takes the pressure up, or down.
+
+        Args:
+            volume: enclosed volume [m^3] of the actuator at a gauge pressure [Pa].
+            start: gauge pressure [Pa].
+            end: gauge pressure [Pa]; below ``start`` the tube is vented to the atmosphere.
+
+        Returns:
+            Infinite where the supply's pressure, or the atmosphere's, is not beyond ``end``.
+        """
+        first = require_non_negative("start", start)
+        last = require_non_negative("end", end)
+        # Denser towards the end, where the flow may die.
+        share = 1.0 - (1.0 - np.linspace(0.0, 1.0, SAMPLES)) ** 2
+        pressures: Array = first + (last - first) * share
+        inverse = np.empty(SAMPLES)
+        for i, pressure in enumerate(pressures):
+            rate = self.rates(volume, float(pressure))[0 if last >= first else 1]
+            inverse[i] = 1.0 / rate if rate > 0.0 else math.inf
+        if not np.all(np.isfinite(inverse[:-1])):
+            return math.inf
+        # At an end where the flow dies as a root, the mean of the inverse is twice the last known.
+        if not math.isfinite(inverse[-1]):
+            inverse[-1] = 3.0 * inverse[-2]
+        steps = 0.5 * (inverse[1:] + inverse[:-1]) * np.abs(np.diff(pressures))
+        return float(np.sum(steps))
+
+    def rates(self, volume: Volume, pressure: float) -> tuple[float, float]:
+        """Return how fast a gauge pressure rises and falls with the valve fully open [Pa/s]."""
+        slope = self._stored_slope(volume, pressure)
+        inside = pressure + ATMOSPHERE
+        fill = self.orifice.mass_flow(self.pressure + ATMOSPHERE, inside)
+        vent = self.orifice.mass_flow(inside, ATMOSPHERE)
+        return fill / slope, vent / slope
+
+    def _stored_slope(self, volume: Volume, pressure: float) -> float:
+        """Return d(mass)/d(pressure) [kg/Pa] of the air in actuator and line."""
+        step = max(10.0, 1e-4 * pressure)
+        low, high = max(0.0, pressure - step), pressure + step
+        stored = [
+            (gauge + ATMOSPHERE) * (require_positive("volume", volume(gauge)) + self.dead_volume)
+            for gauge in (low, high)
+        ]
+        slope = (stored[1] - stored[0]) / (high - low)
+        return require_positive("volume", slope) * REFERENCE_DENSITY / REFERENCE_PRESSURE
