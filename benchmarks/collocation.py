@@ -14,9 +14,9 @@ from typing import TypeAlias
 
 import numpy as np
 from scipy.integrate import solve_bvp
+from scipy.spatial.transform import Rotation
 
 from benchmarks.cases import Array, Case
-from spiral_core import helix_orientations
 
 BASE = np.array([0.0, 0.0, 0.0, 1.0])
 Slope: TypeAlias = Callable[[Array, Array], Array]
@@ -171,7 +171,8 @@ def helix_guess(case: Case, nodes: int) -> Collocation:
     """Return the unloaded rod on ``nodes`` mesh points."""
     mesh = np.linspace(0.0, case.length, nodes)
     twist, _, curvature = case.rest_strain
-    states = np.vstack((helix_orientations(curvature, twist, mesh).T, np.zeros((3, nodes))))
+    turns = Rotation.from_rotvec(np.outer(mesh, (twist, 0.0, curvature)))
+    states = np.vstack((turns.as_quat().T, np.zeros((3, nodes))))
     return Collocation(True, mesh, states, np.zeros(3))
 
 

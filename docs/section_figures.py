@@ -25,8 +25,8 @@ from spiral_core import (
     stiffness_from_actuator,
     unloaded_shape_from_stretch,
 )
+from spiral_core.actuator.actuation import FreeActuation, section_stiffness
 from spiral_core.actuator.section import motion_at, section_path
-from spiral_core.actuator.section_law import section_stiffness
 
 FIGURES = Path(__file__).parent / "figures"
 TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)
@@ -135,8 +135,8 @@ def draw_stiffness(bends: Axes, twists: Axes) -> None:
     pressures = np.linspace(0.0, 110.0e3, 45)
     for beta in (50, 60, 70):
         section = actuator(beta)
-        annulus = stiffness_from_actuator(section)
-        found = [section_stiffness(section, float(p)) for p in pressures]
+        annulus, actuation = stiffness_from_actuator(section), FreeActuation(section)
+        found = [section_stiffness(actuation, float(p)) for p in pressures]
         for axes, name, unit, line in (
             (bends, "bending", annulus.bending, "-"),
             (bends, "sideways", annulus.bending, "--"),

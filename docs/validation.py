@@ -22,10 +22,10 @@ from spiral_core import (
     CurvatureForm,
     Gripper,
     PressureLaw,
+    RodLoad,
     WrapCurve,
     design_space,
     gripper_from_actuator,
-    helix_positions,
     helix_range,
     pressure_range,
     solve_rod,
@@ -109,7 +109,7 @@ def tip_errors(gripper: Gripper) -> list[float]:
     for step in range(1, 9):
         shape = gripper.unloaded_shape(min(step * PSI2, gripper.pressure_max))
         rod = solve_rod(gripper.rod(shape), gripper.load(shape))
-        (helix,) = helix_positions(shape.curvature, shape.torsion, [shape.backbone_length])
+        helix = solve_rod(gripper.rod(shape), RodLoad()).tip_position
         errors.append(float(np.linalg.norm(helix - rod.tip_position)) / shape.backbone_length)
     return errors
 

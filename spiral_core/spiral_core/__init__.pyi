@@ -96,11 +96,11 @@ from spiral_core.grip.closing import PressureCourse as PressureCourse
 from spiral_core.grip.closing import RateAdvice as RateAdvice
 from spiral_core.grip.closing import Supply as Supply
 from spiral_core.grip.closing import TimedClosing as TimedClosing
-from spiral_core.grip.closing import advise_rate as advise_rate
 from spiral_core.grip.closing import close_on as close_on
 from spiral_core.grip.closing import closing_frames as closing_frames
 from spiral_core.grip.closing import closing_spread as closing_spread
 from spiral_core.grip.closing import enclosed_volume as enclosed_volume
+from spiral_core.grip.closing import growing_advice as growing_advice
 from spiral_core.grip.closing import inertia_of as inertia_of
 from spiral_core.grip.closing import orifices_in_series as orifices_in_series
 from spiral_core.grip.closing import settling_after_move as settling_after_move
@@ -186,9 +186,6 @@ from spiral_core.wrap.gripper import gripper_from_actuator as gripper_from_actua
 from spiral_core.wrap.gripper import stiffness_from_actuator as stiffness_from_actuator
 from spiral_core.wrap.gripper import stiffness_from_section as stiffness_from_section
 from spiral_core.wrap.helix import Helix as Helix
-from spiral_core.wrap.helix import helix_from_curvature as helix_from_curvature
-from spiral_core.wrap.helix import helix_orientations as helix_orientations
-from spiral_core.wrap.helix import helix_positions as helix_positions
 from spiral_core.wrap.placement import ObjectPlacement as ObjectPlacement
 from spiral_core.wrap.placement import place_object as place_object
 from spiral_core.wrap.profile import ObjectProfile as ObjectProfile

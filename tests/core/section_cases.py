@@ -22,7 +22,7 @@ from spiral_core import (
     Tube,
     Yeoh,
 )
-from spiral_core.actuator.curve import ActuationCurve
+from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.section import motion_at
 
 LAWS = (
@@ -69,7 +69,7 @@ def uniform(actuator: Actuator) -> Actuator:
     )
 
 
-def wall_energy(curve: ActuationCurve, actuator: Actuator, sizes: list[float]) -> np.ndarray:
+def wall_energy(curve: FreeActuation, actuator: Actuator, sizes: list[float]) -> np.ndarray:
     """Return the mean energy density [Pa] at far-side strains, from the invariants alone."""
     motion = motion_at(curve.path.fibers, curve.path.direction * np.array(sizes))
     densities = np.vectorize(actuator.material.energy_density)(

@@ -98,7 +98,7 @@ def test_an_interrupted_study_goes_on(monkeypatch: pytest.MonkeyPatch, parallel:
 
 
 def test_the_frame_of_shifts_is_the_objects() -> None:
-    frame = places.mount_frame(setup())
+    frame = setup().frame
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(frame) == pytest.approx(1.0)
     np.testing.assert_allclose(frame[0], setup().axis)
@@ -108,7 +108,7 @@ def test_the_frame_of_shifts_is_the_objects() -> None:
 def test_a_mount_moves_the_object_by_its_shift_and_tilt() -> None:
     shift, tilt = (0.002, 0.004, -0.003), (0.05, -0.02)
     moved = place_mount(setup(), shift, tilt).setup
-    frame = places.mount_frame(setup())
+    frame = setup().frame
     step = np.asarray(moved.obstacle.position) - np.asarray(setup().obstacle.position)
     np.testing.assert_allclose(frame @ step, shift, atol=1e-12)
     angle = math.acos(float(moved.axis @ setup().axis))

@@ -28,7 +28,6 @@ from spiral_core import (
     unloaded_shape_from_stretch,
 )
 from spiral_core.actuator.section import motion_at, section_path
-from spiral_core.actuator.section_law import section_curve
 
 
 @pytest.mark.parametrize("pair", [(88.0, 60.0), (90.0, 70.0), (75.0, 50.0), (65.0, -65.0)])
@@ -90,7 +89,7 @@ CASES = [
 @pytest.mark.parametrize("bent", CASES, ids=range(len(CASES)))
 @pytest.mark.parametrize("fraction", [0.02, 0.2, 0.7])
 def test_work_done_is_energy_stored(bent: Actuator, fraction: float) -> None:
-    curve = section_curve(bent)
+    curve = FreeActuation(bent)
     size = fraction * min(curve.size_limit, 2.0)
     h = (2e-3 if fraction < 0.1 else 5e-4) * size  # rounding near rest, poles at the end
     sizes = [size + k * h for k in (-2, -1, 1, 2)]
@@ -109,7 +108,7 @@ def test_work_done_is_energy_stored(bent: Actuator, fraction: float) -> None:
 @pytest.mark.parametrize("bent", CASES, ids=range(len(CASES)))
 def test_curve_is_that_of_states_solved_alone(bent: Actuator) -> None:
     """Between its nodes too: the polynomials carry stretch and shape to twelve digits."""
-    curve = section_curve(bent)
+    curve = FreeActuation(bent)
     sizes = np.linspace(0.013, 0.97, 7) * curve.size_limit
     ring = motion_at(curve.path.fibers, curve.path.direction * sizes).ring
     for k, size in enumerate(sizes.tolist()):
@@ -125,9 +124,9 @@ def test_inverse_and_forward_agree(bent: Actuator) -> None:
     actuation = FreeActuation(bent)
     assert actuation.stretch_from_pressure(0.0) == 1.0
     for fraction in (1e-9, 1e-4, 0.01, 0.2, 0.6, 0.999):
-        size = fraction * actuation.curve.size_limit
-        pressure = actuation.curve.pressure.with_slope(size)[0]
-        assert actuation.curve.size_from_pressure(pressure) == pytest.approx(size, rel=1e-12)
+        size = fraction * actuation.size_limit
+        pressure = actuation.pressure.with_slope(size)[0]
+        assert actuation.size_from_pressure(pressure) == pytest.approx(size, rel=1e-12)
         stretch = actuation.stretch_from_pressure(pressure)
         if fraction > 1e-3:
             assert actuation.pressure_from_stretch(stretch) == pytest.approx(pressure, rel=1e-9)
@@ -186,7 +185,7 @@ def test_the_range_ends_where_the_volume_does() -> None:
     actuation = FreeActuation(section(88.0, 60.0))
     assert actuation.limit is ActuationLimit.VOLUME_MAXIMUM
     path = section_path(actuation.actuator.fiber_set)
-    size = actuation.curve.size_limit
+    size = actuation.size_limit
     assert 0.0 < path.volume_slope(size) < 1e-3 * path.volume_slope(0.0)
     with pytest.raises(ActuationLimitError, match="stretch"):
         actuation.pressure_from_stretch(actuation.stretch_limit + 1e-6)
@@ -198,11 +197,11 @@ def test_a_soft_law_balloons_and_a_short_one_runs_out() -> None:
     soft = section(88.0, 70.0, Yeoh(c1=145.0e3, c2=-400.0e3, c3=400.0e3))
     actuation = FreeActuation(soft)
     assert actuation.limit is ActuationLimit.LIMIT_POINT
-    size = actuation.curve.size_limit
-    assert abs(actuation.curve.pressure.with_slope(size)[1]) < 1e-6 * actuation.pressure_limit
+    size = actuation.size_limit
+    assert abs(actuation.pressure.with_slope(size)[1]) < 1e-6 * actuation.pressure_limit
     brittle = FreeActuation(section(88.0, 60.0, Gent(290.0e3, 0.1)))
     assert brittle.limit is ActuationLimit.MATERIAL_LIMIT
-    motion = motion_at(brittle.curve.path.fibers, np.array([brittle.curve.size_limit]))
+    motion = motion_at(brittle.path.fibers, np.array([brittle.size_limit]))
     assert 0.099 < motion.first.max() < 0.1
 
 

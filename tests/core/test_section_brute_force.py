@@ -20,7 +20,6 @@ from spiral_core import (
     NeoHookean,
     Yeoh,
 )
-from spiral_core.actuator.section_law import section_curve
 
 
 def energy(law: HyperelasticLaw):  # type: ignore[no-untyped-def]
@@ -40,8 +39,8 @@ def energy(law: HyperelasticLaw):  # type: ignore[no-untyped-def]
 def check_against_brute_force(bent: Actuator, singles: tuple[int, ...], fraction: float) -> None:
     """Compare a state with the minimum of energy minus pressure times volume."""
     actuation = FreeActuation(bent)
-    size = fraction * actuation.curve.size_limit
-    pressure = actuation.curve.pressure.with_slope(size)[0]
+    size = fraction * actuation.size_limit
+    pressure = actuation.pressure.with_slope(size)[0]
     shape = actuation.unloaded_shape(pressure)
     radius, stretch = bent.wound_radius, shape.stretch or math.nan
     gamma = bent.single_fibers[0].angle if bent.single_fibers else 0.0
@@ -92,7 +91,7 @@ def test_brute_force_agrees_on_random_actuators(seed: int) -> None:
         alpha, beta = draw.uniform(65.0, 85.0), -draw.uniform(65.0, 85.0)
     gamma = 0.0 if seed % 2 else draw.uniform(-30.0, 30.0)
     bent = section(alpha, beta, LAWS[seed % 4], gamma=gamma)
-    limit = section_curve(bent).size_limit
+    limit = FreeActuation(bent).size_limit
     check_against_brute_force(bent, (0,), draw.uniform(0.05, 0.3) * min(1.0, 2.0 / limit))
 
 
@@ -101,7 +100,7 @@ def test_brute_force_agrees_on_random_actuators(seed: int) -> None:
 def test_brute_force_finds_the_same_hoop(angle: float, gamma: float) -> None:
     bent = one_family(angle, gamma=gamma)
     actuation = FreeActuation(bent)
-    pressure = actuation.curve.pressure.with_slope(0.3)[0]
+    pressure = actuation.pressure.with_slope(0.3)[0]
     shape = actuation.unloaded_shape(pressure)
     radius, stretch = PAPER_TUBE.inner_radius, shape.stretch or math.nan
     brute = BruteSection((math.radians(angle),), math.radians(gamma))

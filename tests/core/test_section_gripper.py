@@ -27,7 +27,7 @@ from spiral_core import (
     stiffness_from_actuator,
     stiffness_from_section,
 )
-from spiral_core.actuator.section_law import section_stiffness
+from spiral_core.actuator.actuation import section_stiffness
 from spiral_core.grip.setup import Closing
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.wrap.gripper import FIBER_STIFFNESS
@@ -50,7 +50,7 @@ def gripper() -> Gripper:
 @pytest.mark.parametrize("beta", [60.0, -88.0])
 def test_the_matrix_is_that_of_one_free_motion(form: CurvatureForm, beta: float) -> None:
     actuator = dataclasses.replace(section(88.0, beta), curvature_form=form)
-    found = section_stiffness(actuator, 60.0e3)
+    found = section_stiffness(FreeActuation(actuator), 60.0e3)
     stretch = FreeActuation(actuator).stretch_from_pressure(60.0e3)
     along = stretch if form is CurvatureForm.EXACT else 1.0  # the backbone's length
     matrix = np.array(stiffness_from_section(actuator, 60.0e3).matrix) / along
@@ -66,7 +66,7 @@ def test_the_matrix_is_that_of_one_free_motion(form: CurvatureForm, beta: float)
 
 def test_two_single_fibers_resist_sideways_as_the_held_motion() -> None:
     actuator = section(88.0, 60.0, apart=80.0)
-    found = section_stiffness(actuator, 20.0e3)
+    found = section_stiffness(FreeActuation(actuator), 20.0e3)
     stiffness = stiffness_from_section(actuator, 20.0e3)
     stretch = FreeActuation(actuator).stretch_from_pressure(20.0e3)
     single = found.bending * stretch / (1.0 + found.twist_per_curvature**2)

@@ -15,8 +15,8 @@ from spiral_core import (
     InvalidInputError,
     Tube,
 )
+from spiral_core.actuator.actuation import FreeActuation, section_stiffness
 from spiral_core.actuator.section import closures, invariant_excess, motion_at, ring_at
-from spiral_core.actuator.section_law import section_curve, section_stiffness
 from spiral_core.wrap.gripper import stiffness_from_actuator
 
 pytestmark = pytest.mark.long
@@ -25,16 +25,16 @@ pytestmark = pytest.mark.long
 def test_bending_a_thin_tube_about_its_straight_fiber_takes_four_times_ei() -> None:
     """Plane strain (4/3 E) about the edge (3/2 x 2 of the diameter's I): 4 E I at rest."""
     tube = Tube(1.0, 1e-4, 10.0)
-    stiffness = section_stiffness(section(90.0, 89.9, tube=tube), 0.0)
+    stiffness = section_stiffness(FreeActuation(section(90.0, 89.9, tube=tube)), 0.0)
     annulus = stiffness_from_actuator(section(90.0, 89.9, tube=tube))
     assert stiffness.bending == pytest.approx(4.0 * annulus.bending, rel=1e-3)  # t/r, 0.1 degrees
-    assert section_stiffness(section(65.0, -65.0), 0.0).torsional == math.inf
+    assert section_stiffness(FreeActuation(section(65.0, -65.0)), 0.0).torsional == math.inf
 
 
 @pytest.mark.parametrize("gamma", [0.0, 20.0])
 def test_stiffness_is_the_second_derivative_of_energy_less_work(gamma: float) -> None:
     bent = section(88.0, 60.0, gamma=gamma)
-    curve = section_curve(bent)
+    curve = FreeActuation(bent)
     pressure = 60.0e3
     size = curve.size_from_pressure(pressure)
     h = 2e-3 * size
@@ -45,7 +45,7 @@ def test_stiffness_is_the_second_derivative_of_energy_less_work(gamma: float) ->
     curvatures = rings.bend / rings.hoop / bent.wound_radius
     rise = np.dot([-1, 16, -30, 16, -1], energy - pressure * volume) / (12 * h * h)
     bend = np.dot([1, -8, 0, 8, -1], curvatures) / (12 * h)
-    stiffness = section_stiffness(bent, pressure)
+    stiffness = section_stiffness(FreeActuation(bent), pressure)
     assert stiffness.bending == pytest.approx(rise / bend**2, rel=1e-6)  # second differences
     twists = rings.twist / rings.hoop / bent.wound_radius
     twist = np.dot([1, -8, 0, 8, -1], twists) / (12 * h)
@@ -55,9 +55,9 @@ def test_stiffness_is_the_second_derivative_of_energy_less_work(gamma: float) ->
 
 def test_stiffness_needs_two_families_and_a_single_fiber() -> None:
     with pytest.raises(InvalidInputError, match="makes the section bend"):
-        section_stiffness(section(88.0, 60.0).without_single_fibers(), 0.0)
+        section_stiffness(FreeActuation(section(88.0, 60.0).without_single_fibers()), 0.0)
     with pytest.raises(InvalidInputError, match="two families"):
-        section_stiffness(one_family(70.0), 0.0)
+        section_stiffness(FreeActuation(one_family(70.0)), 0.0)
 
 
 @pytest.mark.parametrize("pair", [(88.0, 60.0), (75.0, 50.0), (65.0, -65.0)])
@@ -66,7 +66,7 @@ def test_bending_sideways_takes_a_third_at_rest(pair: tuple[float, float], gamma
     """The strain around is K sin instead of K (1 - cos): means of 1/2 and 3/2, with twist too."""
     if gamma and pair[1] < 0.0:
         gamma = -gamma
-    stiffness = section_stiffness(section(*pair, gamma=gamma), 0.0)
+    stiffness = section_stiffness(FreeActuation(section(*pair, gamma=gamma)), 0.0)
     assert stiffness.sideways == pytest.approx(stiffness.bending / 3.0, rel=1e-5)
 
 
@@ -77,7 +77,7 @@ def test_sideways_stiffness_is_the_second_difference_of_energy_less_work(
 ) -> None:
     """The single fiber turned out of the coil's plane by an angle, the wall closed again."""
     bent = section(88.0, 60.0, gamma=gamma, thick_wall=thick)
-    curve = section_curve(bent)
+    curve = FreeActuation(bent)
     pressure = 70.0e3
     far = np.array([curve.size_from_pressure(pressure)])
     (change,), _ = closures(curve.path.fibers, far)
@@ -104,8 +104,13 @@ def test_sideways_stiffness_is_the_second_difference_of_energy_less_work(
     )
     expected = (4.0 * near - farther) / 3.0
     # The next term of the differences is of the fourth power of the angle.
-    assert section_stiffness(bent, pressure).sideways == pytest.approx(expected, rel=1e-5)
+    assert section_stiffness(FreeActuation(bent), pressure).sideways == pytest.approx(
+        expected, rel=1e-5
+    )
 
 
 def test_two_single_fibers_leave_no_bending_sideways() -> None:
-    assert section_stiffness(section(88.0, 60.0, apart=80.0), 20.0e3).sideways == math.inf
+    assert (
+        section_stiffness(FreeActuation(section(88.0, 60.0, apart=80.0)), 20.0e3).sideways
+        == math.inf
+    )

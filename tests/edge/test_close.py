@@ -167,10 +167,25 @@ def test_pulses_keep_the_grip_that_one_fast_rise_loses() -> None:
         times += [times[-1] + pulse, times[-1] + pulse + pause]
         pressures += [level, level]
     times[-1] += wait
+    rise, change = pressure / rate, np.array((0.1, 0.3)) * pressure / rate
+    over, down = rise + change
     courses = {
         "straight": PressureCourse.ramp(rate, pressure, wait),
-        "overshoot": PressureCourse.overshoot(rate, pressure, wait, 1.1),
-        "squeezed twice": PressureCourse.squeezed_twice(rate, pressure, wait),
+        "overshoot": PressureCourse(
+            (0.0, over, over + 0.5 * wait, over + 0.5 * wait + change[0], over + wait + change[0]),
+            (0.0, 1.1 * pressure, 1.1 * pressure, pressure, pressure),
+        ),
+        "squeezed twice": PressureCourse(
+            (
+                0.0,
+                rise,
+                rise + 0.5 * wait,
+                down + 0.5 * wait,
+                down + change[1] + 0.5 * wait,
+                down + change[1] + wait,
+            ),
+            (0.0, pressure, pressure, 0.7 * pressure, pressure, pressure),
+        ),
         "pulses": PressureCourse(tuple(times), tuple(pressures)),
     }
     slow = holding_force(slow_closing(setup, pressure)).force

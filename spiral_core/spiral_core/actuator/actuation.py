@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pressure to unloaded shape: by an actuator's mechanics, or interpolated from measurements."""
+"""Pressure to unloaded shape and stiffness: by an actuator's mechanics, or from measurements."""
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -10,12 +12,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spiral_core.actuator.actuator import Actuator, PressureLaw, UnloadedShape
-from spiral_core.actuator.curve import ActuationCurve
-from spiral_core.actuator.section_law import section_curve
+from spiral_core.actuator.actuator import ActuationModel, Actuator, PressureLaw, UnloadedShape
+from spiral_core.actuator.curvature import shape_on_path
+from spiral_core.actuator.curve import PressurePanels
+from spiral_core.actuator.section import SectionPath, ShapePath, section_path, sideways_motion
+from spiral_core.actuator.section_law import mean_energy_slope, section_curve
 from spiral_core.actuator.uniform_law import uniform_curve
 from spiral_core.brief import brief_repr
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
+from spiral_core.numerics.panels import rising_root
+from spiral_core.numerics.roots import first_sign_change
 from spiral_core.validation import (
     require_finite,
     require_non_negative,
@@ -25,6 +31,10 @@ from spiral_core.validation import (
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
+
+# Sizes at which the pressure is tabulated: brackets for the inverse, and where it stops rising.
+# Enough to show every minimum of the slope for laws of up to three constants.
+TABLE_NODES = 129
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +53,7 @@ class FreeActuation:
         stretch_limit: stretch at the end of the useful branch, farthest from 1.
         pressure_limit: pressure there [Pa].
         limit: what ends the branch.
+        size_limit: size of the deformation there; ``path`` and ``pressure`` are tabulated over it.
 
     Raises:
         InvalidInputError: pressure would not move this actuator as its fibers can hold.
@@ -67,18 +78,46 @@ class FreeActuation:
     stretch_limit: float = field(init=False, compare=False)
     pressure_limit: float = field(init=False, compare=False)
     limit: ActuationLimit = field(init=False, compare=False)
-    curve: ActuationCurve = field(init=False, compare=False, repr=False)
+    size_limit: float = field(init=False, compare=False, repr=False)
+    path: ShapePath = field(init=False, compare=False, repr=False)
+    pressure: PressurePanels = field(init=False, compare=False, repr=False)
+    _sizes: Sequence[float] = field(init=False, compare=False, repr=False)
+    _pressures: Sequence[float] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.actuator, Actuator):
-            raise InvalidInputError("actuator", self.actuator, "an Actuator")
-        uniform = self.actuator.pressure_law is PressureLaw.UNIFORM
-        curve = uniform_curve(self.actuator) if uniform else section_curve(self.actuator)
+        actuator = self.actuator
+        if not isinstance(actuator, Actuator):
+            raise InvalidInputError("actuator", actuator, "an Actuator")
+        uniform = actuator.pressure_law is PressureLaw.UNIFORM
+        path, pressure, end, limit = (uniform_curve if uniform else section_curve)(actuator)
+        steps = TABLE_NODES - 1
+        sizes = [end * (1.0 - (1.0 - k / steps) ** 2) for k in range(TABLE_NODES)]
+        table = {size: pressure.with_slope(size) for size in sizes}
+        if not all(math.isfinite(value) for value, _ in table.values()):
+            raise InvalidInputError(
+                "material", actuator.material, "a law that is finite as far as the fibers go"
+            )
+        if not table[0.0][1] > 0.0:
+            raise InvalidInputError(
+                "material", actuator.material, "a law whose pressure rises with the stretch at rest"
+            )
+        peak = first_sign_change(
+            lambda size: (table.get(size) or pressure.with_slope(size))[1], sizes
+        )
+        if peak is not None:
+            limit = ActuationLimit.LIMIT_POINT
+            sizes = [*(size for size in sizes if size < peak), peak]
+            table[peak] = pressure.with_slope(peak)
+        pressures = [table[size][0] for size in sizes]
         for name, value in (
-            ("stretch_limit", curve.stretch_limit),
-            ("pressure_limit", curve.pressure_limit),
-            ("limit", curve.limit),
-            ("curve", curve),
+            ("stretch_limit", path.stretch_at(sizes[-1])),
+            ("pressure_limit", pressures[-1]),
+            ("limit", limit),
+            ("size_limit", sizes[-1]),
+            ("path", path),
+            ("pressure", pressure),
+            ("_sizes", sizes),
+            ("_pressures", pressures),
         ):
             object.__setattr__(self, name, value)
 
@@ -92,15 +131,12 @@ class FreeActuation:
             InvalidInputError: ``stretch`` is not on the branch's side of 1 or not finite.
             ActuationLimitError: ``stretch`` is past ``stretch_limit``.
         """
-        pressure = self.curve.pressure_from_stretch(self._on_branch(stretch))
+        pressure = self.pressure.with_slope(self._size_from_stretch(stretch))[0]
         # On the branch the pressure lies between these bounds; its rounding may not.
         return min(max(pressure, 0.0), self.pressure_limit)
 
     def stretch_from_pressure(self, pressure: float) -> float:
-        r"""Return the axial stretch at a gauge pressure, on the useful branch.
-
-        Newton's method on :math:`P(\lambda_1) = P` inside a bracket that shrinks with every
-        evaluation, until the error left by the last step is below rounding.
+        """Return the axial stretch at a gauge pressure [Pa], on the useful branch.
 
         Args:
             pressure: gauge pressure [Pa], 0 <= pressure <= pressure_limit.
@@ -112,16 +148,11 @@ class FreeActuation:
             InvalidInputError: ``pressure`` is negative or not finite.
             ActuationLimitError: ``pressure`` is past ``pressure_limit``.
         """
-        return self.curve.stretch_from_pressure(self._in_range(pressure))
+        return self.path.stretch_at(self.size_from_pressure(pressure))
 
     def unloaded_shape(self, pressure: float) -> UnloadedShape:
-        """Return the unloaded shape at a gauge pressure [Pa], 0 <= pressure <= pressure_limit.
-
-        Raises:
-            InvalidInputError: ``pressure`` is negative or not finite.
-            ActuationLimitError: ``pressure`` is past ``pressure_limit``.
-        """
-        return self.curve.unloaded_shape(self._in_range(pressure))
+        """Return the unloaded shape at a gauge pressure [Pa]; raises as the stretch does."""
+        return shape_on_path(self.actuator, self.path, self.size_from_pressure(pressure))
 
     def unloaded_shape_from_stretch(self, stretch: float) -> UnloadedShape:
         """Return the unloaded shape at a stretch of the useful branch; raises as the pressure does.
@@ -129,17 +160,26 @@ class FreeActuation:
         Args:
             stretch: axial stretch from 1 to ``stretch_limit``.
         """
-        return self.curve.unloaded_shape_from_stretch(self._on_branch(stretch))
+        return shape_on_path(self.actuator, self.path, self._size_from_stretch(stretch))
 
-    def _in_range(self, pressure: float) -> float:
-        """Return a pressure of the useful range, or raise."""
-        pressure = require_non_negative("pressure", pressure)
-        if not pressure <= self.pressure_limit:
-            raise ActuationLimitError(self.limit, "pressure", pressure, self.pressure_limit)
-        return pressure
+    def size_from_pressure(self, pressure: float) -> float:
+        r"""Return the size of the deformation at a gauge pressure [Pa]: Newton's method.
 
-    def _on_branch(self, stretch: float) -> float:
-        """Return a stretch of the useful branch, or raise."""
+        On :math:`P(x) = P` inside a bracket that shrinks with every evaluation, until the error
+        left by the last step is below rounding.
+        """
+        pressure = _in_range(self, pressure)
+        sizes, table = self._sizes, self._pressures
+        cell = bisect_right(table, pressure) - 1
+        low, below = sizes[cell], table[cell]
+        if below == pressure or cell == len(table) - 1:
+            return low
+        high = sizes[cell + 1]
+        start = low + (high - low) * (pressure - below) / (table[cell + 1] - below)
+        return rising_root(self.pressure.with_slope, pressure, low, high, start)
+
+    def _size_from_stretch(self, stretch: float) -> float:
+        """Return the size at a stretch of the useful branch, or raise."""
         stretch = require_finite("stretch", stretch)
         end = self.stretch_limit
         if end > 1.0 and not stretch >= 1.0:
@@ -148,7 +188,15 @@ class FreeActuation:
             raise InvalidInputError("stretch", stretch, "at most 1 (pressure shortens the tube)")
         if not abs(stretch - 1.0) <= abs(end - 1.0):
             raise ActuationLimitError(self.limit, "stretch", stretch, end)
-        return stretch
+        return self.size_limit if stretch == end else self.path.strain_from_stretch(stretch)
+
+
+def _in_range(actuation: ActuationModel, pressure: float) -> float:
+    """Return a pressure of an actuation's range, or raise."""
+    pressure = require_non_negative("pressure", pressure)
+    if not pressure <= actuation.pressure_limit:
+        raise ActuationLimitError(actuation.limit, "pressure", pressure, actuation.pressure_limit)
+    return pressure
 
 
 # The interpolating cubic needs at least three points to differ from a straight line.
@@ -234,8 +282,72 @@ class MeasuredActuation:
             InvalidInputError: ``pressure`` is negative or not finite.
             ActuationLimitError: ``pressure`` is past the last measured one.
         """
-        pressure = require_non_negative("pressure", pressure)
-        if not pressure <= self.pressure_limit:
-            raise ActuationLimitError(self.limit, "pressure", pressure, self.pressure_limit)
-        curvature, torsion = self._interpolant(pressure)
+        curvature, torsion = self._interpolant(_in_range(self, pressure))
         return UnloadedShape(float(curvature), float(torsion), self.backbone_length)
+
+
+# Less change of the torsion with the far side's strain than this is rounding.
+NO_TWIST = 1e-9
+# At rest the stiffness is that at this strain of the far side: sideways it is 0 by 0.
+LEAST_STRAIN = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class SectionStiffness:
+    """Stiffness of a section at fixed pressure, per unstretched length, by the section law.
+
+    Fibers that do not stretch leave bending in its own plane and twist one motion together.
+
+    Attributes:
+        bending: moment over curvature, the twist left free [N m^2].
+        torsional: torque over twist, the curvature left free [N m^2]; infinite without twist.
+        twist_per_curvature: how far it twists as it bends.
+        sideways: out of that plane [N m^2]; infinite with two single fibers.
+    """
+
+    bending: float
+    torsional: float
+    twist_per_curvature: float
+    sideways: float
+
+
+def section_stiffness(actuation: FreeActuation, pressure: float) -> SectionStiffness:
+    r"""Return the stiffness at a pressure [Pa] from 0 to the actuator's limit.
+
+    At fixed pressure the energy less the pressure's work rises by half
+    :math:`\pi a^2 L \, P'(y) v'(y)` times the square of a change of y, so that the bending
+    stiffness is :math:`\pi a^4 P' v' / \kappa_n'^2` with :math:`\kappa_n = a \hat\kappa`. Bent
+    sideways, the fiber leaves the plane of the coil by an angle, whose cosine c the energy
+    less the work, per :math:`\pi a^2 L`, depends on:
+    :math:`-\pi a^4 (d\Phi/dc) / \kappa_n^2`.
+
+    Raises:
+        InvalidInputError: it has one wound family, or no single fiber.
+    """
+    actuator = actuation.actuator
+    actuator.fiber_pair  # noqa: B018 - refuses one family
+    if not actuator.single_fibers:
+        raise InvalidInputError("single_fibers", (), "one that makes the section bend")
+    path = section_path(actuator.fiber_set)
+    size = max(actuation.size_from_pressure(pressure), LEAST_STRAIN)
+    volume = path.volume_slope(size)
+    curvature, curvature_slope = path.curvature.with_slope(size)
+    torsion, torsion_slope = path.torsion.with_slope(size)
+    bend, twist = curvature + size * curvature_slope, torsion + size * torsion_slope
+    held, slope = actuation.pressure.with_slope(size)
+    rise = math.pi * actuator.wound_radius**4 * slope * volume
+    torsional = rise / twist**2 if abs(twist) > NO_TWIST else math.inf
+    single = len(actuator.single_fibers) == 1
+    sideways = _sideways(actuator, path, size, held) if single else math.inf
+    return SectionStiffness(rise / bend**2, torsional, twist / bend, sideways)
+
+
+def _sideways(actuator: Actuator, path: SectionPath, size: float, pressure: float) -> float:
+    """Return the stiffness of bending out of the coil's plane [N m^2]."""
+    motion = sideways_motion(path.fibers, np.array([path.direction * size]))
+    radius = actuator.wound_radius
+    wall = actuator.tube.wall_area / (math.pi * radius**2)
+    energy = wall * float(mean_energy_slope(motion, actuator.material)[0])
+    work = pressure * float(motion.volume_slope[0])
+    curvature = size * path.curvature(size)
+    return math.pi * radius**4 * (work - energy) / curvature**2

@@ -75,23 +75,21 @@ def unloaded_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedS
     )
 
 
-def unloaded_shape_from_section(
-    actuator: Actuator, path: ShapePath, far_strain: float
-) -> UnloadedShape:
-    """Return the unloaded shape of a section whose far side has a strain, of its absolute value.
+def shape_on_path(actuator: Actuator, path: ShapePath, size: float) -> UnloadedShape:
+    """Return the unloaded shape at a size, on a backbone that stretches in the exact form.
 
     Args:
         actuator: whose fibers the path belongs to.
-        path: :func:`spiral_core.actuator.section.section_path` of its fibers.
-        far_strain: change of the squared length of the far side's line, at most the path's limit.
+        path: its shapes.
+        size: of the deformation, at most the path's limit.
     """
-    stretch = path.stretch_at(far_strain)
-    scale = 1.0 / (actuator.wound_radius * stretch)
-    tangent = path.fibers.single_slope
+    stretch = path.stretch_at(size)
+    carried = stretch if actuator.curvature_form is CurvatureForm.EXACT else 1.0
+    scale = 1.0 / (actuator.wound_radius * carried)
     return UnloadedShape(
-        curvature=far_strain * path.curvature(far_strain) * scale,
-        torsion=(tangent + far_strain * path.torsion(far_strain)) * scale,
-        backbone_length=stretch * actuator.tube.length,
+        curvature=size * path.curvature(size) * scale,
+        torsion=(path.fibers.single_slope + size * path.torsion(size)) * scale,
+        backbone_length=carried * actuator.tube.length,
         stretch=stretch,
     )
 
@@ -120,7 +118,7 @@ def _unloaded_shape_on_path(actuator: Actuator, stretch: float) -> UnloadedShape
         raise InvalidInputError("stretch", stretch, f"{side} 1 for these fibers")
     if not change <= abs(limit - 1.0):
         raise ActuationLimitError(path.limit, "stretch", stretch, limit)
-    return unloaded_shape_from_section(actuator, path, path.strain_from_stretch(stretch))
+    return shape_on_path(actuator, path, path.strain_from_stretch(stretch))
 
 
 def even_curvature(actuator: Actuator, stretch: float, twist: float) -> float:

@@ -32,7 +32,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.errors import ActuationLimit
-from spiral_core.numerics.panels import Panels, graded_edges, halved_edges, panel_nodes, rising_root
+from spiral_core.numerics.panels import (
+    Panels,
+    graded_edges,
+    panel_nodes,
+    refined_panels,
+    rising_root,
+)
 from spiral_core.numerics.roots import first_sign_change
 
 Array = NDArray[np.float64]
@@ -57,11 +63,6 @@ class FiberSet:
     half_spread: float | None = 0.0
     single_radius: float = 1.0
     wall_ratio: float | None = None
-
-    @property
-    def is_bending(self) -> bool:
-        """Whether there is a single fiber, which makes the section bend."""
-        return self.half_spread is not None
 
     def wall_change(self, strain: Numbers, free: Numbers | None = None) -> tuple[Numbers, Numbers]:
         """Return z and n of the metric at a strain m; one family leaves z free, to be given."""
@@ -166,7 +167,7 @@ def ring_at(
     turn = twist_change * (2.0 * tangent + twist_change)  # g^2 - T^2
     far = np.sqrt(1.0 + far_strain - turn)  # axial stretch of the far side
     bend = 0.0 * far
-    if fibers.is_bending:
+    if fibers.half_spread is not None:
         square = fibers.single_radius**2
         near = np.sqrt(1.0 - square * turn)  # that of the single fibers' line
         reach = fibers.single_radius * np.cos(near_angle) * facing
@@ -497,11 +498,6 @@ def _motion(fibers: FiberSet, moved: Ring, closed: NDArray[np.bool_]) -> Motion:
     )
 
 
-def initial_volume_slope(fibers: FiberSet) -> float:
-    """Return d(volume ratio)/dy at rest; pressure moves the far side in its direction."""
-    return float(motion_at(fibers, np.zeros(1)).volume_slope[0])
-
-
 @lru_cache(maxsize=64)
 def section_path(fibers: FiberSet) -> SectionPath:
     """Return the path of a section of two families, from rest to its end.
@@ -509,8 +505,8 @@ def section_path(fibers: FiberSet) -> SectionPath:
     Args:
         fibers: two families, with or without single fibers.
     """
-    slope = initial_volume_slope(fibers)
-    direction = 1.0 if slope >= 0.0 else -1.0
+    # Pressure moves the far side in the direction in which the enclosed volume grows at rest.
+    direction = 1.0 if motion_at(fibers, np.zeros(1)).volume_slope[0] >= 0.0 else -1.0
     low, high = fibers.collapse_strains()
     edges = _edges(fibers, direction, _past_end(fibers, direction, (low, high)), (low, high))
     sizes = panel_nodes(edges)
@@ -590,14 +586,10 @@ def _edges(
     """Return panels on which polynomials meet the path to rounding."""
     left, right = (-collapse[0], collapse[1]) if direction > 0.0 else (collapse[1], -collapse[0])
     edges = graded_edges(end, min(left, 1.0), right, PANEL_WIDTH)
-    for _ in range(HALVINGS):
-        sizes = panel_nodes(edges)
+
+    def sample(sizes: Array) -> Array:
         motion = motion_at(fibers, direction * sizes.ravel())
-        samples = np.stack(
-            (motion.volume_slope, motion.ring.stretch_change, motion.first_slope[:, -1])
-        )
-        finer = halved_edges(edges, samples.reshape(-1, *sizes.shape), TAIL_TOLERANCE)
-        if finer == edges:
-            break
-        edges = finer
-    return edges
+        values = (motion.volume_slope, motion.ring.stretch_change, motion.first_slope[:, -1])
+        return np.stack(values).reshape(-1, *sizes.shape)
+
+    return refined_panels(edges, sample, TAIL_TOLERANCE, HALVINGS)[0]

@@ -23,14 +23,14 @@ multiplier and the pressure.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm
 from spiral_core.actuator.curvature import even_curvature
-from spiral_core.actuator.curve import ActuationCurve, PressurePanels
+from spiral_core.actuator.curve import Branch, PressurePanels
 from spiral_core.actuator.fibers import (
     OneFamily,
     family_angles,
@@ -51,7 +51,6 @@ from spiral_core.actuator.section import (
     motion_at,
     ring_at,
     section_path,
-    sideways_motion,
 )
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.numerics.panels import Array, Panels, graded_edges, panel_nodes, relative_tails
@@ -65,17 +64,6 @@ RUNAWAY = 1e6
 # looked at, where the far side is 3.6 times as long as at rest.
 FIRST_PANEL, GROWTH, LEAST_PANEL, FARTHEST = 0.2, 1.6, 1e-3, 12.0
 TAIL_TOLERANCE = 1e-11
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OneFamilyPath(ShapePath):
-    """States of one actuator over the far side's strain, and the pressure that holds them.
-
-    Attributes:
-        pressure: the pressure over the strain.
-    """
-
-    pressure: PressurePanels
 
 
 class _States:
@@ -160,7 +148,10 @@ class _States:
         shape = (count, size, FREE_ANGLES)
         first, second = first.reshape(shape), second.reshape(shape)
         share = (ring.weight * shares).reshape(shape)
-        values = _energies(self.material, first[:, 0].real, second[:, 0].real) / self.scale
+        real = first[:, 0].real, second[:, 0].real
+        if not np.isfinite(real).all():
+            raise ActuationLimitError(ActuationLimit.MODEL_END, "first_invariant", np.inf, np.inf)
+        values = _energies(self.material, *real) / self.scale
         density, by_first, by_second = values[:, :, None, :]
         local = (by_first * first.imag + by_second * second.imag) * share.real
         energy = self.wall * (local + density * share.imag).sum(axis=2) / STEP
@@ -170,19 +161,26 @@ class _States:
 
 
 def _energies(material: HyperelasticLaw, first: Array, second: Array) -> Array:
-    """Return (3, n, points): energy density and its derivatives in I1 and I2 [Pa]."""
-    if not (np.isfinite(first).all() and np.isfinite(second).all()):
-        raise ActuationLimitError(ActuationLimit.MODEL_END, "first_invariant", np.inf, np.inf)
+    """Return (3, n, points): energy density and its derivatives in I1 and I2 [Pa].
+
+    Args:
+        material: the elastomer's law.
+        first: I1 - 3 (n, points).
+        second: I2 - 3.
+    """
     pairs = zip((3.0 + first).ravel().tolist(), (3.0 + second).ravel().tolist(), strict=True)
-    rows = [
-        (material.energy_density(*pair), *material.invariant_derivatives(*pair)) for pair in pairs
+    # One flat list of numbers: thousands of small tuples would keep the garbage collector busy.
+    values = [
+        value
+        for pair in pairs
+        for value in (material.energy_density(*pair), *material.invariant_derivatives(*pair))
     ]
-    return np.array(rows).T.reshape(3, *first.shape)
+    return np.array(values).reshape(-1, 3).T.reshape(3, *first.shape)
 
 
 @lru_cache(maxsize=16)
-def one_family_path(actuator: Actuator) -> OneFamilyPath:
-    """Return the path of an actuator with one wound family, up to where its pressure stops rising.
+def one_family_branch(actuator: Actuator) -> Branch:
+    """Return the branch of an actuator with one family, up to where its pressure stops rising.
 
     Raises:
         InvalidInputError: pressure would shorten it, or leave it as it is.
@@ -209,7 +207,7 @@ def one_family_path(actuator: Actuator) -> OneFamilyPath:
         )
     table = np.stack(rows)
     work, stretch, curvature, torsion = (Panels(edges, table[:, :, k]) for k in range(4))
-    return OneFamilyPath(
+    path = ShapePath(
         fibers=states.fibers,
         direction=1.0,
         strain_limit=edges[-1],
@@ -217,109 +215,38 @@ def one_family_path(actuator: Actuator) -> OneFamilyPath:
         stretch=stretch,
         curvature=curvature,
         torsion=torsion,
-        pressure=PressurePanels(work, volume=Panels(edges, np.ones(table.shape[:2]))),
     )
+    pressure = PressurePanels(work, volume=Panels(edges, np.ones(table.shape[:2])))
+    return Branch(path, pressure, path.strain_limit, path.limit)
 
 
 # Towards the elastomer's limit the energy has a pole: panels halve this many times, if I1 - 3 comes
 # to this fraction of its limit.
 POLE_PANELS, NEAR_POLE = 14, 0.75
-# Less change of the torsion with the far side's strain than this is rounding.
-NO_TWIST = 1e-9
-# At rest the stiffness is that at this strain of the far side: sideways it is 0 by 0.
-LEAST_STRAIN = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
-class SectionStiffness:
-    """Stiffness of a section at fixed pressure, per unstretched length, by the section law.
-
-    Fibers that do not stretch leave bending in its own plane and twist one motion together.
-
-    Attributes:
-        bending: moment over curvature, the twist left free [N m^2].
-        torsional: torque over twist, the curvature left free [N m^2]; infinite without twist.
-        twist_per_curvature: how far it twists as it bends.
-        sideways: out of that plane [N m^2]; infinite with two single fibers.
-    """
-
-    bending: float
-    torsional: float
-    twist_per_curvature: float
-    sideways: float
-
-
-def section_curve(actuator: Actuator) -> ActuationCurve:
-    """Return the curve of an actuator by the section law.
+def section_curve(actuator: Actuator) -> Branch:
+    """Return the branch of an actuator by the section law, in its curvature form.
 
     Raises:
         InvalidInputError: pressure would not move the section in a way its fibers can hold.
     """
+    branch = section_branch(actuator)
+    _require_pull(actuator, branch.path)
+    if actuator.curvature_form is CurvatureForm.EXACT:
+        return branch
+    return _first_order(actuator, section_path(actuator.fiber_set), branch)
+
+
+def section_branch(actuator: Actuator) -> Branch:
+    """Return shapes and pressures over the far side's strain, up to where path or material end."""
     if isinstance(actuator.fibers, OneFamily):
-        states = one_family_path(actuator)
-        _require_pull(actuator, states)
-        return ActuationCurve(actuator, states, states.pressure, states.strain_limit, states.limit)
-    path = section_path(actuator.fiber_set)
-    _require_pull(actuator, path)
-    pressure, end, limit = section_pressure(actuator)
-    if actuator.curvature_form is CurvatureForm.FIRST_ORDER:
-        end, limit = _first_order_end(actuator, path, end, limit)
-        path = _first_order_path(actuator, path, end)
-    return ActuationCurve(actuator, path, pressure, end, limit)
-
-
-def section_pressure(actuator: Actuator) -> tuple[PressurePanels, float, ActuationLimit]:
-    """Return the pressure over the far side's strain, where path or material end it, and why.
-
-    Args:
-        actuator: two wound families.
-    """
+        return one_family_branch(actuator)
     path = section_path(actuator.fiber_set)
     end, limit = _material_end(path, actuator.material)
     scale = actuator.tube.wall_area / (math.pi * actuator.wound_radius**2)
     work = _work(path, actuator.material, end, scale)
-    return PressurePanels(work, path.volume_slope), end, limit
-
-
-def section_stiffness(actuator: Actuator, pressure: float) -> SectionStiffness:
-    r"""Return the stiffness at a pressure [Pa] from 0 to the actuator's limit.
-
-    At fixed pressure the energy less the pressure's work rises by half
-    :math:`\pi a^2 L \, P'(y) v'(y)` times the square of a change of y, so that the bending
-    stiffness is :math:`\pi a^4 P' v' / \kappa_n'^2` with :math:`\kappa_n = a \hat\kappa`. Bent
-    sideways, the fiber leaves the plane of the coil by an angle, whose cosine c the energy
-    less the work, per :math:`\pi a^2 L`, depends on:
-    :math:`-\pi a^4 (d\Phi/dc) / \kappa_n^2`.
-
-    Raises:
-        InvalidInputError: it has one wound family, or no single fiber.
-    """
-    actuator.fiber_pair  # noqa: B018 - refuses one family
-    if not actuator.single_fibers:
-        raise InvalidInputError("single_fibers", (), "one that makes the section bend")
-    curve, path = section_curve(actuator), section_path(actuator.fiber_set)
-    size = max(curve.size_from_pressure(pressure), LEAST_STRAIN)
-    volume = path.volume_slope(size)
-    curvature, curvature_slope = path.curvature.with_slope(size)
-    torsion, torsion_slope = path.torsion.with_slope(size)
-    bend, twist = curvature + size * curvature_slope, torsion + size * torsion_slope
-    held, slope = curve.pressure.with_slope(size)
-    rise = math.pi * actuator.wound_radius**4 * slope * volume
-    torsional = rise / twist**2 if abs(twist) > NO_TWIST else math.inf
-    single = len(actuator.single_fibers) == 1
-    sideways = _sideways(actuator, path, size, held) if single else math.inf
-    return SectionStiffness(rise / bend**2, torsional, twist / bend, sideways)
-
-
-def _sideways(actuator: Actuator, path: SectionPath, size: float, pressure: float) -> float:
-    """Return the stiffness of bending out of the coil's plane [N m^2]."""
-    motion = sideways_motion(path.fibers, np.array([path.direction * size]))
-    radius = actuator.wound_radius
-    wall = actuator.tube.wall_area / (math.pi * radius**2)
-    energy = wall * float(_mean_energy_slope(motion, actuator.material)[0])
-    work = pressure * float(motion.volume_slope[0])
-    curvature = size * path.curvature(size)
-    return math.pi * radius**4 * (work - energy) / curvature**2
+    return Branch(path, PressurePanels(work, path.volume_slope), end, limit)
 
 
 def _require_pull(actuator: Actuator, path: ShapePath) -> None:
@@ -334,22 +261,19 @@ def _require_pull(actuator: Actuator, path: ShapePath) -> None:
     )
 
 
-def _first_order_end(
-    actuator: Actuator, path: ShapePath, end: float, limit: ActuationLimit
-) -> tuple[float, ActuationLimit]:
-    """Return the end of the range, no farther than the twist of an even tube is known."""
-    locking = 1.0 + (1.0 - END_MARGIN) * (locking_stretch(actuator.fiber_pair) - 1.0)
-    if path.direction < 0.0 or path.stretch_at(end) < locking:
-        return end, limit
-    return path.strain_from_stretch(locking), ActuationLimit.FIBER_LOCKING
+def _first_order(actuator: Actuator, path: SectionPath, branch: Branch) -> Branch:
+    """Return the shapes of an evenly stretched wall at the stretches of a path.
 
-
-def _first_order_path(actuator: Actuator, path: SectionPath, end: float) -> SectionPath:
-    """Return the shapes of an evenly stretched wall at the stretches of a path, up to an end."""
+    They end no farther than the twist of an even tube is known.
+    """
+    pair, end, limit = actuator.fiber_pair, branch.end, branch.limit
+    lock = locking_stretch(pair)
+    last = 1.0 + (1.0 - END_MARGIN) * (lock - 1.0)
+    if path.direction > 0.0 and path.stretch_at(end) >= last:
+        end, limit = path.strain_from_stretch(last), ActuationLimit.FIBER_LOCKING
     value, slope = path.stretch.with_slope(end)
-    room = locking_stretch(actuator.fiber_pair) - path.stretch_at(end)
     rate = value + end * slope
-    right = end + room / rate if rate > 0.0 else math.inf
+    right = end + (lock - path.stretch_at(end)) / rate if rate > 0.0 else math.inf
     edges = graded_edges(end, path.edges[1] / PANEL_WIDTH, right, PANEL_WIDTH)
     sizes = panel_nodes(edges)
     rows = []
@@ -357,11 +281,12 @@ def _first_order_path(actuator: Actuator, path: SectionPath, end: float) -> Sect
         rise = path.stretch(size)
         stretch = 1.0 + size * rise
         per_size = rise / (stretch - 1.0)
-        twist = fiber_state(actuator.fiber_pair, stretch).twist
+        twist = fiber_state(pair, stretch).twist
         curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius
         rows.append((curvature * per_size, twist * per_size))
     bend, turn = (Panels(edges, one) for one in np.array(rows).T.reshape(2, *sizes.shape))
-    return replace(path, curvature=bend, torsion=turn)
+    shapes = replace(path, curvature=bend, torsion=turn)
+    return Branch(shapes, branch.pressure, end, limit)
 
 
 def _material_end(path: SectionPath, material: HyperelasticLaw) -> tuple[float, ActuationLimit]:
@@ -389,19 +314,13 @@ def _work(path: SectionPath, material: HyperelasticLaw, end: float, scale: float
         edges = (*kept, *graded, end)
         motion = motion_at(path.fibers, path.direction * panel_nodes(edges).ravel())
     sizes = panel_nodes(edges)
-    slopes = path.direction * scale * _mean_energy_slope(motion, material)
+    slopes = path.direction * scale * mean_energy_slope(motion, material)
     return Panels(edges, slopes.reshape(sizes.shape) / sizes)
 
 
-def _mean_energy_slope(motion: Motion, material: HyperelasticLaw) -> Array:
+def mean_energy_slope(motion: Motion, material: HyperelasticLaw) -> Array:
     """Return d<u>/dy [Pa] of each state."""
-    shape = motion.first.shape
-    invariants = (3.0 + motion.first).ravel().tolist(), (3.0 + motion.second).ravel().tolist()
-    pairs = list(zip(*invariants, strict=True))
-    # One flat list of numbers: thousands of small tuples would keep the garbage collector busy.
-    derivatives = [part for pair in pairs for part in material.invariant_derivatives(*pair)]
-    first, second = np.array(derivatives).reshape(*shape, 2).transpose(2, 0, 1)
-    densities = np.array([material.energy_density(*pair) for pair in pairs]).reshape(shape)
+    densities, first, second = _energies(material, motion.first, motion.second)
     local = (first * motion.first_slope + second * motion.second_slope) * motion.share
     slopes: Array = (local + densities * motion.share_slope).sum(axis=1)
     return slopes

@@ -22,14 +22,14 @@ curve is tabulated over a size x in which they are smooth:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.curvature import even_curvature
-from spiral_core.actuator.curve import ActuationCurve, PressurePanels, clustered_nodes
+from spiral_core.actuator.curve import Branch, PressurePanels, clustered_nodes
 from spiral_core.actuator.fibers import (
     FiberAngles,
     FiberDerivatives,
@@ -40,10 +40,10 @@ from spiral_core.actuator.fibers import (
     require_extending,
     volume_slope,
 )
-from spiral_core.actuator.section import ShapePath, section_path
-from spiral_core.actuator.section_law import one_family_path, section_pressure
+from spiral_core.actuator.section import ShapePath
+from spiral_core.actuator.section_law import section_branch
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
-from spiral_core.numerics.panels import Array, Panels, graded_edges, halved_edges, panel_nodes
+from spiral_core.numerics.panels import Array, Panels, graded_edges, refined_panels
 from spiral_core.numerics.roots import first_sign_change
 from spiral_core.validation import require_finite, require_positive
 
@@ -195,52 +195,22 @@ def pressure_from_stretch(actuator: Actuator, stretch: float) -> float:
         >>> round(pressure_from_stretch(even, 1.1))
         39787
     """
-    return pressures_from_stretches(actuator, (stretch,))[0]
-
-
-def pressures_from_stretches(actuator: Actuator, stretches: Sequence[float]) -> list[float]:
-    """Return the gauge pressure [Pa] at each stretch: :func:`pressure_from_stretch` for many."""
-    for stretch in stretches:
-        if not require_finite("stretch", stretch) >= 1.0:
-            raise InvalidInputError("stretch", stretch, "at least 1 (pressure extends the tube)")
-    if isinstance(actuator.fibers, OneFamily):
-        states = one_family_path(actuator)
-        return _section_pressures(
-            states, states.pressure, states.strain_limit, states.limit, stretches
-        )
-    require_extending(actuator.fiber_pair)
+    if not require_finite("stretch", stretch) >= 1.0:
+        raise InvalidInputError("stretch", stretch, "at least 1 (pressure extends the tube)")
+    if not isinstance(actuator.fibers, OneFamily):
+        require_extending(actuator.fibers)
     if actuator.pressure_law is PressureLaw.UNIFORM:
-        return [_uniform_pressure(actuator, stretch) for stretch in stretches]
-    path = section_path(actuator.fiber_set)
-    return _section_pressures(path, *section_pressure(actuator), stretches)
-
-
-def _section_pressures(
-    path: ShapePath,
-    pressure: PressurePanels,
-    end: float,
-    limit: ActuationLimit,
-    stretches: Sequence[float],
-) -> list[float]:
-    """Return the pressure at each stretch of a section's path."""
+        pair = actuator.fiber_pair
+        derivatives = fiber_derivatives(pair, stretch)
+        if not volume_slope(stretch, derivatives) > 0.0:
+            limit, end = ActuationLimit.VOLUME_MAXIMUM, largest_volume_stretch(pair) or stretch
+            raise ActuationLimitError(limit, "stretch", stretch, end)
+        return uniform_pressure(actuator, stretch, derivatives)
+    path, pressure, end, limit = section_branch(actuator)
     longest = path.stretch_at(end)
-    for stretch in stretches:
-        if not stretch <= longest:
-            raise ActuationLimitError(limit, "stretch", stretch, longest)
-    sizes = [path.strain_from_stretch(stretch) for stretch in stretches]
-    return [pressure.with_slope(size)[0] for size in sizes]
-
-
-def _uniform_pressure(actuator: Actuator, stretch: float) -> float:
-    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
-    if not volume_slope(stretch, derivatives) > 0.0:
-        raise ActuationLimitError(
-            ActuationLimit.VOLUME_MAXIMUM,
-            "stretch",
-            stretch,
-            largest_volume_stretch(actuator.fiber_pair) or stretch,
-        )
-    return uniform_pressure(actuator, stretch, derivatives)
+    if not stretch <= longest:
+        raise ActuationLimitError(limit, "stretch", stretch, longest)
+    return pressure.with_slope(path.strain_from_stretch(stretch))[0]
 
 
 # Where a fiber locks or the volume peaks, pressure or its derivatives diverge. The branch stops
@@ -257,8 +227,8 @@ PANEL_WIDTH, TAIL_TOLERANCE, HALVINGS = 1.0 / 3.0, 1e-11, 3
 SAME_LOCKING = 1e-9
 
 
-def uniform_curve(actuator: Actuator) -> ActuationCurve:
-    """Return the curve of an actuator with two families, by the uniform law.
+def uniform_curve(actuator: Actuator) -> Branch:
+    """Return the branch of an actuator with two families, by the uniform law.
 
     Limits at which something diverges are approached to 1e-4 of the elongation.
 
@@ -274,8 +244,8 @@ def uniform_curve(actuator: Actuator) -> ActuationCurve:
         ...     fibers=FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)),
         ...     material=NeoHookean(c1=145.0e3),
         ... )
-        >>> curve = uniform_curve(actuator)
-        >>> round(curve.stretch_limit, 4), curve.limit.name
+        >>> branch = uniform_curve(actuator)
+        >>> round(branch.path.stretch_at(branch.end), 4), branch.limit.name
         (1.9999, 'FIBER_LOCKING')
     """
     pair = actuator.fiber_pair
@@ -294,14 +264,9 @@ def uniform_curve(actuator: Actuator) -> ActuationCurve:
         right = size_of(last)
     left = 1.0 / (reach + math.sqrt(reach * (reach + 1.0)))  # the stretch is 0
     edges = graded_edges(end, left, right, PANEL_WIDTH)
-    for _ in range(HALVINGS):
-        samples = _samples(actuator, reach, edges)
-        finer = halved_edges(edges, samples[:3], TAIL_TOLERANCE)
-        if finer == edges:
-            break
-        edges = finer
-    else:
-        samples = _samples(actuator, reach, edges)
+    edges, samples = refined_panels(
+        edges, lambda sizes: _samples(actuator, reach, sizes), TAIL_TOLERANCE, HALVINGS
+    )
     work, volume, curvature, torsion, stretch = (Panels(edges, one) for one in samples)
     path = ShapePath(
         fibers=actuator.fiber_set,
@@ -312,32 +277,28 @@ def uniform_curve(actuator: Actuator) -> ActuationCurve:
         curvature=curvature,
         torsion=torsion,
     )
-    return ActuationCurve(actuator, path, PressurePanels(work, volume), end, limit)
+    return Branch(path, PressurePanels(work, volume), end, limit)
 
 
-def _samples(actuator: Actuator, reach: float, edges: tuple[float, ...]) -> Array:
-    """Return W, V, curvature, torsion and elongation over the size at the panels' nodes.
+def _samples(actuator: Actuator, reach: float, sizes: Array) -> Array:
+    """Return W, V, curvature, torsion and elongation over the size at nodes (panels, NODES).
 
     Returns:
         (5, panels, NODES), the shapes' times the wound radius as in :class:`ShapePath`.
     """
-    sizes = panel_nodes(edges)
-    rows = [_sample(actuator, reach, size) for size in sizes.ravel().tolist()]
+    rows = []
+    for size in sizes.ravel().tolist():
+        rise = reach * (2.0 - size)  # elongation over the size
+        stretch = 1.0 + size * rise
+        # Divided by the elongation of the rounded stretch, the quotients have no rounding of it.
+        per_size = rise / (stretch - 1.0)
+        derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
+        volume = volume_slope(stretch, derivatives) * 2.0 * reach * (1.0 - size)
+        pressure = uniform_pressure(actuator, stretch, derivatives) * per_size
+        twist = derivatives.shear / derivatives.hoop
+        curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius * per_size
+        rows.append((pressure * volume, volume, curvature, twist * per_size, rise))
     return np.array(rows).T.reshape(-1, *sizes.shape)
-
-
-def _sample(actuator: Actuator, reach: float, size: float) -> tuple[float, ...]:
-    """Return one node's values: :func:`_samples`."""
-    rise = reach * (2.0 - size)  # elongation over the size
-    stretch = 1.0 + size * rise
-    # Divided by the elongation of the rounded stretch, the quotients have no rounding of it.
-    per_size = rise / (stretch - 1.0)
-    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
-    volume = volume_slope(stretch, derivatives) * 2.0 * reach * (1.0 - size)
-    pressure = uniform_pressure(actuator, stretch, derivatives) * per_size
-    twist = derivatives.shear / derivatives.hoop
-    curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius * per_size
-    return pressure * volume, volume, curvature, twist * per_size, rise
 
 
 def _next_locking(fibers: FiberAngles, reach: float) -> float:
@@ -354,39 +315,26 @@ def _range(actuator: Actuator) -> tuple[float, ActuationLimit]:
     largest_volume = largest_volume_stretch(pair)
     if largest_volume is not None:
         last, limit = largest_volume, ActuationLimit.VOLUME_MAXIMUM
-    if math.isfinite(material.first_invariant_limit):
-        end = _first_end(lambda stretch: _invariant_left(actuator, stretch), last)
+
+    def room(reason: ActuationLimit, stretch: float) -> float:
+        """Return how far I1, or what the twist takes of the straight fiber, is from its limit."""
+        derivatives = fiber_derivatives(pair, stretch)
+        if reason is ActuationLimit.MATERIAL_LIMIT:
+            values = invariants_from_derivatives(stretch, derivatives, actuator.twist_shear)
+            return material.first_invariant_limit - values.first
+        twist = abs(derivatives.shear / derivatives.hoop)
+        return 1.0 - twist * actuator.fiber_radius / actuator.tube.inner_radius
+
+    for reason, may_end in (
+        (ActuationLimit.MATERIAL_LIMIT, math.isfinite(material.first_invariant_limit)),
+        (ActuationLimit.STRAIGHT_FIBER_LOCKING, actuator.curvature_form is CurvatureForm.EXACT),
+    ):
+        nodes = clustered_nodes(_just_below(last), SCAN_NODES)
+        end = first_sign_change(partial(room, reason), nodes) if may_end else None
         if end is not None:
-            last, limit = end, ActuationLimit.MATERIAL_LIMIT
-    if actuator.curvature_form is CurvatureForm.EXACT:
-        end = _first_end(lambda stretch: _straight_fiber_left(actuator, stretch), last)
-        if end is not None:
-            last, limit = end, ActuationLimit.STRAIGHT_FIBER_LOCKING
+            last, limit = end, reason
     return last, limit
-
-
-def _first_end(left: Callable[[float], float], last: float) -> float | None:
-    """Return where ``left`` stops being positive before the range's end, if it does."""
-    return first_sign_change(left, clustered_nodes(_just_below(last), SCAN_NODES))
 
 
 def _just_below(singular_stretch: float) -> float:
     return singular_stretch - SINGULARITY_MARGIN * (singular_stretch - 1.0)
-
-
-def _invariant_left(actuator: Actuator, stretch: float) -> float:
-    """Return how far I1 is from the elastomer's limit, positive below it."""
-    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
-    first = invariants_from_derivatives(stretch, derivatives, actuator.twist_shear).first
-    return actuator.material.first_invariant_limit - first
-
-
-def _straight_fiber_left(actuator: Actuator, stretch: float) -> float:
-    """Return 1 - |omega| r_f / r, positive while the straight fiber is long enough."""
-    derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
-    return (
-        1.0
-        - abs(derivatives.shear / derivatives.hoop)
-        * actuator.fiber_radius
-        / actuator.tube.inner_radius
-    )

@@ -22,7 +22,7 @@ from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
-from spiral_core.wrap.helix import helix_from_curvature
+from spiral_core.wrap.helix import Helix
 
 NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
 # A curve ends this fraction of the elongation before a fiber locks, where torsion diverges.
@@ -161,7 +161,7 @@ def helix_range(gripper: Gripper, pressures: Array) -> PressureRange:
         InvalidInputError: a pressure is not in (0, ``pressure_max``].
     """
     shapes = [gripper.unloaded_shape(require_positive("pressure", float(p))) for p in pressures]
-    helices = [helix_from_curvature(shape.curvature, shape.torsion) for shape in shapes]
+    helices = [Helix(shape.curvature, shape.torsion) for shape in shapes]
     turns, outer = gripper.turns_required, gripper.tube.outer_radius
     return PressureRange(
         pressure=np.asarray(pressures, dtype=np.float64),
@@ -247,7 +247,7 @@ def _design_space(actuator: Actuator, turns: float, stretch_max: float, points: 
     stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
     radius, length = actuator.tube.inner_radius, actuator.tube.length
     shapes = [unloaded_shape_from_stretch(actuator, float(stretch)) for stretch in stretches]
-    helices = [helix_from_curvature(shape.curvature, shape.torsion) for shape in shapes]
+    helices = [Helix(shape.curvature, shape.torsion) for shape in shapes]
     unstretched = np.array([length / shape.backbone_length for shape in shapes])
     lengths = np.array([helix.length_for_turns(turns) for helix in helices])
     outer = actuator.tube.outer_radius

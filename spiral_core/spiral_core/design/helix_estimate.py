@@ -16,7 +16,7 @@ from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.curve import clustered_nodes
 from spiral_core.errors import NotGrippableError
 from spiral_core.numerics.roots import first_sign_change, minimum
-from spiral_core.wrap.helix import helix_from_curvature
+from spiral_core.wrap.helix import Helix
 
 # Stretches at which the radius is looked at to bracket the one wanted; it falls smoothly.
 SCAN_NODES = 33
@@ -55,7 +55,7 @@ class GripFigures:
 def helix_radius(actuation: FreeActuation, stretch: float) -> float:
     """Return the radius that the helix at a stretch touches [m]; negative: nothing fits inside."""
     shape = actuation.unloaded_shape_from_stretch(stretch)
-    helix = helix_from_curvature(shape.curvature, shape.torsion)
+    helix = Helix(shape.curvature, shape.torsion)
     return helix.object_radius(actuation.actuator.tube.outer_radius)
 
 
@@ -116,7 +116,7 @@ def helix_grip(actuation: FreeActuation, radius: float, turns: float) -> GripFig
     """
     stretch = helix_stretch(actuation, radius)
     shape = actuation.unloaded_shape_from_stretch(stretch)
-    helix = helix_from_curvature(shape.curvature, shape.torsion)
+    helix = Helix(shape.curvature, shape.torsion)
     object_length = helix.object_length(turns)
     unstretched = actuation.actuator.tube.length / shape.backbone_length
     return GripFigures(

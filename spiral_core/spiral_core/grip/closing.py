@@ -82,31 +82,6 @@ class PressureCourse:
         end = require_positive("pressure", pressure) / require_positive("rate", rate)
         return cls((0.0, end, end + require_positive("wait", wait)), (0.0, pressure, pressure))
 
-    @classmethod
-    def overshoot(cls, rate: float, pressure: float, wait: float, over: float) -> PressureCourse:
-        """Return a ramp that goes beyond by a factor, over > 1, for half of the wait."""
-        if not require_finite("over", over) > 1.0:
-            raise InvalidInputError("over", over, "more than 1")
-        first = cls.ramp(rate, over * pressure, 0.5 * wait)
-        down = first.duration + (over - 1.0) * pressure / rate
-        times = (*first.times, down, down + 0.5 * wait)
-        return cls(times, (*first.pressures, pressure, pressure))
-
-    @classmethod
-    def squeezed_twice(
-        cls, rate: float, pressure: float, wait: float, down: float = 0.7
-    ) -> PressureCourse:
-        """Return a ramp, a fall to a fraction of its pressure, and a second rise."""
-        if not 0.0 < require_finite("down", down) < 1.0:
-            raise InvalidInputError("down", down, "between 0 and 1")
-        first = cls.ramp(rate, pressure, 0.5 * wait)
-        change = (1.0 - down) * pressure / rate
-        low, high = first.duration + change, first.duration + 2.0 * change
-        return cls(
-            (*first.times, low, high, high + 0.5 * wait),
-            (*first.pressures, down * pressure, pressure, pressure),
-        )
-
 
 # Frames of a closing.
 FRAMES = 120
@@ -381,21 +356,29 @@ def closing_spread(
     repeated = ((along, 1.0), (back, 1.0), (finer, 0.5))
     closings = [closing]
     for i, (other, step) in enumerate(repeated):
-
-        def moved(frames: int, total: int, before: int = i) -> None:
-            if progress is not None:
-                progress(before * total + frames, len(repeated) * total)
-
         closings.append(
             close_on(
-                other, closing.course, damping=damping, progress=moved,
+                other,
+                closing.course,
+                damping=damping,
+                progress=_part(progress, i, len(repeated)),
                 longest_step=step * DEFAULT_LONGEST_STEP,
             )
-        )  # fmt: skip
+        )
     figures = np.array([_figures(one) for one in closings])
     low, high = figures.min(axis=0).tolist(), figures.max(axis=0).tolist()
     normal, contact, *held = zip(low, high, strict=True)
     return ClosingSpread(normal, contact, dict(zip(ALONG, held, strict=True)))
+
+
+def _part(progress: Progress | None, number: int, count: int) -> Progress:
+    """Return the progress of one of several closings, from that of all."""
+
+    def part(frames: int, total: int) -> None:
+        if progress is not None:
+            progress(number * total + frames, count * total)
+
+    return part
 
 
 def _figures(closing: TimedClosing) -> list[float]:
@@ -447,31 +430,6 @@ class RateAdvice:
     fastest: float | None
 
 
-def advise_rate(
-    setup: GripSetup,
-    pressure: float,
-    rates: Sequence[float],
-    *,
-    wait: float = 2.0,
-    damping: Damping | None = None,
-    progress: Progress | None = None,
-) -> RateAdvice:
-    """Return the fastest of some rates that keeps 90 % of the slowly closed grip.
-
-    Args:
-        setup: gripper, object, friction.
-        pressure: to close to [Pa].
-        rates: [Pa/s], any order.
-        wait: at the pressure before the grip is judged [s].
-        damping: None is that of a silicone tube in air.
-        progress: called with frames done and all.
-    """
-    *_, advice = growing_advice(
-        setup, pressure, rates, wait=wait, damping=damping, progress=progress
-    )
-    return advice
-
-
 def growing_advice(
     setup: GripSetup,
     pressure: float,
@@ -481,7 +439,18 @@ def growing_advice(
     damping: Damping | None = None,
     progress: Progress | None = None,
 ) -> Iterator[RateAdvice]:
-    """Yield :func:`advise_rate` of the slowest rate, the two slowest and so on, as they come."""
+    """Yield the fastest of some rates that keeps 90 % of the slowly closed grip, rate by rate.
+
+    First of the slowest rate alone, then of the two slowest and so on, as they are computed.
+
+    Args:
+        setup: gripper, object, friction.
+        pressure: to close to [Pa].
+        rates: [Pa/s], any order.
+        wait: at the pressure before the grip is judged [s].
+        damping: None is that of a silicone tube in air.
+        progress: called with frames done and all.
+    """
     rising = sorted(require_positive("rates", rate) for rate in rates)
     if not rising:
         raise InvalidInputError("rates", rates, "one or more rates")
@@ -489,13 +458,8 @@ def growing_advice(
     done: list[tuple[float, float, TimedClosing]] = []
     fastest = None
     for i, rate in enumerate(rising):
-
-        def moved(frames: int, total: int, before: int = i) -> None:
-            if progress is not None:
-                progress(before * total + frames, len(rising) * total)
-
-        course = PressureCourse.ramp(rate, pressure, wait)
-        closing = close_on(setup, course, damping=damping, progress=moved)
+        course, part = PressureCourse.ramp(rate, pressure, wait), _part(progress, i, len(rising))
+        closing = close_on(setup, course, damping=damping, progress=part)
         done.insert(0, (rate, _held(closing), closing))
         if all(force >= KEEP * slow for _, force, _ in done):
             fastest = rate
@@ -747,19 +711,15 @@ class Supply:
 
     def rates(self, volume: Volume, pressure: float) -> tuple[float, float]:
         """Return how fast a gauge pressure rises and falls with the valve fully open [Pa/s]."""
-        slope = self._stored_slope(volume, pressure)
-        inside = pressure + ATMOSPHERE
-        fill = self.orifice.mass_flow(self.pressure + ATMOSPHERE, inside)
-        vent = self.orifice.mass_flow(inside, ATMOSPHERE)
-        return fill / slope, vent / slope
-
-    def _stored_slope(self, volume: Volume, pressure: float) -> float:
-        """Return d(mass)/d(pressure) [kg/Pa] of the air in actuator and line."""
         step = max(10.0, 1e-4 * pressure)
         low, high = max(0.0, pressure - step), pressure + step
         stored = [
             (gauge + ATMOSPHERE) * (require_positive("volume", volume(gauge)) + self.dead_volume)
             for gauge in (low, high)
         ]
-        slope = (stored[1] - stored[0]) / (high - low)
-        return require_positive("volume", slope) * REFERENCE_DENSITY / REFERENCE_PRESSURE
+        slope = require_positive("volume", (stored[1] - stored[0]) / (high - low))
+        slope *= REFERENCE_DENSITY / REFERENCE_PRESSURE  # d(mass)/d(pressure) [kg/Pa]
+        inside = pressure + ATMOSPHERE
+        fill = self.orifice.mass_flow(self.pressure + ATMOSPHERE, inside)
+        vent = self.orifice.mass_flow(inside, ATMOSPHERE)
+        return fill / slope, vent / slope

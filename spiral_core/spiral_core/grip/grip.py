@@ -185,7 +185,11 @@ class Grip:
             require_positive("force_max", force_max)
             normal = np.interp(grid, self.window.pressures, self.window.normal_forces)
             if not (normal <= force_max).any():
-                raise self._presses_harder(force_max, float(normal.min()))
+                least = float(normal.min())
+                reason = (
+                    f"the wrapped coil presses with {least:.3g} N or more, above {force_max:.3g} N"
+                )
+                raise NotGrippableError(self._radius, reason, force_max - least, None)
             grid = grid[normal <= force_max]
         if payload is None:
             return float(grid[np.argmin(np.abs(grid - best))])
@@ -231,11 +235,6 @@ class Grip:
         """
         ratio: Array = self.force(Pull.DOWN) / self._weight(payload)
         return ratio
-
-    def _presses_harder(self, force_max: float, least: float) -> NotGrippableError:
-        """Return the refusal of a greatest force that every recommended pressure exceeds."""
-        reason = f"the wrapped coil presses with {least:.3g} N or more, above {force_max:.3g} N"
-        return NotGrippableError(self._radius, reason, force_max - least, None)
 
     def _carries_less(
         self, payload: float, most: float, force_max: float | None
@@ -356,16 +355,15 @@ def refine(grip: Grip) -> Refinement:
         elements=count,
         window=max(
             _change(coarse, fine)
-            for coarse, fine in zip(_edges(window), _edges(finer), strict=True)
+            for coarse, fine in (
+                (window.onset_wrap, finer.onset_wrap),
+                (window.onset_curling, finer.onset_curling),
+                (window.loss, finer.loss),
+            )
         ),
         force=_change(coarse, fine),
         penetration=max(0.0, -sunk) / window.setup.gripper.tube.outer_radius,
     )
-
-
-def _edges(window: GripWindow) -> tuple[float | None, float | None, float | None]:
-    """Return the onsets of wrap and curling, and the loss [Pa]."""
-    return window.onset_wrap, window.onset_curling, window.loss
 
 
 def _change(coarse: float | None, fine: float | None) -> float:
@@ -524,13 +522,12 @@ def solve_cases(
     if executor is None:
         for number in open_cases:
             finish(number, solve_case(cases[number]))
-        return tuple(done[number] for number in range(len(cases)))
-    jobs = {executor.submit(solve_case, cases[number]): number for number in open_cases}
-    try:
-        for job in as_completed(jobs):
-            finish(jobs[job], job.result())
-    except BaseException:
-        for job in jobs:
-            job.cancel()
-        raise
+    else:
+        jobs = {executor.submit(solve_case, cases[number]): number for number in open_cases}
+        try:
+            for job in as_completed(jobs):
+                finish(jobs[job], job.result())
+        finally:  # of a study that is interrupted
+            for job in jobs:
+                job.cancel()
     return tuple(done[number] for number in range(len(cases)))

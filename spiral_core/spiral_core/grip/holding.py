@@ -172,13 +172,13 @@ def _as_weight(axial: HoldingForce, share: float) -> HoldingForce:
     Of its weight the ``share`` acts along the axis, and of its way as much is along gravity.
     """
     return HoldingForce(
-        pull=Pull.DOWN,
-        force=axial.force / share,
-        displacement=axial.displacement * share,
-        stiffness=axial.stiffness / share**2,
-        displacements=axial.displacements * share,
-        forces=axial.forces / share,
-        end=axial.end,
+        Pull.DOWN,
+        axial.force / share,
+        axial.displacement * share,
+        axial.stiffness / share**2,
+        axial.displacements * share,
+        axial.forces / share,
+        axial.end,
     )
 
 
@@ -234,14 +234,12 @@ def pull_direction(point: GripPoint, pull: Pull) -> Array:
         if not norm > 0.0:
             raise InvalidInputError("pull", pull.value, "another one: there is no gravity")
         return gravity / norm
+    if pull is Pull.SIDEWAYS:
+        away: Array = setup.frame[1]
+        return away
     positions = point.state.positions
     if (positions[-1] - positions[0]) @ axis < 0.0:
         axis = -axis  # away from the base is where the coil advances to
-    if pull is Pull.SIDEWAYS:
-        across = np.asarray(setup.obstacle.position)
-        across = across - (across @ axis) * axis
-        norm = float(np.linalg.norm(across))
-        return across / norm if norm > 0.0 else np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     return axis if pull in (Pull.AWAY, Pull.TWIST_RIGHT) else -axis
 
 

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 from itertools import groupby, pairwise
+from typing import Any
 
 import numpy as np
 
@@ -79,7 +80,7 @@ def place_mount(
         tilt: see :class:`Mount` [rad].
         aim: what the score is.
     """
-    there = moved(setup, shift, tilt)
+    there = moved(setup, np.array((*shift, *tilt)))
     try:
         window = grip_window(there)
         score = _score(window, aim)
@@ -88,26 +89,18 @@ def place_mount(
     return Mount(shift, tilt, there, window, score)
 
 
-def moved(setup: GripSetup, shift: Vector, tilt: tuple[float, float]) -> GripSetup:
-    """Return the setup with its object shifted [m] and tilted [rad] as :class:`Mount` says."""
-    frame = mount_frame(setup)
+def moved(setup: GripSetup, by: Array) -> GripSetup:
+    """Return the setup with its object moved by three shifts [m] and two tilts [rad] (5,).
+
+    See :class:`Mount` for their directions.
+    """
+    if not by.any():
+        return setup
     obstacle = setup.obstacle.moved(
-        translation=tuple((np.asarray(shift) @ frame).tolist()),
-        rotation=tuple((np.asarray(tilt) @ frame[1:]).tolist()),
+        translation=tuple((by[:3] @ setup.frame).tolist()),
+        rotation=tuple((by[3:] @ setup.frame[1:]).tolist()),
     )
     return replace(setup, obstacle=obstacle)
-
-
-def mount_frame(setup: GripSetup) -> Array:
-    """Return the directions of shifts as rows (3, 3): along, away from the base, across both."""
-    axis = setup.axis
-    away = np.asarray(setup.obstacle.position)
-    away = away - (away @ axis) * axis
-    norm = float(np.linalg.norm(away))
-    if not norm > 0.0:
-        away, norm = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))]), 1.0
-    away = away / np.linalg.norm(away)
-    return np.array((axis, away, np.cross(axis, away)))
 
 
 def search_mount(
@@ -129,27 +122,20 @@ def search_mount(
         progress: called with the number of closings done and the most there are, after each.
     """
     require_in_range("most_tries", most_tries, 1, 10_000)
-    sizes = np.array(
-        (*(3 * (SHIFT_STEP * setup.obstacle.shape.feature_radius,)), *(2 * (TILT_STEP,)))
-    )
-    steps = [
-        sign * size * unit for unit, size in zip(np.eye(5), sizes, strict=True) for sign in (1, -1)
-    ]
-    place, best, tries = np.zeros(5), place_mount(setup, aim=aim), 1
-    for level in range(HALVINGS + 1):
-        improved = True
-        while improved and tries < most_tries:
-            improved = False
-            for step in steps:
-                if tries >= most_tries:
-                    break
-                there = place + 0.5**level * step
-                other = _placed(setup, there, aim)
-                tries += 1
-                if progress is not None:
-                    progress(tries, most_tries)
-                if other.score > best.score:
-                    place, best, improved = there, other, True
+    shift = SHIFT_STEP * setup.obstacle.shape.feature_radius
+    steps = _each_way(np.array((shift, shift, shift, TILT_STEP, TILT_STEP)))
+    place, best, tries, level = np.zeros(5), place_mount(setup, aim=aim), 1, 0
+    while level <= HALVINGS and tries < most_tries:
+        improved = False
+        for step in steps[: most_tries - tries]:
+            there = place + 0.5**level * step
+            other = _placed(setup, there, aim)
+            tries += 1
+            if progress is not None:
+                progress(tries, most_tries)
+            if other.score > best.score:
+                place, best, improved = there, other, True
+        level += not improved
     return best
 
 
@@ -172,11 +158,13 @@ def misplacements(
     """
     require_positive("shift", shift)
     require_positive("tilt", tilt)
-    sizes = (shift, shift, shift, tilt, tilt)
-    places = [np.zeros(5)]
-    for unit, size in zip(np.eye(5), sizes, strict=True):
-        places += [size * unit, -size * unit]
+    places = (np.zeros(5), *_each_way(np.array((shift, shift, shift, tilt, tilt))))
     return tuple(_placed(setup, place, aim) for place in places)
+
+
+def _each_way(sizes: Array) -> list[Array]:
+    """Return plus and minus each of five sizes, (5,) each."""
+    return [sign * one for one in np.diag(sizes) for sign in (1.0, -1.0)]
 
 
 def _placed(setup: GripSetup, place: Array, aim: MountAim) -> Mount:
@@ -272,25 +260,17 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
     shape = setup.obstacle.shape
     if setup.tip_pressure is None or not isinstance(shape, Cylinder):
         return None
-    curve = WrapCurve(replace(setup.gripper, object_axis=None))
-    laid = lay_into_coil(setup.gripper, shape.radius, curve=curve).obstacle
-    if (laid.position, laid.orientation) != (setup.obstacle.position, setup.obstacle.orientation):
+    own, obstacle = setup.gripper, setup.obstacle
+    curve = WrapCurve(replace(own, object_axis=None))
+    laid = lay_into_coil(own, shape.radius, curve=curve).obstacle
+    if (laid.position, laid.orientation) != (obstacle.position, obstacle.orientation):
         return None
     for number in range(1, RADIUS_TRIES + 1):
         for factor in (1.0 + number * RADIUS_STEP, 1.0 - number * RADIUS_STEP):
             radius = factor * shape.radius
-            if not curve.radius_min <= radius <= curve.radius_max:
-                continue
-            with suppress(SpiralError):
-                other = lay_into_coil(
-                    setup.gripper,
-                    radius,
-                    friction=setup.obstacle.friction,
-                    closing=setup.closing,
-                    curve=curve,
-                )
-                if _is_wrapped(other):
-                    return radius
+            inside = curve.radius_min <= radius <= curve.radius_max
+            if inside and _is_held(own, curve, radius, obstacle.friction, setup.closing):
+                return radius
     return None
 
 
@@ -315,7 +295,7 @@ def held_radii(
     curve = WrapCurve(replace(gripper, object_axis=None))
     low, high = max(curve.radius_min, THINNEST * gripper.tube.outer_radius), curve.radius_max
     radii = [low, *np.linspace(low, high, RADII_TRIED)[1:-1].tolist(), high]
-    in_turn = map if executor is None else executor.map
+    in_turn = _mapping(executor)
     done = (lambda *_: None) if progress is None else progress
     held: dict[float, bool] = {}
     for is_held in in_turn(partial(_is_held, gripper, curve), radii):
@@ -326,13 +306,22 @@ def held_radii(
     for count, found in enumerate(in_turn(partial(_end, gripper, curve), ends, firsts), start=1):
         held |= found
         done(RADII_TRIED + count, RADII_TRIED + len(ends))
-    return _ranges(held)
+    runs = (list(run) for is_held, run in groupby(sorted(held), held.__getitem__) if is_held)
+    return tuple((run[0], run[-1]) for run in runs)
 
 
-def _is_held(gripper: Gripper, curve: WrapCurve, radius: float) -> bool:
+def _is_held(
+    gripper: Gripper,
+    curve: WrapCurve,
+    radius: float,
+    friction: float | None = None,
+    closing: Closing = Closing.SLOW,
+) -> bool:
     """Return whether a cylinder of a radius [m] is wrapped where the free coil lies."""
     try:
-        return _is_wrapped(lay_into_coil(gripper, radius, curve=curve))
+        return _is_wrapped(
+            lay_into_coil(gripper, radius, friction=friction, closing=closing, curve=curve)
+        )
     except SpiralError:
         return False
 
@@ -347,12 +336,6 @@ def _end(
         found[middle] = _is_held(gripper, curve, middle)
         low, high = (middle, high) if found[middle] == first else (low, middle)
     return found
-
-
-def _ranges(held: dict[float, bool]) -> tuple[tuple[float, float], ...]:
-    """Return the first and the last radius of each run of radii that are held [m], rising."""
-    found = (list(run) for is_held, run in groupby(sorted(held), held.__getitem__) if is_held)
-    return tuple((run[0], run[-1]) for run in found)
 
 
 def find_place(
@@ -376,12 +359,12 @@ def find_place(
     reach = FARTHEST_SHIFT * (setup.obstacle.shape.feature_radius + setup.gripper.tube.outer_radius)
     tilt = LARGEST_TILT if setup.gripper.object_axis is None else 0.0
     sizes = np.array((reach, reach, reach, tilt, tilt))
-    in_turn = map if executor is None else executor.map
+    in_turn = _mapping(executor)
     steps, part = _evenly(PLACES_TRIED, len(sizes)), FIRST_PART
     tried: list[tuple[float, Array]] = []
     batch = [np.zeros(len(sizes)), *_evenly(EXPLORED, len(sizes))]
     while batch:
-        places = [_shifted(setup, sizes * shift) for shift in batch]
+        places = [moved(setup, sizes * shift) for shift in batch]
         for shift, place, missing in zip(batch, places, in_turn(_missing, places), strict=True):
             if missing == 0.0:
                 return place
@@ -397,14 +380,6 @@ def find_place(
         ][: PLACES_TRIED - len(tried)]
         part *= NEXT_PART
     return None
-
-
-def _shifted(setup: GripSetup, by: Array) -> GripSetup:
-    """Return the object moved by three lengths [m] and two angles [rad]."""
-    along, away, across, first, second = by.tolist()
-    if not by.any():
-        return setup
-    return moved(setup, (along, away, across), (first, second))
 
 
 def _missing(setup: GripSetup) -> float:
@@ -449,7 +424,7 @@ def what_helps(setup: GripSetup, executor: Executor | None = None) -> str:
                 friction=obstacle.friction,
                 closing=setup.closing,
             )
-    held = _tried([*others.values()], executor, None)
+    held = _mapping(executor)(_is_wrapped, others.values())
     helps = next((name for name, is_held in zip(others, held, strict=True) if is_held), None)
     if helps is None:
         return "nor would another roll of the base or another direction of the object help"
@@ -472,15 +447,9 @@ def _rolled(gripper: Gripper, angle: float) -> Gripper:
     )
 
 
-def _tried(
-    setups: Sequence[GripSetup], executor: Executor | None, progress: Progress | None
-) -> Iterator[bool]:
-    """Yield of each setup whether it is held; a setup that has no answer is not."""
-    in_turn = map if executor is None else executor.map
-    for count, is_held in enumerate(in_turn(_is_wrapped, setups), start=1):
-        if progress is not None:
-            progress(count, len(setups))
-        yield is_held
+def _mapping(executor: Executor | None) -> Callable[..., Iterator[Any]]:
+    """Return what applies a function to each item: on an executor, or here, one after the other."""
+    return map if executor is None else executor.map
 
 
 def _evenly(count: int, dimensions: int) -> Array:

@@ -101,6 +101,17 @@ class GripSetup:
         return np.array((2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)))
 
     @property
+    def frame(self) -> Array:
+        """Unit rows (3, 3): along the object, from the base square to it, across both."""
+        axis = self.axis
+        away = np.asarray(self.obstacle.position)
+        away = away - (away @ axis) * axis
+        if not np.linalg.norm(away) > 0.0:
+            away = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        away = away / np.linalg.norm(away)
+        return np.array((axis, away, np.cross(axis, away)))
+
+    @property
     def falls_by_choice(self) -> bool:
         """Whether nothing says to which side the tube without pressure falls.
 

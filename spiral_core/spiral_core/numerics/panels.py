@@ -64,17 +64,27 @@ def relative_tails(samples: Array) -> Array:
     return tails
 
 
-def halved_edges(edges: tuple[float, ...], samples: Array, tolerance: float) -> tuple[float, ...]:
-    """Return the edges with each panel halved in which a function's polynomial ends too large.
+def refined_panels(
+    edges: tuple[float, ...], sample: Callable[[Array], Array], tolerance: float, halvings: int
+) -> tuple[tuple[float, ...], Array]:
+    """Return panels halved where a function's polynomial ends too large, and the samples there.
 
     Args:
         edges: increasing ends of the panels.
-        samples: (functions, panels, NODES) values.
+        sample: returns values (functions, panels, NODES) at nodes (panels, NODES); the first three
+            functions are looked at.
         tolerance: of :func:`relative_tails`.
+        halvings: how many times a panel may be halved.
     """
-    rough = (relative_tails(samples).max(axis=0) > tolerance).tolist()
-    halves = [0.5 * (a + b) for a, b, one in zip(edges, edges[1:], rough, strict=False) if one]
-    return tuple(sorted([*edges, *halves]))
+    samples = sample(panel_nodes(edges))
+    for _ in range(halvings):
+        rough = relative_tails(samples[:3]).max(axis=0) > tolerance
+        if not rough.any():
+            break
+        halves = [0.5 * (edges[k] + edges[k + 1]) for k in np.flatnonzero(rough).tolist()]
+        edges = tuple(sorted([*edges, *halves]))
+        samples = sample(panel_nodes(edges))
+    return edges, samples
 
 
 class Panels:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from spiral_core.numerics.roots import minimum
 from spiral_core.wrap.scan import PressureScan
@@ -195,12 +195,9 @@ class CoiledRange:
 
     def _held(self, track: Sequence[Wrap]) -> list[tuple[int, int]]:
         """Return first and last index of each part of a track that is in the range."""
-        held = [self.room(wrap)[0] >= 0.0 for wrap in track]
-        firsts = [i for i, here in enumerate(held) if here and (i == 0 or not held[i - 1])]
-        lasts = [
-            i for i, here in enumerate(held) if here and (i + 1 == len(held) or not held[i + 1])
-        ]
-        return list(zip(firsts, lasts, strict=True))
+        runs = groupby(range(len(track)), lambda i: self.room(track[i])[0] >= 0.0)
+        parts = (list(run) for held, run in runs if held)
+        return [(part[0], part[-1]) for part in parts]
 
     def _stretch(self, track: Sequence[Wrap], begin: int, end: int) -> list[SubBranch]:
         """Return the sub-branches of a part of a track, with its ends located."""

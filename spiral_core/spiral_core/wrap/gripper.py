@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core.actuator.actuation import FreeActuation
+from spiral_core.actuator.actuation import FreeActuation, section_stiffness
 from spiral_core.actuator.actuator import ActuationModel, Actuator, PressureLaw, UnloadedShape
-from spiral_core.actuator.section_law import section_stiffness
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
@@ -197,11 +196,12 @@ def stiffness_from_section(actuator: Actuator, pressure: float) -> Section:
         >>> round(section.sideways / annulus.bending, 2)
         1.26
     """
-    shape = FreeActuation(actuator).unloaded_shape(pressure)
+    actuation = FreeActuation(actuator)
+    shape = actuation.unloaded_shape(pressure)
     if actuator.pressure_law is not PressureLaw.SECTION:
         requirement = "section: the even wall of the uniform law has no stiffness of its own"
         raise InvalidInputError("pressure_law", actuator.pressure_law.value, requirement)
-    found = section_stiffness(actuator, pressure)
+    found = section_stiffness(actuation, pressure)
     slope = found.twist_per_curvature
     square = 1.0 / (1.0 + slope * slope)  # of d's component of bending
     # Per length of the backbone, where the section counts per length at rest.

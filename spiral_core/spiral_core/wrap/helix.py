@@ -12,20 +12,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_finite, require_non_negative, require_positive
-
-# Below this angle (x - sin x) / x^3 comes from its series, whose error there is under 1e-17; above
-# it the subtraction loses less than two digits.
-SERIES_ANGLE = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Helix:
-    """A helix of constant curvature and torsion, per length of its centerline.
+    r"""A helix of constant curvature and torsion, per length of its centerline.
+
+    .. math:: \rho = \kappa / (\kappa^2 + \tau^2), \quad p = 2\pi\tau / (\kappa^2 + \tau^2)
+
+    Exact for a uniform, unloaded rod; gravity and contact are left to :mod:`spiral_core.rod`.
 
     Args:
         curvature: centerline curvature [1/m], > 0.
@@ -93,118 +89,3 @@ class Helix:
             The radius [m]; zero or negative when the tube itself fills the coil and nothing fits.
         """
         return self.radius - require_positive("outer_radius", outer_radius)
-
-
-def helix_from_curvature(curvature: float, torsion: float) -> Helix:
-    r"""Return the helix whose centerline has constant curvature and torsion.
-
-    .. math:: \rho = \kappa / (\kappa^2 + \tau^2), \quad p = 2\pi\tau / (\kappa^2 + \tau^2)
-
-    Exact for a uniform, unloaded rod; gravity and contact are left to :mod:`spiral_core.rod.types`.
-
-    Args:
-        curvature: centerline curvature [1/m], > 0.
-        torsion: centerline torsion [1/m]; positive is right-handed.
-
-    Returns:
-        The helix; its pitch carries the sign of ``torsion``.
-
-    Raises:
-        InvalidInputError: ``curvature`` is not positive and finite.
-
-    Example:
-        >>> helix = helix_from_curvature(curvature=20.0, torsion=10.0)
-        >>> round(helix.radius, 6), round(helix.pitch, 6)
-        (0.04, 0.125664)
-    """
-    return Helix(curvature=curvature, torsion=torsion)
-
-
-def helix_positions(
-    curvature: float, torsion: float, arc_lengths: ArrayLike
-) -> NDArray[np.float64]:
-    r"""Return points of the centerline in the base frame.
-
-    With :math:`k^2 = \kappa^2 + \tau^2`, :math:`C = (1 - \cos ks) / (ks)^2` and
-    :math:`S = (ks - \sin ks) / (ks)^3`:
-
-    .. math:: p(s) = (s - \kappa^2 s^3 S, \; \kappa s^2 C, \; \kappa \tau s^3 S)
-
-    Smooth down to a straight rod: curvature and torsion may both be zero.
-
-    Args:
-        curvature: curvature [1/m]; positive bends towards +y.
-        torsion: torsion [1/m]; positive is right-handed.
-        arc_lengths: distances from the base along the centerline [m], shape (n,).
-
-    Returns:
-        Positions [m], shape (n, 3).
-
-    Raises:
-        InvalidInputError: a value is not finite, or ``arc_lengths`` is not one-dimensional.
-
-    Example:
-        >>> helix_positions(curvature=10.0, torsion=0.0, arc_lengths=[math.pi / 20.0]).round(6)
-        array([[0.1, 0.1, 0. ]])
-    """
-    curvature, torsion = require_finite("curvature", curvature), require_finite("torsion", torsion)
-    s = _require_arc_lengths(arc_lengths)
-    angle = math.hypot(curvature, torsion) * s
-    bent = s**3 * _sine_deficit(angle)
-    half_versine = np.sinc(angle / (2.0 * math.pi)) ** 2 / 2.0  # (1 - cos x) / x^2
-    return np.column_stack(
-        (s - curvature**2 * bent, curvature * s**2 * half_versine, curvature * torsion * bent)
-    )
-
-
-def helix_orientations(
-    curvature: float, torsion: float, arc_lengths: ArrayLike
-) -> NDArray[np.float64]:
-    r"""Return material frames along the centerline as quaternions in the base frame.
-
-    The frame at s is the base frame turned by :math:`k s` about the axis :math:`(\tau, 0, \kappa)`.
-
-    Args:
-        curvature: curvature [1/m]; positive bends towards +y.
-        torsion: torsion [1/m]; positive is right-handed.
-        arc_lengths: distances from the base along the centerline [m], shape (n,).
-
-    Returns:
-        Unit quaternions (x, y, z, w), continuous along the rod, shape (n, 4).
-
-    Raises:
-        InvalidInputError: a value is not finite, or ``arc_lengths`` is not one-dimensional.
-
-    Example:
-        >>> helix_orientations(curvature=0.0, torsion=10.0, arc_lengths=[math.pi / 10.0]).round(6)
-        array([[1., 0., 0., 0.]])
-    """
-    curvature, torsion = require_finite("curvature", curvature), require_finite("torsion", torsion)
-    s = _require_arc_lengths(arc_lengths)
-    half_angle = 0.5 * math.hypot(curvature, torsion) * s
-    scale = 0.5 * s * np.sinc(half_angle / math.pi)  # sin(k s / 2) / k
-    return np.column_stack(
-        (torsion * scale, np.zeros_like(s), curvature * scale, np.cos(half_angle))
-    )
-
-
-def _require_arc_lengths(arc_lengths: ArrayLike) -> NDArray[np.float64]:
-    requirement = "a one-dimensional array of finite numbers"
-    try:
-        s = np.asarray(arc_lengths, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInputError("arc_lengths", arc_lengths, requirement) from None
-    if s.ndim != 1 or not bool(np.isfinite(s).all()):
-        raise InvalidInputError("arc_lengths", arc_lengths, requirement)
-    return s
-
-
-def _sine_deficit(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (x - sin x) / x^3, by its series near zero; the limit at zero is 1/6."""
-    small = np.abs(angle) < SERIES_ANGLE
-    square = np.where(small, angle, 0.0) ** 2
-    series = np.zeros_like(angle)
-    for order in range(8, -1, -1):
-        series = 1.0 / math.factorial(2 * order + 3) - square * series
-    x = np.where(small, 1.0, angle)
-    return np.where(small, series, (x - np.sin(x)) / x**3)

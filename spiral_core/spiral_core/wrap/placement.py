@@ -69,17 +69,17 @@ def place_object(wrap: Wrap) -> ObjectPlacement:
             that gave a fitted axis its direction.
     """
     radius, outer_radius = wrap.object_radius, wrap.outer_radius
-    axis, across, up = _frame_along(wrap.axis)
-    positions = touching_nodes(wrap, min(wrap.turns_required, 1.0))
+    axis = np.asarray(wrap.axis)
+    plane = np.linalg.svd(axis[None, :])[2][1:]  # two unit vectors across the axis, as rows
     center = _fitted_center(
-        positions @ np.stack((across, up), axis=1),
-        _center_at_tip(wrap.state, axis, radius + outer_radius) @ np.stack((across, up), axis=1),
+        touching_nodes(wrap, min(wrap.turns_required, 1.0)) @ plane.T,
+        _center_at_tip(wrap.state, axis, radius + outer_radius) @ plane.T,
         radius + outer_radius,
     )
     touching = touching_nodes(wrap, wrap.turns_required)
     covered = touching @ axis
     low, high = float(covered.min()) - outer_radius, float(covered.max()) + outer_radius
-    place = center[0] * across + center[1] * up
+    place = center @ plane
     x, y, z = (place + 0.5 * (low + high) * axis).tolist()
     distances = distances_from_axis(touching, place, axis)
     gap = float(np.abs(distances - radius - outer_radius).max())
@@ -102,16 +102,6 @@ def distances_from_axis(positions: Array, center: Array | Vector, axis: Array | 
         np.cross(positions - np.asarray(center), np.asarray(axis)), axis=1
     )
     return distances
-
-
-def _frame_along(axis: Vector) -> tuple[Array, Array, Array]:
-    """Return the axis and two unit vectors that complete it to a frame."""
-    along = np.asarray(axis)
-    helper = np.zeros(3)
-    helper[np.argmin(np.abs(along))] = 1.0
-    across = np.cross(along, helper)
-    across /= np.linalg.norm(across)
-    return along, across, np.cross(along, across)
 
 
 def _center_at_tip(state: RodState, axis: Array, contact_radius: float) -> Array:

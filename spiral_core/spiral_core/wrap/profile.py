@@ -19,6 +19,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, NotGrippableError
 from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down, rounded_up
+from spiral_core.validation import require_vector
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.wrap import WrapRegime
 
@@ -150,7 +151,7 @@ def wrap_for_profile(curve: WrapCurve, profile: ObjectProfile) -> ProfileWrap:
     fitting = [window for window in windows if window is not None]
     if not fitting:
         raise _refusal(curve, profile)
-    start, end = min(fitting, key=lambda w: _spread(profile, *w))
+    start, end = min(fitting, key=lambda window: np.ptp(profile.extremes(*window)))
     thin, thick = profile.extremes(start, end)
     pressure = curve.pressure_from_radius(thin)
     return ProfileWrap(
@@ -186,11 +187,6 @@ def _window(curve: WrapCurve, profile: ObjectProfile, start: float) -> tuple[flo
             return start, end
         end = needed
     return None
-
-
-def _spread(profile: ObjectProfile, start: float, end: float) -> float:
-    thin, thick = profile.extremes(start, end)
-    return thick - thin
 
 
 def _station(curve: WrapCurve, profile: ObjectProfile, position: float, pressure: float) -> Station:
@@ -246,11 +242,7 @@ def _grippable_parts(curve: WrapCurve, profile: ObjectProfile) -> list[tuple[flo
 
 
 def _samples(field: str, values: ArrayLike) -> Array:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInputError(field, values, "a list of finite numbers") from None
-    if array.ndim != 1 or not bool(np.isfinite(array).all()):
-        raise InvalidInputError(field, values, "a list of finite numbers")
+    count = np.size(values)
+    array = np.array(require_vector(field, values, count), dtype=np.float64)
     array.setflags(write=False)
     return array

@@ -20,13 +20,13 @@ from spiral_core.errors import InvalidInputError, NoCoilError
 from spiral_core.rod._continuation import solve_uniform
 from spiral_core.rod._mesh import element_count
 from spiral_core.rod._newton import CONVERGED
-from spiral_core.rod._profiles import floats, uniform_rod
+from spiral_core.rod._profiles import uniform_rod
 from spiral_core.rod.path import follow_path
 from spiral_core.rod.solve import even_arc_lengths, state_from_solved
 from spiral_core.rod.state import RodPath, RodState
-from spiral_core.rod.types import Array, Vector
+from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down
-from spiral_core.wrap._kernels import FITTED, fitted_radius, interpolated_orientations
+from spiral_core.wrap._kernels import interpolated_orientations
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap, wrapped_radius
 
@@ -84,8 +84,6 @@ class PressureScan:
 
     def __init__(self, gripper: Gripper) -> None:
         self.gripper = gripper
-        self._axis: Vector = FITTED if gripper.object_axis is None else floats(gripper.object_axis)
-        self._outer_radius = float(gripper.tube.outer_radius)
         pressures = sample_pressures(gripper)
         shapes = [gripper.unloaded_shape(pressure) for pressure in pressures]
         tightest = max(shapes, key=strain_of)
@@ -129,17 +127,11 @@ class PressureScan:
         shape = gripper.unloaded_shape(pressure)
         q = self.start_at(pressure) if start is None else start
         rod = uniform_rod(gripper.rod(shape), gripper.load(shape))
-        outer = self._outer_radius
         solved = solve_uniform(q, rod, 0)
         if solved.folds or solved.solution.outcome != CONVERGED:
             return self._wrap(pressure, self._followed(pressure))
-        tip = solved.positions[-1]
-        radius, axis = fitted_radius(
-            q, solved.strains, tip, rod.length, rod.rest_strain, self._axis, outer
-        )
         arcs = even_arc_lengths(shape.backbone_length, self._elements)
-        state = state_from_solved(arcs, q, solved)
-        return Wrap(pressure, radius, shape, state, axis, gripper.turns_required, outer)
+        return self._wrap(pressure, state_from_solved(arcs, q, solved), shape)
 
     def samples(self, track: Track) -> list[Wrap]:
         """Return what the gripper wraps along a track, often enough to show how it changes."""
@@ -187,12 +179,12 @@ class PressureScan:
             start=start,
         )
 
-    def _wrap(self, pressure: float, state: RodState) -> Wrap:
+    def _wrap(self, pressure: float, state: RodState, shape: UnloadedShape | None = None) -> Wrap:
         gripper = self.gripper
-        shape = gripper.unloaded_shape(pressure)
+        shape = gripper.unloaded_shape(pressure) if shape is None else shape
         radius, axis = wrapped_radius(gripper, shape, state)
-        turns = gripper.turns_required
-        return Wrap(float(pressure), radius, shape, state, axis, turns, self._outer_radius)
+        turns, outer = gripper.turns_required, gripper.tube.outer_radius
+        return Wrap(float(pressure), radius, shape, state, axis, turns, outer)
 
 
 def _track(solved: Sequence[tuple[float, RodState]]) -> Track:
