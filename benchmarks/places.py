@@ -43,8 +43,7 @@ def held_at_random(setup: GripSetup, index: int, count: int) -> int:
     reach = FARTHEST_SHIFT * (setup.obstacle.shape.feature_radius + setup.gripper.tube.outer_radius)
     tilt = LARGEST_TILT if setup.gripper.object_axis is None else 0.0
     for tried in range(1, count + 1):
-        x, y, z, first, second = (rng.uniform(-1.0, 1.0, 5) * (*[reach] * 3, tilt, tilt)).tolist()
-        if is_held(moved(setup, (x, y, z), (first, second))):
+        if is_held(moved(setup, rng.uniform(-1.0, 1.0, 5) * (*[reach] * 3, tilt, tilt))):
             return tried
     return 0
 
