@@ -4,7 +4,7 @@
 import re
 from pathlib import Path
 
-from spiral_gripper.files.fields import FIELDS, LAWS, Field, Kind, constants_of
+from spiral_gripper.files.fields import FIELDS, LAWS, Field, constants_of
 
 PAGE = Path(__file__).parent / "gripper_files.md"
 # The table is what lies between these lines of the page.
@@ -18,13 +18,12 @@ def field_table() -> str:
 
 
 def _row(name: str, field: Field) -> str:
-    kind = field.dimension.quantity if field.dimension else field.kind.name.lower()
-    choices = ("true", "false") if field.kind is Kind.SWITCH else field.choices
-    allowed = ", ".join(f"`{choice}`" for choice in choices) or field.allowed
     by_law = {f"material.{constant}" for law in LAWS for constant in constants_of(law)}
     required = "by the law" if name in by_law else "yes" if field.required else "no"
     return (
-        f"| `{name}` | {kind} | {required} | {allowed} | {field.default} |".replace("|  |", "| |")
+        f"| `{name}` | {field.kind} | {required} | {field.allowed} | {field.default} |".replace(
+            "|  |", "| |"
+        )
         + "\n"
     )
 

@@ -123,18 +123,15 @@ WRONG_VALUES = {
     ),
     "zero": (
         ("500 mm", "0 mm"),
-        "5:11: tube.length must be a positive finite number (it is 0 m), got 0 mm",
+        "5:11: tube.length must be a positive finite number, got 0 mm",
     ),
     "negative": (
         ("inner_radius: 4.7625 mm", "inner_radius: -4.5 mm"),
-        "3:17: tube.inner_radius must be a positive finite number (it is -0.0045 m), got -4.5 mm",
+        "3:17: tube.inner_radius must be a positive finite number, got -4.5 mm",
     ),
     "negative density": (
         ("0.95 g/cm^3", "-1 g/cm^3"),
-        (
-            "13:12: material.density must be a positive finite number (it is -1000 kg/m^3), "
-            "got -1 g/cm^3"
-        ),
+        "13:12: material.density must be a positive finite number, got -1 g/cm^3",
     ),
     "out of range": (
         ("88 deg", "95 deg"),
@@ -153,8 +150,8 @@ WRONG_VALUES = {
     "two constants that do not go together": (
         ("130 kPa", "-16 kPa"),
         (
-            "11:7: material.c1 + material.c2 must be positive, so that the modulus at rest is "
-            "(it is -1000 Pa), got -16 kPa, 15 kPa"
+            "11:7: material.c1 + material.c2 must be positive, so that the modulus at rest is, "
+            "got -16 kPa, 15 kPa"
         ),
     ),
     "a law that there is not": (
@@ -200,21 +197,15 @@ WRONG_VALUES = {
     ),
     "negative gravity": (
         ("[1, 0, 0]", "[1, 0, 0]\n  gravity_magnitude: -9.81 m/s^2"),
-        (
-            "16:22: mount.gravity_magnitude must be a non-negative finite number "
-            "(it is -9.81 m/s^2), got -9.81 m/s^2"
-        ),
+        "16:22: mount.gravity_magnitude must be a non-negative finite number, got -9.81 m/s^2",
     ),
     "meters for millimeters": (
         ("500 mm", "500 m"),
-        "5:11: tube.length must be at most 10 m (it is 500 m), got 500 m",
+        "5:11: tube.length must be at most 10 m, got 500 m",
     ),
     "enormous gravity": (
         ("[1, 0, 0]", "[1, 0, 0]\n  gravity_magnitude: 1e10 m/s^2"),
-        (
-            "16:22: mount.gravity_magnitude must be at most 10000 m/s^2 "
-            "(it is 1e+10 m/s^2), got 1e10 m/s^2"
-        ),
+        "16:22: mount.gravity_magnitude must be at most 10000 m/s^2, got 1e10 m/s^2",
     ),
     "a truth value in words": (
         ("limits:", "model:\n  twist_shear: yes\nlimits:"),
@@ -233,21 +224,15 @@ WRONG_VALUES = {
     ),
     "a negative stiffness": (
         ("limits:", "stiffness:\n  bending: -1 N m^2\nlimits:"),
-        "17:12: stiffness.bending must be a positive finite number (it is -1 N m^2), got -1 N m^2",
+        "17:12: stiffness.bending must be a positive finite number, got -1 N m^2",
     ),
     "a negative mass": (
         ("limits:", "extra_mass_per_length: -1 g/m\nlimits:"),
-        (
-            "16:24: extra_mass_per_length must be a non-negative finite number "
-            "(it is -0.001 kg/m), got -1 g/m"
-        ),
+        "16:24: extra_mass_per_length must be a non-negative finite number, got -1 g/m",
     ),
     "a straight fiber on the axis": (
         ("60 deg", "60 deg\n  straight_fiber_radius: 0 mm"),
-        (
-            "9:26: fibers.straight_fiber_radius must be a positive finite number (it is 0 m), "
-            "got 0 mm"
-        ),
+        "9:26: fibers.straight_fiber_radius must be a positive finite number, got 0 mm",
     ),
     "turns in percent": (
         ("limits:", "grip:\n  turns_required: 105 %\nlimits:"),

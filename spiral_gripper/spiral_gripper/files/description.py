@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from spiral_core import (
+    ActuationLimitError,
     ActuationModel,
     Actuator,
     CurvatureForm,
@@ -20,34 +22,44 @@ from spiral_core import (
     MeasuredActuation,
     OneFamily,
     PressureLaw,
+    Section,
     SingleFiber,
     Tube,
     gripper_from_actuator,
+    stiffness_from_actuator,
+    stiffness_from_section,
 )
 from spiral_core.brief import brief_repr
-from spiral_core.validation import require_non_negative, require_positive
+from spiral_core.validation import require_finite, require_non_negative, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_gripper.files.catalog import find_description, read_description_text
 from spiral_gripper.files.document import Document, read_document
 from spiral_gripper.files.errors import DescriptionError, ProblemKind
-from spiral_gripper.files.fields import FIELDS, LAWS, REQUIRED, Vector, constants_of
+from spiral_gripper.files.fields import (
+    FIELDS,
+    LAWS,
+    REQUIRED,
+    Values,
+    Vector,
+    constants_of,
+    noted,
+    read_values,
+)
 from spiral_gripper.files.plausibility import warnings_of_description, warnings_of_pressure
-from spiral_gripper.files.stiffness import rod_stiffness
 from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
-from spiral_gripper.files.values import Values, note_argument, read_values
 
 # A thousand times the Earth's gravity [m/s^2]: far more than any arm's acceleration.
 GRAVITY_MAX = 1.0e4
-# More than anybody means. A longer or heavier tube, such as one of meters in place of millimeters,
-# takes so many elements that there is neither time nor memory for them, in a node least of all.
-_LARGEST = {
-    "length": (10.0, "m"),
-    "density": (1.0e5, "kg/m^3"),
-    "extra_mass_per_length": (1.0e3, "kg/m"),
-    "gravity_magnitude": (GRAVITY_MAX, "m/s^2"),
+# What the core leaves open: a check, and the largest value in SI that anybody means. A longer or
+# heavier tube, such as one of meters in place of millimeters, takes so many elements that there is
+# neither time nor memory for them, in a node least of all.
+_RANGES: Mapping[str, tuple[Callable[[str, object], float], float]] = {
+    "tube.length": (require_finite, 10.0),
+    "material.density": (require_positive, 1.0e5),
+    "extra_mass_per_length": (require_non_negative, 1.0e3),
+    "mount.gravity_magnitude": (require_non_negative, GRAVITY_MAX),
+    "limits.pressure_max": (require_positive, math.inf),
 }
-
-
 # Names of a single fiber's angles in the core, and in files.
 _SINGLE_FIBER_FIELDS = {
     "angle": ("single_angles", "angles from -80 to 80 deg"),
@@ -130,58 +142,58 @@ def parse_description(text: str, source: Path) -> GripperDescription:
     """
     document = read_document(text, str(source), FIELDS, REQUIRED)
     values = read_values(document)
-    _check_parts(values, document)
+    parts: dict[str, Any] = {}
+    for part, make in _PARTS.items():
+        with noted(document):
+            parts[part] = make(values)
+    for name in _RANGES:
+        with noted(document):
+            _check_range(name, values, document)
+    document.raise_problems()
     try:
-        return _description(values, document, source)
-    except InvalidInputError as error:
-        note_argument(document, error)
+        with noted(document):
+            return _description(values, parts, document, source)
     except ArithmeticError:
         reason = "its numbers are too large or too small to compute with; check the units"
         document.note(ProblemKind.UNREADABLE, "", None, reason)
     raise DescriptionError(document.problems)
 
 
-def _check_parts(values: Values, document: Document) -> None:
-    """Make each part once, so that all values that the core refuses are reported together."""
-    for make in (
-        _tube,
-        _fibers,
-        _single_fibers,
-        _material,
-        _density,
-        _extra_mass,
-        _gravity,
-        _pressure_max,
-    ):
-        _check_part(make, values, document)
-    document.raise_problems()
+def _check_range(name: str, values: Values, document: Document) -> None:
+    """Refuse a value that is negative, or larger than anybody means, in the file's unit."""
+    require, largest = _RANGES[name]
+    value, dimension = values.get(name), FIELDS[name].dimension
+    if value is None or dimension is None:
+        return
+    argument = name.rpartition(".")[2]
+    if require(argument, value) > largest:
+        unit = unit_of(document.entries[name].text, dimension)
+        most = convert_from_si(largest, unit, dimension)
+        raise InvalidInputError(argument, value, f"at most {most:.6g} {unit}")
 
 
-def _check_part(make: Callable[[Values], object], values: Values, document: Document) -> None:
-    """Make one part, and note the value that the core refuses."""
-    try:
-        make(values)
-    except InvalidInputError as error:
-        note_argument(document, error)
-
-
-def _description(values: Values, document: Document, source: Path) -> GripperDescription:
+def _description(
+    values: Values, parts: dict[str, Any], document: Document, source: Path
+) -> GripperDescription:
     """Return the description, whose parts have been checked one by one."""
-    actuator = _actuator(values)
-    density, extra_mass_per_length = _density(values), _extra_mass(values)
+    actuator = _actuator(values, parts)
+    density = cast("float", values["material.density"])
+    extra_mass_per_length = cast("float", values.get("extra_mass_per_length", 0.0))
+    magnitude = cast("float", values.get("mount.gravity_magnitude", STANDARD_GRAVITY))
+    x, y, z = cast("Vector", values["mount.gravity_direction"])
     unlimited = gripper_from_actuator(
         str(values["name"]),
         actuator,
         density=density,
         extra_mass_per_length=extra_mass_per_length,
-        stiffness=rod_stiffness(values, actuator),
-        gravity=_gravity(values),
+        stiffness=_stiffness(values, actuator),
+        gravity=(magnitude * x, magnitude * y, magnitude * z),
         **_arguments(
             values, "mount.object_axis", "grip.turns_required", "grip.friction_coefficient"
         ),
     )
     actuation = _measured_actuation(values) or unlimited.actuation
-    pressure_max = _pressure_max(values)
+    pressure_max = cast("float", values["limits.pressure_max"])
     warnings = warnings_of_description(document, actuator, density)
     _check_pressure(pressure_max, actuation, document, warnings)
     warnings += warnings_of_pressure(document, actuator, pressure_max)
@@ -220,25 +232,38 @@ def _rounded_down(value: float) -> str:
     return text if float(text) <= value else f"{value * (1.0 - 5e-4):.4g}"
 
 
-def _actuator(values: Values) -> Actuator:
+def _actuator(values: Values, parts: dict[str, Any]) -> Actuator:
     choices = _arguments(
         values, "fibers.straight_fiber_radius", "model.twist_shear", "model.thick_wall"
     )
     if "model.pressure_law" in values:
         choices["pressure_law"] = PressureLaw(values["model.pressure_law"])
-    singles = _single_fibers(values)
     # The first-order form is that of two families and a straight fiber; others have the exact one.
-    is_straight = tuple(fiber.angle for fiber in singles) in ((0.0,), ())
+    is_straight = tuple(fiber.angle for fiber in parts["single_fibers"]) in ((0.0,), ())
     as_the_paper = is_straight and values["fibers.beta"] is not None
     form = CurvatureForm.FIRST_ORDER if as_the_paper else CurvatureForm.EXACT
-    return Actuator(
-        tube=_tube(values),
-        fibers=_fibers(values),
-        material=_material(values),
-        curvature_form=CurvatureForm(values.get("model.curvature_form", form.value)),
-        single_fibers=singles,
-        **choices,
-    )
+    form = CurvatureForm(values.get("model.curvature_form", form.value))
+    return Actuator(curvature_form=form, **parts, **choices)
+
+
+def _stiffness(values: Values, actuator: Actuator) -> Section:
+    """Return EI and GJ: as stated, of the section at a pressure, or of the annulus."""
+    stated = _arguments(values, "stiffness.bending", "stiffness.torsional")
+    if "stiffness.section_at" not in values:
+        annulus = stiffness_from_actuator(actuator)
+        both = {"bending": annulus.bending, "torsional": annulus.torsional} | stated
+        return Section.inextensible(**both)
+    pressure = cast("float", values["stiffness.section_at"])
+    if stated:
+        requirement = "left out where bending or torsional is stated"
+        raise InvalidInputError("section_at", pressure, requirement)
+    if not 0.0 <= pressure <= cast("float", values["limits.pressure_max"]):
+        raise InvalidInputError("section_at", pressure, "from 0 to limits.pressure_max")
+    try:
+        return stiffness_from_section(actuator, pressure)
+    except (InvalidInputError, ActuationLimitError) as error:
+        requirement = f"a pressure at which the section has a stiffness: {error}"
+        raise InvalidInputError("section_at", pressure, requirement) from None
 
 
 def _single_fibers(values: Values) -> tuple[SingleFiber, ...]:
@@ -257,9 +282,7 @@ def _single_fibers(values: Values) -> tuple[SingleFiber, ...]:
 
 
 def _tube(values: Values) -> Tube:
-    tube = Tube(**_arguments(values, "tube.inner_radius", "tube.wall_thickness", "tube.length"))
-    _bounded("length", tube.length)
-    return tube
+    return Tube(**_arguments(values, "tube.inner_radius", "tube.wall_thickness", "tube.length"))
 
 
 def _fibers(values: Values) -> FiberAngles | OneFamily:
@@ -290,35 +313,15 @@ def _measured_actuation(values: Values) -> MeasuredActuation | None:
     )
 
 
-def _density(values: Values) -> float:
-    return _bounded("density", require_positive("density", values["material.density"]))
-
-
-def _extra_mass(values: Values) -> float:
-    extra = values.get("extra_mass_per_length", 0.0)
-    return _bounded("extra_mass_per_length", require_non_negative("extra_mass_per_length", extra))
-
-
-def _gravity(values: Values) -> Vector:
-    """Return the acceleration of gravity in the base frame [m/s^2]."""
-    given = values.get("mount.gravity_magnitude", STANDARD_GRAVITY)
-    magnitude = _bounded("gravity_magnitude", require_non_negative("gravity_magnitude", given))
-    x, y, z = cast("Vector", values["mount.gravity_direction"])
-    return (magnitude * x, magnitude * y, magnitude * z)
-
-
-def _bounded(argument: str, value: float) -> float:
-    """Return a value; refuse one above the largest plausible value."""
-    largest, unit = _LARGEST[argument]
-    if value > largest:
-        raise InvalidInputError(argument, value, f"at most {largest:g} {unit}")
-    return value
-
-
-def _pressure_max(values: Values) -> float:
-    return require_positive("pressure_max", values["limits.pressure_max"])
-
-
 def _arguments(values: Values, *names: str) -> dict[str, Any]:
     """Return the values that the file gives for some fields, by the core's argument names."""
     return {name.rpartition(".")[2]: values[name] for name in names if name in values}
+
+
+# Arguments of an actuator, and what makes each from a file's values.
+_PARTS: Mapping[str, Callable[[Values], object]] = {
+    "tube": _tube,
+    "fibers": _fibers,
+    "single_fibers": _single_fibers,
+    "material": _material,
+}

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fields of a gripper description file, and how each is read from its text.
+"""The fields of gripper and tubing files, and how their values are read.
 
-This is the format: whatever is not in :data:`FIELDS` is refused. ``docs/gripper_files.md``
-describes it, and is tested against it.
+This is the format: whatever is not in :data:`FIELDS` is refused. The table of fields in
+``docs/gripper_files.md`` is written from it.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from enum import Enum
+from textwrap import shorten
 from types import MappingProxyType
-from typing import Final, cast
+from typing import Final, TypeAlias
 
 from spiral_core import (
     CurvatureForm,
@@ -26,7 +28,8 @@ from spiral_core import (
     Yeoh,
 )
 from spiral_core.validation import require_direction
-from spiral_gripper.files.document import Entry
+from spiral_gripper.files.document import Document, Entry
+from spiral_gripper.files.errors import ProblemKind
 from spiral_gripper.files.units import (
     PLAIN_NUMBER,
     Dimension,
@@ -42,8 +45,6 @@ NO_FAMILY: Final = "none"
 LAWS: Final = MappingProxyType(
     {"neo_hookean": NeoHookean, "mooney_rivlin": MooneyRivlin, "yeoh": Yeoh, "gent": Gent}
 )
-
-
 # Laws of other programs, and the most similar one here.
 _SIMILAR: Final = {
     "ogden": "yeoh",
@@ -52,26 +53,17 @@ _SIMILAR: Final = {
     "linear_elastic": "neo_hookean",
     "hookean": "neo_hookean",
 }
+_DIRECTION: Final = (
+    "three finite numbers, not all zero, such as [1, 0, 0] (x, y, z of the base frame)"
+)
+
+Vector = tuple[float, float, float]
+Value = float | str | bool | Vector | tuple[float, ...] | None
+Values: TypeAlias = dict[str, Value]
 
 
-class Kind(Enum):
-    """Kinds of values; each value is the requirement, unless the field has its own."""
-
-    QUANTITY = "a number with a unit"
-    FAMILY = "an angle, or none"
-    NUMBER = PLAIN_NUMBER
-    NAME = "one line of text, in quotes if it looks like a number"
-    TEXT = "text, in quotes if it looks like a number"
-    CHOICE = "one of the names"
-    SWITCH = "true or false"
-    DIRECTION = "three finite numbers, not all zero, such as [1, 0, 0] (x, y, z of the base frame)"
-    PRESSURES = 'a list of pressures with their units, such as "[0 kPa, 20 kPa, 40 kPa]"'
-    CURVATURES = 'a list of curvatures with their units, such as "[0 rad/m, 8 rad/m, 18 rad/m]"'
-    ANGLES = 'a list of angles with their units, such as "[0 deg]"; "[]" is none'
-    AXIS = (
-        f"{FITTED}, or three finite numbers, not all zero, such as [1, 0, 0] "
-        "(x, y, z of the base frame)"
-    )
+class _RefusedError(Exception):
+    """A value is not what its field requires; the text adds to the requirement."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,80 +71,156 @@ class Field:
     """One field of the format.
 
     Attributes:
-        kind: what its value looks like.
-        required: whether a file must have it.
-        dimension: what a quantity measures; None for the other kinds.
-        choices: the names a choice allows.
+        kind: what its value looks like, in a word.
+        requirement: what a value must be, to complete "must be ...".
+        read: returns the value of an entry.
         allowed: which of such values are accepted, for the page of documentation.
         default: what leaving it out means, for that page.
+        required: whether a file must have it.
+        dimension: what a quantity measures; None for the other kinds.
     """
 
-    kind: Kind
-    required: bool = False
-    dimension: Dimension | None = None
-    choices: tuple[str, ...] = ()
+    kind: str
+    requirement: str
+    read: Callable[[Entry], Value]
     allowed: str = "any"
     default: str = ""
-
-    @property
-    def requirement(self) -> str:
-        """What a value must be, to complete "must be ..."."""
-        if self.dimension is not None and self.kind is Kind.FAMILY:
-            return f"{self.dimension.requirement}, or {NO_FAMILY} for one family alone"
-        if self.dimension is not None:
-            return self.dimension.requirement
-        if self.choices:
-            return f"one of {', '.join(self.choices)}"
-        return self.kind.value
+    required: bool = False
+    dimension: Dimension | None = None
 
 
 def _quantity(
-    dimension: Dimension, required: bool = False, allowed: str = "> 0", default: str = ""
+    dimension: Dimension, allowed: str = "> 0", default: str = "", required: bool = False
 ) -> Field:
-    return Field(Kind.QUANTITY, required, dimension, allowed=allowed, default=default)
+    def read(entry: Entry) -> float:
+        return parse_quantity(entry.text or entry.raw, dimension)
+
+    requirement = dimension.requirement
+    return Field(dimension.quantity, requirement, read, allowed, default, required, dimension)
 
 
+def _family(dimension: Dimension, allowed: str) -> Field:
+    """Return the field of an angle that a gripper with one family of fibers lacks."""
+    angle = _quantity(dimension, allowed, required=True)
+    return replace(
+        angle,
+        requirement=f"{angle.requirement}, or {NO_FAMILY} for one family alone",
+        read=lambda entry: None if entry.text == NO_FAMILY else angle.read(entry),
+    )
+
+
+def _list(
+    kind: str, dimension: Dimension, example: str, allowed: str = "any", default: str = ""
+) -> Field:
+    """Return the field of a list of quantities; only one with a default may be empty."""
+    requirement = f"a list of {kind} with their units, such as {example}"
+
+    def read(entry: Entry) -> tuple[float, ...]:
+        if not entry.items and not (default and entry.raw == "[]"):
+            raise _RefusedError
+        try:
+            return tuple(parse_quantity(item.text or item.raw, dimension) for item in entry.items)
+        except InvalidInputError as error:
+            raise _RefusedError(f"; one of its items: {error}") from None
+
+    return Field(kind, requirement, read, allowed, default)
+
+
+def _choice(choices: tuple[str, ...], default: str = "", required: bool = False) -> Field:
+    def read(entry: Entry) -> str:
+        if entry.tag != "str" or entry.text not in choices:
+            asked = entry.text.lower().replace("-", "_").replace(" ", "_")
+            nearest = get_close_matches(_SIMILAR.get(asked, asked), choices, n=1)
+            raise _RefusedError(f" (did you mean {nearest[0]}?)" if nearest else "")
+        return entry.text
+
+    allowed = ", ".join(f"`{choice}`" for choice in choices)
+    requirement = f"one of {', '.join(choices)}"
+    return Field("choice", requirement, read, allowed, default, required)
+
+
+def _switch(default: str) -> Field:
+    def read(entry: Entry) -> bool:
+        if entry.tag != "bool" or entry.text not in ("true", "false"):
+            raise _RefusedError
+        return entry.text == "true"
+
+    return Field("switch", "true or false", read, "`true`, `false`", default)
+
+
+def _number(allowed: str, default: str = "") -> Field:
+    return Field("number", PLAIN_NUMBER, _read_number, allowed, default)
+
+
+def _read_number(entry: Entry) -> float:
+    return parse_number(entry.text if entry.tag in ("int", "float") else entry.raw)
+
+
+def _read_text(entry: Entry) -> str:
+    if entry.tag != "str":
+        raise _RefusedError
+    return entry.text.strip()
+
+
+def _read_name(entry: Entry) -> str:
+    name = _read_text(entry)
+    if not name or not name.isprintable():
+        raise _RefusedError
+    return name
+
+
+def _read_direction(entry: Entry) -> Vector:
+    try:
+        return require_direction("direction", [_read_number(item) for item in entry.items])
+    except InvalidInputError:  # not three, not numbers, or zero
+        raise _RefusedError from None
+
+
+def _read_axis(entry: Entry) -> Vector | None:
+    return None if entry.text == FITTED else _read_direction(entry)
+
+
+_TEXT: Final = "text, in quotes if it looks like a number"
+_WOUND: Final = "-90 to 90 deg, not 0"
 FIELDS: Final = MappingProxyType(
     {
-        "name": Field(Kind.NAME, required=True),
-        "description": Field(Kind.TEXT, default="empty"),
+        "name": Field("name", f"one line of {_TEXT}", _read_name, required=True),
+        "description": Field("text", _TEXT, _read_text, default="empty"),
         "tube.inner_radius": _quantity(Dimension.LENGTH, required=True),
         "tube.wall_thickness": _quantity(Dimension.LENGTH, required=True),
         "tube.length": _quantity(Dimension.LENGTH, required=True),
-        "fibers.alpha": _quantity(Dimension.ANGLE, required=True, allowed="-90 to 90 deg, not 0"),
-        "fibers.beta": Field(
-            Kind.FAMILY,
-            required=True,
-            dimension=Dimension.ANGLE,
-            allowed="-90 to 90 deg, not 0, or `none`",
-        ),
+        "fibers.alpha": _quantity(Dimension.ANGLE, _WOUND, required=True),
+        "fibers.beta": _family(Dimension.ANGLE, f"{_WOUND}, or `{NO_FAMILY}`"),
         "fibers.straight_fiber_radius": _quantity(Dimension.LENGTH, default="`tube.inner_radius`"),
-        "fibers.single_angles": Field(
-            Kind.ANGLES, allowed="-80 to 80 deg", default="one straight fiber"
+        "fibers.single_angles": _list(
+            "angles", Dimension.ANGLE, '"[0 deg]"; "[]" is none', "-80 to 80 deg",
+            "one straight fiber",
         ),
-        "fibers.single_positions": Field(
-            Kind.ANGLES, allowed="as many as the angles", default="0 deg"
+        "fibers.single_positions": _list(
+            "angles", Dimension.ANGLE, '"[0 deg]"; "[]" is none', "as many as the angles", "0 deg"
         ),
-        "material.law": Field(Kind.CHOICE, required=True, choices=tuple(LAWS)),
-        "material.c1": _quantity(Dimension.PRESSURE, allowed="by the law"),
-        "material.c2": _quantity(Dimension.PRESSURE, allowed="by the law"),
-        "material.c3": _quantity(Dimension.PRESSURE, allowed="by the law"),
-        "material.shear_modulus": _quantity(Dimension.PRESSURE, allowed="by the law"),
-        "material.extension_limit": Field(Kind.NUMBER, allowed="by the law"),
+        "material.law": _choice(tuple(LAWS), required=True),
+        "material.c1": _quantity(Dimension.PRESSURE, "by the law"),
+        "material.c2": _quantity(Dimension.PRESSURE, "by the law"),
+        "material.c3": _quantity(Dimension.PRESSURE, "by the law"),
+        "material.shear_modulus": _quantity(Dimension.PRESSURE, "by the law"),
+        "material.extension_limit": _number("by the law"),
         "material.density": _quantity(Dimension.DENSITY, required=True),
-        "measured.pressures": Field(Kind.PRESSURES, allowed="rising from 0"),
-        "measured.curvatures": Field(Kind.CURVATURES, allowed="never falling"),
-        "measured.torsions": Field(Kind.CURVATURES),
-        "model.curvature_form": Field(
-            Kind.CHOICE,
-            choices=tuple(form.value for form in CurvatureForm),
-            default="`first_order` with one straight fiber",
+        "measured.pressures": _list(
+            "pressures", Dimension.PRESSURE, '"[0 kPa, 20 kPa, 40 kPa]"', "rising from 0"
         ),
-        "model.pressure_law": Field(
-            Kind.CHOICE, choices=tuple(law.value for law in PressureLaw), default="`section`"
+        "measured.curvatures": _list(
+            "curvatures", Dimension.CURVATURE, '"[0 rad/m, 8 rad/m, 18 rad/m]"', "never falling"
         ),
-        "model.twist_shear": Field(Kind.SWITCH, default="`true`"),
-        "model.thick_wall": Field(Kind.SWITCH, default="`false`"),
+        "measured.torsions": _list(
+            "curvatures", Dimension.CURVATURE, '"[0 rad/m, 8 rad/m, 18 rad/m]"'
+        ),
+        "model.curvature_form": _choice(
+            tuple(form.value for form in CurvatureForm), "`first_order` with one straight fiber"
+        ),
+        "model.pressure_law": _choice(tuple(law.value for law in PressureLaw), "`section`"),
+        "model.twist_shear": _switch("`true`"),
+        "model.thick_wall": _switch("`false`"),
         "stiffness.bending": _quantity(
             Dimension.FLEXURAL_STIFFNESS, default="from tube and material"
         ),
@@ -160,28 +228,32 @@ FIELDS: Final = MappingProxyType(
             Dimension.FLEXURAL_STIFFNESS, default="from tube and material"
         ),
         "stiffness.section_at": _quantity(
-            Dimension.PRESSURE,
-            allowed="0 to the pressure limit",
-            default="stiffness of the annulus",
+            Dimension.PRESSURE, "0 to the pressure limit", "stiffness of the annulus"
         ),
-        "extra_mass_per_length": _quantity(
-            Dimension.MASS_PER_LENGTH, allowed=">= 0", default="`0 kg/m`"
+        "extra_mass_per_length": _quantity(Dimension.MASS_PER_LENGTH, ">= 0", "`0 kg/m`"),
+        "mount.gravity_direction": Field(
+            "direction", _DIRECTION, _read_direction, "not zero", required=True
         ),
-        "mount.gravity_direction": Field(Kind.DIRECTION, required=True, allowed="not zero"),
-        "mount.gravity_magnitude": _quantity(
-            Dimension.ACCELERATION, allowed=">= 0", default="`9.80665 m/s^2`"
+        "mount.gravity_magnitude": _quantity(Dimension.ACCELERATION, ">= 0", "`9.80665 m/s^2`"),
+        "mount.object_axis": Field(
+            "axis", f"{FITTED}, or {_DIRECTION}", _read_axis, "not zero", "`fitted`"
         ),
-        "mount.object_axis": Field(Kind.AXIS, allowed="not zero", default="`fitted`"),
         "limits.pressure_max": _quantity(Dimension.PRESSURE, required=True),
-        "grip.turns_required": Field(Kind.NUMBER, allowed="> 0", default="`1.05`"),
-        "grip.friction_coefficient": Field(Kind.NUMBER, allowed=">= 0", default="unknown"),
+        "grip.turns_required": _number("> 0", "`1.05`"),
+        "grip.friction_coefficient": _number(">= 0", "unknown"),
     }
-)
+)  # fmt: skip
 
 REQUIRED: Final = tuple(name for name, field in FIELDS.items() if field.required)
 CONSTANTS: Final = tuple(
     dict.fromkeys(constant.name for law in LAWS.values() for constant in dataclasses.fields(law))
 )
+# The fields of a measured curve: all of them or none.
+MEASURED: Final = "measured."
+# The core's argument names are the last parts of the dotted names.
+_FIELD_OF_ARGUMENT: Final = {name.rpartition(".")[2]: name for name in FIELDS} | {
+    "single_fibers": "fibers.single_angles"
+}
 
 
 def constants_of(law: str) -> tuple[str, ...]:
@@ -215,16 +287,12 @@ def fiber_angle_requirement(angle: float, text: str) -> str:
         >>> print(fiber_angle_requirement(math.radians(165.0), "165 deg"))
         an angle from -90 to 90 deg, not 0 (165 deg, if counted from 0 to 180 deg, is -15 deg here)
     """
-    requirement = "an angle from -90 to 90 deg, not 0"
+    requirement = f"an angle from {_WOUND}"
     if not 0.5 * math.pi < angle < math.pi:
         return requirement
     unit = unit_of(text, Dimension.ANGLE)
     meant = f"{convert_from_si(angle - math.pi, unit, Dimension.ANGLE):.9g} {unit}"
     return f"{requirement} ({text}, if counted from 0 to 180 deg, is {meant} here)"
-
-
-Vector = tuple[float, float, float]
-Value = float | str | bool | Vector | tuple[float, ...] | None
 
 
 def read_value(name: str, entry: Entry) -> Value:
@@ -247,96 +315,88 @@ def read_value(name: str, entry: Entry) -> Value:
     """
     field = FIELDS[name]
     try:
-        return _READERS[field.kind](field, entry)
+        return field.read(entry)
     except InvalidInputError as error:
-        raise InvalidInputError(name, entry.raw, error.requirement) from None
+        requirement = error.requirement
+    except _RefusedError as refused:
+        requirement = f"{field.requirement}{refused}"
+    raise InvalidInputError(name, entry.raw, requirement)
 
 
-def _read_quantity(field: Field, entry: Entry) -> float:
-    dimension = cast("Dimension", field.dimension)  # every field of this kind has one
-    return parse_quantity(entry.text or entry.raw, dimension)
+def read_values(document: Document) -> Values:
+    """Return the values of a document's entries, by dotted name.
 
-
-def _read_family(field: Field, entry: Entry) -> float | None:
-    return None if entry.text == NO_FAMILY else _read_quantity(field, entry)
-
-
-def _read_number(_field: Field, entry: Entry) -> float:
-    return parse_number(entry.text if entry.tag in ("int", "float") else entry.raw)
-
-
-def _read_name(field: Field, entry: Entry) -> str:
-    name = _read_text(field, entry)
-    if not name or not name.isprintable():
-        raise _refusal(field, entry)
-    return name
-
-
-def _read_text(field: Field, entry: Entry) -> str:
-    if entry.tag != "str":
-        raise _refusal(field, entry)
-    return entry.text.strip()
-
-
-def _read_choice(field: Field, entry: Entry) -> str:
-    if entry.tag != "str" or entry.text not in field.choices:
-        asked = entry.text.lower().replace("-", "_").replace(" ", "_")
-        nearest = get_close_matches(_SIMILAR.get(asked, asked), field.choices, n=1)
-        hint = f" (did you mean {nearest[0]}?)" if nearest else ""
-        raise InvalidInputError("", entry.raw, field.requirement + hint)
-    return entry.text
-
-
-def _read_switch(field: Field, entry: Entry) -> bool:
-    if entry.tag != "bool" or entry.text not in ("true", "false"):
-        raise _refusal(field, entry)
-    return entry.text == "true"
-
-
-def _read_direction(field: Field, entry: Entry) -> Vector:
-    try:
-        return require_direction("direction", [_read_number(field, item) for item in entry.items])
-    except ValueError:  # not three, not numbers, or zero: InvalidInputError is a ValueError
-        raise _refusal(field, entry) from None
-
-
-def _read_list(field: Field, entry: Entry) -> tuple[float, ...]:
-    dimension = _ITEMS[field.kind]
-    if dimension is Dimension.ANGLE and entry.raw == "[]":
-        return ()
-    if not entry.items:
-        raise _refusal(field, entry)
-    try:
-        return tuple(parse_quantity(item.text or item.raw, dimension) for item in entry.items)
-    except InvalidInputError as error:
-        requirement = f"{field.requirement}; one of its items: {error}"
-        raise InvalidInputError("", entry.raw, requirement) from None
-
-
-def _read_axis(field: Field, entry: Entry) -> Vector | None:
-    return None if entry.text == FITTED else _read_direction(field, entry)
-
-
-def _refusal(field: Field, entry: Entry) -> InvalidInputError:
-    return InvalidInputError("", entry.raw, field.requirement)
-
-
-_ITEMS: Final = {
-    Kind.PRESSURES: Dimension.PRESSURE,
-    Kind.CURVATURES: Dimension.CURVATURE,
-    Kind.ANGLES: Dimension.ANGLE,
-}
-_READERS: Final[Mapping[Kind, Callable[[Field, Entry], Value]]] = MappingProxyType(
-    {
-        Kind.QUANTITY: _read_quantity,
-        Kind.FAMILY: _read_family,
-        Kind.NUMBER: _read_number,
-        Kind.NAME: _read_name,
-        Kind.TEXT: _read_text,
-        Kind.CHOICE: _read_choice,
-        Kind.SWITCH: _read_switch,
-        Kind.DIRECTION: _read_direction,
-        **dict.fromkeys(_ITEMS, _read_list),
-        Kind.AXIS: _read_axis,
+    Raises:
+        DescriptionError: fields are unknown, repeated, missing or wrong; all of them are in it.
+    """
+    curve = any(name.startswith(MEASURED) for name in document.entries)
+    required = {
+        name: field.requirement
+        for name, field in FIELDS.items()
+        if field.required or (curve and name.startswith(MEASURED))
     }
-)
+    return read_entries(document, document.entries, required)
+
+
+def read_entries(document: Document, names: Iterable[str], required: Mapping[str, str]) -> Values:
+    """Return the values of the named entries.
+
+    Args:
+        document: the file's entries.
+        names: of those to read.
+        required: fields that a file must have, and what they must be.
+
+    Raises:
+        DescriptionError: fields are unknown, repeated, missing or wrong; all of them are in it.
+    """
+    values: Values = {}
+    for name in names:
+        entry = document.entries[name]
+        if entry.tag == "null":
+            document.note(ProblemKind.MISSING, name, entry, FIELDS[name].requirement)
+            continue
+        try:
+            values[name] = read_value(name, entry)
+        except InvalidInputError as error:
+            document.note(ProblemKind.WRONG, name, entry, error.requirement, entry.raw)
+    law = values.get("material.law")
+    needed: dict[str, str] = {}
+    if isinstance(law, str):  # else it is noted as missing or wrong
+        constants = constants_of(law)
+        for name in (f"material.{constant}" for constant in CONSTANTS):
+            if name.rpartition(".")[2] in constants:
+                needed[name] = FIELDS[name].requirement
+            elif name in document.entries:
+                advice = f"the constants of {law} are {', '.join(constants)}"
+                document.note(ProblemKind.UNKNOWN, name, document.entries[name], advice)
+    for name, requirement in {**needed, **required}.items():
+        if name not in document.entries:
+            section = document.sections.get(name.rpartition(".")[0])
+            document.note(ProblemKind.MISSING, name, section, requirement)
+    document.raise_problems()
+    return values
+
+
+@contextmanager
+def noted(document: Document) -> Iterator[None]:
+    """Note an argument that the core refuses in the block, under its name and place in the file.
+
+    An error may name several arguments ("c1 + c2") or a whole part ("fibers"): each argument gets
+    its name in the file, and the place is the first one's, or the section's.
+    """
+    try:
+        yield
+    except InvalidInputError as error:
+        arguments = [a for a in re.findall(r"\w+", error.field) if a in _FIELD_OF_ARGUMENT]
+        names = [_FIELD_OF_ARGUMENT[argument] for argument in arguments]
+        entries = [document.entries[name] for name in names if name in document.entries]
+        requirement = error.requirement
+        if names in (["fibers.alpha"], ["fibers.beta"]) and isinstance(error.value, float):
+            requirement = fiber_angle_requirement(error.value, entries[0].text)
+        document.note(
+            ProblemKind.WRONG,
+            re.sub(r"\w+", lambda word: _FIELD_OF_ARGUMENT.get(word[0], word[0]), error.field),
+            entries[0] if entries else document.sections.get(error.field),
+            requirement,
+            ", ".join(entry.raw for entry in entries) or shorten(str(error.value), 80),
+        )

@@ -15,16 +15,17 @@ from spiral_core.errors import InvalidInputError
 from spiral_gripper.files.catalog import TUBING, find_description, read_description_text
 from spiral_gripper.files.document import Document, Entry, read_document
 from spiral_gripper.files.errors import ProblemKind
-from spiral_gripper.files.fields import CONSTANTS, FIELDS, LAWS, constants_of
+from spiral_gripper.files.fields import (
+    CONSTANTS,
+    FIELDS,
+    LAWS,
+    Values,
+    constants_of,
+    noted,
+    read_entries,
+)
 from spiral_gripper.files.plausibility import warnings_of_tubing
 from spiral_gripper.files.units import Dimension, parse_quantity
-from spiral_gripper.files.values import (
-    Values,
-    check_constants,
-    note_argument,
-    read_entries,
-    require,
-)
 
 SIZE_REQUIREMENT: Final = 'bore and wall with their units, such as "3/8 in x 1/32 in"'
 # A wall thicker than this many bore radii has most likely changed places with the bore.
@@ -96,18 +97,12 @@ def parse_tubing(text: str, source: Path) -> Tubing:
     """
     document = read_document(text, str(source), _FIELDS, (*_REQUIRED, _SIZES))
     sizes = _read_sizes(document)
-    values = read_entries(document, (name for name in document.entries if name != _SIZES))
-    check_constants(document, values.get("material.law"))
-    for name in _REQUIRED:
-        require(document, name, FIELDS[name].requirement)
-    require(document, _SIZES, f"a list of {SIZE_REQUIREMENT}")
-    document.raise_problems()
-    try:
+    required = {name: FIELDS[name].requirement for name in _REQUIRED}
+    required[_SIZES] = f"a list of {SIZE_REQUIREMENT}"
+    values = read_entries(document, (name for name in document.entries if name != _SIZES), required)
+    with noted(document):
         elastomer = _elastomer(values)
-    except InvalidInputError as error:
-        note_argument(document, error)
-        document.raise_problems()
-        raise
+    document.raise_problems()
     offered = tuple(size for _, size in sizes)
     warnings = warnings_of_tubing(document, sizes, elastomer.law, elastomer.density)
     return Tubing(source, elastomer.name, offered, elastomer, warnings)
