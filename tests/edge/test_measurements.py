@@ -131,7 +131,7 @@ BAD_FILES = {
         "pressure [pounds],extension [mm],extension_error [mm]\n", 1, 1,
         "must have a unit of pressure",
     ),
-    "lower case": ("pressure [kpa],extension [mm],extensio_error [mm]\n", 1, 3, "or --ignore it"),
+    "lower case": ("pressure [kpa],extension [mm],extensio_error [mm]\n", 1, 3, "by --ignore"),
     "unit of another kind": (
         "pressure [mm],extension [mm],extension_error [mm]\n", 1, 1, "unit of pressure",
     ),

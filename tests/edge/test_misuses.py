@@ -195,6 +195,10 @@ MISUSES = {
     "calibrate prototype_p1 /dev/zero": "a device or a pipe",
     "calibrate prototype_p1 {folder}/good.yaml": "is not a known column",
     "calibrate prototype_p1 {folder}/empty.yaml": "holds no table",
+    "calibrate prototype_p1 pounds.csv": 'no unit "pounds"); usual are kPa, psi, bar',
+    "calibrate prototype_p1 remark.csv": 'leave it out by --ignore "remark"',
+    "calibrate prototype_p1 negative.csv": "must be a non-negative finite number, got -20 kPa",
+    "shape {folder}/kilometers.yaml --pressure '8 psi'": "at most 10 m, got 500000 mm",
     "calibrate good.csv {folder}/good.csv": "it holds none of a description",
     C + "--law ogden": "neo_hookean",
     C + "--fit everything": "bending_stiffness",
@@ -287,6 +291,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "pressure [kPa],extension [mm],extension_error [mm],section_length [mm]\n"
             "20,4.1,0.1,100\n40,9.2,0.1,100\n60,14.8,0.1,100\n"
         ),
+        "pounds.csv": "pressure [pounds],extension [mm]\n20,4\n",
+        "remark.csv": "pressure [kPa],extension [mm],remark\n20,4,good\n",
+        "negative.csv": "pressure [kPa],extension [mm],extension_error [mm]\n-20,4,0.1\n",
+        "kilometers.yaml": good.replace("length: 500 mm", "length: 500000 mm"),
         "falling.csv": "position [mm], radius [mm]\n10, 9\n0, 9\n",
         "comma.csv": "position [mm], radius [mm]\n0, 9\n300, 20,5\n",
         "cone.csv": "position [mm], radius [mm]\n0, 9\n300, 20\n",

@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 
 from spiral_core.errors import InvalidInputError, NotGrippableError, SpiralError
 from spiral_core.rounding import rounded_down, rounded_up
+from spiral_gripper.files.errors import FileProblemsError
 from spiral_gripper.files.shown import reworded, scale_of, shown, units_shown
 from spiral_gripper.files.units import Dimension, unit_of
 
@@ -57,6 +58,9 @@ grippable radius is 3.782 cm
             return _not_grippable(error, givens)
         if isinstance(error, InvalidInputError):
             return _invalid(error, givens)
+        if isinstance(error, FileProblemsError):  # what a file says is quoted as it is written
+            parts = (line.partition(", got ") for line in str(error).splitlines())
+            return "\n".join(f"{reworded(reason)}{got}{value}" for reason, got, value in parts)
         return reworded(str(error))
 
 

@@ -251,7 +251,7 @@ def _column(
     """Return what a heading means; the error's requirement is the whole message."""
     name, unit = _name_and_unit(heading, known)
     if name not in known:
-        remedy = "" if units is None else "; or --ignore it"
+        remedy = "" if units is None else f'; leave it out by --ignore "{heading}"'
         near = get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]}?" if near else f"known columns are {', '.join(known)}"
         raise InvalidInputError("", heading, f"is not a known column ({hint}){remedy}")
@@ -267,7 +267,9 @@ def _column(
     try:
         convert_from_si(1.0, unit, dimension)
     except InvalidInputError as error:
-        raise InvalidInputError("", heading, f"must have {error.requirement}") from None
+        usual = ", ".join(dimension.usual_units)
+        requirement = f"must have {error.requirement}; usual are {usual}"
+        raise InvalidInputError("", heading, requirement) from None
     return Column(number, heading, name, unit, dimension)
 
 
