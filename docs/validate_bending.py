@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from spiral_core import (
-    ActuationLimitError,
     ActuationModel,
     Actuator,
     BendReading,
@@ -169,20 +168,6 @@ def _left_out(fit: Calibration) -> CrossValidation | None:
         return None
 
 
-def extrapolation_errors(fit: Calibration, count: int) -> NDArray[np.float64] | None:
-    """Return the relative errors above the ``count`` lowest pressures, fitted to those alone.
-
-    None if that fit fails or balloons before the next pressure.
-    """
-    pressures = sorted({reading.pressure for reading in fit.readings})
-    low = [r for r in fit.readings if r.pressure <= pressures[count - 1]]
-    try:
-        actuation = calibrate(fit.model, low).actuation
-        return relative_errors(actuation, [r for r in fit.readings if r not in low])
-    except SpiralError:
-        return None
-
-
 def relative_errors(
     actuation: ActuationModel, readings: Sequence[BendReading]
 ) -> NDArray[np.float64]:
@@ -205,14 +190,6 @@ def transferred(fit: Calibration, angle: int, readings: Sequence[BendReading]) -
         angle, readings[0].section_length, fit.actuator.material, fit.actuator.pressure_law
     )
     return rms(relative_errors(FreeActuation(actuator), readings))
-
-
-def transfer_error(fit: Calibration, angle: int, readings: Sequence[BendReading]) -> str:
-    """Return that error as text."""
-    try:
-        return percent(transferred(fit, angle, readings))
-    except ActuationLimitError as error:
-        return f"balloons at {error.bound * 1e-3:.0f} kPa"
 
 
 # All specimens are wound at plus and minus one angle, and do not twist.
@@ -244,7 +221,6 @@ def page(specimens: Specimens) -> str:
     """Return the whole page that follows from the measurements."""
     outcomes = {pressure_law: fit_all(specimens, pressure_law) for pressure_law in PressureLaw}
     angles = [f"{angle}°" for angle in specimens]
-    extrapolated = ", ".join(f"{_low_count(readings)}" for readings in specimens.values())
     parts = [
         HEAD.format(summary=_summary(outcomes, specimens)),
         """## One pressure left out
@@ -255,22 +231,6 @@ fit to all others, repeats at one pressure left out together. The largest single
 The law that AICc chooses, from all readings of a specimen, is in bold.
 """,
         _table(["pressure law", "law", *angles], _both(_left_out_rows, outcomes, specimens)),
-        f"""
-## Lower pressures predict higher ones
-
-The law is fitted to the lowest pressures alone ({extrapolated} of them); the error, root mean
-square, is that at all higher ones.
-""",
-        _table(["pressure law", "law", *angles], _both(_extrapolation_rows, outcomes, specimens)),
-        """
-## One specimen predicts another
-
-Constants fitted to one specimen, bend angles of another: root mean square error.
-""",
-        _table(
-            ["pressure law", "law", "fitted to", *angles],
-            _both(_transfer_rows, outcomes, specimens),
-        ),
         """
 ## Fitted constants
 
@@ -330,11 +290,6 @@ def _summary(by_law: ByLaw, specimens: Specimens) -> str:
     )
 
 
-def _low_count(readings: Sequence[BendReading]) -> int:
-    """Return how many of the lowest pressures predict the rest: all but the highest two."""
-    return max(3, len({reading.pressure for reading in readings}) - 2)
-
-
 def _left_out_rows(outcomes: Outcomes, specimens: Specimens) -> list[list[str]]:
     best = {
         angle: choose_law([one.calibration for one in laws.values()]).best.model.fitted_law
@@ -359,31 +314,6 @@ def _left_out_cell(result: CrossValidation) -> str:
     missed = [f"{p / PSI:.0f} psi" for p in result.not_predicted]
     note = f"; none at {', '.join(missed)}" if missed else ""
     return f"{percent(result.relative_error)} ({percent(worst)}{note})"
-
-
-def _extrapolation_rows(outcomes: Outcomes, specimens: Specimens) -> list[list[str]]:
-    rows = []
-    for law in LAWS:
-        cells = []
-        for angle, readings in specimens.items():
-            one, count = outcomes[angle].get(law), _low_count(readings)
-            errors = None if one is None else extrapolation_errors(one.calibration, count)
-            cells.append(NOT_POSSIBLE if errors is None else percent(rms(errors)))
-        rows.append([law.__name__, *cells])
-    return rows
-
-
-def _transfer_rows(outcomes: Outcomes, specimens: Specimens) -> list[list[str]]:
-    rows = []
-    for law in SMALL_LAWS:
-        for source in specimens:
-            cells = [
-                "" if source == angle
-                else transfer_error(outcomes[source][law].calibration, angle, readings)
-                for angle, readings in specimens.items()
-            ]  # fmt: skip
-            rows.append([law.__name__, f"{source}°", *cells])
-    return rows
 
 
 def _constant_rows(outcomes: Outcomes, _specimens: Specimens) -> list[list[str]]:

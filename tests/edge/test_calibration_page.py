@@ -147,9 +147,7 @@ def test_the_study_finds_no_error_where_there_is_none(study, tmp_path):
     for laws in outcomes.values():
         one = laws[MooneyRivlin]
         assert one.cross_validation.relative_error < 1e-6
-        assert np.abs(study.extrapolation_errors(one.calibration, 4)).max() < 1e-5
-    carried = study.transfer_error(outcomes[65][MooneyRivlin].calibration, 80, specimens[80])
-    assert carried == "0.0 %"
+    assert study.transferred(outcomes[65][MooneyRivlin].calibration, 80, specimens[80]) < 1e-5
     # Six points of a nearly straight curve interpolate well.
     assert study.rms(study.interpolation_errors(specimens[70])) < 0.02
 
@@ -158,10 +156,10 @@ def test_the_study_finds_no_error_where_there_is_none(study, tmp_path):
 def test_the_studys_page_holds_its_figures(study, tmp_path):
     specimens = synthetic_specimens(study, tmp_path, scatter=0.02)
     page = study.page(specimens)
-    assert page.count("\n| --- |") == 4
+    assert page.count("\n| --- |") == 2
     assert "| pressure law | law | 65° | 70° | 80° |" in page
     for law in PressureLaw:
-        assert page.count(f"\n| {law.value} | MooneyRivlin | ") >= 2
+        assert page.count(f"\n| {law.value} | MooneyRivlin | ") == 1
     figure = study.draw(specimens)
     assert [axes.get_title() for axes in figure.axes] == [f"fibers at ±{a}°" for a in specimens]
     assert "{" not in page
