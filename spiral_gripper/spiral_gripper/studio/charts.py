@@ -38,6 +38,7 @@ def add_chart(
         scales={"x": uplot.Scale(time=False)},
         legend={"show": False},
         aspect=1.5,
+        padding=(14, 14, 0, 0),  # the highest label of an axis is not cut off
     )
 
 

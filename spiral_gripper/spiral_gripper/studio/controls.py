@@ -38,49 +38,49 @@ class Controls:
         self._gravity = settings.gravity
         measured = not isinstance(gripper.actuation, FreeActuation)
         self._quiet = False
-        with gui.add_folder("Object and pressure"):
-            top = gripper.pressure_max
-            self.pressure = self._quantity("pressure", "Pa", 0.0, top, settings.pressure)
-            self._radius = self._quantity("object radius", "m", 2e-3, 0.08, settings.object_radius)
-            self._taper = self._angle("object taper", settings.taper, -20.0, 20.0)
-            self._friction = self._slider("friction", 0.0, 1.5, 0.05, settings.friction)
-            self._rate = self._quantity("closing rate", "Pa/s", 1e3, 2e5, settings.rate)
-        with gui.add_folder("Gripper"):
-            self._angles = tuple(
-                self._angle(f"fiber angle {name}", angle, -90.0, 90.0)
-                for name, angle in zip("αβ", settings.angles, strict=False)
-            )
-            self._length = self._quantity("length", "m", 0.02, 2.0, settings.length)
-            for slider in (*self._angles, self._length):
-                slider.disabled = measured
-        with gui.add_folder("Mount"):
-            self._tilt = self._angle("tilt from hanging", settings.tilt, 0.0, 180.0)
-            self._roll = self._angle("roll", settings.roll, -180.0, 180.0)
+        turn = math.pi
+        folders = {
+            "Object and pressure": (
+                ("pressure", "pressure", "Pa", 0.0, gripper.pressure_max),
+                ("object_radius", "object radius", "m", 2e-3, 0.08),
+                ("taper", "object taper", "rad", -turn / 9.0, turn / 9.0),
+                ("friction", "friction", "1", 0.0, 1.5),
+                ("rate", "closing rate", "Pa/s", 1e3, 2e5),
+            ),
+            "Gripper": (
+                ("alpha", "fiber angle α", "rad", -turn / 2.0, turn / 2.0),
+                ("beta", "fiber angle β", "rad", -turn / 2.0, turn / 2.0),
+                ("length", "length", "m", 0.02, 2.0),
+            ),
+            "Mount": (
+                ("tilt", "tilt from hanging", "rad", 0.0, turn),
+                ("roll", "roll", "rad", -turn, turn),
+            ),
+        }
+        angles = dict(zip(("alpha", "beta"), settings.angles, strict=False))
+        # By the name of the setting: the slider, and the SI unit of what it shows.
+        self._sliders: dict[str, tuple[Slider, str]] = {}
+        for folder, sliders in folders.items():
+            with gui.add_folder(folder):
+                for name, label, unit, low, high in sliders:
+                    if name in ("alpha", "beta") and name not in angles:
+                        continue
+                    value = angles[name] if name in angles else getattr(settings, name)
+                    slider = self._quantity(label, unit, low, high, value)
+                    slider.disabled = measured and folder == "Gripper"
+                    self._sliders[name] = slider, unit
+        self.pressure = self._sliders["pressure"][0]
         changed = in_present_units(lambda _: None if self._quiet else on_change())
-        for slider in self._sliders:
+        for slider, _ in self._sliders.values():
             slider.on_update(changed)
-
-    @property
-    def _sliders(self) -> tuple[Slider, ...]:
-        return (
-            self.pressure, self._radius, self._taper, self._friction, self._rate, *self._angles,
-            self._length, self._tilt, self._roll,
-        )  # fmt: skip
 
     def settings(self) -> Settings:
         """Return what the sliders say."""
-        return Settings(
-            pressure=self._si(self.pressure, "Pa"),
-            object_radius=self._si(self._radius, "m"),
-            angles=tuple(self._si(slider, "rad") for slider in self._angles),
-            length=self._si(self._length, "m"),
-            tilt=self._si(self._tilt, "rad"),
-            roll=self._si(self._roll, "rad"),
-            gravity=self._gravity,
-            friction=self._friction.value,
-            taper=self._si(self._taper, "rad"),
-            rate=self._si(self._rate, "Pa/s"),
-        )
+        values = {
+            name: s.value / scale_of(unit).factor for name, (s, unit) in self._sliders.items()
+        }
+        angles = tuple(values.pop(name) for name in ("alpha", "beta") if name in values)
+        return Settings(angles=angles, gravity=self._gravity, **values)
 
     def set_pressure(self, pressure: float, pressure_max: float) -> None:
         """Show a pressure, and the largest there is [Pa], without calling anybody."""
@@ -92,27 +92,16 @@ class Controls:
 
     def remove(self) -> None:
         """Take the sliders off the page."""
-        for slider in self._sliders:
+        for slider, _ in self._sliders.values():
             slider.remove()
-
-    def _angle(self, name: str, value: float, low: float, high: float) -> Slider:
-        """Return a slider of an angle [rad]; its ends are in degrees."""
-        return self._quantity(name, "rad", math.radians(low), math.radians(high), value)
 
     def _quantity(self, name: str, unit: str, low: float, high: float, value: float) -> Slider:
         """Return a slider in the unit shown; its ends and its value are in SI."""
         least, most, first = in_units([low, high, value], unit).tolist()
         step = 10.0 ** math.floor(math.log10(max(abs(least), abs(most)) / STEPS))
-        ends = _rounded(least, step), _rounded(most, step)
-        return self._slider(axis_label(name, unit), *ends, step, first)
-
-    def _si(self, slider: Slider, unit: str) -> float:
-        """Return what a slider says in SI."""
-        return slider.value / scale_of(unit).factor
-
-    def _slider(self, label: str, low: float, high: float, step: float, value: float) -> Slider:
-        """Return a slider whose range holds its first value."""
-        return self._gui.add_slider(label, min(low, value), max(high, value), step, value)
+        ends = min(_rounded(least, step), first), max(_rounded(most, step), first)
+        label = name if unit == "1" else axis_label(name, unit)
+        return self._gui.add_slider(label, *ends, step, first)
 
 
 def _rounded(value: float, step: float) -> float:
