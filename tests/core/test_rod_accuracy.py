@@ -38,7 +38,7 @@ def distributed(s: np.ndarray) -> np.ndarray:
 
 
 VARIED = Case(
-    Rod(0.4, Section.inextensible(bending, torsional), rest_strain=rest_strain),
+    Rod(0.4, Section.varying(bending, torsional), rest_strain=rest_strain),
     RodLoad(distributed, tip_force=(0.01, -0.02, 0.015), tip_moment=(3e-4, 2e-4, -5e-4)),
 )
 CASES = {

@@ -175,8 +175,9 @@ def test_a_chart_of_the_pressure_has_the_regimes_of_contact_and_the_limit(
     assert said["radius"] == pytest.approx([0.02, 0.0125, 0.005])
     assert said["pressure_max"] == load_gripper("prototype_p1").pressure_max
     wrapped = answer(capsys, "wrap", "prototype_p1", "--radius", "12.5 mm")
-    assert said["onset_wrap"][1] == wrapped["onset_wrap"]
-    assert said["onset_curling"][1] == wrapped["onset_curling"]
+    # A process that compiles kernels rounds otherwise than one that loads them.
+    for end in ("onset_wrap", "onset_curling"):
+        assert said[end][1] == pytest.approx(wrapped[end], rel=1e-9)
     assert said["onset_wrap"][0] is None
     drawn = path.read_text(encoding="utf-8")
     for label in ("prototype_p1", "perfect wrap,", "curling", "not held", "pressure limit,"):

@@ -163,7 +163,7 @@ MISUSES = {
     D + "--prefer cheapest": "least-strain",
     D + "--pressure-max '-1 psi'": "--pressure-max must be",
     D + "--paper --friction 0.5": "--friction goes with --payload",
-    P + "--friction 0.5": "--friction goes with --payload",
+    "sweep map --radius-min '11 mm' --radius-max '30 mm' --friction 0.5": "--friction goes with",
     D + "--end-allowance '-1 mm'": "--end-allowance must be",
     D + "--save x.yml": ".yaml",
     D + "--save {folder}/good.yaml": "exists already and is kept",

@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from spiral_core.brief import brief_repr
+from spiral_core.design.closing import close_on_objects, judged
 from spiral_core.design.evaluation import Evaluation, estimate_candidate, evaluate_candidate
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.requirement import Candidate, DesignRequirement, TubeSize
@@ -93,24 +94,14 @@ def solve_points(
         InvalidInputError: pressure would not extend an actuator with these angles.
         SolverError: a shape could not be certified.
     """
-    solve = partial(solve_point, requirement)
-    done = progress if progress is not None else _silent
-    if executor is None:
-        points = []
-        for number, candidate in enumerate(candidates, start=1):
-            points.append(solve(candidate))
-            done(number, len(candidates))
-        return tuple(points)
-    jobs = [executor.submit(solve, candidate) for candidate in candidates]
-    try:
-        for number, job in enumerate(as_completed(jobs), start=1):
-            job.result()
-            done(number, len(candidates))
-    except BaseException:
-        for job in jobs:
-            job.cancel()
-        raise
-    return tuple(job.result() for job in jobs)
+    return _solved(partial(solve_point, requirement), candidates, executor, progress)
+
+
+def close_point(requirement: DesignRequirement, candidate: Candidate) -> SweepPoint:
+    """Return one candidate of a sweep, closed on the objects where the free coil lies."""
+    evaluation = evaluate_candidate(requirement, estimate_candidate(requirement, candidate))
+    closed = close_on_objects(requirement, evaluation, lambda _: None)
+    return _point(judged(evaluation, closed))
 
 
 def feasibility_map(
@@ -181,6 +172,63 @@ def pareto_set(points: Sequence[SweepPoint]) -> tuple[SweepPoint, ...]:
     return tuple(
         sorted((p for p in feasible if not is_beaten(p)), key=lambda point: _costs(point)[0])
     )
+
+
+def closed_pareto_set(
+    requirement: DesignRequirement,
+    points: Sequence[SweepPoint],
+    executor: Executor | None = None,
+    progress: SweepProgress | None = None,
+) -> tuple[SweepPoint, ...]:
+    """Return :func:`pareto_set` of the points whose grippers wrap their objects, with contact.
+
+    Only what would be in the set is closed on the objects, as in the last step of a design.
+
+    Args:
+        requirement: that the points were solved for.
+        points: of a sweep.
+        executor: see :func:`solve_points`.
+        progress: called with the number closed and the number to close, at each round anew.
+
+    Raises:
+        SolverError: a shape could not be certified.
+    """
+    left, closed = list(points), set[Candidate]()
+    while True:
+        best = pareto_set(left)
+        rest = [point.candidate for point in best if point.candidate not in closed]
+        if not rest:
+            return best
+        found = _solved(partial(close_point, requirement), rest, executor, progress)
+        closed.update(rest)
+        judged_points = {point.candidate: point for point in found}
+        left = [judged_points.get(point.candidate, point) for point in left]
+
+
+def _solved(
+    solve: Callable[[Candidate], SweepPoint],
+    candidates: Sequence[Candidate],
+    executor: Executor | None,
+    progress: SweepProgress | None,
+) -> tuple[SweepPoint, ...]:
+    """Return every candidate solved, in the order given."""
+    done = progress if progress is not None else _silent
+    if executor is None:
+        points = []
+        for number, candidate in enumerate(candidates, start=1):
+            points.append(solve(candidate))
+            done(number, len(candidates))
+        return tuple(points)
+    jobs = [executor.submit(solve, candidate) for candidate in candidates]
+    try:
+        for number, job in enumerate(as_completed(jobs), start=1):
+            job.result()
+            done(number, len(candidates))
+    except BaseException:
+        for job in jobs:
+            job.cancel()
+        raise
+    return tuple(job.result() for job in jobs)
 
 
 def _costs(point: SweepPoint) -> tuple[float, float, float]:

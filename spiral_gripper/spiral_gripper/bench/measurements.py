@@ -98,6 +98,7 @@ def measurements_of(table: Table, tube_length: float, options: CalibrationOption
         TableError: it cannot be used; the error names every bad line and column.
 
     Example:
+        >>> from spiral_gripper.files.table import read_table
         >>> text = "pressure [psi],extension [mm],extension_error [mm]\n4,2.5,0.2\n"
         >>> table = read_table(text, "bench.csv", COLUMNS)
         >>> readings = measurements_of(table, 0.1, CalibrationOptions()).readings

@@ -89,8 +89,9 @@ def feasibility(
     plot: Path | None,
     **options: object,
 ) -> None:
-    """Map where designs exist, over fiber angle and tube radius.
+    """Map where the seven steps of design find grippers, over fiber angle and tube radius.
 
+    They judge a wrap by the tip criterion; design also closes its gripper on the objects.
     The angles are those between the first and the last --beta, by default 40 to 85 deg.
     """
     given = cast("tuple[float, ...]", options["betas"])
@@ -140,14 +141,20 @@ def feasibility(
 @output_options
 @plot_option
 def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object) -> None:
-    """List the Pareto-optimal designs in pressure, strain and length."""
-    requirement = requirement_from(options)
+    """List the Pareto-optimal designs in pressure, strain and length.
 
-    from spiral_core.design.sweep import pareto_set, solve_points
+    Each of them is closed on the largest, the middle and the smallest object, with contact and
+    friction, as in design; what does not wrap them is left out.
+    """
+    requirement = requirement_from(options, contact=True)
 
-    with _workers(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
-        points = solve_points(requirement, requirement.candidates(), executor, progress)
-    best = pareto_set(points)
+    from spiral_core.design.sweep import closed_pareto_set, solve_points
+
+    with _workers(jobs) as executor:
+        with progress_bar("solving", quiet=as_json) as progress:
+            points = solve_points(requirement, requirement.candidates(), executor, progress)
+        with progress_bar("closing", quiet=as_json) as progress:
+            best = closed_pareto_set(requirement, points, executor, progress)
     if as_json:
         from spiral_gripper.reports.design_document import POINT
         from spiral_gripper.reports.fields import document_of
