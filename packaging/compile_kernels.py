@@ -5,12 +5,7 @@ Tests that run in parallel would otherwise compile the same kernels several time
 would wait.
 """
 
-from concurrent.futures import ProcessPoolExecutor
-
-from spiral_gripper.kernels import STEPS, note_compiled
+from spiral_gripper.kernels import compile_kernels
 
 if __name__ == "__main__":
-    with ProcessPoolExecutor(len(STEPS)) as processes:
-        for step in [processes.submit(step) for step in STEPS]:
-            step.result()
-    note_compiled()
+    compile_kernels(processes=2)

@@ -10,6 +10,7 @@ import hashlib
 import math
 import os
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
@@ -17,7 +18,7 @@ from typing import Final
 
 import spiral_core
 from spiral_core import Section
-from spiral_core.numerics.kernel import processor_features
+from spiral_core.numerics.kernel import SOURCE_DIGEST, processor_features
 
 
 def compile_rods_and_wraps() -> None:
@@ -73,20 +74,15 @@ def compile_contacts() -> None:
 STEPS: Final = (compile_rods_and_wraps, compile_contacts)
 
 
-def compile_kernels() -> None:
+def compile_kernels(processes: int = 1) -> None:
     """Compile all kernels that are not cached, and note that it has been done."""
-    for step in STEPS:
-        step()
-    note_compiled()
-
-
-def kernels_are_compiled() -> bool:
-    """Return whether :func:`compile_kernels` has run with these sources, numba and computer."""
-    return any(note.exists() for note in _notes())
-
-
-def note_compiled() -> None:
-    """Leave an empty file beside the cached kernels, or in the user's cache."""
+    if processes > 1:
+        with ProcessPoolExecutor(processes) as pool:
+            for future in [pool.submit(step) for step in STEPS]:
+                future.result()
+    else:
+        for step in STEPS:
+            step()
     for note in _notes():
         with suppress(OSError):
             note.parent.mkdir(parents=True, exist_ok=True)
@@ -94,12 +90,19 @@ def note_compiled() -> None:
             return
 
 
+def kernels_are_compiled() -> bool:
+    """Return whether :func:`compile_kernels` has run with these sources, numba and computer."""
+    return any(note.exists() for note in _notes())
+
+
 def _notes() -> tuple[Path, ...]:
-    """Return where the note may be; its name is a digest of what the kernels depend on."""
+    """Return where the note may be, beside the cached kernels or in the user's cache.
+
+    Its name is a digest of what the kernels depend on.
+    """
     package = Path(str(spiral_core.__file__)).parent
-    sources = [(str(path), path.stat().st_mtime_ns) for path in sorted(package.rglob("*.py"))]
     processor = (os.environ.get("NUMBA_CPU_NAME"), processor_features())
-    state = repr((sources, version("numba"), sys.version_info, processor))
+    state = repr((str(package), SOURCE_DIGEST, version("numba"), sys.version_info, processor))
     name = f"spiral_kernels_{hashlib.sha256(state.encode()).hexdigest()[:16]}"
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     folders = [Path(chosen)] if chosen else [package / "__pycache__", Path("~/.cache/numba")]

@@ -1,23 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled kernels are cached on disk, and the cache knows what each kernel was made of."""
+"""Compiled kernels are cached on disk, and a changed source file makes it stale."""
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 import spiral_core
-from spiral_core.numerics.kernel import content_stamp
-from spiral_core.rod import _element as rod_element
-from spiral_core.rod import _newton as rod_newton
-from spiral_core.rod import _shape as rod_shape
-from spiral_core.rod import _system as rod_system
-from spiral_core.rod.contact import _element as contact_element
+from spiral_core.numerics.kernel import KERNEL_FILES
 
 pytestmark = pytest.mark.long
 
@@ -58,32 +56,30 @@ def test_a_changed_kernel_recompiles_the_kernels_that_call_it(tmp_path: Path) ->
     assert run(tmp_path) > before + 0.01
 
 
-def test_the_stamp_of_a_kernel_covers_what_it_calls_and_reads(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    kernel = rod_newton.minimize.py_func  # type: ignore[attr-defined]
-    stamp = content_stamp.__wrapped__
-    before = stamp(kernel)
-    assert stamp(kernel) == before == content_stamp(kernel)
-    monkeypatch.setattr(rod_newton, "STEP_LOOSENING", 20.0)
-    assert stamp(kernel) != before
-    monkeypatch.undo()
-    monkeypatch.setattr(rod_newton, "newton_pass", rod_system.discrete_strain_scale)
-    assert stamp(kernel) != before
-    monkeypatch.undo()
-    monkeypatch.setattr(rod_system.Solution, "_fields", rod_system.Solution._fields[::-1])
-    assert stamp(kernel) != before
-    monkeypatch.undo()
-    chain = contact_element.chain.py_func  # type: ignore[attr-defined]
-    before = stamp(chain)
-    monkeypatch.setattr(contact_element, "XV", contact_element.U)
-    assert stamp(chain) != before
-    others = [rod_element.strain_factor, rod_element.element_energy, rod_shape.middle]
-    assert len({content_stamp(k.py_func) for k in others}) == 3  # type: ignore[attr-defined]
-
-
-def test_an_inlined_kernel_runs_as_python_where_python_calls_it() -> None:
-    """It has no entry for Python: a call of its machine code would end the process."""
-    value, first, second = rod_element.strain_factor(0.01)
-    assert value == 1.0 + 0.01 * (1.0 / 6.0 + 0.01 * (3.0 / 40.0 + 0.01 * (5.0 / 112.0)))
-    assert 0.0 < second < first
+def test_kernels_read_only_files_that_the_digest_covers() -> None:
+    """A kernel that read a constant or called a kernel of another file could be stale."""
+    covered = {str(path) for path in KERNEL_FILES}
+    checked = 0
+    for path in Path(spiral_core.__file__).parent.rglob("*.py"):
+        source = path.read_text()
+        if path.name == "kernel.py" or "numerics.kernel import" not in source:
+            continue
+        assert str(path) in covered
+        tree = ast.parse(source)
+        origins = {
+            name.asname or name.name: each.module
+            for each in tree.body
+            if isinstance(each, ast.ImportFrom) and (each.module or "").startswith("spiral_core.")
+            for name in each.names
+        }
+        module = ".".join(
+            path.relative_to(Path(spiral_core.__file__).parents[1]).with_suffix("").parts
+        )
+        for value in vars(import_module(module)).values():
+            if not isinstance(value, Dispatcher) or value.py_func.__module__ != module:
+                continue
+            checked += 1
+            for name in origins.keys() & set(value.py_func.__code__.co_names):
+                origin = Path(str(import_module(str(origins[name])).__file__))
+                assert str(origin) in covered, f"{module}.{value.py_func.__name__} reads {name}"
+    assert checked > 100

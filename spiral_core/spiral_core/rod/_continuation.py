@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled, inlined, merged
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import Array
 from spiral_core.rod._elimination import scales_of
 from spiral_core.rod._newton import (
@@ -89,7 +89,7 @@ class SolvedRod(NamedTuple):
     strains: Array
 
 
-@inlined
+@compiled
 def disturb(q: Array, system: System, size: float) -> None:
     """Bend and twist q, in place: off a state that is stationary but not stable.
 
@@ -108,7 +108,7 @@ def disturb(q: Array, system: System, size: float) -> None:
         turn_about_base_axis(q, system)
 
 
-@merged
+@compiled
 def with_outcome(found: Solution, outcome: int, iterations: int) -> Solution:
     """Return the solution with another outcome and number of iterations."""
     return Solution(
@@ -168,7 +168,7 @@ def follow_branch(
             return at, with_outcome(found, LEFT_BRANCH, spent)
 
 
-@merged
+@compiled
 def follow_over_folds(
     q: Array, start: System, end: System, at: float, tolerance: float
 ) -> tuple[int, Solution]:
@@ -191,7 +191,7 @@ def follow_over_folds(
             return folds, with_outcome(found, found.outcome, spent)
 
 
-@merged
+@compiled
 def first_state(q: Array, start: System, end: System, tolerance: float) -> tuple[float, Solution]:
     """Bring the straight rod q to rest, in place, at the start of its loading path.
 
@@ -212,7 +212,7 @@ def first_state(q: Array, start: System, end: System, tolerance: float) -> tuple
     return SMALLEST_STEP, with_outcome(found, found.outcome, spent + found.iterations)
 
 
-@merged
+@compiled
 def follow_loading(system: System, tolerance: float) -> tuple[Array, int, Solution]:
     """Follow the loading path of a rod, from the one without rest strain that hangs in its loads.
 
@@ -238,7 +238,7 @@ def follow_loading(system: System, tolerance: float) -> tuple[Array, int, Soluti
     return q, folds, with_outcome(found, found.outcome, spent)
 
 
-@merged
+@compiled
 def solve_from(q: Array, system: System, tolerance: float) -> tuple[int, Solution]:
     """Minimize from q, in place, on its branch; where it ends, find another state: one fold."""
     found = minimize(q, system, Ending(tolerance, WARM_ITERATIONS, True))
@@ -249,7 +249,7 @@ def solve_from(q: Array, system: System, tolerance: float) -> tuple[int, Solutio
     return 1, with_outcome(found, found.outcome, spent + found.iterations)
 
 
-@merged
+@compiled
 def loaded(q: Array, coarse: System, fine: System) -> tuple[int, Solution]:
     """Follow the loading path on few elements and refine at its end; on all if that fails.
 
@@ -284,7 +284,7 @@ def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRo
     return SolvedRod(solution, folds, system.force.copy(), positions, moments, strains)
 
 
-@merged
+@compiled
 def evaluated_at_rest(q: Array, coarse: System, fine: System, is_start: bool) -> SolvedRod:
     """Return the state that q comes to rest in, or the one at the end of the loading path."""
     if is_start:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled, merged
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import Array, dot, quaternion_at, to_material, vector_at
 from spiral_core.rod._elimination import Pass, Scales, back_substitute, newton_pass, scales_of
 from spiral_core.rod._system import Ending, Solution, System
@@ -57,7 +57,7 @@ class Workspace(NamedTuple):
     trial: Array
 
 
-@merged
+@compiled
 def line_search(
     q: Array,
     system: System,

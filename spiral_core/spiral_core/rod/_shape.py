@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled, inlined
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import (
     TANGENT,
     Array,
@@ -37,7 +37,7 @@ from spiral_core.rod._system import System
 SMALL_SINE = 0.1
 
 
-@inlined
+@compiled
 def arc_shortening(square: float) -> float:
     """Return (1 - z / asin(z)) / z^2 for z^2 = ``square``: how an arc's chord is shortened.
 
@@ -52,7 +52,7 @@ def arc_shortening(square: float) -> float:
     return (1.0 - sine / math.asin(min(1.0, sine))) / square
 
 
-@inlined
+@compiled
 def middle(q0: Quat, q1: Quat) -> Quat:
     """Return the orientation halfway between q0 and q1."""
     s = (q0[0] + q1[0], q0[1] + q1[1], q0[2] + q1[2], q0[3] + q1[3])

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled, inlined
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import Array, dot
 from spiral_core.rod._element import Stiffness, compliance_of, section_of, strain_factor, times
 from spiral_core.rod._profiles import UniformRod
@@ -119,7 +119,7 @@ def uniform_system(count: int, rod: UniformRod) -> System:
     return System(force, distributed, moment, elements, steps, sections, energy)
 
 
-@inlined
+@compiled
 def constant_strain_energy(elements: Array, steps: Array) -> float:
     """Return the energy [J] that takes each element from its mean rest strain to none."""
     energy = 0.0
@@ -130,7 +130,7 @@ def constant_strain_energy(elements: Array, steps: Array) -> float:
     return energy
 
 
-@inlined
+@compiled
 def blended_rows(start: Array, end: Array, at: float) -> Array:
     """Return the rows (n, k) at the fraction ``at`` of the way from one array to another."""
     rows = np.empty_like(start)

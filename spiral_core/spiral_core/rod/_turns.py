@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled, inlined
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import (
     TANGENT,
     Array,
@@ -32,7 +32,7 @@ def turn_nodes(q: Array, step: Array, fraction: float, turned: Array) -> None:
             turned[i + 1, k] = r[k]
 
 
-@inlined
+@compiled
 def copy_nodes(q: Array, to: Array) -> None:
     """Write the orientations q into another array."""
     for i in range(q.shape[0]):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled, inlined
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import (
     TANGENT,
     Array,
@@ -37,13 +37,13 @@ FITTED = (0.0, 0.0, 0.0)
 STATES = 4
 
 
-@inlined
+@compiled
 def tangent_at(orientations: Array, i: int) -> Vec:
     """Return the unit tangent of node i in the base frame."""
     return to_base(quaternion_at(orientations, i), TANGENT)
 
 
-@inlined
+@compiled
 def tangent_between(orientations: Array, strains: Array, h: float, i: int, f: float) -> Vec:
     """Return the tangent at the fraction f of element i, by cubic Hermite interpolation.
 
@@ -147,7 +147,7 @@ def angle_at_tip(orientations: Array, axis: Vec) -> float:
     return math.acos(min(1.0, max(-1.0, along)))
 
 
-@inlined
+@compiled
 def counted_share(before: float, after: float) -> float:
     """Return which share of an element is positive when its ends are ``before`` and ``after``."""
     if before >= 0.0 and after >= 0.0:
@@ -157,7 +157,7 @@ def counted_share(before: float, after: float) -> float:
     return max(before, after) / abs(after - before)
 
 
-@inlined
+@compiled
 def across(axis: Vec, v: Vec) -> Vec:
     """Return the part of a vector across a unit axis."""
     return add(v, scale(-dot(v, axis), axis))

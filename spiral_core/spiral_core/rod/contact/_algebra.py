@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.numerics.kernel import called, compiled
+from spiral_core.numerics.kernel import compiled
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ B0, B1, EU, E0, E1, TURN0, TURN1, XV, GX, REST, RATE = numbers(10, 21)
 TANGENT, Z, PULL = numbers(21, VECTORS)
 
 
-@called
+@compiled
 def rotation(q: Array, out: Array) -> None:
     """Write R(q)."""
     x, y, z, w = q[0], q[1], q[2], q[3]
@@ -55,7 +55,7 @@ def rotation(q: Array, out: Array) -> None:
     out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
 
 
-@called
+@compiled
 def multiply(slots: Array, first: int, second: int, result: int) -> None:
     """Write the product of two slots into a third."""
     a, b, out = slots[first], slots[second], slots[result]
@@ -64,7 +64,7 @@ def multiply(slots: Array, first: int, second: int, result: int) -> None:
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@called
+@compiled
 def skew(slots: Array, slot: int, vectors: Array, vector: int) -> None:
     """Write the matrix of a -> v x a."""
     out, v = slots[slot], vectors[vector]
@@ -75,7 +75,7 @@ def skew(slots: Array, slot: int, vectors: Array, vector: int) -> None:
         out[i, k] = v[j]
 
 
-@called
+@compiled
 def cross(vectors: Array, first: int, second: int, result: int) -> None:
     """Write the cross product of two vectors into a third."""
     a, b, out = vectors[first], vectors[second], vectors[result]
@@ -84,7 +84,7 @@ def cross(vectors: Array, first: int, second: int, result: int) -> None:
         out[i] = a[j] * b[k] - a[k] * b[j]
 
 
-@called
+@compiled
 def transpose(slots: Array, slot: int, result: int) -> None:
     """Write the transpose of a slot into another."""
     for i in range(3):
@@ -92,7 +92,7 @@ def transpose(slots: Array, slot: int, result: int) -> None:
             slots[result, i, j] = slots[slot, j, i]
 
 
-@called
+@compiled
 def product(a: Array, b: Array, transposed: int, out: Array) -> None:
     """Write a b, or a^T b, of (9, 9) matrices."""
     for i in range(9):

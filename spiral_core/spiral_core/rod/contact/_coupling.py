@@ -4,7 +4,7 @@
 The parts of the energy of :mod:`spiral_core.rod.contact._element` in which B is, and derivatives.
 """
 
-from spiral_core.numerics.kernel import called
+from spiral_core.numerics.kernel import compiled
 
 # fmt: off
 from spiral_core.rod.contact._algebra import (  # isort: skip
@@ -21,7 +21,7 @@ COUPLED_FIRST = (
 COUPLED_SECOND = ((COUPLING, SKEW_Y, BY), (SKEW_Y, COUPLING, YB))
 
 
-@called
+@compiled
 def couple_strains(slots: Array, vectors: Array) -> None:
     """Add what couples bending with stretch to G, J and A_i."""
     for job in range(len(COUPLED_FIRST)):
@@ -36,7 +36,7 @@ def couple_strains(slots: Array, vectors: Array) -> None:
                 slots[A0 + at, i, k] += 0.5 * (slots[UB, i, k] - slots[BU, i, k])
 
 
-@called
+@compiled
 def couple_hessian(h: float, slots: Array, vectors: Array, inner: Array) -> None:
     """Add what couples bending with stretch to the upper half of the inner Hessian."""
     square = h * h / 12.0
@@ -57,7 +57,7 @@ def couple_hessian(h: float, slots: Array, vectors: Array, inner: Array) -> None
                 )
 
 
-@called
+@compiled
 def couple_turns(h: float, slots: Array, vectors: Array, room: Array, hess: Array) -> None:
     """Add what turning b does to G, and to the work of b along what bending couples with it.
 

@@ -17,7 +17,7 @@ Small matrices live in slots of a workspace, and products are listed in tables: 
 instead of twenty copies of it, which would take long to compile.
 """
 
-from spiral_core.numerics.kernel import called, compiled
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._element import strain_factor
 from spiral_core.rod.contact._coupling import couple_hessian, couple_strains, couple_turns
 
@@ -41,7 +41,7 @@ SECOND = (
 )  # fmt: skip
 
 
-@called
+@compiled
 def relative_turn(q0: Array, q1: Array, h: float, x: Array, u: Array) -> tuple[float, ...]:
     """Write x = Im(conj(q0) q1) and the strain u; return w, then f, f' and f'' of its series."""
     x[0] = q0[3] * q1[0] - q0[0] * q1[3] - q0[1] * q1[2] + q0[2] * q1[1]
@@ -54,7 +54,7 @@ def relative_turn(q0: Array, q1: Array, h: float, x: Array, u: Array) -> tuple[f
     return w, factor, first, second
 
 
-@called
+@compiled
 def strains_and_loads(
     n: Array, half: Array, h: float, coupled: bool, slots: Array, vectors: Array
 ) -> float:
@@ -118,7 +118,7 @@ def strains_and_loads(
     return energy
 
 
-@called
+@compiled
 def first_derivatives(h: float, coupled: bool, slots: Array, vectors: Array) -> None:
     """Write the derivatives of E by u and by the loads a_0, a_1, and z = B^T y."""
     square = h * h / 12.0
@@ -146,7 +146,7 @@ def first_derivatives(h: float, coupled: bool, slots: Array, vectors: Array) -> 
                 vectors[Z, i] += slots[COUPLING, k, i] * y[k]
 
 
-@called
+@compiled
 def chain(h: float, turn: tuple[float, ...], slots: Array, vectors: Array) -> None:
     """Write F = du/dx, dx by both rotations, and the second derivative T of u.dE/du by x."""
     w, factor, first, second = turn
@@ -177,7 +177,7 @@ def chain(h: float, turn: tuple[float, ...], slots: Array, vectors: Array) -> No
         multiply(slots, SECOND[job][0], SECOND[job][1], SECOND[job][2])
 
 
-@called
+@compiled
 def inner_hessian(h: float, coupled: bool, slots: Array, vectors: Array, inner: Array) -> None:
     """Write the Hessian (9, 9) of E by (u, a_0, a_1)."""
     square = h * h / 12.0
@@ -199,7 +199,7 @@ def inner_hessian(h: float, coupled: bool, slots: Array, vectors: Array, inner: 
             inner[i, k] = inner[k, i]
 
 
-@called
+@compiled
 def outer_map(w: float, slots: Array, change: Array) -> None:
     """Write the derivative (9, 9) of (u, a_0, a_1) by (eta_0, eta_1, n)."""
     for i in range(9):
@@ -214,7 +214,7 @@ def outer_map(w: float, slots: Array, change: Array) -> None:
                 change[3 + 3 * at + i, 6 + k] = slots[R0 + at, k, i]
 
 
-@called
+@compiled
 def turned_load(at: int, k: float, slots: Array, vectors: Array, g: Array, hess: Array) -> None:
     """Add what turning a node does to a and b: their second derivatives, and b's first.
 

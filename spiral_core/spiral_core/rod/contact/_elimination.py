@@ -10,7 +10,7 @@ the Hessian.
 
 import numpy as np
 
-from spiral_core.numerics.kernel import called, compiled
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._algebra import SLOTS, VECTORS, Array, numbers
 from spiral_core.rod.contact._element import element
 
@@ -59,7 +59,7 @@ def assemble(
     return energy
 
 
-@called
+@compiled
 def factor(block: Array, order: Array, exchange: bool) -> float:
     """Replace a block (6, 6) by its LU factors and return the smallest pivot.
 
@@ -86,7 +86,7 @@ def factor(block: Array, order: Array, exchange: bool) -> float:
     return smallest
 
 
-@called
+@compiled
 def solve_factored(block: Array, order: Array, rhs: Array) -> None:
     """Solve block x = rhs (6, 7) in place with the factors of :func:`factor`."""
     for i in range(6):
@@ -106,7 +106,7 @@ def solve_factored(block: Array, order: Array, rhs: Array) -> None:
             rhs[i, c] /= block[i, i]
 
 
-@called
+@compiled
 def condense(
     hess: Array, mismatch: Array, compliance: float, unit: float, pull: Array, whole: Array
 ) -> float:
@@ -150,7 +150,7 @@ def condense(
     return 1.0
 
 
-@called
+@compiled
 def hold_columns(system: Array, first: int, free: Array) -> None:
     """Keep the free motions of a node in six columns."""
     for i in range(6):
@@ -162,7 +162,7 @@ def hold_columns(system: Array, first: int, free: Array) -> None:
             system[i, first + k] = row[k]
 
 
-@called
+@compiled
 def hold(system: Array, free: Array) -> None:
     """Keep the free motions F of an end in its rows [block | coupling | rhs] (6, 13).
 
@@ -184,7 +184,7 @@ def hold(system: Array, free: Array) -> None:
                 system[i, k] += scale * ((1.0 if i == k else 0.0) - free[i, k])
 
 
-@called
+@compiled
 def back_substitute(gains: Array, pulls: Array, unit: float, step: Array, force: Array) -> None:
     """Write the steps of nodes (N + 1, 6) and forces (N, 3) from the eliminated rows."""
     count = force.shape[0]

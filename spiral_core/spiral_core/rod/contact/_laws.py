@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from spiral_core.numerics.kernel import called, compiled
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._algebra import Array, rotation
 
 # A node sticks while its slip is below this many elastic slips.
@@ -34,7 +34,7 @@ RESULTS = 34
 SHARP, BARRIER, ELASTIC, CHOICE, COMPLIANCE, COUPLED, FRICTION, LEVER = range(8)
 
 
-@called
+@compiled
 def normal_terms(
     law: Array,
     gap: float,
@@ -66,7 +66,7 @@ def normal_terms(
             tangent[3 + i, 3 + k] += row[STIFFNESS] * normal[i] * normal[k] - force * bend[i, k]
 
 
-@called
+@compiled
 def friction_law(law: Array, limit: float, row: Array, grip: Array) -> None:
     """Write friction's target, direction and stiffness from its force and slip in a row."""
     size = math.sqrt(row[TAU] ** 2 + row[TAU + 1] ** 2 + row[TAU + 2] ** 2)
@@ -90,7 +90,7 @@ def friction_law(law: Array, limit: float, row: Array, grip: Array) -> None:
             grip[i, k] = limit / width * (same - 0.5 * rate * (one + other))
 
 
-@called
+@compiled
 def turned_friction(
     lever: float,
     normal: Array,
@@ -121,7 +121,7 @@ def turned_friction(
             tangent[i, 3 + k] += lever * value
 
 
-@called
+@compiled
 def friction_terms(
     law: Array,
     normal: Array,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.numerics.kernel import called, compiled
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod.contact._algebra import matrices
 from spiral_core.rod.contact._increments import Point, gaps_at
 from spiral_core.rod.contact._laws import TINY
@@ -141,7 +141,7 @@ def self_clearance(positions: Array, arc_lengths: Array, radius: float) -> float
     return float(nearest_places(positions, arc_lengths, radius)[0]) - 2.0 * radius
 
 
-@called
+@compiled
 def nearest_on(first: Array, last: Array, at: float, i: int, k: int) -> tuple[float, float, float]:
     """Return the least distance of elements i and k, and where on each of them, from 0 to 1.
 
@@ -174,7 +174,7 @@ def nearest_on(first: Array, last: Array, at: float, i: int, k: int) -> tuple[fl
     return math.sqrt(square), x, y
 
 
-@called
+@compiled
 def middles_apart(positions: Array, i: int, k: int) -> float:
     """Return the distance between the middles of elements i and k [m]."""
     square = 0.0
@@ -184,7 +184,7 @@ def middles_apart(positions: Array, i: int, k: int) -> float:
     return math.sqrt(square)
 
 
-@called
+@compiled
 def nodes_apart(positions: Array, i: int, k: int) -> float:
     """Return the distance of nodes i and k [m]."""
     square = 0.0
@@ -193,7 +193,7 @@ def nodes_apart(positions: Array, i: int, k: int) -> float:
     return math.sqrt(square)
 
 
-@called
+@compiled
 def lengths_along(positions: Array) -> Array:
     """Return the lengths along the rod as it is, stretched or compressed, up to its nodes (n,)."""
     along = np.zeros(len(positions))
@@ -202,7 +202,7 @@ def lengths_along(positions: Array) -> Array:
     return along
 
 
-@called
+@compiled
 def longest_element(positions: Array) -> float:
     """Return the length of the longest element [m]."""
     longest = 0.0
@@ -244,7 +244,7 @@ def nearest_places(
     return least, place, other
 
 
-@called
+@compiled
 def relative_move(first: Array, last: Array, i: int, k: int) -> float:
     """Return by how much two places of elements i and k can come nearer on a move [m]."""
     most = 0.0

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from spiral_core.numerics.kernel import compiled, inlined
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import (
     Array,
     Mat,
@@ -19,7 +19,7 @@ from spiral_core.rod._algebra import (
 )
 
 
-@inlined
+@compiled
 def _matrix(block: Array) -> Mat:
     """Return a (3, 3) array as a tuple."""
     return (
