@@ -21,7 +21,13 @@ from spiral_gripper_ros.planning.design_question import (
     requirement_from_question,
 )
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
-from spiral_gripper_ros.planning.worker import EndedError, Worker, compile_all, solve_grip
+from spiral_gripper_ros.planning.worker import (
+    EndedError,
+    SharedGrips,
+    Worker,
+    compile_all,
+    solve_grip,
+)
 
 QUESTION = DesignQuestion(
     object_radius_min=0.011,
@@ -127,6 +133,33 @@ def test_a_process_that_was_killed_is_an_answer_and_the_next_question_starts_ano
     with pytest.raises(EndedError, match="no answer: its process was killed"):
         worker.answer(time.sleep, 5.0)
     assert worker.answer(os.getpid) != process_id
+
+
+def test_what_nobody_waits_for_any_more_is_ended_and_the_next_question_is_answered(worker):
+    process_id, wanted = worker.answer(os.getpid), threading.Event()
+    wanted.set()
+    threading.Timer(0.5, wanted.clear).start()
+    start = time.monotonic()
+    with pytest.raises(EndedError, match="nobody waits"):
+        worker.answer(time.sleep, 60.0, is_wanted=wanted.is_set)
+    assert time.monotonic() - start < 20.0
+    wait_for_the_end(process_id)
+    with pytest.raises(EndedError, match="nobody waits"):
+        worker.answer(os.getpid, is_wanted=wanted.is_set)
+    assert worker.answer(os.getpid) != process_id
+
+
+def test_nodes_of_one_program_share_a_process_that_ends_with_the_last(gripper):
+    first, second = SharedGrips(), SharedGrips()
+    assert first._worker is second._worker
+    process_id = first._worker.answer(os.getpid)
+    first.end()
+    first.end()
+    with pytest.raises(EndedError, match="the node has ended"):
+        first.answer(GripQuestion(gripper, 0.02), lambda: True)
+    assert second._worker.answer(os.getpid) == process_id
+    second.end()
+    wait_for_the_end(process_id)
 
 
 def test_the_process_computes_behind_all_others_and_hears_no_terminal(worker):

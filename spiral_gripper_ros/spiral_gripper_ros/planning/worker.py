@@ -11,13 +11,13 @@ import resource
 import signal
 import threading
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
@@ -27,6 +27,8 @@ from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 NICENESS = 5
 # Memory that numpy, numba and the kernels do not reach by far [bytes].
 LARGEST_MEMORY = 2_000_000_000
+# How often an asker looks whether its answer is still wanted [s].
+LOOK = 0.1
 
 
 class EndedError(SpiralError):
@@ -45,7 +47,7 @@ class Worker:
 
     def __init__(self, what: str) -> None:
         self._what, self._why = what, ""
-        self._lock = threading.Lock()
+        self._asking, self._lock = threading.Lock(), threading.Lock()
         self._pool: ProcessPoolExecutor | None = None
         self._link: Connection | None = None
 
@@ -66,27 +68,93 @@ class Worker:
             self._pool = ProcessPoolExecutor(1, context, _begin, (theirs,))
             return self._pool.submit(function, *arguments)
 
-    def answer(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401
-        """Return a function's answer; blocks until it is computed.
+    def answer(
+        self,
+        function: Callable[..., Any],
+        *arguments: object,
+        is_wanted: Callable[[], bool] = lambda: True,
+    ) -> Any:  # noqa: ANN401
+        """Return a function's answer; blocks until it is computed, or no longer wanted.
+
+        Args:
+            function: what is computed.
+            arguments: of the function.
+            is_wanted: whether somebody still waits; if not, the process is replaced by a new one.
 
         Raises:
-            SpiralError: there is none, or the process has ended.
+            SpiralError: there is none, nobody waits, or the process has ended.
         """
-        try:
-            return self.submit(function, *arguments).result()
-        except (BrokenProcessPool, CancelledError):
-            raise self._ended() from None
+        with self._asking:
+            if not is_wanted():
+                raise self._unwanted()
+            try:
+                job = self.submit(function, *arguments)
+                while not wait([job], LOOK).done:
+                    if not is_wanted():
+                        with self._lock:
+                            self._stop()
+                        self.submit(os.getpid)  # it loads while nothing is asked
+                        raise self._unwanted()
+                return job.result()
+            except (BrokenProcessPool, CancelledError):
+                raise self._ended() from None
 
     def end(self, why: str = "the node has ended") -> None:
         """End the process at once, from any thread; it is not started again."""
         with self._lock:
             self._why = self._why or why
-            if self._pool is not None and self._link is not None:
-                self._link.close()
-                self._pool.shutdown(wait=False, cancel_futures=True)
+            self._stop()
+
+    def _stop(self) -> None:
+        """End the process."""
+        if self._pool is not None and self._link is not None:
+            self._link.close()
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            self._pool = None
+
+    def _unwanted(self) -> EndedError:
+        return EndedError(f"no {self._what}: nobody waits for it any more")
 
     def _ended(self) -> EndedError:
         return EndedError(f"no {self._what}: {self._why or 'its process was killed'}")
+
+
+class SharedGrips:
+    """A node's share in the one process that computes grips for all nodes of this program.
+
+    One process for each of ten nodes would take the processors from their control loops.
+    """
+
+    _lock: ClassVar[threading.Lock] = threading.Lock()
+    _worker: ClassVar[Worker] = Worker("grip")
+    _users: ClassVar[int] = 0
+
+    def __init__(self) -> None:
+        self._has_ended = False
+        with self._lock:
+            if SharedGrips._users == 0:
+                SharedGrips._worker = Worker("grip")
+            SharedGrips._users += 1
+
+    def answer(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
+        """Return a grip; blocks until the questions before it are answered.
+
+        Raises:
+            SpiralError: see :meth:`Worker.answer`.
+        """
+        if self._has_ended:
+            raise EndedError("no grip: the node has ended")
+        figures: GripFigures = self._worker.answer(solve_grip, question, is_wanted=is_wanted)
+        return figures
+
+    def end(self) -> None:
+        """Release this node's share; the process ends with the last one."""
+        with self._lock:
+            if not self._has_ended:
+                self._has_ended = True
+                SharedGrips._users -= 1
+                if SharedGrips._users == 0:
+                    self._worker.end()
 
 
 def _begin(link: Connection) -> None:

@@ -15,7 +15,7 @@ from spiral_core.errors import SpiralError
 from spiral_gripper import GripperDescription
 from spiral_gripper_ros.planning.design_question import DesignQuestion, design
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.worker import EndedError, Worker, solve_grip
+from spiral_gripper_ros.planning.worker import SharedGrips, Worker
 
 # More questions of one kind do not wait: they are answered that the node is busy.
 MOST_WAITING = 50
@@ -64,7 +64,7 @@ class Background:
         self.plans, self.exact = QuestionPool("plans"), QuestionPool("exact")
         self.batches = QuestionPool("batches")
         self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
-        self._grip_worker = Worker("grip")
+        self._grips_shared = SharedGrips()
         self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
         self._design: Worker | None = None
         self._has_ended = False
@@ -79,10 +79,7 @@ class Background:
         Raises:
             SpiralError: the object cannot be held, or the node has ended.
         """
-        if not is_wanted():
-            raise EndedError("no grip: nobody waits for it any more")
-        figures: GripFigures = self._grip_worker.answer(solve_grip, question)
-        return figures
+        return self._grips_shared.answer(question, is_wanted)
 
     @property
     def has_ended(self) -> bool:
@@ -127,7 +124,7 @@ class Background:
         pools = (self.gravity, self.grips, self._designs, self.plans, self.exact, self.batches)
         for pool in pools:
             pool.shutdown(wait=False, cancel_futures=True)
-        self._grip_worker.end()
+        self._grips_shared.end()
         self.cancel_design("the node has ended")
 
 
