@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 
 from spiral_core.grip import grip
 from spiral_core.grip.setup import GripSetup
-from spiral_core.grip.window import GripPoint, GripWindow
+from spiral_core.grip.window import GripPoint, GripWindow, WindowEnd
 from spiral_gripper.cli.main import run
 from spiral_gripper.reports.grip import document
 from spiral_gripper.reports.grip.document import GripQuestion, SolvedGrip
@@ -164,6 +165,28 @@ def test_one_pressure_is_looked_at_alone(capsys: pytest.CaptureFixture[str]) -> 
     assert answer["holding_force_towards_within_diameter"][1] < held[1]
     assert answer["range_end"] == "curling"
     assert answer["lift_off"] is None
+
+
+def test_what_a_grip_owes_to_next_to_nothing_is_printed_on_request(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = [*ASKED, "--pressure", "50 kPa", "--spread"]
+    assert run([*asked, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    for end in ("onset_wrap", "onset_curling", "loss"):
+        assert said["spread"][end] == pytest.approx([said[end]] * 3, rel=2e-3)
+    as_it_is = next(iter(windows.values()))
+    never = replace(as_it_is, onset_wrap=None, end=WindowEnd.PASSED_BY)
+    monkeypatch.setattr(document, "nudged_windows", lambda _: (as_it_is, never))
+    solved.clear()
+    assert run(asked) == 0
+    rows = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "moved aside by 0.0004 mm" in rows
+    assert "or not at all" in rows
+    solved.clear()
+    monkeypatch.setattr(document, "grip_window", lambda *_, **__: never)
+    assert run(asked) == 2
+    assert "moved aside by 0.000361 mm it is wrapped from" in capsys.readouterr().err
 
 
 def test_a_pressure_above_those_that_hold_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import pairwise
 
@@ -303,6 +303,9 @@ GIVE_UP = 1.6
 # Pressures up to which the coil's fall is followed, as fractions of the loss.
 FALL_PRESSURES = (1.004, 1.01, 1.02)
 
+# To see what a grip depends on, the object is moved by this part of the tube's length.
+NUDGE = 1e-6
+
 Progress = Callable[[int, int], None]
 
 
@@ -485,6 +488,24 @@ def grip_window(
         if until_wrapped and onset is not None:
             break
     return GripWindow(setup, tuple(points), onset, curling, loss, end, lift_off)
+
+
+def nudged_windows(setup: GripSetup) -> tuple[GripWindow, GripWindow]:
+    """Return the windows with the object a little nearer to the base and a little farther.
+
+    It is moved by a millionth of the tube's length: what the windows do not share depends on what
+    no experiment can set.
+
+    Raises:
+        NotGrippableError: see :func:`grip_window`.
+        SolverError: likewise.
+    """
+    x, y, z = (NUDGE * setup.gripper.tube.length * setup.frame[1]).tolist()
+    nearer, farther = (
+        grip_window(replace(setup, obstacle=setup.obstacle.moved(shift)))
+        for shift in ((-x, -y, -z), (x, y, z))
+    )
+    return nearer, farther
 
 
 def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> list[float]:

@@ -165,6 +165,12 @@ def wrap(
     help="Look at this pressure in place of ten. May be repeated.",
 )
 @click.option("--payload", type=MASS, help="Mass of the object to carry.")
+@click.option(
+    "--spread",
+    is_flag=True,
+    help="Close again with the object moved aside by a millionth of the length, and print what "
+    "that changes.",
+)
 @click.option("--force-max", type=FORCE, help="Greatest sum of normal forces on the object.")
 @mount_options
 @output_options
@@ -181,6 +187,7 @@ def grip(
     pressures: tuple[float, ...],
     payload: float | None,
     force_max: float | None,
+    spread: bool,
     as_json: bool,
     plot: Path | None,
     **options: object,
@@ -208,7 +215,7 @@ def grip(
         raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
     question = GripQuestion(
         mount, radius, profile, friction, frictionless_closing, every_direction, payload,
-        force_max, pressures, place,
+        force_max, pressures, place, spread,
     )  # fmt: skip
     question = located(question, find_place, quiet=as_json)
     with progress_bar("closing, then pulling", quiet=as_json) as progress:

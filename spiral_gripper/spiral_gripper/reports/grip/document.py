@@ -19,7 +19,14 @@ from spiral_core.grip.places import (
     what_helps,
 )
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil, lay_profile_into_coil
-from spiral_core.grip.window import GripPoint, GripWindow, follow_loss, grip_window
+from spiral_core.grip.window import (
+    NUDGE,
+    GripPoint,
+    GripWindow,
+    follow_loss,
+    grip_window,
+    nudged_windows,
+)
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
@@ -41,6 +48,7 @@ class GripQuestion:
         force_max: greatest sum of normal forces [N], or None.
         pressures: to look at [Pa]; none takes ten from a little below the wrap on.
         place: of the object's middle, in the base frame [m]; None is in the free coil.
+        spread: whether it is closed again with the object moved aside by next to nothing.
     """
 
     gripper: Gripper
@@ -53,6 +61,7 @@ class GripQuestion:
     force_max: float | None = None
     pressures: tuple[float, ...] = ()
     place: Vector | None = None
+    spread: bool = False
 
     @property
     def pulls(self) -> tuple[Pull, ...]:
@@ -79,6 +88,7 @@ class SolvedGrip:
         rest: what remains of the grip after its loss; None if nothing was lost, or nothing rests.
         rest_held: what the rest still holds, by the question's ways of moving the object.
         mark: place on the profile's own axis that is in the coil's middle [m], or None.
+        nudged: what closing again finds with the object moved aside; empty if not asked for.
     """
 
     question: GripQuestion
@@ -90,6 +100,7 @@ class SolvedGrip:
     rest: GripPoint | None
     rest_held: Mapping[Pull, HoldingForce]
     mark: float | None
+    nudged: tuple[GripWindow, ...] = ()
 
 
 def solve_question(
@@ -129,6 +140,7 @@ def solve_question(
         rest=rest,
         rest_held={} if rest is None else holding_forces(rest, question.pulls),
         mark=mark,
+        nudged=nudged_windows(window.setup) if question.spread else (),
     )
 
 
@@ -185,6 +197,14 @@ def _closed(
     window = grip_window(setup, progress=progress)
     if window.onset_wrap is None:
         refusal = not_held(window)
+        if question.spread:
+            onsets = (nudged.onset_wrap for nudged in nudged_windows(setup))
+            wrapped = [onset for onset in onsets if onset is not None]
+            if wrapped:
+                shift = NUDGE * setup.gripper.tube.length
+                reason = f"{refusal.constraint}; moved aside by {shift:.3g} m it is wrapped from"
+                reason = f"{reason} {wrapped[0]:.6g} Pa: no experiment can decide"
+                raise NotGrippableError(refusal.radius, reason, refusal.margin, None)
         if question.place is not None:
             raise refusal
         reason = f"{refusal.constraint}; --find-place looks for a place near by where it is held"

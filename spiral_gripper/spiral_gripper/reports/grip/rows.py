@@ -13,7 +13,7 @@ from rich.table import Table
 
 from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip
 from spiral_core.grip.holding import HoldingForce, Pull, is_twist
-from spiral_core.grip.window import GripPoint
+from spiral_core.grip.window import NUDGE, GripPoint
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import distances_from_axis, touching_nodes
@@ -44,6 +44,8 @@ FALLS_BY_CHOICE = "may fall to any side: here to the one to which it bends"
 # So many of them fit into a line of 80 characters, beside the contact and without it.
 BESIDE_CONTACT = 2
 IN_A_TABLE = 4
+# Ends of windows that differ by less than this fraction are printed as one.
+SAME = 1e-3
 
 
 def wrap_rows(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> list[tuple[str, str]]:
@@ -316,6 +318,33 @@ def _lost(solved: SolvedGrip) -> str:
     return end
 
 
+def _spread(solved: SolvedGrip) -> dict[str, list[float | None]] | None:
+    """Return each end of the window as it is and with the object moved aside; None: not asked."""
+    windows = (solved.grip.window, *solved.nudged)
+    if len(windows) == 1:
+        return None
+    ends = ("onset_wrap", "onset_curling", "loss")
+    return {end: [getattr(window, end) for window in windows] for end in ends}
+
+
+def _spread_text(solved: SolvedGrip) -> str | None:
+    """Return how far each end of the window scatters."""
+    found = _spread(solved)
+    if found is None:
+        return None
+    names = {"onset_wrap": "wrapped from", "onset_curling": "curls from", "loss": "lost at"}
+    texts = []
+    for end, values in found.items():
+        known = [value for value in values if value is not None]
+        if not known:
+            continue
+        text = f"{names[end]} {shown(min(known), 'Pa')}"
+        if max(known) > (1.0 + SAME) * min(known):
+            text += f" to {shown(max(known), 'Pa')}"
+        texts.append(text if len(known) == len(values) else f"{text} or not at all")
+    return "; ".join(texts)
+
+
 def _range(solved: SolvedGrip) -> str:
     low, high = (shown(pressure, "Pa") for pressure in solved.grip.recommended_range)
     return f"{low} to {high}: {solved.grip.range_end.value}"
@@ -405,6 +434,12 @@ _PLACE: Final = (
 GRIP: Final = (
     *_CLOSED,
     Field("after_loss", "  after that", _after_loss, _remaining),
+    Field(
+        "spread",
+        lambda s: f"moved aside by {shown(NUDGE * s.question.gripper.tube.length, 'm', 1)}",
+        _spread,
+        _spread_text,
+    ),
     Field("refusal", "NOT HELD", "refusal", lambda s: s.refusal and reworded(s.refusal)),
     *_RECOMMENDED,
     Field("pressures", "", "grip.pressures"),
