@@ -23,7 +23,7 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from spiral_gripper_msgs.msg import GripStatus, ObjectRadius, Wrap
+from spiral_gripper_msgs.msg import GripStatus, ObjectRadius, ObjectToWrap, Wrap
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.parameters.table import PARAMETERS
@@ -278,13 +278,17 @@ class Client(Node):
     def rearm(self):
         return self.call(Trigger, "rearm")
 
-    def plan_wrap(self, radius, **fields):
-        return self.call(PlanWrap, "plan_wrap", PlanWrap.Request(object_radius=radius, **fields))
+    def plan_wrap(self, radius, deadline=DEADLINE, **fields):
+        """Return the answer about one object; those of the message ObjectToWrap are its own."""
+        return self.plan_wraps([radius], deadline, **fields)[0]
+
+    def plan_wraps(self, radii, deadline=DEADLINE, **fields):
+        """Return the answers about objects that have all but the radius in common."""
+        request = plan_request(radii, **fields)
+        return self.call(PlanWrap, "plan_wrap", request, deadline).plans
 
     def design_gripper(self, smallest, largest, **fields):
-        request = DesignGripper.Request(
-            object_radius_min=smallest, object_radius_max=largest, **fields
-        )
+        request = design_request(smallest, largest, **fields)
         return self.call(DesignGripper, "design_gripper", request)
 
     def transition(self, name):
@@ -354,6 +358,23 @@ class Client(Node):
             self.diagnostics,
         ):
             received.clear()
+
+
+def design_request(smallest, largest, **fields):
+    """Return a request of `design_gripper`; single numbers stand for lists of one."""
+    fields = {n: [v] if isinstance(v, float) else v for n, v in fields.items()}
+    return DesignGripper.Request(object_radius_min=smallest, object_radius_max=largest, **fields)
+
+
+def plan_request(radii, **fields):
+    """Return a request of `plan_wrap`; single numbers stand for lists of one."""
+    fields = {n: [v] if isinstance(v, float) else v for n, v in fields.items()}
+    own = ObjectToWrap.get_fields_and_field_types().keys() & fields.keys()
+    asked = [
+        ObjectToWrap(radius=radius, **{name: fields[name] for name in own}) for radius in radii
+    ]
+    rest = {name: value for name, value in fields.items() if name not in own}
+    return PlanWrap.Request(objects=asked, **({"backbone": True} | rest))
 
 
 def deliver(node, topic, message):

@@ -8,6 +8,8 @@ from ros.client_harness import PATIENCE, RADIUS, wait_for_pressure, wait_until
 from ros.harness import all_finite
 
 from spiral_core import InvalidInputError
+from spiral_gripper_msgs.msg import PlannedWrap
+from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client import (
     AbortPolicy,
     RequestRefusedError,
@@ -80,7 +82,7 @@ def test_what_cannot_be_wrapped_is_a_result_with_its_reason(grip):
 def test_a_plan_moves_nothing_and_says_what_would_be(grip, active, curve):
     plan = grip.plan(RADIUS, overpressure=2.0e3)
     assert plan.success
-    assert plan.pressure == pytest.approx(curve.pressure_from_radius(RADIUS) + 2.0e3)
+    assert plan.figures[0].pressure == pytest.approx(curve.pressure_from_radius(RADIUS) + 2.0e3)
     assert not grip.plan(0.2).success
     active.hear_more()
     assert active.status.state == State.WAITING
@@ -88,14 +90,16 @@ def test_a_plan_moves_nothing_and_says_what_would_be(grip, active, curve):
 
 def test_a_plan_is_asked_with_everything_that_the_service_takes(grip, monkeypatch):
     asked = []
-    monkeypatch.setattr(grip._link, "call", lambda *question: asked.append(question))
+    answer = PlanWrap.Response(plans=[PlannedWrap()])
+    monkeypatch.setattr(grip._link, "call", lambda *question: asked.append(question) or answer)
     grip.plan(RADIUS, 2.0e3, payload=0.1, friction=0.5, compute_grip=True)
     grip.plan(RADIUS)
     (_, request, patience), (_, bare, none) = asked
-    figures = (request.object_radius, request.overpressure, request.payload)
-    assert figures == (RADIUS, 2.0e3, 0.1)
-    assert (request.friction_coefficient, request.compute_grip) == (0.5, True)
-    assert (bare.payload, bare.friction_coefficient, bare.compute_grip) == (0.0, 0.0, False)
+    (one,), (other,) = request.objects, bare.objects
+    assert (one.radius, *request.overpressure, *one.payload) == (RADIUS, 2.0e3, 0.1)
+    assert (*one.friction_coefficient, request.compute_grip) == (0.5, True)
+    given = (*bare.overpressure, *other.payload, *other.friction_coefficient)
+    assert (given, bare.compute_grip) == ((), False)
     assert patience > none == 0.0
     with pytest.raises(InvalidInputError, match="payload"):
         grip.plan(RADIUS, payload=-1.0)
@@ -107,6 +111,14 @@ def test_the_radius_that_is_followed_can_be_pinned(grip, active):
     active.wrap(RADIUS)
     grip.wrap(None)
     assert grip.wait(PATIENCE).object_radius == RADIUS
+
+
+def test_a_pressure_can_be_asked_for_whatever_it_wraps(grip, active):
+    assert grip.press(3.0e4)
+    result = grip.wait(PATIENCE)
+    assert result.outcome is WrapOutcome.SUCCEEDED, result.message
+    assert (result.pressure_command, result.object_radius, result.turns) == (3.0e4, None, None)
+    active.wait_until(lambda: active.pressures[-1] == 3.0e4, "the pressure")
 
 
 def test_cancel_vents_or_holds(slow):

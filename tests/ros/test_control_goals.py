@@ -24,7 +24,7 @@ def test_a_grasp_is_reached_once_the_measured_pressure_has_settled_and_the_wrap_
     assert grasp.report.outcome is RUNNING
     assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
     report = grasp.report
-    assert report.radius == 0.02
+    assert report.plan.pressure == 5.0e4
     assert report.plan.pressure == 5.0e4
     assert report.progress == 1.0
     assert 0.7 <= report.elapsed <= 1.2
@@ -82,9 +82,30 @@ def test_without_overpressure_a_tip_that_curls_off_is_no_wrap(holding):
 def test_the_radius_that_is_followed_can_be_grasped(bench):
     bench.run(1.0, radius=0.025)
     grasp = bench.grasp(None)
-    assert grasp.report.radius == 0.025
+    assert bench.seen.radius == 0.025
     assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
     assert bench.seen.pressure_command == 4.0e4
+
+
+def test_a_pressure_is_ramped_to_whatever_it_wraps(bench):
+    bench.run(1.0, radius=0.025)
+    grasp = bench.grasp(None, pressure=1.0e4)
+    assert bench.seen.radius is None
+    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
+    assert bench.seen.pressure_command == 1.0e4
+    bench.run(1.0, radius=0.02)
+    assert (bench.state, bench.seen.pressure_command) == (State.GRASPING, 1.0e4)
+    assert not bench.seen.wrapped
+
+
+def test_a_pressure_above_a_lowered_cap_is_cut_and_never_reached(bench):
+    grasp = bench.grasp(None, pressure=6.0e4, timeout=1.0)
+    bench.run(0.2)
+    bench.control.reconfigure(replace(LIMITS, pressure_cap=1.0e4))
+    assert bench.tick() == 1.0e4
+    assert bench.seen.refusal.reason is Reason.PRESSURE_CAP
+    assert bench.end(grasp) == (FAILED, Reason.GRASP_TIMEOUT)
+    assert bench.seen.pressure_command == 0.0
 
 
 def test_while_it_grasps_radii_are_neither_followed_nor_counted_nor_missed(bench):
@@ -136,6 +157,10 @@ BAD_GOALS = [
     (GraspGoal(0.0105), Reason.PRESSURE_CAP),
     (GraspGoal(0.02, overpressure=4.1e4), Reason.PRESSURE_CAP),
     (GraspGoal(0.02, overpressure=1.0e308), Reason.PRESSURE_CAP),
+    (GraspGoal(None, pressure=1.0e308), Reason.PRESSURE_CAP),
+    (GraspGoal(None, pressure=-1.0), Reason.INVALID_REQUEST),
+    (GraspGoal(None, pressure=math.nan), Reason.INVALID_REQUEST),
+    (GraspGoal(None, pressure=1.0, overpressure=1.0), Reason.INVALID_REQUEST),
 ]
 
 

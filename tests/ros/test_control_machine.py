@@ -129,7 +129,7 @@ class GripMachine(CheckedControl):
             assert answer not in self.timeouts
             given = goal.timeout
             self.timeouts[answer] = self.limits.grasp_timeout if given is None else given
-            self.overpressure, self.regime = goal.overpressure, None
+            self.overpressure, self.regime = goal.overpressure or 0.0, None
             self.ceiling = self.limits.pressure_cap
             seen = self.control.snapshot()
             assert (seen.state, seen.refusal.reason) == (State.GRASPING, Reason.NONE)

@@ -11,7 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from geometry_msgs.msg import Vector3
-from ros.harness import DEADLINE, DESIGN_DEADLINE, PATIENT, RunningNode, all_finite
+from ros.harness import (
+    DEADLINE,
+    DESIGN_DEADLINE,
+    PATIENT,
+    RunningNode,
+    all_finite,
+    design_request,
+)
 from std_srvs.srv import Trigger
 
 from spiral_core import (
@@ -42,7 +49,7 @@ LIMITS = {
 
 
 def asked(client, smallest=0.011, largest=0.030, **fields):
-    request = DesignGripper.Request(object_radius_min=smallest, object_radius_max=largest, **fields)
+    request = design_request(smallest, largest, **fields)
     return client.call(DesignGripper, "design_gripper", request, DESIGN_DEADLINE)
 
 
@@ -247,6 +254,7 @@ def test_the_description_loads_as_the_design(papers_example):
         (0.011, 0.03, {"pressure_max": math.nan}, "pressure_max"),
         (0.011, 0.03, {"strain_max": -0.1}, "strain_max"),
         (0.011, 0.03, {"length_max": -1.0}, "length_max"),
+        (0.011, 0.03, {"length_max": 0.0}, "length_max"),
         (0.011, 0.03, {"fiber_angles_beta": [math.nan]}, "beta"),
         (0.011, 0.03, {"fiber_angles_beta": [-0.5], "fiber_angle_alpha": 0.5}, "extend"),
         (0.011, 0.03, {"fiber_angles_gamma": [math.nan]}, "gamma"),
@@ -269,10 +277,15 @@ def test_the_description_loads_as_the_design(papers_example):
     ],
 )
 def test_a_request_that_cannot_be_is_refused_with_the_reason(smallest, largest, fields, reason):
-    request = DesignGripper.Request(object_radius_min=smallest, object_radius_max=largest, **fields)
-    question = question_from_msg(request, (9.81, 0.0, 0.0))
+    request = design_request(smallest, largest, **fields)
+    description = load_description("paper_design_70")
+
+    def design():
+        question = question_from_msg(request, (9.81, 0.0, 0.0))
+        return design_gripper(requirement_from_question(question, description))
+
     with pytest.raises(SpiralError, match=re.escape(reason)):
-        design_gripper(requirement_from_question(question, load_description("paper_design_70")))
+        design()
 
 
 @pytest.mark.parametrize(

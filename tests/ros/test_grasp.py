@@ -123,8 +123,6 @@ def test_a_grasp_reports_how_far_it_is_and_keeps_how_it_ended():
     assert (report.outcome, report.refusal) == (GraspOutcome.RUNNING, NOT_REFUSED)
     assert (report.radius, report.plan) == (0.02, FakePlan(5.0e4))
     assert (report.elapsed, report.progress) == (0.5, 0.2)
-    attempt.update(1.8, snapshot(radius=None))
-    assert attempt.report == report
     attempt.end(2.0, GraspOutcome.FAILED, FAILED)
     final = attempt.report
     assert (final.outcome, final.refusal, final.elapsed) == (GraspOutcome.FAILED, FAILED, 1.0)

@@ -67,12 +67,13 @@ def test_a_goal_wraps_the_object_and_says_so(goals, curve):
     assert status == SUCCEEDED
     assert result.success
     assert result.reason == Reason.NONE
-    assert result.object_radius == RADIUS
     assert result.pressure_command == pytest.approx(wrap.pressure, rel=1e-9)
-    assert not result.measured
-    assert result.turns == pytest.approx(wrap.turns, rel=1e-6)
-    assert result.contact_length == pytest.approx(wrap.contact_length)
-    assert result.line_force > 0.0
+    assert not result.measured_pressure
+    (figures,) = result.figures
+    assert figures.object_radius == RADIUS
+    assert figures.turns == pytest.approx(wrap.turns, rel=1e-6)
+    assert figures.contact_length == pytest.approx(wrap.contact_length)
+    assert figures.line_force > 0.0
     assert result.elapsed > 0.0
     assert "as commanded" in result.message
     assert all_finite(result, *goal.feedback)
@@ -96,8 +97,7 @@ def test_a_measured_pressure_decides_when_it_is_known(goals):
     measure(goals, ideal)
     status, result = goals.grasp(RADIUS).end()
     assert status == SUCCEEDED, result.message
-    assert result.measured
-    assert result.measured_pressure == pytest.approx(result.pressure_command, abs=1.0e3)
+    assert list(result.measured_pressure) == pytest.approx([result.pressure_command], abs=1.0e3)
     assert "as measured" in result.message
 
 
@@ -120,18 +120,38 @@ def test_feedback_tells_the_way_to_the_target_and_is_not_too_much(goals, curve):
 
 def test_overpressure_is_held_above_the_wrap_and_holds_more(goals, curve):
     _, loose = goals.grasp(RADIUS).end()
-    status, tight = goals.grasp(RADIUS, overpressure=1.0e4).end()
+    status, tight = goals.grasp(RADIUS, overpressure=[1.0e4]).end()
     assert status == SUCCEEDED, tight.message
     assert tight.pressure_command == pytest.approx(curve.pressure_from_radius(RADIUS) + 1.0e4)
-    assert tight.line_force > loose.line_force
+    assert tight.figures[0].line_force > loose.figures[0].line_force
 
 
-def test_radius_zero_stands_for_the_radius_that_is_followed(goals):
+def test_the_radius_that_is_followed_is_a_mode(goals):
     target = goals.client.wrap(RADIUS).pressure_target
-    status, result = goals.grasp(0.0).end()
+    status, result = goals.send(Grasp.Goal(mode=Grasp.Goal.MODE_FOLLOWED)).end()
     assert status == SUCCEEDED
-    assert result.object_radius == RADIUS
+    assert result.figures[0].object_radius == RADIUS
     assert result.pressure_command == target
+
+
+def test_a_pressure_is_reached_within_ramp_and_cap_whatever_it_wraps(goals):
+    goals.client.wrap(RADIUS)
+    goal = goals.send(Grasp.Goal(mode=Grasp.Goal.MODE_PRESSURE, pressure=3.0e4))
+    status, result = goal.end()
+    assert status == SUCCEEDED, result.message
+    assert result.pressure_command == 3.0e4
+    assert not result.figures
+    assert not result.grip
+    goals.client.send_radius(RADIUS)
+    goals.client.hear_more()
+    status = goals.client.status
+    assert (status.state, status.wrapped) == (State.GRASPING, False)
+    assert not status.object_radius
+    assert status.pressure_command == status.pressure_target == 3.0e4
+    assert goals.client.set_parameter("pressure_cap", 2.0e4).successful
+    status = goals.client.wait_for_state(State.GRASPING, Reason.PRESSURE_CAP)
+    goals.client.wait_until(lambda: goals.client.pressures[-1] == 2.0e4, "the cap")
+    assert goals.grasp(RADIUS).end()[1].reason == Reason.PRESSURE_CAP
 
 
 def test_ten_goals_in_a_row(goals, curve):
@@ -151,7 +171,7 @@ def test_a_goal_ends_a_release(goals):
 
 
 def test_while_a_goal_runs_the_node_answers_and_commands(slow):
-    goal = started(slow.grasp(RADIUS, timeout=600.0))
+    goal = started(slow.grasp(RADIUS, timeout=[600.0]))
     before = len(slow.client.pressures)
     assert slow.client.plan_wrap(0.03).success
     slow.client.wait_until(lambda: len(slow.client.pressures) > before + 20, "more commands")
@@ -200,7 +220,7 @@ def test_a_goal_that_has_ended_cannot_be_canceled(goals):
 
 
 def test_a_goal_that_takes_too_long_fails_and_vents(slow):
-    text = refused(slow.grasp(RADIUS, timeout=0.3), Reason.GRASP_TIMEOUT)
+    text = refused(slow.grasp(RADIUS, timeout=[0.3]), Reason.GRASP_TIMEOUT)
     assert "0.3 s" in text
     assert slow.client.wait_for_state(State.RELEASED, Reason.GRASP_TIMEOUT).pressure_command == 0.0
 
@@ -274,13 +294,23 @@ def test_a_node_that_is_stopped_ends_its_goal(client, namespace):
         ({"object_radius": -0.02}, Reason.RADIUS_NOT_POSITIVE),
         ({"object_radius": 0.001}, Reason.RADIUS_TOO_SMALL),
         ({"object_radius": 0.2}, Reason.RADIUS_TOO_LARGE),
-        ({"object_radius": RADIUS, "overpressure": 1.0e6}, Reason.PRESSURE_CAP),
-        ({"object_radius": RADIUS, "overpressure": -1.0}, Reason.INVALID_REQUEST),
-        ({"object_radius": RADIUS, "overpressure": math.nan}, Reason.INVALID_REQUEST),
-        ({"object_radius": RADIUS, "timeout": -1.0}, Reason.INVALID_REQUEST),
-        ({"object_radius": RADIUS, "timeout": math.inf}, Reason.INVALID_REQUEST),
+        ({"object_radius": RADIUS, "overpressure": [1.0e6]}, Reason.PRESSURE_CAP),
+        ({"object_radius": RADIUS, "overpressure": [-1.0]}, Reason.INVALID_REQUEST),
+        ({"object_radius": RADIUS, "overpressure": [math.nan]}, Reason.INVALID_REQUEST),
+        ({"object_radius": RADIUS, "payload": [-1.0]}, Reason.INVALID_REQUEST),
+        ({"object_radius": RADIUS, "timeout": [-1.0]}, Reason.INVALID_REQUEST),
+        ({"object_radius": RADIUS, "timeout": [0.0]}, Reason.INVALID_REQUEST),
+        ({"object_radius": RADIUS, "timeout": [math.inf]}, Reason.INVALID_REQUEST),
         ({"object_radius": RADIUS, "abort_policy": 3}, Reason.INVALID_REQUEST),
-        ({}, Reason.NO_RADIUS),
+        ({"object_radius": RADIUS, "mode": 3}, Reason.INVALID_REQUEST),
+        ({}, Reason.RADIUS_NOT_POSITIVE),
+        ({"mode": Grasp.Goal.MODE_FOLLOWED}, Reason.NO_RADIUS),
+        ({"mode": Grasp.Goal.MODE_PRESSURE, "pressure": math.nan}, Reason.INVALID_REQUEST),
+        ({"mode": Grasp.Goal.MODE_PRESSURE, "pressure": 1.0e6}, Reason.PRESSURE_CAP),
+        (
+            {"mode": Grasp.Goal.MODE_PRESSURE, "pressure": 1.0e4, "overpressure": [1.0]},
+            Reason.INVALID_REQUEST,
+        ),
     ],
 )
 def test_a_goal_that_cannot_be_done_says_why_and_changes_nothing(goals, fields, reason):

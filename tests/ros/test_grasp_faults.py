@@ -46,7 +46,7 @@ def test_a_goal_is_commanded_at_once_not_at_the_next_tick(node):
 
 
 def test_an_exception_during_a_goal_is_logged_vents_and_ends_the_goal(node, inside, capfd):
-    goal = started(inside.grasp(RADIUS, timeout=600.0))
+    goal = started(inside.grasp(RADIUS, timeout=[600.0]))
     (run,) = node.goals._runner._runs.values()
     run.job.report = lambda now: 1 // 0
     assert "ZeroDivisionError" in refused(goal, Reason.INTERNAL_ERROR)
@@ -65,7 +65,7 @@ def test_an_exception_at_the_start_of_a_goal_does_so_too(node, inside, capfd):
 
 
 def test_a_fault_ends_the_goal(node, inside):
-    goal = started(inside.grasp(RADIUS, timeout=600.0))
+    goal = started(inside.grasp(RADIUS, timeout=[600.0]))
     node.runtime.fail("broken on purpose")
     assert "broken on purpose" in refused(goal, Reason.INTERNAL_ERROR)
     assert node.published[-1] == 0.0

@@ -12,12 +12,12 @@ import pytest
 from action_msgs.msg import GoalStatus
 from rclpy.parameter import Parameter
 from ros.grip_stand_ins import DOWN, figures
-from ros.harness import DEADLINE, all_finite, deliver
+from ros.harness import DEADLINE, all_finite, deliver, plan_request
 from std_msgs.msg import Float64, Header
 
 from spiral_core import NotGrippableError, WrapRegime
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_msgs.msg import Grip, GripStatus
+from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.actions.grasp import GraspAdapter
 from spiral_gripper_ros.actions.gripper_command import contact_force
@@ -69,15 +69,14 @@ def test_the_default_grip_stays_within_the_window(known):
     seen = follow(known, 0.02, grip_ratio=1.2)
     assert seen.pressure_target == pytest.approx(1.05 * seen.plan.pressure, rel=1e-6)
     assert seen.wrapped
-    grip = known.told["wrap"].grip
-    assert grip.known
-    assert grip.onset_curling == pytest.approx(seen.pressure_target)
+    (grip,) = known.told["wrap"].grip
+    assert list(grip.onset_curling) == pytest.approx([seen.pressure_target])
     assert grip.holding_force_away > grip.holding_force_towards > 0.0
-    assert grip.payload_margin == 0.0
+    assert not grip.payload_margin
     known.set_parameters([Parameter("payload", value=1.0)])
     known._timer.callback()
-    grip = known.told["wrap"].grip
-    weight = grip.holding_force_down - grip.payload_margin
+    (grip,) = known.told["wrap"].grip
+    weight = grip.holding_force_down[0] - grip.payload_margin[0]
     assert weight == pytest.approx(9.80665)
     assert all_finite(known.told["status"], known.told["wrap"])
 
@@ -89,8 +88,8 @@ def test_the_pressure_lies_within_the_window(known, onset, curling, part):
     seen = follow(known, 0.02, grip_ratio=1.0)
     assert seen.pressure_target == pytest.approx(part * tip, rel=1e-3)
     assert seen.plan.wrap.pressure == tip
-    answer = answered(known, PlanWrap.Request(object_radius=0.02))
-    assert answer.pressure == seen.pressure_target
+    answer = answered(known)
+    assert answer.figures[0].pressure == seen.pressure_target
 
 
 def test_unless_told_a_ratio_the_node_commands_what_the_grip_recommends(known):
@@ -99,7 +98,7 @@ def test_unless_told_a_ratio_the_node_commands_what_the_grip_recommends(known):
     known.set_parameters([Parameter("grip_ratio", value=math.nan)])
     seen = follow(known, 0.02)
     assert seen.pressure_target == pytest.approx(1.03 * tip, rel=1e-3)
-    assert answered(known, PlanWrap.Request(object_radius=0.02)).pressure == seen.pressure_target
+    assert answered(known).figures[0].pressure == seen.pressure_target
 
 
 def widen(node, onset, curling):
@@ -129,7 +128,7 @@ def test_a_radius_that_contact_never_wraps_is_refused_once_that_is_known(known):
     assert not seen.wrapped
     deliver(known, "object_radius", Float64(data=0.02))
     assert known.runtime.control.snapshot().state is State.HOLDING
-    answer = answered(known, PlanWrap.Request(object_radius=0.02))
+    answer = answered(known)
     assert not answer.success
     assert "the tube passes by" in answer.message
     deliver(known, "object_radius", Float64(data=0.022))
@@ -156,30 +155,27 @@ def test_an_overpressure_that_loses_the_grip_is_refused_and_changes_nothing(know
 
 def test_a_plan_with_an_overpressure_that_loses_the_grip_is_refused(known):
     plan = known.runtime.loaded.planner.plan(0.02)
-    answers = [
-        answered(known, PlanWrap.Request(object_radius=0.02, overpressure=part * plan.pressure))
-        for part in (0.299, 0.301)
-    ]
+    answers = [answered(known, overpressure=part * plan.pressure) for part in (0.299, 0.301)]
     assert [answer.success for answer in answers] == [True, False]
     assert answers[1].reason == Reason.INVALID_REQUEST
     assert "grip is lost at" in answers[1].message
-    assert answers[0].contact_length == answers[0].grip.contact_length > 0.0
+    assert answers[0].figures[0].contact_length == answers[0].grip[0].contact_length > 0.0
 
 
-def answered(node, request):
-    """Return the answer of `plan_wrap` to a request that no worker is needed for."""
+def answered(node, **fields):
+    """Return the answer of `plan_wrap` about an object of 20 mm, which needs no worker."""
     context = node._served._context(node.runtime.loaded)
-    return answer_plan_wrap(request, PlanWrap.Response(), context)
+    request = plan_request([0.02], **fields)
+    return answer_plan_wrap(request, PlanWrap.Response(), context).plans[0]
 
 
 def test_contact_and_effort_are_those_of_the_grip_once_it_is_known(known):
     seen = follow(known, 0.02, grip_ratio=1.04)
     told = known.told["wrap"]
-    assert told.grip.known
-    assert told.plan[0].contact_length == told.grip.contact_length > 0.0
+    assert told.plan[0].contact_length == told.grip[0].contact_length > 0.0
     planner = known.runtime.loaded.planner
     force = contact_force(seen.plan, planner, seen.pressure_target)
-    assert force == pytest.approx(told.grip.normal_force)
+    assert force == pytest.approx(told.grip[0].normal_force)
     by_tip = planner.line_force(seen.plan.wrap, seen.pressure_target)
     assert force != pytest.approx(by_tip * seen.plan.wrap.contact_length, rel=0.01)
 
@@ -189,7 +185,8 @@ def test_a_goals_feedback_says_how_long_the_tube_will_swing(known):
     report = SimpleNamespace(progress=1.0, elapsed=1.0)
     update = SimpleNamespace(snapshot=seen, regime=WrapRegime.PERFECT_WRAP, report=report)
     feedback = GraspAdapter(known.runtime).feedback(None, update)
-    assert feedback.settling_time == known.told["wrap"].grip.settling_time > 0.0
+    assert feedback.settling_time == known.told["wrap"].grip[0].settling_time
+    assert feedback.settling_time[0] > 0.0
 
 
 def test_grips_are_solved_for_the_ramp_that_the_node_has(known, monkeypatch):
@@ -216,7 +213,7 @@ def test_past_the_loss_nothing_is_wrapped(known):
         time.sleep(0.01)
     known._timer.callback()
     assert not runtime.control.snapshot().wrapped
-    assert known.told["wrap"].grip.holding_force_away == 0.0
+    assert known.told["wrap"].grip[0].holding_force_away == 0.0
 
 
 def test_where_the_object_is_seen_the_regime_is_that_of_the_contact(known):
@@ -225,13 +222,13 @@ def test_where_the_object_is_seen_the_regime_is_that_of_the_contact(known):
     assert not known.told["wrap"].regime_from_contact
     runtime.objects.offer((0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), runtime.now(), 0.0, 600.0)
     known._timer.callback()
-    assert not known.told["wrap"].grip.known  # the table does not stand for a place of its own
+    assert not known.told["wrap"].grip  # the table does not stand for a place of its own
     place = InUse(0.02, runtime.seen_object())
     grip = figures(0.8 * seen.plan.pressure, curling=0.9 * seen.plan.pressure, loss=None)
     runtime.loaded.grips._in_use = (place, GripEntry(grip, runtime.now()))
     known._timer.callback()
     assert known.told["wrap"].regime_from_contact
-    assert known.told["wrap"].grip.at_pose
+    assert known.told["wrap"].grip[0].at_pose
     assert known.told["status"].regime == GripStatus.REGIME_CURLING
     scene = known._display._scene(runtime.loaded, runtime.control.snapshot())
     assert scene.regime is WrapRegime.CURLING
@@ -255,35 +252,37 @@ def test_the_tube_is_drawn_on_the_object_once_its_grip_is_solved(known):
 
 def test_the_message_says_it_all_and_every_number_is_finite():
     answer = GripEntry(figures(curling=None), 3.0).answer(5.25e4, at_pose=True)
-    message = grip_to_msg(answer, 10.0, 0.02, DOWN)
+    (message,) = grip_to_msg(answer, 10.0, 0.02, DOWN)
     assert all_finite(message)
-    assert (message.known, message.at_pose, message.age) == (True, True, 7.0)
-    assert (message.onset_curling, message.loss) == (0.0, 8.0e4)
-    assert message.holding_force_down == pytest.approx(0.5)
-    assert message.payload_margin == pytest.approx(0.5 - 0.02 * 9.80665)
-    assert grip_to_msg(answer, 10.0, 0.0, DOWN).payload_margin == 0.0
-    assert not grip_to_msg(None, 10.0, 0.02, DOWN).known
+    assert (message.at_pose, message.age) == (True, 7.0)
+    assert (list(message.onset_curling), list(message.loss)) == ([], [8.0e4])
+    assert list(message.holding_force_down) == pytest.approx([0.5])
+    assert list(message.payload_margin) == pytest.approx([0.5 - 0.02 * 9.80665])
+    assert list(grip_to_msg(answer, 10.0, 0.0, DOWN)[0].payload_margin) == pytest.approx([0.5])
+    assert not grip_to_msg(answer, 10.0, None, DOWN)[0].payload_margin
+    assert not grip_to_msg(answer, 10.0, None, (0.0, 0.0, 0.0))[0].holding_force_down
+    assert not grip_to_msg(None, 10.0, 0.02, DOWN)
 
 
 def test_no_time_to_settle_differs_from_one_that_is_not_known():
-    for settling, told in ((0.0, 0.0), (math.nan, -1.0)):
+    for settling, told in ((0.0, [0.0]), (math.nan, [])):
         known = replace(figures(), settling=np.full(3, settling))
         answer = GripEntry(known, 3.0).answer(5.25e4, at_pose=True)
-        assert grip_to_msg(answer, 10.0, 0.0, DOWN).settling_time == told
+        assert list(grip_to_msg(answer, 10.0, 0.0, DOWN)[0].settling_time) == told
     lost = GripEntry(figures(), 3.0).answer(8.0e4, at_pose=True)
-    assert grip_to_msg(lost, 10.0, 0.0, DOWN).settling_time == -1.0
+    assert not grip_to_msg(lost, 10.0, 0.0, DOWN)[0].settling_time
 
 
 def test_a_shell_is_told_the_grip_in_lines():
     answer = GripEntry(figures(curling=None), 3.0).answer(5.25e4, at_pose=False)
-    text = "\n".join(grip_lines(grip_to_msg(answer, 10.0, 0.0, DOWN)))
+    text = "\n".join(grip_lines(grip_to_msg(answer, 10.0, 0.0, DOWN)[0]))
     assert "110 mm of tube, 1.1 N in all" in text
     assert "from 49 kPa" in text
     assert "none up to the limit" in text
     assert "at 80 kPa" in text
     assert "1 N away from the base, 0.1 N towards it" in text
     assert "7 s ago, for friction 0.3" in text
-    assert "not known" in grip_lines(Grip())[0]
+    assert "not known" in grip_lines(None)[0]
 
 
 @pytest.mark.parametrize("known", [True, False])

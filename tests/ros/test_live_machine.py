@@ -65,9 +65,25 @@ OPERATIONS = st.one_of(
     st.tuples(st.just("measured"), pressures),
     st.tuples(st.just("gravity"), vectors),
     st.tuples(st.just("parameter"), parameters()),
-    st.tuples(st.just("goal"), st.tuples(radii, pressures, anything, st.integers(0, 255))),
     st.tuples(
-        st.just("goal"), st.tuples(st.just(0.02), st.just(0.0), st.just(1.0), st.integers(0, 2))
+        st.just("goal"),
+        st.tuples(
+            st.integers(0, 3),
+            radii,
+            st.lists(pressures, max_size=1),
+            st.lists(anything, max_size=1),
+            st.integers(0, 255),
+        ),
+    ),
+    st.tuples(
+        st.just("goal"),
+        st.tuples(
+            st.just(Grasp.Goal.MODE_RADIUS),
+            st.just(0.02),
+            st.just([]),
+            st.just([1.0]),
+            st.integers(0, 2),
+        ),
     ),
     st.tuples(st.just("cancel"), st.none()),
     st.tuples(st.sampled_from(["release", "rearm"]), st.none()),
@@ -114,9 +130,14 @@ class Fuzzer(Client):
         self.set_parameter(*value)
 
     def _do_goal(self, value):
-        radius, overpressure, timeout, policy = value
+        mode, figure, overpressure, timeout, policy = value
         goal = Grasp.Goal(
-            object_radius=radius, overpressure=overpressure, timeout=timeout, abort_policy=policy
+            mode=mode,
+            object_radius=figure,
+            pressure=1e6 * figure,
+            overpressure=overpressure,
+            timeout=timeout,
+            abort_policy=policy,
         )
         self._goals.append(self._grasp.send_goal_async(goal))
 

@@ -211,7 +211,7 @@ def test_a_wrap_that_the_measured_pressure_does_not_make_fails(tolerant):
     result = ended.result().result
     assert not result.success
     assert Reason(result.reason) is Reason.WRAP_FAILED
-    assert result.measured
+    assert result.measured_pressure
     assert all_finite(result)
     tolerant.wait_for_state(State.RELEASED, Reason.WRAP_FAILED)
     client.destroy()

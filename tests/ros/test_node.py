@@ -35,7 +35,7 @@ def test_a_radius_becomes_the_pressure_of_its_wrap(active, curve):
     assert list(plan.gripper_length_needed) == pytest.approx([wrap.gripper_length_needed], rel=1e-6)
     assert list(plan.object_length_needed) == pytest.approx([wrap.object_length_needed], rel=1e-6)
     assert list(told.radius_range) == pytest.approx([curve.radius_min, curve.radius_max])
-    assert plan.radius_margin == pytest.approx(0.02 - curve.radius_min)
+    assert list(plan.radius_margin) == pytest.approx([0.02 - curve.radius_min])
     assert plan.pressure_margin == pytest.approx(curve.gripper.pressure_max - wrap.pressure)
     for header in (status.header, told.header):
         assert header.frame_id == "gripper_base"
@@ -192,11 +192,12 @@ def test_gravity_that_was_published_once_before_the_node_started_is_heard(client
             ),
             "the gravity",
         )
-        given = client.plan_wrap(0.02, gravity=[gravity.vector]).pressure
-        hanging = client.plan_wrap(0.02, gravity=[Vector3(x=9.80665)]).pressure
+        given = client.plan_wrap(0.02, gravity=[gravity.vector]).figures[0].pressure
+        hanging = client.plan_wrap(0.02, gravity=[Vector3(x=9.80665)]).figures[0].pressure
         assert abs(given - hanging) > 100.0
         client.wait_until(
-            lambda: client.plan_wrap(0.02).pressure == pytest.approx(given, rel=1e-9), "its plan"
+            lambda: client.plan_wrap(0.02).figures[0].pressure == pytest.approx(given, rel=1e-9),
+            "its plan",
         )
 
 

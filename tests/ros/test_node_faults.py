@@ -11,7 +11,7 @@ from lifecycle_msgs.msg import State as LifecycleState
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from ros.harness import DEADLINE, FAST_RAMP, PATIENT, deliver
+from ros.harness import DEADLINE, FAST_RAMP, PATIENT, deliver, plan_request
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 from spiral_core import SolverError
 from spiral_core.rod.state import RodStatus
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_msgs.srv import PlanWrap, PlanWraps
+from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node.gripper_node import SHUT_DOWN, GripperNode
 from spiral_gripper_ros.planning import mount_follower
@@ -221,16 +221,13 @@ def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypat
 def test_a_planner_that_breaks_while_a_plan_is_asked_for_is_answered(node, monkeypatch, capfd):
     deliver(node, "object_radius", Float64(data=0.02))
     monkeypatch.setattr(node.runtime.loaded.mount, "poll", lambda: 1 // 0)
-    for name in ("plan_wrap", "plan_wraps"):
-        kind = PlanWrap if name == "plan_wrap" else PlanWraps
-        asked = getattr(node._served, f"_{name}")(kind.Request(), kind.Response())
+    for radii in ([0.02], [0.02, 0.025]):
+        asked = node._served._plan_wrap(plan_request(radii), PlanWrap.Response())
         with pytest.raises(StopIteration) as ended:
             asked.send(None)
-        answer = ended.value.value
-        assert list(answer.reason if name == "plan_wraps" else [answer.reason]) == [
-            Reason.INTERNAL_ERROR
-        ]
-        assert "ZeroDivisionError" in str(answer.message)
+        answers = ended.value.value.plans
+        assert [answer.reason for answer in answers] == [Reason.INTERNAL_ERROR] * len(radii)
+        assert "ZeroDivisionError" in answers[0].message
     assert state_of(node) == (State.TRACKING, Reason.NONE)
     assert "Traceback" in capfd.readouterr().err
 
@@ -295,11 +292,11 @@ def test_a_goal_after_the_shutdown_is_told_to_start_anew(node):
     with pytest.raises(StopIteration) as ended:
         result.send(None)
     assert ended.value.value.message == SHUT_DOWN
-    asked = node._served._plan_wrap(PlanWrap.Request(object_radius=0.02), PlanWrap.Response())
+    asked = node._served._plan_wrap(plan_request([0.02]), PlanWrap.Response())
     with pytest.raises(StopIteration) as ended:
         asked.send(None)
-    assert ended.value.value.message == SHUT_DOWN
-    assert ended.value.value.reason == Reason.NOT_ACTIVE
+    (answer,) = ended.value.value.plans
+    assert (answer.message, answer.reason) == (SHUT_DOWN, Reason.NOT_ACTIVE)
 
 
 def test_measured_pressure_is_heard_only_while_active(node):

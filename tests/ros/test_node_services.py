@@ -7,13 +7,13 @@ import pytest
 from geometry_msgs.msg import Vector3
 from rclpy.action import ActionClient
 from rclpy.qos import QoSProfile
-from ros.harness import DEADLINE, RunningNode, all_finite
+from ros.harness import DEADLINE, RunningNode, all_finite, plan_request
 
 from spiral_core import WrapCurve
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_msgs.srv import PlanWrap, PlanWraps
+from spiral_gripper_msgs.msg import ObjectToWrap
+from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.control.states import Reason
-from spiral_gripper_ros.node import plan_service
 
 FLOOD = 150  # three times what may wait
 
@@ -23,22 +23,21 @@ def test_plan_wrap_answers_what_the_core_answers(active, curve):
     answer = active.plan_wrap(0.025)
     assert answer.success
     assert answer.reason == Reason.NONE
-    assert answer.stable
-    assert answer.nearest_radius == 0.025
-    assert answer.pressure == pytest.approx(wrap.pressure, rel=1e-9)
-    assert answer.turns == pytest.approx(wrap.turns, rel=1e-6)
-    assert answer.contact_length == pytest.approx(wrap.contact_length)
-    assert answer.gripper_length_needed == pytest.approx(wrap.gripper_length_needed, rel=1e-6)
-    assert answer.object_length_needed == pytest.approx(wrap.object_length_needed, rel=1e-6)
-    assert (answer.radius_min, answer.radius_max) == (
-        pytest.approx(curve.radius_min),
-        pytest.approx(curve.radius_max),
-    )
-    axis = answer.object_axis
+    (figures,) = answer.figures
+    assert figures.stable
+    assert figures.object_radius == 0.025
+    assert figures.pressure == pytest.approx(wrap.pressure, rel=1e-9)
+    assert figures.turns == pytest.approx(wrap.turns, rel=1e-6)
+    assert figures.contact_length == pytest.approx(wrap.contact_length)
+    lengths = (*figures.gripper_length_needed, *figures.object_length_needed)
+    expected = (wrap.gripper_length_needed, wrap.object_length_needed)
+    assert lengths == pytest.approx(expected, rel=1e-6)
+    assert list(answer.radius_range) == pytest.approx([curve.radius_min, curve.radius_max])
+    (axis,) = answer.object_axis
     assert (axis.x, axis.y, axis.z) == pytest.approx(wrap.coil.axis, abs=1e-6)
     assert len(answer.backbone.poses) == 50
     assert answer.backbone.header.frame_id == "gripper_base"
-    assert not answer.grip.known  # no table is made in these tests
+    assert not answer.grip  # no table is made in these tests
 
 
 def test_plan_wrap_moves_nothing_and_is_answered_while_inactive(active):
@@ -71,93 +70,91 @@ def test_plan_wrap_for_a_tilted_arm_and_a_given_axis(active, gripper):
     answer = active.plan_wrap(
         radius,
         gravity=[Vector3(x=gravity[0], y=gravity[1], z=gravity[2])],
-        object_axis=[Vector3(x=axis[0], y=axis[1], z=axis[2])],
+        axis=[Vector3(x=axis[0], y=axis[1], z=axis[2])],
     )
     assert answer.success
-    assert answer.pressure == pytest.approx(expected.pressure, rel=1e-9)
-    given = answer.object_axis
+    assert answer.figures[0].pressure == pytest.approx(expected.pressure, rel=1e-9)
+    (given,) = answer.object_axis
     assert (given.x, given.y, given.z) == pytest.approx(unit)
-    assert answer.radius_max == pytest.approx(tilted.radius_max)
-    assert active.plan_wrap(radius).pressure != pytest.approx(expected.pressure, rel=1e-4)
+    assert answer.radius_range[1] == pytest.approx(tilted.radius_max)
+    assert active.plan_wrap(radius).figures[0].pressure != pytest.approx(
+        expected.pressure, rel=1e-4
+    )
 
 
 def test_more_pressure_presses_more(active):
     loose, tight = active.plan_wrap(0.02), active.plan_wrap(0.02, overpressure=1.0e4)
-    assert tight.pressure == pytest.approx(loose.pressure + 1.0e4)
-    assert tight.line_force > loose.line_force
+    bare = active.plan_wrap(0.02, overpressure=0.0)
+    assert bare.figures[0].overpressure == 0.0
+    assert tight.figures[0].pressure == pytest.approx(bare.figures[0].pressure + 1.0e4)
+    assert tight.figures[0].line_force > loose.figures[0].line_force
 
 
 # --- many candidates at once -------------------------------------------------------------------
 
 
-def plan_wraps(client, radii, **fields):
-    return client.call(
-        PlanWraps, "plan_wraps", PlanWraps.Request(object_radius=radii, **fields), deadline=DEADLINE
-    )
-
-
-def test_plan_wraps_answers_for_each_what_plan_wrap_answers(active):
+def test_many_are_answered_as_each_by_itself(active):
     radii = [0.02, math.nan, 0.001, 0.025, -1.0, 0.2, 0.02]
-    fields = {"payload": 0.02, "overpressure": 2.0e3, "object_length": 0.3}
-    answers = plan_wraps(active, radii, **fields)
-    assert all_finite(answers)
-    for index, radius in enumerate(radii):
+    fields = {"payload": 0.02, "overpressure": 2.0e3, "length": 0.3}
+    answers = active.plan_wraps(radii, **fields)
+    assert all_finite(*answers)
+    assert [answer.success for answer in answers] == [True, False, False, True, False, False, True]
+    for radius, answer in zip(radii, answers, strict=True):
         one = active.plan_wrap(radius, **fields)
-        for name in plan_service._LISTED:
-            assert getattr(answers, name)[index] == getattr(one, name), (name, radius)
-    assert list(answers.success) == [True, False, False, True, False, False, True]
-    assert all(len(getattr(answers, name)) == len(radii) for name in plan_service._LISTED)
+        assert (answer.success, answer.reason, answer.message) == (
+            one.success,
+            one.reason,
+            one.message,
+        )
+        assert [f.pressure for f in answer.figures] == [f.pressure for f in one.figures]
+        assert len(answer.backbone.poses) == len(one.backbone.poses) == 50 * answer.success
+    assert not active.plan_wrap(0.02, backbone=False).backbone.poses
 
 
-def test_plan_wraps_takes_an_axis_for_each_and_one_gravity(active):
+def test_each_has_an_axis_of_its_own_and_all_one_gravity(active):
     axes = [Vector3(x=0.3, y=0.8, z=0.5), Vector3(), Vector3(x=-0.3, y=-0.8, z=-0.5)]
     gravity = [Vector3(z=-9.80665)]
-    answers = plan_wraps(active, [0.02] * 3, object_axis=axes, gravity=gravity)
-    assert answers.reason[1] == Reason.INVALID_REQUEST
+    objects = [ObjectToWrap(radius=0.02, axis=[axis]) for axis in axes]
+    request = PlanWrap.Request(objects=objects, gravity=gravity)
+    answers = active.call(PlanWrap, "plan_wrap", request).plans
+    assert answers[1].reason == Reason.INVALID_REQUEST
     for index in (0, 2):
-        one = active.plan_wrap(0.02, object_axis=[axes[index]], gravity=gravity)
-        assert (answers.success[index], answers.reason[index]) == (one.success, one.reason)
-        assert answers.pressure[index] == one.pressure
+        one = active.plan_wrap(0.02, axis=[axes[index]], gravity=gravity)
+        assert (answers[index].success, answers[index].reason) == (one.success, one.reason)
+        assert [f.pressure for f in answers[index].figures] == [f.pressure for f in one.figures]
 
 
-def test_plan_wraps_takes_one_friction_for_all(active):
-    answers = plan_wraps(active, [0.02, 0.025], friction_coefficient=-0.1)
-    assert list(answers.reason) == [Reason.INVALID_REQUEST] * 2
-    assert "friction_coefficient" in answers.message[0]
-    assert all(plan_wraps(active, [0.02, 0.025], friction_coefficient=0.6).success)
+def test_a_friction_that_cannot_be_is_named(active):
+    answers = active.plan_wraps([0.02, 0.025], friction_coefficient=-0.1)
+    assert [answer.reason for answer in answers] == [Reason.INVALID_REQUEST] * 2
+    assert "friction_coefficient" in answers[0].message
+    answers = active.plan_wraps([0.02, 0.025], friction_coefficient=0.6)
+    assert all(answer.success for answer in answers)
 
 
-def test_plan_wraps_of_nothing_is_an_empty_answer(active):
-    answers = plan_wraps(active, [])
-    assert not any(len(getattr(answers, name)) for name in plan_service._LISTED)
+def test_nothing_is_an_empty_answer(active):
+    assert not active.plan_wraps([])
 
 
-def test_axes_that_do_not_belong_to_the_radii_are_refused_for_all(active):
-    answers = plan_wraps(active, [0.02, 0.025, 0.03], object_axis=[Vector3(z=1.0)] * 2)
-    assert list(answers.success) == [False] * 3
-    assert set(answers.reason) == {Reason.INVALID_REQUEST}
-    assert "3, got 2" in answers.message[0]
-
-
-def test_plan_wraps_without_a_gripper_says_so(active):
+def test_many_without_a_gripper_are_refused_each(active):
     assert active.transition("deactivate")
     assert active.transition("cleanup")
-    answers = plan_wraps(active, [0.02, 0.025])
-    assert list(answers.reason) == [Reason.NOT_ACTIVE] * 2
-    assert "configure" in answers.message[1]
+    answers = active.plan_wraps([0.02, 0.025])
+    assert [answer.reason for answer in answers] == [Reason.NOT_ACTIVE] * 2
+    assert "configure" in answers[1].message
 
 
 def long_batch():
     """Candidates that take long: each axis is planned for anew."""
     axes = [Vector3(x=0.1 + 1e-3 * i, y=0.9, z=0.4) for i in range(1000)]
-    return PlanWraps.Request(object_radius=[0.02] * 1000, object_axis=axes)
+    return PlanWrap.Request(objects=[ObjectToWrap(radius=0.02, axis=[axis]) for axis in axes])
 
 
 def test_a_plan_does_not_wait_for_a_batch(client, namespace):
     with RunningNode(namespace) as node:
         client.wait_until_active()
         assert client.plan_wrap(0.02).success
-        batches = client.create_client(PlanWraps, "plan_wraps")
+        batches = client.create_client(PlanWrap, "plan_wrap")
         assert batches.wait_for_service(DEADLINE)
         answers = batches.call_async(long_batch())
         client.spin(0.5)
@@ -170,22 +167,22 @@ def test_a_plan_does_not_wait_for_a_batch(client, namespace):
 
 
 def test_a_batch_ends_with_the_gripper_that_it_plans_for(active):
-    batches = active.create_client(PlanWraps, "plan_wraps")
+    batches = active.create_client(PlanWrap, "plan_wrap")
     assert batches.wait_for_service(DEADLINE)
     answers = batches.call_async(long_batch())
     active.spin(0.5)
     assert active.transition("deactivate")
     assert active.transition("cleanup")
     active.wait_until(answers.done, "the answer")
-    assert len(answers.result().reason) == 1000
-    assert answers.result().reason[-1] == Reason.NOT_ACTIVE
+    assert len(answers.result().plans) == 1000
+    assert answers.result().plans[-1].reason == Reason.NOT_ACTIVE
     active.destroy_client(batches)
 
 
 def test_an_object_that_is_too_short_is_refused(active):
-    needed = active.plan_wrap(0.02).object_length_needed
-    assert active.plan_wrap(0.02, object_length=1.01 * needed).success
-    answer = active.plan_wrap(0.02, object_length=0.99 * needed)
+    needed = active.plan_wrap(0.02).figures[0].object_length_needed[0]
+    assert active.plan_wrap(0.02, length=1.01 * needed).success
+    answer = active.plan_wrap(0.02, length=0.99 * needed)
     assert not answer.success
     assert answer.reason == Reason.OBJECT_TOO_SHORT
 
@@ -202,13 +199,14 @@ def test_an_object_that_is_too_short_is_refused(active):
         (0.02, {"overpressure": 1.0e6}, Reason.PRESSURE_CAP),
         (0.02, {"overpressure": math.nan}, Reason.INVALID_REQUEST),
         (0.02, {"overpressure": -1.0}, Reason.INVALID_REQUEST),
-        (0.02, {"object_length": math.nan}, Reason.INVALID_REQUEST),
+        (0.02, {"length": math.nan}, Reason.INVALID_REQUEST),
+        (0.02, {"length": 0.0}, Reason.INVALID_REQUEST),
         (0.02, {"friction_coefficient": -0.1}, Reason.INVALID_REQUEST),
         (0.02, {"payload": -0.1}, Reason.INVALID_REQUEST),
         (0.02, {"payload": math.inf}, Reason.INVALID_REQUEST),
         (0.02, {"gravity": [Vector3(x=math.nan)]}, Reason.GRAVITY_INVALID),
-        (0.02, {"object_axis": [Vector3()]}, Reason.INVALID_REQUEST),
-        (0.02, {"object_axis": [Vector3(y=math.inf)]}, Reason.INVALID_REQUEST),
+        (0.02, {"axis": [Vector3()]}, Reason.INVALID_REQUEST),
+        (0.02, {"axis": [Vector3(y=math.inf)]}, Reason.INVALID_REQUEST),
     ],
 )
 def test_what_cannot_be_is_answered_with_the_reason_and_finite_numbers(
@@ -223,8 +221,8 @@ def test_what_cannot_be_is_answered_with_the_reason_and_finite_numbers(
 
 def test_the_nearest_radius_is_named(active, curve):
     answer = active.plan_wrap(0.2)
-    assert answer.nearest_radius == pytest.approx(curve.radius_max)
-    assert active.plan_wrap(answer.nearest_radius).success
+    assert list(answer.nearest_radius) == pytest.approx([curve.radius_max])
+    assert active.plan_wrap(answer.nearest_radius[0]).success
 
 
 def test_a_lower_cap_counts_for_plans_too(active):
@@ -239,10 +237,10 @@ def test_every_request_of_a_flood_is_answered_if_with_busy(active):
     qos = QoSProfile(depth=FLOOD)
     plans = active.create_client(PlanWrap, "plan_wrap", qos_profile=qos)
     assert plans.wait_for_service(DEADLINE)
-    request = PlanWrap.Request(object_radius=0.02)
+    request = plan_request([0.02])
     futures = [plans.call_async(request) for _ in range(FLOOD)]
     active.wait_until(lambda: all(future.done() for future in futures), "every plan")
-    answers = [future.result() for future in futures]
+    answers = [future.result().plans[0] for future in futures]
     assert sum(answer.success for answer in answers) >= 50
     assert all(answer.success or answer.message.startswith("busy: ") for answer in answers)
     active.destroy_client(plans)
@@ -261,7 +259,6 @@ def test_twenty_goals_at_once_are_all_answered(active):
 
 
 def test_more_grips_than_can_be_waited_for_are_refused(active):
-    request = PlanWraps.Request(object_radius=[0.02] * 21, compute_grip=True)
-    answer = active.call(PlanWraps, "plan_wraps", request)
-    assert len(answer.message) == 21
-    assert all("at most 20" in message for message in answer.message)
+    answers = active.plan_wraps([0.02] * 21, compute_grip=True)
+    assert len(answers) == 21
+    assert all("at most 20" in answer.message for answer in answers)

@@ -137,8 +137,9 @@ def test_it_is_told_where_the_object_is_and_how_far_from_the_coil(active):
     publisher = active.create_publisher(PoseStamped, "object_pose", 1)
     active.wrap(RADIUS)
     plan = active.plan_wrap(RADIUS)
-    axis = (plan.object_axis.x, plan.object_axis.y, plan.object_axis.z)
-    x, y, z = plan.object_center.x, plan.object_center.y, plan.object_center.z
+    (along,), (center,) = plan.object_axis, plan.object_center
+    axis = (along.x, along.y, along.z)
+    x, y, z = center.x, center.y, center.z
     across = (axis[1] / math.hypot(*axis[:2]), -axis[0] / math.hypot(*axis[:2]), 0.0)
     shifted = (x + 0.004 * across[0], y + 0.004 * across[1], z)
     place = ObjectPlacement(shifted, axis, RADIUS, 0.1, 0.0)

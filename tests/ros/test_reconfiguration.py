@@ -142,8 +142,8 @@ def test_an_inactive_node_loads_the_other_gripper_too(active, other):
     assert active.set_parameter("gripper", OTHER).successful
     active.wait_until(
         lambda: (
-            active.plan_wrap(RADIUS).pressure
-            == pytest.approx(other.pressure_from_radius(RADIUS), rel=1e-9)
+            [f.pressure for f in active.plan_wrap(RADIUS).figures]
+            == pytest.approx([other.pressure_from_radius(RADIUS)], rel=1e-9)
         ),
         "a plan with the other gripper",
     )

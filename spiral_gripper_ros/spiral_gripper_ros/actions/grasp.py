@@ -11,10 +11,10 @@ from spiral_gripper_ros.actions.jobs import GraspJob, Job
 from spiral_gripper_ros.actions.runner import GoalUpdate
 from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
-from spiral_gripper_ros.messages.conversions import REGIMES
-from spiral_gripper_ros.messages.grip import UNKNOWN_TIME
+from spiral_gripper_ros.messages.conversions import REGIMES, figures_to_msg, known, optional
 from spiral_gripper_ros.runtime.runtime import Runtime
 
+_MODES = (Grasp.Goal.MODE_RADIUS, Grasp.Goal.MODE_PRESSURE, Grasp.Goal.MODE_FOLLOWED)
 _ABORT_POLICIES = {
     Grasp.Goal.ABORT_DEFAULT: None,
     Grasp.Goal.ABORT_VENT: AbortPolicy.VENT,
@@ -33,18 +33,20 @@ class GraspAdapter:
         self._runtime = runtime
 
     def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
-        """Return the grasp that a goal asks for; 0 stands for the node's own."""
-        if not (math.isfinite(request.payload) and request.payload >= 0.0):
-            text = f"payload must be a non-negative finite number, got {request.payload:.6g} kg"
+        """Return the grasp that a goal asks for."""
+        payload = known(request.payload)
+        if payload is not None and not (math.isfinite(payload) and payload >= 0.0):
+            text = f"payload must be a non-negative finite number, got {payload:.6g} kg"
             return Refusal(Reason.INVALID_REQUEST, text)
-        if request.abort_policy not in _ABORT_POLICIES:
-            known = f"one of {sorted(_ABORT_POLICIES)}"
-            text = f"abort_policy must be {known}, got {request.abort_policy}"
-            return Refusal(Reason.INVALID_REQUEST, text)
+        for name, values in (("mode", _MODES), ("abort_policy", _ABORT_POLICIES)):
+            if getattr(request, name) not in values:
+                text = f"{name} must be one of {sorted(values)}, got {getattr(request, name)}"
+                return Refusal(Reason.INVALID_REQUEST, text)
         goal = GraspGoal(
-            radius=None if request.object_radius == 0.0 else request.object_radius,
-            overpressure=request.overpressure,
-            timeout=None if request.timeout == 0.0 else request.timeout,
+            radius=request.object_radius if request.mode == Grasp.Goal.MODE_RADIUS else None,
+            pressure=request.pressure if request.mode == Grasp.Goal.MODE_PRESSURE else None,
+            overpressure=known(request.overpressure),
+            timeout=known(request.timeout),
             abort_policy=_ABORT_POLICIES[request.abort_policy],
         )
         return GraspJob(self._runtime.control, goal)
@@ -53,47 +55,44 @@ class GraspAdapter:
         """Return how a grasp goes."""
         del request
         snapshot = update.snapshot
-        measured = snapshot.measured
         grip = self._runtime.grip_message(snapshot.pressure_target)
         return Grasp.Feedback(
             state=int(snapshot.state),
             progress=update.report.progress,
             pressure_command=snapshot.pressure_command,
             pressure_target=snapshot.pressure_target,
-            measured=measured is not None,
-            measured_pressure=0.0 if measured is None else measured.pressure,
+            measured_pressure=optional(snapshot.measured_pressure),
             regime=REGIMES[update.regime],
-            settling_time=grip.settling_time if grip.known else UNKNOWN_TIME,
+            settling_time=grip[0].settling_time if grip else [],
             elapsed=update.report.elapsed,
         )
 
     def result(self, request: Any, update: GoalUpdate) -> Grasp.Result:  # noqa: ANN401
         """Return how a grasp has ended, with the figures of the wrap that it aimed for."""
-        report, snapshot = update.report, update.snapshot
-        measured, plan = snapshot.measured, report.plan
-        radius = report.radius or request.object_radius
+        report, snapshot, plan = update.report, update.snapshot, update.report.plan
         success = report.outcome is GraspOutcome.SUCCEEDED
         result = Grasp.Result(
             success=success,
             reason=int(report.refusal.reason),
             message=_success(update) if success else report.refusal.text,
-            object_radius=radius if math.isfinite(radius) else 0.0,
             pressure_command=snapshot.pressure_command,
-            measured=measured is not None,
-            measured_pressure=0.0 if measured is None else measured.pressure,
+            measured_pressure=optional(snapshot.measured_pressure),
             elapsed=report.elapsed,
         )
-        if plan is not None:
-            result.turns = plan.wrap.turns
-            result.contact_length = plan.wrap.contact_length
-            result.line_force = update.line_force(plan.pressure + report.overpressure)
+        if plan is not None and report.radius is not None and update.planner is not None:
+            cap = self._runtime.limits.pressure_cap
             if snapshot.plan is plan:  # else the object is not held any more
-                result.grip = self._runtime.grip_message(update.pressure, request.payload)
-                if result.grip.known:
-                    result.contact_length = result.grip.contact_length
+                result.grip = self._runtime.grip_message(update.pressure, known(request.payload))
+            contact = result.grip[0].contact_length if result.grip else None
+            aimed = plan.pressure + report.overpressure
+            result.figures = [
+                figures_to_msg(plan, report.radius, aimed, update.planner, cap, contact)
+            ]
         return result
 
 
 def _success(update: GoalUpdate) -> str:
     how = "commanded" if update.snapshot.measured is None else "measured"
-    return f"wraps {update.report.radius:.4g} m at {update.pressure:.6g} Pa, as {how}"
+    radius = update.report.radius
+    does = "is" if radius is None else f"wraps {radius:.4g} m"
+    return f"{does} at {update.pressure:.6g} Pa, as {how}"

@@ -21,8 +21,6 @@ from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, Wrap
 
 # The overpressure that keeps a max_effort is found to this [Pa].
 OVERPRESSURE_STEP = 1.0
-# Practically zero [Pa]; an exact 0 would select the overpressure of the default grip.
-LEAST_OVERPRESSURE = 1.0e-6
 
 
 class Release(Enum):
@@ -108,7 +106,7 @@ def goal_from_command(
         return Refusal(Reason.INVALID_REQUEST, text)
     if position >= opening:
         return Release.RELEASE
-    overpressure = 0.0
+    overpressure = None
     if limit > 0.0:
         try:
             plan = planner.plan(0.5 * position)
@@ -123,22 +121,22 @@ def goal_from_command(
             return Refusal(Reason.INVALID_REQUEST, text)
         overpressure = _overpressure_within(limit, plan, planner, limits)
     # As the controllers of ros2_control: a goal that is canceled or fails holds what it has.
-    return GraspGoal(0.5 * position, overpressure, abort_policy=AbortPolicy.HOLD)
+    return GraspGoal(0.5 * position, overpressure=overpressure, abort_policy=AbortPolicy.HOLD)
 
 
 def _overpressure_within(
     limit: float, plan: WrapPlan, planner: AnyPlanner, limits: Limits
-) -> float:
-    """Return the overpressure [Pa] whose force keeps a limit [N]; 0 if the default grip does."""
+) -> float | None:
+    """Return the overpressure [Pa] whose force keeps a limit [N]; None: the default grip does."""
     low = 0.0
     high = default_overpressure(plan, limits)
     if contact_force(plan, planner, plan.pressure + high) <= limit:
-        return 0.0
+        return None
     while high - low > OVERPRESSURE_STEP:
         middle = 0.5 * (low + high)
         keeps = contact_force(plan, planner, plan.pressure + middle) <= limit
         low, high = (middle, high) if keeps else (low, middle)
-    return max(low, LEAST_OVERPRESSURE)
+    return low
 
 
 def contact_force(plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -> float:

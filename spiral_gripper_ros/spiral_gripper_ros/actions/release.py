@@ -12,6 +12,7 @@ from spiral_gripper_ros.actions.jobs import Job, ReleaseJob
 from spiral_gripper_ros.actions.runner import GoalUpdate
 from spiral_gripper_ros.control.grasp import GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.messages.conversions import known, optional
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 
@@ -27,8 +28,8 @@ class ReleaseAdapter:
 
     def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
         """Return the release that a goal asks for; it vents whatever its timeout is."""
-        limits, timeout = self._runtime.limits, request.timeout
-        if timeout == 0.0:
+        limits, timeout = self._runtime.limits, known(request.timeout)
+        if timeout is None:
             return ReleaseJob(self._runtime.control, limits)
         if math.isfinite(timeout) and timeout > 0.0:
             return ReleaseJob(self._runtime.control, replace(limits, grasp_timeout=timeout))
@@ -48,15 +49,15 @@ class ReleaseAdapter:
         result = _filled(Release.Result(), update)
         result.success = update.report.outcome is GraspOutcome.SUCCEEDED
         result.reason = int(update.report.refusal.reason)
-        how = "measured" if result.measured else "commanded (nothing measures the pressure)"
+        how = (
+            "measured" if result.measured_pressure else "commanded (nothing measures the pressure)"
+        )
         done = f"vented, as {how}; call rearm to follow radii again"
         result.message = done if result.success else update.report.refusal.text
         return result
 
 
 def _filled(message: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
-    measured = update.snapshot.measured
-    message.measured = measured is not None
-    message.measured_pressure = 0.0 if measured is None else measured.pressure
+    message.measured_pressure = optional(update.snapshot.measured_pressure)
     message.elapsed = update.report.elapsed
     return message

@@ -16,7 +16,7 @@ from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import shown_regime
-from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
+from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.guards import report as report_exception
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -50,13 +50,6 @@ class GoalUpdate:
     def pressure(self) -> float:
         """Gauge pressure of the gripper [Pa]: measured if it is known, else as commanded."""
         return self.snapshot.pressure
-
-    def line_force(self, pressure: float) -> float:
-        """Return the force per length on the object [N/m] at a pressure [Pa]; 0: no object."""
-        plan = self.report.plan
-        if plan is None or not isinstance(self.planner, GripperPlanner):
-            return 0.0
-        return self.planner.line_force(plan.wrap, pressure)
 
 
 @dataclass(slots=True)

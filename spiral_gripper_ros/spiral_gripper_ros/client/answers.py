@@ -26,7 +26,8 @@ class WrapResult:
         outcome: how.
         reason: why it failed or was canceled; ``Reason.NONE`` otherwise.
         message: one line for people.
-        object_radius: [m].
+        object_radius: [m]; None, as the next three, without a wrap: the goal was refused, or was a
+            pressure.
         pressure_command: gauge pressure commanded at the end [Pa].
         measured_pressure: gauge pressure [Pa], or None if it is not measured: the wrap is then
             reached as commanded.
@@ -42,12 +43,12 @@ class WrapResult:
     outcome: WrapOutcome
     reason: Reason
     message: str
-    object_radius: float
+    object_radius: float | None
     pressure_command: float
     measured_pressure: float | None
-    turns: float
-    contact_length: float
-    line_force: float
+    turns: float | None
+    contact_length: float | None
+    line_force: float | None
     holding_force_away: float | None
     holding_force_towards: float | None
     elapsed: float

@@ -11,10 +11,12 @@ from rclpy.task import Future
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_non_negative, require_positive
 from spiral_gripper_msgs.action import Grasp
+from spiral_gripper_msgs.msg import ObjectToWrap
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.answers import WrapOutcome, WrapResult
 from spiral_gripper_ros.control.grasp import AbortPolicy
 from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.messages.conversions import known
 
 _ABORT_POLICIES = {
     None: Grasp.Goal.ABORT_DEFAULT,
@@ -55,7 +57,7 @@ class LateCancel:
 
 def goal_of_wrap(
     radius: float | None,
-    overpressure: float,
+    overpressure: float | None,
     timeout: float | None,
     abort_policy: AbortPolicy | str | None,
 ) -> Grasp.Goal:
@@ -64,28 +66,51 @@ def goal_of_wrap(
     Raises:
         InvalidInputError: a figure is not possible.
     """
+    followed = radius is None
     return Grasp.Goal(
+        mode=Grasp.Goal.MODE_FOLLOWED if followed else Grasp.Goal.MODE_RADIUS,
         object_radius=0.0 if radius is None else require_positive("radius", radius),
-        overpressure=require_non_negative("overpressure", overpressure),
-        timeout=0.0 if timeout is None else require_positive("timeout", timeout),
+        overpressure=_non_negative("overpressure", overpressure),
+        timeout=[] if timeout is None else [require_positive("timeout", timeout)],
+        abort_policy=_abort_policy(abort_policy),
+    )
+
+
+def goal_of_pressure(
+    pressure: float, timeout: float | None, abort_policy: AbortPolicy | str | None
+) -> Grasp.Goal:
+    """Return the goal for a pressure; arguments as in :meth:`SpiralGripper.press`.
+
+    Raises:
+        InvalidInputError: a figure is not possible.
+    """
+    return Grasp.Goal(
+        mode=Grasp.Goal.MODE_PRESSURE,
+        pressure=require_non_negative("pressure", pressure),
+        timeout=[] if timeout is None else [require_positive("timeout", timeout)],
         abort_policy=_abort_policy(abort_policy),
     )
 
 
 def request_of_plan(
-    radius: float, overpressure: float, payload: float, friction: float
+    radius: float, overpressure: float | None, payload: float | None, friction: float | None
 ) -> PlanWrap.Request:
     """Return the request for a plan; arguments as in :meth:`SpiralGripper.plan`.
 
     Raises:
         InvalidInputError: a figure is not possible.
     """
-    return PlanWrap.Request(
-        object_radius=require_positive("radius", radius),
-        overpressure=require_non_negative("overpressure", overpressure),
-        payload=require_non_negative("payload", payload),
-        friction_coefficient=require_non_negative("friction", friction),
+    asked = ObjectToWrap(
+        radius=require_positive("radius", radius),
+        payload=_non_negative("payload", payload),
+        friction_coefficient=_non_negative("friction", friction),
     )
+    above = _non_negative("overpressure", overpressure)
+    return PlanWrap.Request(objects=[asked], backbone=True, overpressure=above)
+
+
+def _non_negative(name: str, value: float | None) -> list[float]:
+    return [] if value is None else [require_non_negative(name, value)]
 
 
 def _abort_policy(policy: AbortPolicy | str | None) -> int:
@@ -99,18 +124,19 @@ def _abort_policy(policy: AbortPolicy | str | None) -> int:
 def result_of_wrap(response: Any) -> WrapResult:  # noqa: ANN401
     """Return the result that the action's server has sent."""
     result = response.result
-    grip = result.grip
+    grip = result.grip[0] if result.grip else None
+    figures = result.figures[0] if result.figures else None
     return WrapResult(
         outcome=_OUTCOMES.get(response.status, WrapOutcome.FAILED),
         reason=Reason(result.reason),
         message=result.message or "the node no longer knows the goal",
-        object_radius=result.object_radius,
+        object_radius=None if figures is None else figures.object_radius,
         pressure_command=result.pressure_command,
-        measured_pressure=result.measured_pressure if result.measured else None,
-        turns=result.turns,
-        contact_length=result.contact_length,
-        line_force=result.line_force,
-        holding_force_away=grip.holding_force_away if grip.known else None,
-        holding_force_towards=grip.holding_force_towards if grip.known else None,
+        measured_pressure=known(result.measured_pressure),
+        turns=None if figures is None else figures.turns,
+        contact_length=None if figures is None else figures.contact_length,
+        line_force=None if figures is None else figures.line_force,
+        holding_force_away=None if grip is None else grip.holding_force_away,
+        holding_force_towards=None if grip is None else grip.holding_force_towards,
         elapsed=result.elapsed,
     )

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 from spiral_core.validation import require_positive
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_msgs.msg import GripStatus, Wrap
+from spiral_gripper_msgs.msg import GripStatus, PlannedWrap, Wrap
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.answers import (
     NoAnswerError,
@@ -28,6 +28,7 @@ from spiral_gripper_ros.client.answers import (
 from spiral_gripper_ros.client.connection import Connection
 from spiral_gripper_ros.client.goals import (
     LateCancel,
+    goal_of_pressure,
     goal_of_wrap,
     request_of_plan,
     result_of_wrap,
@@ -154,19 +155,19 @@ class SpiralGripper:
     def plan(
         self,
         radius: float,
-        overpressure: float = 0.0,
-        payload: float = 0.0,
-        friction: float = 0.0,
+        overpressure: float | None = None,
+        payload: float | None = None,
+        friction: float | None = None,
         *,
         compute_grip: bool = False,
-    ) -> PlanWrap.Response:
+    ) -> PlannedWrap:
         """Ask whether an object can be wrapped, and at which pressure; moves nothing.
 
         Args:
             radius: of the object [m], > 0.
-            overpressure: above the wrap's pressure [Pa], >= 0; 0: that of the default grip.
-            payload: mass of the object [kg]; 0: not known.
-            friction: between tube and object, with ``compute_grip``; 0: the gripper's own.
+            overpressure: above the wrap's pressure [Pa], >= 0; None: that of the default grip.
+            payload: mass of the object [kg]; None: not known.
+            friction: between tube and object, with ``compute_grip``; None: the gripper's own.
             compute_grip: wait for the grip on exactly this object, else it is of the node's table.
 
         Returns:
@@ -178,7 +179,8 @@ class SpiralGripper:
         """
         request = request_of_plan(radius, overpressure, payload, friction)
         request.compute_grip = compute_grip
-        return self._link.call(self._plan, request, GRIP_TIMEOUT if compute_grip else 0.0)
+        patience = GRIP_TIMEOUT if compute_grip else 0.0
+        return self._link.call(self._plan, request, patience).plans[0]
 
     def release(self) -> None:
         """Vent; the gripper stays vented until `rearm` or the next wrap.
@@ -221,7 +223,7 @@ class SpiralGripper:
     def wrap(
         self,
         radius: float | None,
-        overpressure: float = 0.0,
+        overpressure: float | None = None,
         timeout: float | None = None,
         abort_policy: AbortPolicy | str | None = None,
     ) -> bool:
@@ -229,7 +231,7 @@ class SpiralGripper:
 
         Args:
             radius: of the object [m], > 0, or None for the radius that is being followed.
-            overpressure: held above the wrap's pressure [Pa], >= 0.
+            overpressure: held above the wrap's pressure [Pa], >= 0; None: that of the default grip.
             timeout: longest time until the wrap is reached [s], > 0; None: as the node's
                 parameter says.
             abort_policy: what becomes of the pressure if it fails or is canceled, "vent" or
@@ -243,7 +245,25 @@ class SpiralGripper:
             NoAnswerError: the node does not answer. If the goal is accepted later, the next call
                 of this object that hears of it cancels it, as after an interrupt.
         """
-        goal = goal_of_wrap(radius, overpressure, timeout, abort_policy)
+        return self._send(goal_of_wrap(radius, overpressure, timeout, abort_policy))
+
+    def press(
+        self,
+        pressure: float,
+        timeout: float | None = None,
+        abort_policy: AbortPolicy | str | None = None,
+    ) -> bool:
+        """Start to go to a pressure, whatever it wraps: for a bench, a jog, a calibration.
+
+        Args:
+            pressure: gauge [Pa], >= 0; the node refuses what is above ``pressure_cap``.
+            timeout: longest time until it is reached [s], > 0; None: as the parameter says.
+            abort_policy: as of :meth:`wrap`; so are the answer and the errors.
+        """
+        return self._send(goal_of_pressure(pressure, timeout, abort_policy))
+
+    def _send(self, goal: Grasp.Goal) -> bool:
+        """Send a goal in place of what runs; return whether it is accepted."""
         self._link.require(self._grasp.server_is_ready)
         self._goal = self._result = self._feedback = None
         answer = self._grasp.send_goal_async(goal, feedback_callback=self._on_feedback)

@@ -33,13 +33,16 @@ class GraspGoal:
 
     Args:
         radius: of the object [m], or None for the radius that is being followed.
-        overpressure: held above the pressure of the perfect wrap [Pa], >= 0.
+        pressure: to go to instead, whatever it wraps [Pa], >= 0; None: wrap the object.
+        overpressure: held above the pressure of the perfect wrap [Pa], >= 0; None: that of
+            ``grip_ratio``.
         timeout: longest time until the wrap is reached [s], > 0, or None for ``grasp_timeout``.
         abort_policy: what becomes of the pressure if it fails, or None for ``grasp_abort_policy``.
     """
 
     radius: float | None
-    overpressure: float = 0.0
+    pressure: float | None = None
+    overpressure: float | None = None
     timeout: float | None = None
     abort_policy: AbortPolicy | None = None
 
@@ -53,7 +56,7 @@ class GraspReport(Generic[PlanT]):
         refusal: why it was refused, failed or was canceled; ``Reason.NONE`` otherwise.
         elapsed: time from its start to its end, or until now [s].
         progress: the command's part of the way to its target, 0 to 1.
-        radius: of the object [m]; 0: none.
+        radius: of the object [m], or None.
         plan: the planned wrap, or None.
         overpressure: that it asks for above the wrap's pressure [Pa].
     """
@@ -62,6 +65,6 @@ class GraspReport(Generic[PlanT]):
     refusal: Refusal = NOT_REFUSED
     elapsed: float = 0.0
     progress: float = 0.0
-    radius: float = 0.0
+    radius: float | None = None
     plan: PlanT | None = None
     overpressure: float = 0.0

@@ -27,12 +27,14 @@ class GraspAttempt(Generic[PlanT]):
 
     Attributes:
         report: what has become of it; final once it has ended.
+        wraps: whether it is to wrap an object; else only to reach a pressure.
     """
 
     def __init__(
         self, goal: GraspGoal, now: float, snapshot: Snapshot[PlanT], limits: Limits
     ) -> None:
         self.timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
+        self.wraps = goal.pressure is None
         self.abort_policy: AbortPolicy = goal.abort_policy or limits.grasp_abort_policy
         self._started = now
         self._start_command = snapshot.pressure_command
@@ -57,8 +59,6 @@ class GraspAttempt(Generic[PlanT]):
 
     def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
         """Bring the report up to date."""
-        if snapshot.radius is None:
-            return
         self.report = GraspReport(
             outcome=GraspOutcome.RUNNING,
             elapsed=self.elapsed(now),
@@ -98,17 +98,18 @@ class GraspAttempt(Generic[PlanT]):
 
 
 def impossible_goal(goal: GraspGoal) -> Refusal | None:
-    """Return why a goal's overpressure or time-out is refused, or None.
+    """Return why a goal's pressure, overpressure or time-out is refused, or None.
 
     Example:
         >>> impossible_goal(GraspGoal(radius=0.02, overpressure=-1.0)).text
         'overpressure must be a non-negative finite number, got -1 Pa'
     """
-    if not (math.isfinite(goal.overpressure) and goal.overpressure >= 0.0):
-        return Refusal(
-            Reason.INVALID_REQUEST,
-            f"overpressure must be a non-negative finite number, got {goal.overpressure:.6g} Pa",
-        )
+    for name, value in (("pressure", goal.pressure), ("overpressure", goal.overpressure)):
+        if value is not None and not (math.isfinite(value) and value >= 0.0):
+            text = f"{name} must be a non-negative finite number, got {value:.6g} Pa"
+            return Refusal(Reason.INVALID_REQUEST, text)
+    if goal.pressure is not None and goal.overpressure is not None:
+        return Refusal(Reason.INVALID_REQUEST, "overpressure is that of a wrap, not of a pressure")
     if goal.timeout is not None and not (math.isfinite(goal.timeout) and goal.timeout > 0.0):
         return Refusal(
             Reason.INVALID_REQUEST,

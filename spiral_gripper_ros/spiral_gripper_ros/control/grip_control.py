@@ -199,7 +199,7 @@ class GripControl(Generic[PlanT]):
     def start_grasp(
         self, now: float, goal: GraspGoal, planner: Planner[PlanT]
     ) -> GraspAttempt[PlanT] | Refusal:
-        """Make the wrap of a goal the target, from any active state but FAULT.
+        """Make the wrap or the pressure of a goal the target, from any active state but FAULT.
 
         Returns:
             The grasp, or why not; then nothing has changed.
@@ -209,7 +209,11 @@ class GripControl(Generic[PlanT]):
         if self._take_over.waits:
             refusal = self._take_over.refusal
         if refusal is None:
-            refusal = self._machine.grasp(now, goal.radius, goal.overpressure, planner)
+            refusal = (
+                self._machine.grasp(now, goal.radius, goal.overpressure, planner)
+                if goal.pressure is None
+                else self._machine.press(now, goal.pressure)
+            )
         if refusal is not None:
             return refusal
         self._end(GraspOutcome.FAILED, GRASP_REPLACED)
@@ -356,7 +360,8 @@ class GripControl(Generic[PlanT]):
 
     def _act_on_success(self, attempt: GraspAttempt[PlanT]) -> None:
         seen = self.snapshot()
-        if self._is_settled(attempt) and seen.refusal.reason is Reason.NONE and seen.wrapped:
+        holds = seen.wrapped or not attempt.wraps
+        if self._is_settled(attempt) and seen.refusal.reason is Reason.NONE and holds:
             self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
 
     def _abort(self, outcome: GraspOutcome, refusal: Refusal) -> None:

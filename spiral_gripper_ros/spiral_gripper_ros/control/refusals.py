@@ -84,7 +84,7 @@ def late_grasp(
             f"the pressure has settled, but it is no perfect wrap: {seen} ({pressure})",
         )
     return Refusal(
-        Reason.GRASP_TIMEOUT, f"the wrap was not reached within {timeout:.3g} s: {pressure}"
+        Reason.GRASP_TIMEOUT, f"the target was not reached within {timeout:.3g} s: {pressure}"
     )
 
 

@@ -111,6 +111,11 @@ class Snapshot(Generic[PlanT]):
         """Gauge pressure of the gripper [Pa]: measured if it is known, else as commanded."""
         return self.pressure_command if self.measured is None else self.measured.pressure
 
+    @property
+    def measured_pressure(self) -> float | None:
+        """Measured gauge pressure [Pa], or None if it is not known."""
+        return None if self.measured is None else self.measured.pressure
+
     def shown(self, regime: WrapRegime | None) -> WrapRegime | None:
         """Return a regime as it is shown: pressed by overpressure the wrap is still perfect."""
         pressed = self.wrapped and regime is WrapRegime.CURLING

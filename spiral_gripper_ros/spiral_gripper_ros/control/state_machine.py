@@ -24,7 +24,7 @@ from spiral_gripper_ros.control.refusals import (
 )
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
-from spiral_gripper_ros.control.target import Target
+from spiral_gripper_ros.control.target import Target, asks_above_cap
 from spiral_gripper_ros.control.timing import MonotonicClock, Silence
 
 # How long 0 Pa is commanded before a start from nothing [s]: a watchdog that has vented waits for
@@ -157,24 +157,26 @@ class StateMachine(Generic[PlanT]):
         return before != (self._state, self._refusal.reason, self._target.plan)
 
     def grasp(
-        self, now: float, radius: float | None, overpressure: float, planner: Planner[PlanT]
+        self,
+        now: float,
+        radius: float | None,
+        overpressure: float | None,
+        planner: Planner[PlanT],
     ) -> Refusal | None:
         """Wrap one radius and ignore the radii that are offered meanwhile.
 
         Args:
             now: time [s].
             radius: of the object [m], any float; None: the one that is being followed.
-            overpressure: above the pressure of the perfect wrap [Pa], >= 0.
+            overpressure: above the pressure of the perfect wrap [Pa], >= 0; None: of grip_ratio.
             planner: makes the plan.
 
         Returns:
             Why not, if that cannot be; then nothing has changed.
         """
         self.advance(now)
-        if self._state is State.INACTIVE:
-            return NOT_ACTIVE
-        if self._state is State.FAULT:
-            return Refusal(self._refusal.reason, f"rearm first: {self._refusal.text}")
+        if self._state in (State.INACTIVE, State.FAULT):
+            return self._no_goal()
         if radius is None:
             radius = self._target.radius
             if radius is None or self._state is not State.TRACKING:
@@ -185,10 +187,23 @@ class StateMachine(Generic[PlanT]):
         )
         if refusal is None:
             self._target.resume()
-            self._state = State.GRASPING
-            self._refusal = self._last_refused = NOT_REFUSED
-            self._accepted_at = None
-            self._gate.reset()
+            self._begin_goal()
+        return refusal
+
+    def press(self, now: float, pressure: float) -> Refusal | None:
+        """Go to a pressure [Pa], whatever it wraps, and ignore radii meanwhile.
+
+        Returns:
+            Why not, if that cannot be; then nothing has changed.
+        """
+        self.advance(now)
+        if self._state in (State.INACTIVE, State.FAULT):
+            return self._no_goal()
+        refusal = asks_above_cap(pressure, self._limits)
+        if refusal is None:
+            self._target.clear()
+            self._target.freeze(pressure)
+            self._begin_goal()
         return refusal
 
     def hold(self, refusal: Refusal) -> None:
@@ -237,6 +252,8 @@ class StateMachine(Generic[PlanT]):
         if self._state is not State.GRASPING:
             if refusal is not None:
                 self._refuse(refusal)
+        elif refusal is not None and self._target.plan is None:
+            self._refuse(refusal)
         elif refusal is not None or self._refusal.reason is not Reason.NONE:
             self._replan_grasp()
 
@@ -298,6 +315,18 @@ class StateMachine(Generic[PlanT]):
             self._refusal = refusal
         if self._state is State.TRACKING:
             self._state = State.HOLDING
+
+    def _no_goal(self) -> Refusal:
+        """Return why INACTIVE and FAULT take no goal."""
+        if self._state is State.INACTIVE:
+            return NOT_ACTIVE
+        return Refusal(self._refusal.reason, f"rearm first: {self._refusal.text}")
+
+    def _begin_goal(self) -> None:
+        self._state = State.GRASPING
+        self._refusal = self._last_refused = NOT_REFUSED
+        self._accepted_at = None
+        self._gate.reset()
 
     def _replan_grasp(self) -> None:
         """Plan again for the radius of a grasp; the pressure kept by an aborted one stays."""

@@ -33,7 +33,7 @@ class Target(Generic[PlanT]):
         self.plan: PlanT | None = None
         self.overpressure = 0.0
         self._planner: Planner[PlanT] | None = None  # for a plan within other limits
-        self._demanded = 0.0  # overpressure; 0: that of grip_ratio
+        self._demanded: float | None = None  # overpressure; None: that of grip_ratio
         self._frozen: float | None = None
         self._ceiling = math.inf  # the lowest cap since the last input
         self._outdated = True
@@ -58,11 +58,15 @@ class Target(Generic[PlanT]):
         return self.radius is None or not abs(radius - self.radius) <= hysteresis
 
     def set_radius(
-        self, radius: float, planner: Planner[PlanT], limits: Limits, overpressure: float = 0.0
+        self,
+        radius: float,
+        planner: Planner[PlanT],
+        limits: Limits,
+        overpressure: float | None = None,
     ) -> Refusal | None:
         """Plan for ``radius`` [m] and make it the target, or return why not and change nothing.
 
-        An overpressure of 0 stands for that of :func:`default_overpressure`. An object that stays
+        Without an overpressure it is that of :func:`default_overpressure`. An object that stays
         in use is not held more loosely because its grip becomes known.
         """
         try:
@@ -70,14 +74,15 @@ class Target(Generic[PlanT]):
             pressure = require_positive("pressure", plan.pressure)
         except SpiralError as error:
             return refusal_from_error(error)
-        if not pressure + overpressure <= limits.pressure_cap:
-            return _above_cap(pressure, overpressure, limits)
-        if not (overpressure == 0.0 or pressure + overpressure < plan.loss):
-            return beyond_loss(pressure + overpressure, plan.loss)
-        least = 0.0 if overpressure else self._kept(radius, plan, limits)
-        self.radius, self.plan, self._demanded = radius, plan, overpressure
-        self._planner = planner
-        self.overpressure = overpressure or default_overpressure(plan, limits, least)
+        demanded = overpressure or 0.0
+        if not pressure + demanded <= limits.pressure_cap:
+            return _above_cap(pressure, demanded, limits)
+        if demanded > 0.0 and not pressure + demanded < plan.loss:
+            return beyond_loss(pressure + demanded, plan.loss)
+        if overpressure is None:
+            demanded = default_overpressure(plan, limits, self._kept(radius, plan, limits))
+        self.radius, self.plan, self.overpressure = radius, plan, demanded
+        self._planner, self._demanded = planner, overpressure
         self._frozen, self._outdated = None, False
         return None
 
@@ -85,7 +90,7 @@ class Target(Generic[PlanT]):
         """Return the pressure that holds the object in use as before [Pa]; 0 for another one."""
         if self.plan is None or self._is_other(radius, limits.radius_hysteresis):
             return 0.0
-        if self._demanded or limits.grip_ratio is not None:
+        if self._demanded is not None or limits.grip_ratio is not None:
             return 0.0
         return plan.pressure * (1.0 + self.overpressure / self.plan.pressure)
 
@@ -103,9 +108,12 @@ class Target(Generic[PlanT]):
 
     def beyond_cap(self, limits: Limits) -> Refusal | None:
         """Return why the limits do not allow the plan in use, or None if they do."""
-        if self.plan is None or self.plan.pressure + self._demanded <= limits.pressure_cap:
+        if self.plan is None:
+            return None if self._frozen is None else asks_above_cap(self._frozen, limits)
+        demanded = self._demanded or 0.0
+        if self.plan.pressure + demanded <= limits.pressure_cap:
             return None
-        return _above_cap(self.plan.pressure, self._demanded, limits)
+        return _above_cap(self.plan.pressure, demanded, limits)
 
     def replan(self, limits: Limits) -> Refusal | None:
         """Plan again for the radius in use, with other limits or another planner."""
@@ -145,6 +153,14 @@ def beyond_loss(pressure: float, loss: float) -> Refusal:
     """Return that a pressure [Pa] is at or above the one at which the grip is lost [Pa]."""
     text = f"overpressure raises the wrap to {pressure:.6g} Pa, but its grip is lost at"
     return Refusal(Reason.INVALID_REQUEST, f"{text} {loss:.6g} Pa")
+
+
+def asks_above_cap(pressure: float, limits: Limits) -> Refusal | None:
+    """Return that a pressure that is asked for [Pa] is above the cap, or None if it is not."""
+    if pressure <= limits.pressure_cap:
+        return None
+    text = f"pressure {pressure:.6g} Pa is above pressure_cap = {limits.pressure_cap:.6g} Pa"
+    return Refusal(Reason.PRESSURE_CAP, text)
 
 
 def _above_cap(pressure: float, overpressure: float, limits: Limits) -> Refusal:

@@ -20,7 +20,7 @@ from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement
-from spiral_gripper_ros.planning.planner import GripperPlanner, WrapPlan
+from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
 
 REGIMES = {
     None: GripStatus.REGIME_UNKNOWN,
@@ -135,7 +135,6 @@ def status_to_msg(
         loaded: the gripper, with its shapes up to date.
         header: stamp and frame of the message.
     """
-    measured = None if snapshot.measured is None else snapshot.measured.pressure
     regime = shown_regime(snapshot, loaded, loaded.regime(snapshot.pressure))
     return GripStatus(
         header=header,
@@ -147,7 +146,7 @@ def status_to_msg(
         object_radius=optional(snapshot.radius),
         pressure_target=snapshot.pressure_target,
         pressure_command=snapshot.pressure_command,
-        measured_pressure=optional(measured),
+        measured_pressure=optional(snapshot.measured_pressure),
         regime=REGIMES[regime],
         wrapped=snapshot.wrapped,
     )
@@ -164,6 +163,7 @@ def wrap_to_msg(
     snapshot: Snapshot[WrapPlan],
     loaded: LoadedGripper,
     pressure_cap: float,
+    contact_length: float | None,
     header: Any,  # noqa: ANN401
 ) -> Wrap:
     """Return what is planned; the grip and the object's pose are still to be filled in.
@@ -172,6 +172,7 @@ def wrap_to_msg(
         snapshot: what is commanded, and why.
         loaded: the gripper.
         pressure_cap: largest pressure that is ever commanded [Pa].
+        contact_length: of the object's grip [m]; None: it is not known.
         header: stamp and frame of the message.
     """
     message = Wrap(header=header, regime_from_contact=loaded.is_regime_from_contact)
@@ -180,24 +181,50 @@ def wrap_to_msg(
         message.radius_range = [lowest, highest]
     plan, radius, target = snapshot.plan, snapshot.radius, snapshot.pressure_target
     if plan is not None and radius is not None:
-        wrap = plan.wrap
-        figures = WrapFigures(
-            object_radius=radius,
-            pressure=target,
-            overpressure=snapshot.overpressure,
-            turns=wrap.turns,
-            contact_length=wrap.contact_length,
-            gripper_length_needed=optional(wrap.gripper_length_needed),
-            object_length_needed=optional(wrap.object_length_needed),
-            line_force=_line_force(plan, target, loaded),
-            stable=wrap.state.stable,
-            radius_margin=min(radius - lowest, highest - radius) if message.radius_range else 0.0,
-            pressure_margin=pressure_cap - target,
-            turns_margin=plan.turns_margin,
-            solve_time=plan.solve_time,
-        )
+        figures = figures_to_msg(plan, radius, target, loaded.planner, pressure_cap, contact_length)
         message.plan = [figures]
     return message
+
+
+def figures_to_msg(
+    plan: WrapPlan,
+    radius: float,
+    pressure: float,
+    planner: AnyPlanner,
+    pressure_cap: float,
+    contact_length: float | None,
+) -> WrapFigures:
+    """Return the figures of a planned wrap at a pressure.
+
+    Args:
+        plan: the wrap.
+        radius: of the object [m].
+        pressure: at which it is held [Pa].
+        planner: for the gripper.
+        pressure_cap: largest pressure that is ever commanded [Pa].
+        contact_length: of its grip [m]; None: it is not known.
+    """
+    wrap = plan.wrap
+    lowest, highest = planner.radius_range
+    margin = min(radius - lowest, highest - radius)
+    force = plan.line_force
+    if isinstance(planner, GripperPlanner):
+        force = planner.line_force(wrap, pressure)
+    return WrapFigures(
+        object_radius=radius,
+        pressure=pressure,
+        overpressure=pressure - plan.pressure,
+        turns=wrap.turns,
+        contact_length=wrap.contact_length if contact_length is None else contact_length,
+        gripper_length_needed=optional(wrap.gripper_length_needed),
+        object_length_needed=optional(wrap.object_length_needed),
+        line_force=force,
+        stable=wrap.state.stable,
+        radius_margin=[margin] if math.isfinite(margin) else [],
+        pressure_margin=pressure_cap - pressure,
+        turns_margin=plan.turns_margin,
+        solve_time=plan.solve_time,
+    )
 
 
 def fill_object(
@@ -208,10 +235,3 @@ def fill_object(
     if expected is not None:
         offset, tilt = misplacement(seen, expected)
         message.object_offset, message.object_tilt = [offset], [tilt]
-
-
-def _line_force(plan: WrapPlan, target: float, loaded: LoadedGripper) -> float:
-    """Return the normal force per length [N/m], overpressure included."""
-    if target > plan.wrap.pressure and isinstance(loaded.planner, GripperPlanner):
-        return loaded.planner.line_force(plan.wrap, target)
-    return plan.line_force

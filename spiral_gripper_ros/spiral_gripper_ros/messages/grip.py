@@ -9,39 +9,38 @@ from spiral_core.rod.types import Vector
 from spiral_gripper_msgs.msg import Grip
 from spiral_gripper_ros.planning.grip_table import GripAnswer
 
-# Grip.settling_time and that of a grasp's feedback where it is not known.
-UNKNOWN_TIME = -1.0
 
-
-def grip_to_msg(answer: GripAnswer | None, now: float, payload: float, gravity: Vector) -> Grip:
-    """Return the message of a grip; all zeros if it is not known.
+def grip_to_msg(
+    answer: GripAnswer | None, now: float, payload: float | None, gravity: Vector
+) -> list[Grip]:
+    """Return the message of a grip as a list of one; an empty one if it is not known.
 
     Args:
         answer: the grip, or None.
         now: time [s] of the clock that the grip's age is counted with.
-        payload: mass of the object [kg]; 0: not known.
+        payload: mass of the object [kg], or None if it is not known.
         gravity: in the base frame [m/s^2].
     """
     if answer is None:
-        return Grip()
-    weight = payload * math.hypot(*gravity)
-    return Grip(
-        known=True,
+        return []
+    strength = math.hypot(*gravity)
+    message = Grip(
         at_pose=answer.at_pose,
         age=max(now - answer.computed_at, 0.0),
         friction_coefficient=answer.friction,
         onset_wrap=answer.onset_wrap,
-        onset_curling=_or_zero(answer.onset_curling),
-        loss=_or_zero(answer.loss),
+        onset_curling=_finite(answer.onset_curling),
+        loss=_finite(answer.loss),
         contact_length=answer.contact_length,
         normal_force=answer.normal_force,
         holding_force_away=answer.away,
         holding_force_towards=answer.towards,
-        holding_force_down=answer.down,
-        settling_time=answer.settling if math.isfinite(answer.settling) else UNKNOWN_TIME,
-        payload_margin=answer.down - weight if payload > 0.0 else 0.0,
+        holding_force_down=[answer.down] if strength > 0.0 else [],
+        settling_time=_finite(answer.settling),
+        payload_margin=[] if payload is None else [answer.down - payload * strength],
     )
+    return [message]
 
 
-def _or_zero(pressure: float) -> float:
-    return pressure if math.isfinite(pressure) else 0.0
+def _finite(value: float) -> list[float]:
+    return [value] if math.isfinite(value) else []

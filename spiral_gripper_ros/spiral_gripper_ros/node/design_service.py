@@ -10,7 +10,7 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_gripper.reports.design_document import description_text
 from spiral_gripper_msgs.msg import DesignChange, DesignMargin, DesignStep, Winding
-from spiral_gripper_ros.messages.conversions import vector_from_msg
+from spiral_gripper_ros.messages.conversions import known, vector_from_msg
 from spiral_gripper_ros.parameters.spec import GRAVITY_REQUIREMENT, gravity_problem
 from spiral_gripper_ros.planning.design_question import DesignQuestion
 
@@ -28,7 +28,7 @@ def question_from_msg(request: Any, gravity: Vector) -> DesignQuestion:  # noqa:
         gravity: the node's present gravity [m/s^2]; used if the request names none.
 
     Raises:
-        InvalidInputError: the request's gravity is not one that the node would follow.
+        InvalidInputError: a figure is 0, or the gravity is not one that the node would follow.
     """
     axis = vector_from_msg(request.object_axis[0]) if request.object_axis else None
     if request.gravity:
@@ -38,22 +38,30 @@ def question_from_msg(request: Any, gravity: Vector) -> DesignQuestion:  # noqa:
     return DesignQuestion(
         object_radius_min=request.object_radius_min,
         object_radius_max=request.object_radius_max,
-        object_length=request.object_length,
-        length_max=request.length_max,
-        pressure_max=request.pressure_max,
-        strain_max=request.strain_max,
-        turns_required=request.turns_required,
+        object_length=_given(request, "object_length"),
+        length_max=_given(request, "length_max"),
+        pressure_max=_given(request, "pressure_max"),
+        strain_max=_given(request, "strain_max"),
+        turns_required=_given(request, "turns_required"),
         tubing=request.tubing,
         tube_inner_radii=tuple(request.tube_inner_radii),
         tube_wall_thicknesses=tuple(request.tube_wall_thicknesses),
         fiber_angles_beta=tuple(request.fiber_angles_beta),
-        fiber_angle_alpha=request.fiber_angle_alpha,
+        fiber_angle_alpha=_given(request, "fiber_angle_alpha"),
         fiber_angles_gamma=tuple(request.fiber_angles_gamma),
-        end_allowance=request.end_allowance,
+        end_allowance=_given(request, "end_allowance"),
         gravity=gravity,
         object_axis=axis,
         preference=request.preference,
     )
+
+
+def _given(request: Any, name: str) -> float:  # noqa: ANN401
+    """Return a positive number of the request, or the 0 of the question for one not given."""
+    value = known(getattr(request, name))
+    if value == 0.0:
+        raise InvalidInputError(name, value, "positive where it is given")
+    return value or 0.0
 
 
 def fill_response(response: Any, report: DesignReport) -> Any:  # noqa: ANN401

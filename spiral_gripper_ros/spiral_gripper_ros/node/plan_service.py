@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The answers of `plan_wrap` and `plan_wraps`."""
+"""The answers of `plan_wrap`."""
 
 from __future__ import annotations
 
@@ -16,14 +16,22 @@ from spiral_core.validation import (
     require_direction,
     require_in_range,
     require_non_negative,
+    require_positive,
 )
 from spiral_core.wrap.gripper import FRICTION_MAX, Gripper
-from spiral_gripper_msgs.srv import PlanWrap
+from spiral_gripper_msgs.msg import ObjectToWrap, PlannedWrap
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 from spiral_gripper_ros.control.target import beyond_loss, default_overpressure
-from spiral_gripper_ros.messages.conversions import backbone_to_msg, vector_from_msg, vector_to_msg
+from spiral_gripper_ros.messages.conversions import (
+    backbone_to_msg,
+    figures_to_msg,
+    known,
+    optional,
+    vector_from_msg,
+    vector_to_msg,
+)
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.spec import gravity_problem
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
@@ -31,17 +39,6 @@ from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
 from spiral_gripper_ros.planning.object_pose import object_line
 from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, WrapPlan, planner_for
 
-# The fields of `plan_wrap` that `plan_wraps` lists.
-_LISTED = (
-    "success",
-    "reason",
-    "message",
-    "pressure",
-    "turns",
-    "contact_length",
-    "line_force",
-    "grip",
-)
 UNLOADED = "the gripper was unloaded or exchanged before all objects were planned for"
 # Planners for other mounts, by gravity and axis: some tens of milliseconds each.
 _Planners: TypeAlias = dict[tuple[float, ...], AnyPlanner]
@@ -76,62 +73,42 @@ class PlanContext:
 
 
 def answer_plan_wrap(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
-    """Fill a ``PlanWrap`` response; a bad request is answered with the reason, never raised."""
+    """Fill a response: one answer for each object; a bad one is refused by itself, never raised."""
     start = time.perf_counter()
-    _fill_safely(request, response, context, {})
-    response.solve_time = time.perf_counter() - start
-    return response
-
-
-def _fill_safely(request: Any, response: Any, context: PlanContext, planners: _Planners) -> None:  # noqa: ANN401
-    try:
-        _fill(request, response, context, planners)
-    except _RefusedError as refused:
-        _refuse(response, refused.refusal)
-    except SpiralError as error:
-        _refuse(response, refusal_from_error(error))
-        response.nearest_radius = getattr(error, "nearest_radius", None) or 0.0
-    if not response.success:
-        response.pressure = response.line_force = response.turns = response.contact_length = 0.0
-
-
-def answer_plan_wraps(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
-    """Fill a ``PlanWraps`` response: one answer for each radius; a bad one is refused by itself."""
-    start = time.perf_counter()
-    radii, axes = request.object_radius, request.object_axis
-    if axes and len(axes) != len(radii):
-        text = f"object_axis must be empty or as long as object_radius, {len(radii)}"
-        return refuse_all(request, response, Reason.INVALID_REQUEST, f"{text}, got {len(axes)}")
     planners: _Planners = {}
-    for index, radius in enumerate(radii):
-        one = PlanWrap.Request(
-            object_radius=radius,
-            object_length=request.object_length,
-            payload=request.payload,
-            friction_coefficient=request.friction_coefficient,
-            compute_grip=request.compute_grip,
-            overpressure=request.overpressure,
-            object_axis=axes[index : index + 1],
-            gravity=request.gravity,
-        )
-        answer = PlanWrap.Response()
-        if context.is_wanted():
-            _fill_safely(one, answer, context, planners)
-        else:
-            _refuse(answer, Refusal(Reason.NOT_ACTIVE, UNLOADED))
-        for name in _LISTED:
-            getattr(response, name).append(getattr(answer, name))
+    response.plans = [_answered(one, request, context, planners) for one in request.objects]
     response.solve_time = time.perf_counter() - start
     return response
 
 
-def refuse_all(request: Any, response: Any, reason: Reason, text: str) -> Any:  # noqa: ANN401
-    """Fill a ``PlanWraps`` response that is refused as a whole."""
-    for _ in request.object_radius:
-        refused = PlanWrap.Response(success=False, reason=int(reason), message=text)
-        for name in _LISTED:
-            getattr(response, name).append(getattr(refused, name))
+def refuse_all(request: Any, response: Any, text: str, reason: Reason) -> Any:  # noqa: ANN401
+    """Fill a response that is refused as a whole."""
+    response.plans = [_refused(Refusal(reason, text)) for _ in request.objects]
     return response
+
+
+def _answered(
+    asked: ObjectToWrap,
+    request: Any,  # noqa: ANN401
+    context: PlanContext,
+    planners: _Planners,
+) -> PlannedWrap:
+    """Return the answer about one object."""
+    if not context.is_wanted():
+        return _refused(Refusal(Reason.NOT_ACTIVE, UNLOADED))
+    answer, nearest = PlannedWrap(), None
+    try:
+        _fill(answer, asked, request, context, planners)
+    except _RefusedError as refused:
+        refusal = refused.refusal
+    except SpiralError as error:
+        refusal, nearest = refusal_from_error(error), getattr(error, "nearest_radius", None)
+    else:
+        return answer
+    refused_answer = _refused(refusal)
+    refused_answer.radius_range = answer.radius_range
+    refused_answer.nearest_radius = optional(nearest)
+    return refused_answer
 
 
 class _RefusedError(Exception):
@@ -142,9 +119,14 @@ class _RefusedError(Exception):
         self.refusal = refusal
 
 
-def _planner_of(request: Any, context: PlanContext, planners: _Planners) -> AnyPlanner:  # noqa: ANN401
-    """Return the planner for the gravity and axis that the request names."""
-    if not request.gravity and not request.object_axis:
+def _planner_of(
+    asked: ObjectToWrap,
+    request: Any,  # noqa: ANN401
+    context: PlanContext,
+    planners: _Planners,
+) -> AnyPlanner:
+    """Return the planner for the gravity and the object's axis."""
+    if not request.gravity and not asked.axis:
         return context.planner
     gravity = context.planner.gravity
     if request.gravity:
@@ -153,75 +135,91 @@ def _planner_of(request: Any, context: PlanContext, planners: _Planners) -> AnyP
     if problem is not None:
         raise _RefusedError(Refusal(Reason.GRAVITY_INVALID, problem))
     axis = context.gripper.object_axis
-    if request.object_axis:
-        axis = require_direction("object_axis", vector_from_msg(request.object_axis[0]))
+    if asked.axis:
+        axis = require_direction("axis", vector_from_msg(asked.axis[0]))
     key = (*gravity, *(axis or ()))
     if key not in planners:
         planners[key] = planner_for(context.gripper.with_mount(gravity, axis), gravity)
     return planners[key]
 
 
-def _fill(request: Any, response: Any, context: PlanContext, planners: _Planners) -> None:  # noqa: ANN401
-    radius = request.object_radius
+def _fill(
+    answer: PlannedWrap,
+    asked: ObjectToWrap,
+    request: Any,  # noqa: ANN401
+    context: PlanContext,
+    planners: _Planners,
+) -> None:
+    radius = asked.radius
     # Whether this gripper can wrap it is for the planner to say: it knows why, and what it can.
     refusal = impossible_radius(radius, (0.0, math.inf))
     if refusal is not None:
         raise _RefusedError(refusal)
-    overpressure = require_non_negative("overpressure", request.overpressure)
-    length = require_non_negative("object_length", request.object_length)
-    require_in_range("friction_coefficient", request.friction_coefficient, 0.0, FRICTION_MAX)
-    require_non_negative("payload", request.payload)
-    planner = _planner_of(request, context, planners)
+    overpressure, length = known(request.overpressure), known(asked.length)
+    friction, payload = known(asked.friction_coefficient), known(asked.payload)
+    for name, value in (("overpressure", overpressure), ("payload", payload)):
+        if value is not None:
+            require_non_negative(name, value)
+    if length is not None:
+        require_positive("length", length)
+    if friction is not None:
+        require_in_range("friction_coefficient", friction, 0.0, FRICTION_MAX)
+    planner = _planner_of(asked, request, context, planners)
     if isinstance(planner, NoPlanner):
         planner.plan(radius)
-    response.radius_min, response.radius_max = planner.radius_range
+    answer.radius_range = planner.radius_range
     plan = planner.plan(radius)
-    wrap = plan.wrap
-    _fill_wrap(response, plan, context)
-    _check_length(length, response.object_length_needed)
-    overpressure = overpressure or default_overpressure(plan, context.limits)
-    response.pressure = _capped(plan.pressure + overpressure, context)
-    response.line_force = planner.line_force(wrap, response.pressure)
-    answer = _grip(request, response.pressure, plan, context)
-    if answer is not None:
-        response.contact_length = answer.contact_length
-        if request.overpressure > 0.0 and not response.pressure < answer.loss:
-            raise _RefusedError(beyond_loss(response.pressure, answer.loss))
-    response.grip = grip_to_msg(answer, context.now, request.payload, planner.gravity)
-    response.success = True
-    response.nearest_radius = radius
-    response.message = (
-        f"wraps {radius:.4g} m with {response.turns:.3g} turns at {response.pressure:.6g} Pa, "
-        f"{response.pressure - plan.pressure:.4g} Pa above the bare wrap; "
-        f"the free coil is up to {response.largest_gap:.3g} m off the object"
+    _check_length(length, plan.wrap.object_length_needed or 0.0)
+    above = default_overpressure(plan, context.limits) if overpressure is None else overpressure
+    pressure = _capped(plan.pressure + above, context)
+    grip = _grip(asked, request, pressure, plan, context)
+    if grip is not None and overpressure and not pressure < grip.loss:
+        raise _RefusedError(beyond_loss(pressure, grip.loss))
+    contact = None if grip is None else grip.contact_length
+    answer.figures = [
+        figures_to_msg(plan, radius, pressure, planner, context.limits.pressure_cap, contact)
+    ]
+    answer.grip = grip_to_msg(grip, context.now, payload, planner.gravity)
+    placement, (x, y, z) = plan.placement, plan.placement.center
+    answer.object_axis = [vector_to_msg(plan.wrap.coil.axis)]
+    answer.object_center = [Point(x=x, y=y, z=z)]
+    answer.largest_gap = [placement.largest_gap]
+    if request.backbone:
+        answer.backbone = backbone_to_msg(plan.wrap.state, context.points, context.header)
+    answer.success = True
+    answer.message = (
+        f"wraps {radius:.4g} m with {plan.wrap.turns:.3g} turns at {pressure:.6g} Pa, "
+        f"{above:.4g} Pa above the bare wrap; "
+        f"the free coil is up to {placement.largest_gap:.3g} m off the object"
     )
 
 
-def _grip(request: Any, pressure: float, plan: WrapPlan, context: PlanContext) -> GripAnswer | None:  # noqa: ANN401
+def _grip(
+    asked: ObjectToWrap,
+    request: Any,  # noqa: ANN401
+    pressure: float,
+    plan: WrapPlan,
+    context: PlanContext,
+) -> GripAnswer | None:
     """Return what holds the object: computed for it if that is asked for, else of the table."""
     if not request.compute_grip:
-        is_other = request.gravity or request.object_axis or request.friction_coefficient > 0.0
-        if is_other:
-            return None
-        return context.table_grip(request.object_radius, plan.laid.pressure, pressure)
+        is_other = request.gravity or asked.axis or asked.friction_coefficient
+        return None if is_other else context.table_grip(asked.radius, plan.laid.pressure, pressure)
     pose = None
-    if request.object_pose:
-        position, turn = request.object_pose[0].position, request.object_pose[0].orientation
+    if asked.pose:
+        position, turn = asked.pose[0].position, asked.pose[0].orientation
         pose = object_line(vector_from_msg(position), (turn.x, turn.y, turn.z, turn.w))
-    question = GripQuestion(
-        plan.gripper, request.object_radius, request.friction_coefficient or None, pose
-    )
+    friction = known(asked.friction_coefficient)
+    question = GripQuestion(plan.gripper, asked.radius, friction, pose)
     return context.solve_grip(question, context.is_wanted).answer(
         pressure, at_pose=pose is not None
     )
 
 
-def _check_length(available: float, needed: float) -> None:
-    """Refuse an object that is shorter than what the coil covers; 0 stands for any length [m]."""
-    if 0.0 < available < needed:
-        text = (
-            f"the coil covers {needed:.4g} m of the object but object_length is {available:.4g} m"
-        )
+def _check_length(available: float | None, needed: float) -> None:
+    """Refuse an object that is shorter than what the coil covers; None: any length [m]."""
+    if available is not None and available < needed:
+        text = f"the coil covers {needed:.4g} m of the object but its length is {available:.4g} m"
         raise _RefusedError(Refusal(Reason.OBJECT_TOO_SHORT, text))
 
 
@@ -234,21 +232,5 @@ def _capped(pressure: float, context: PlanContext) -> float:
     return pressure
 
 
-def _fill_wrap(response: Any, plan: WrapPlan, context: PlanContext) -> None:  # noqa: ANN401
-    wrap, placement = plan.wrap, plan.placement
-    response.turns = wrap.turns
-    response.contact_length = wrap.contact_length
-    response.gripper_length_needed = wrap.gripper_length_needed or 0.0
-    response.object_length_needed = wrap.object_length_needed or 0.0
-    response.object_axis = vector_to_msg(wrap.coil.axis)
-    x, y, z = placement.center
-    response.object_center = Point(x=x, y=y, z=z)
-    response.largest_gap = placement.largest_gap
-    response.backbone = backbone_to_msg(wrap.state, context.points, context.header)
-    response.stable = wrap.state.stable
-
-
-def _refuse(response: Any, refusal: Refusal) -> None:  # noqa: ANN401
-    response.success = False
-    response.reason = int(refusal.reason)
-    response.message = refusal.text
+def _refused(refusal: Refusal) -> PlannedWrap:
+    return PlannedWrap(success=False, reason=int(refusal.reason), message=refusal.text)

@@ -13,23 +13,18 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from spiral_core.errors import SpiralError
-from spiral_gripper_msgs.srv import DesignGripper, PlanWrap, PlanWraps
+from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.qos import REQUESTS
 from spiral_gripper_ros.node.design_service import fill_response, question_from_msg
-from spiral_gripper_ros.node.plan_service import (
-    PlanContext,
-    answer_plan_wrap,
-    answer_plan_wraps,
-    refuse_all,
-)
+from spiral_gripper_ros.node.plan_service import PlanContext, answer_plan_wrap, refuse_all
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.runtime.background import QuestionPool
 from spiral_gripper_ros.runtime.guards import report
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 TOO_LARGE = "the numbers of the request are too large to compute with: SI units are expected"
-# Grips of one plan_wraps: seconds each.
+# Grips of one plan_wrap: seconds each.
 MOST_GRIPS = 20
 TOO_MANY_GRIPS = f"compute_grip takes seconds for each object: at most {MOST_GRIPS} in one request"
 RELEASED = "vented; call rearm to follow radii again"
@@ -37,7 +32,7 @@ RELEASED_INACTIVE = "vented; the node is not active"
 
 
 class Services:
-    """Serves `plan_wrap`, `plan_wraps`, `design_gripper`, `vent`, ... while the node exists.
+    """Serves `plan_wrap`, `design_gripper`, `vent`, ... while the node exists.
 
     Plans and designs are answered in the background, each kind in a callback group and by a worker
     of its own, so that they hold up neither the control loop nor each other. An exception in one of
@@ -53,7 +48,6 @@ class Services:
         self._runtime = runtime
         for kind, name, callback in (
             (PlanWrap, "plan_wrap", self._plan_wrap),
-            (PlanWraps, "plan_wraps", self._plan_wraps),
             (DesignGripper, "design_gripper", self._design_gripper),
         ):
             # What waits is counted, so that it can be answered "busy"; designs wait in the queue.
@@ -73,7 +67,7 @@ class Services:
         if loaded is None:
             response.message = self._runtime.not_configured
             return response
-        return await self._guarded(self._designed(request, response, loaded), response)
+        return await self._guarded(self._designed(request, response, loaded), _no_design)
 
     async def _designed(self, request: Any, response: Any, loaded: LoadedGripper) -> Any:  # noqa: ANN401
         question = question_from_msg(request, loaded.mount.gravity)
@@ -88,20 +82,18 @@ class Services:
         return response
 
     async def _plan_wrap(self, request: Any, response: Any) -> Any:  # noqa: ANN401
-        if self._runtime.loaded is None:
-            response.reason, response.message = int(Reason.NOT_ACTIVE), self._runtime.not_configured
-            return response
-        background, question = self._runtime.background, (answer_plan_wrap, request, response)
-        pool = background.exact if request.compute_grip else background.plans
-        return await self._guarded(self._planned(pool, *question), response)
+        def refuse(text: str, reason: Reason) -> Any:  # noqa: ANN401
+            return refuse_all(request, PlanWrap.Response(), text, reason)
 
-    async def _plan_wraps(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         if self._runtime.loaded is None:
-            return refuse_all(request, response, Reason.NOT_ACTIVE, self._runtime.not_configured)
-        if request.compute_grip and len(request.object_radius) > MOST_GRIPS:
-            return refuse_all(request, response, Reason.INVALID_REQUEST, TOO_MANY_GRIPS)
-        background, question = self._runtime.background, (answer_plan_wraps, request, response)
-        return await self._guarded(self._planned(background.batches, *question), response)
+            return refuse(self._runtime.not_configured, Reason.NOT_ACTIVE)
+        if request.compute_grip and len(request.objects) > MOST_GRIPS:
+            return refuse(TOO_MANY_GRIPS, Reason.INVALID_REQUEST)
+        background = self._runtime.background
+        pool = background.exact if request.compute_grip else background.plans
+        if len(request.objects) > 1:
+            pool = background.batches
+        return await self._guarded(self._planned(pool, answer_plan_wrap, request, response), refuse)
 
     async def _planned(
         self,
@@ -132,19 +124,19 @@ class Services:
             now=runtime.now(),
         )
 
-    async def _guarded(self, answer: Awaitable[Any], response: Any) -> Any:  # noqa: ANN401
-        """Return what is awaited; an exception becomes an answer too."""
+    async def _guarded(self, answer: Awaitable[Any], refuse: Callable[[str, Reason], Any]) -> Any:  # noqa: ANN401
+        """Return what is awaited; an exception becomes a refusal."""
         try:
             return await answer
         except SpiralError as error:
-            return _failed(response, str(error))
+            return refuse(str(error), Reason.INVALID_REQUEST)
         except OverflowError:
-            return _failed(response, TOO_LARGE)
+            return refuse(TOO_LARGE, Reason.INVALID_REQUEST)
         except Exception as error:
             self._node.get_logger().error(
                 f"exception in a service:\n{''.join(traceback.format_exception(error))}"
             )
-            return _failed(response, f"internal error: {error!r}", Reason.INTERNAL_ERROR)
+            return refuse(f"internal error: {error!r}", Reason.INTERNAL_ERROR)
 
     def _vent(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         done = RELEASED if self._runtime.is_active else RELEASED_INACTIVE
@@ -167,11 +159,6 @@ class Services:
         return response
 
 
-def _failed(response: Any, message: str, reason: Reason = Reason.INVALID_REQUEST) -> Any:  # noqa: ANN401
-    """Return an empty response that says what went wrong; lists get one entry."""
-    failed = type(response)()
-    for name, value in (("success", False), ("reason", int(reason)), ("message", message)):
-        if hasattr(failed, name):
-            is_list = not isinstance(getattr(failed, name), (bool, int, str))
-            setattr(failed, name, [value] if is_list else value)
-    return failed
+def _no_design(text: str, reason: Reason) -> Any:  # noqa: ANN401
+    del reason
+    return DesignGripper.Response(success=False, message=text)

@@ -186,7 +186,7 @@ class GripperParameters(Parameters):
         50.0, "Rate of pressure_command and status while active, and of the ramp [Hz].", 1.0, 500.0
     )
     payload: float = parameter(
-        0.0, "Mass of the object [kg] unless a goal says; 0: none.", 0.0, 100.0
+        math.nan, "Mass of the object [kg] unless a goal says; .nan: not known.", 0.0, 100.0
     )
     grip_radii: int = parameter(6, "Radii of the table of grips; 0: no grip is computed.", 0, 50)
     marker_rate: float = parameter(5.0, "Rate of markers while active [Hz]; 0: none.", 0.0, 50.0)

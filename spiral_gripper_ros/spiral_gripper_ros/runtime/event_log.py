@@ -158,8 +158,10 @@ class _Channel:
 
 def _grip_line(snapshot: Snapshot[Any]) -> str:
     text = _WORDS[snapshot.state]
-    if snapshot.state in (State.TRACKING, State.GRASPING) and snapshot.radius is not None:
-        text += f", radius {1000.0 * snapshot.radius:.4g} mm, target {_target(snapshot)}"
+    if snapshot.state in (State.TRACKING, State.GRASPING):
+        if snapshot.radius is not None:
+            text += f", radius {1000.0 * snapshot.radius:.4g} mm"
+        text += f", target {_target(snapshot)}"
     if snapshot.state in (State.HOLDING, State.RAMPING_DOWN):
         text += f" at {_kilopascal(snapshot)}"
     return f"{text}: {snapshot.refusal.text}" if snapshot.refusal.text else text

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -173,16 +174,16 @@ class Runtime:
         job = self.background.grips.submit(self._solve_grip, question, is_wanted)
         return GripEntry(job.result(), self.now())
 
-    def grip_message(self, pressure: float, payload: float = 0.0) -> Grip:
-        """Return what holds the object in use at a pressure [Pa], as far as it is known.
+    def grip_message(self, pressure: float, payload: float | None = None) -> list[Grip]:
+        """Return what holds the object in use at a pressure [Pa], as a list of one if it is known.
 
         Args:
             pressure: gauge [Pa].
-            payload: mass of the object [kg]; 0: that of the parameter.
+            payload: mass of the object [kg]; None: that of the parameter.
         """
         seen = self.control.snapshot()
         if self.loaded is None:
-            return Grip()
+            return []
         answer = self.loaded.grip(seen.plan, seen.radius, self.seen_object(), pressure)
         return self._grip_to_msg(answer, self.loaded, payload)
 
@@ -274,19 +275,18 @@ class Runtime:
     ) -> Wrap:
         """Return what is planned for the object in use, and what holds it."""
         snapshot, seen = self.control.snapshot(), self.seen_object()
-        message = wrap_to_msg(snapshot, loaded, self.limits.pressure_cap, header)
+        contact = None if grip is None else grip.contact_length
+        message = wrap_to_msg(snapshot, loaded, self.limits.pressure_cap, contact, header)
         message.grip = self._grip_to_msg(grip, loaded)
-        for figures in message.plan:
-            if grip is not None:
-                figures.contact_length = grip.contact_length
         if seen is not None:
             fill_object(message, seen, now - seen.seen_at, loaded.placement(snapshot.plan))
         return message
 
     def _grip_to_msg(
-        self, answer: GripAnswer | None, loaded: LoadedGripper, payload: float = 0.0
-    ) -> Grip:
-        mass = payload or self.values.payload
+        self, answer: GripAnswer | None, loaded: LoadedGripper, payload: float | None = None
+    ) -> list[Grip]:
+        own = None if math.isnan(self.values.payload) else self.values.payload
+        mass = own if payload is None else payload
         return grip_to_msg(answer, self.now(), mass, loaded.mount.gravity)
 
     def _end_grips(self) -> None:

@@ -19,7 +19,7 @@ from spiral_gripper_ros.client.connection import Connection
 from spiral_gripper_ros.client.listener import listening
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
+from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known, optional
 from spiral_gripper_ros.tools.watcher import Watcher
 
 # How long a command looks for the node: DDS may take seconds to discover it [s].
@@ -57,13 +57,17 @@ class WrapGoal:
     """
 
     radius: float | None
-    overpressure: float
+    overpressure: float | None
     timeout: float | None
     abort_policy: str | None
 
 
 def plan(
-    namespace: str, radius: float, overpressure: float, payload: float = 0.0, friction: float = 0.0
+    namespace: str,
+    radius: float,
+    overpressure: float | None = None,
+    payload: float | None = None,
+    friction: float | None = None,
 ) -> Answer:
     """Ask `plan_wrap`; with a payload [kg] or a friction for the grip on exactly this object.
 
@@ -72,47 +76,45 @@ def plan(
     Raises:
         NoAnswerError: no node answers.
     """
-    exact = payload > 0.0 or friction > 0.0
+    exact = payload is not None or friction is not None
     with SpiralGripper(namespace, DISCOVERY_TIMEOUT) as gripper:
         answer = gripper.plan(radius, overpressure, payload, friction, compute_grip=exact)
     lines, good = [reworded(answer.message)], bool(answer.success)
-    if answer.success:
+    grip = answer.grip[0] if answer.grip else None
+    document = _document(answer, without=("backbone", "figures"))
+    for figures in answer.figures:
         lines += [
-            f"pressure         {shown(answer.pressure, 'Pa')}",
-            f"turns            {answer.turns:.2f}",
-            f"object length    {shown(answer.object_length_needed, 'm')} needed",
-            f"line force       {shown(answer.line_force, 'N/m')}",
+            f"pressure         {shown(figures.pressure, 'Pa')}",
+            f"turns            {figures.turns:.2f}",
+            f"object length    {_shown(figures.object_length_needed, 'm', 'not known')} needed",
+            f"line force       {shown(figures.line_force, 'N/m')}",
         ]
-        lines += grip_lines(answer.grip)
-        if payload > 0.0:
-            margin = answer.grip.payload_margin
-            good = bool(answer.grip.known) and margin >= 0.0
-            said = (
-                f"held with {shown(margin, 'N', 3)} to spare" if good else "NOT held, or not known"
-            )
-            lines.append(f"payload          {shown(payload, 'kg', 3)} {said}")
-    if answer.radius_max > 0.0:
-        lines.append(f"grips radii      {_range(answer)}")
-    return Answer(good, lines, _document(answer, without=("backbone",)))
+        lines += grip_lines(grip)
+        document |= _document(figures)
+    if answer.success and payload is not None:
+        margin = None if grip is None else known(grip.payload_margin)
+        good, said = False, "NOT held, or not known"
+        if margin is not None and margin >= 0.0:
+            good, said = True, f"held with {shown(margin, 'N', 3)} to spare"
+        lines.append(f"payload          {shown(payload, 'kg', 3)} {said}")
+    if answer.radius_range:
+        lines.append(f"grips radii      {shown_range(*answer.radius_range)}")
+    return Answer(good, lines, document)
 
 
-def grip_lines(grip: Grip) -> list[str]:
+def grip_lines(grip: Grip | None) -> list[str]:
     """Return what holds an object, for people."""
-    if not grip.known:
+    if grip is None:
         return ["holding force    not known (yet)"]
     curling, loss = (
-        shown(pressure, "Pa") if pressure else "none up to the limit"
+        _shown(pressure, "Pa", "none up to the limit")
         for pressure in (grip.onset_curling, grip.loss)
     )
-    away, towards, down, normal = (
+    away, towards, normal = (
         shown(force, "N", 3)
-        for force in (
-            grip.holding_force_away,
-            grip.holding_force_towards,
-            grip.holding_force_down,
-            grip.normal_force,
-        )
+        for force in (grip.holding_force_away, grip.holding_force_towards, grip.normal_force)
     )
+    down = known(grip.holding_force_down)
     touching = shown(grip.contact_length, "m", 3)
     return [
         f"in contact       {touching} of tube, {normal} in all",
@@ -120,7 +122,7 @@ def grip_lines(grip: Grip) -> list[str]:
         f"curling          from {curling}",
         f"lost             at {loss}",
         f"holding force    {away} away from the base, {towards} towards it",
-        f"                 {down} downwards",
+        f"                 {'-' if down is None else shown(down, 'N', 3)} downwards",
         f"computed         {grip.age:.0f} s ago, for friction {grip.friction_coefficient:.2g}",
     ]
 
@@ -167,7 +169,7 @@ def release(namespace: str, timeout: float | None) -> Answer:
     action = ActionClient(link.node, Release, "release")
     try:
         link.require(action.server_is_ready)
-        goal = Release.Goal(timeout=0.0 if timeout is None else timeout)
+        goal = Release.Goal(timeout=optional(timeout))
         handle = link.answer(action.send_goal_async(goal), "release")
         ended = handle.get_result_async()
         while not link.spin_until(ended.done, SHOW_PERIOD):
@@ -236,10 +238,6 @@ def _shown(values: Any, unit: str, otherwise: str) -> str:  # noqa: ANN401
     """Return the number of a list of at most one as it is shown, or what stands for none."""
     value = known(values)
     return otherwise if value is None else shown(value, unit)
-
-
-def _range(message: Any) -> str:  # noqa: ANN401
-    return shown_range(message.radius_min, message.radius_max)
 
 
 def _document(message: Any, without: tuple[str, ...] = ()) -> dict[str, object]:  # noqa: ANN401

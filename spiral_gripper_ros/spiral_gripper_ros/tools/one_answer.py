@@ -41,5 +41,5 @@ def plan_by_new_node(gripper: str, radius: float) -> str:
             raise RuntimeError("\n".join((str(error), *lines))) from None
     if not answer.success:
         raise RuntimeError(answer.message)
-    pressure = shown(answer.pressure, "Pa")
+    pressure = shown(answer.figures[0].pressure, "Pa")
     return f"active after {elapsed:.1f} s; wraps an object of {shown(radius, 'm')} at {pressure}"

@@ -84,9 +84,9 @@ def _points(marker: Any) -> Array:  # noqa: ANN401
 
 
 def _held(planned: Wrap | None) -> HoldingFigures | None:
-    if planned is None or not planned.grip.known:
+    if planned is None or not planned.grip:
         return None
-    grip = planned.grip
+    grip = planned.grip[0]
     return HoldingFigures(
         contact_length=grip.contact_length,
         normal_force=grip.normal_force,

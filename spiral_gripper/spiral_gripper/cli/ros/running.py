@@ -42,10 +42,12 @@ def _positive(context: click.Context, parameter: click.Parameter, value: float |
     return value
 
 
-def _not_negative(context: click.Context, parameter: click.Parameter, value: float) -> float:
-    """Return a number that is not negative."""
+def _not_negative(
+    context: click.Context, parameter: click.Parameter, value: float | None
+) -> float | None:
+    """Return a number that is not negative, or None."""
     del context
-    if not 0.0 <= value < math.inf:
+    if value is not None and not 0.0 <= value < math.inf:
         raise click.BadParameter(f"it must not be negative, got {typed(str(parameter.name))}")
     return value
 
@@ -67,9 +69,8 @@ timeout_option: Callable[[Decorated], Decorated] = click.option(
 overpressure_option: Callable[[Decorated], Decorated] = click.option(
     "--overpressure",
     type=PRESSURE,
-    default="0 Pa",
     callback=_not_negative,
-    help="Pressure to add to the pressure of the wrap.",
+    help="Pressure to add to the pressure of the wrap.  [default: by the node's grip_ratio]",
 )
 
 
@@ -104,7 +105,7 @@ def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
 @output_options
 def plan(
     radius: float,
-    overpressure: float,
+    overpressure: float | None,
     payload: float | None,
     friction: float | None,
     namespace: str,
@@ -117,7 +118,7 @@ def plan(
     """
     side = load_ros_side(SIDE)
     with waiting("the node computes the grip on this object", quiet=not (payload or friction)):
-        answer = side.plan(namespace, radius, overpressure, payload or 0.0, friction or 0.0)
+        answer = side.plan(namespace, radius, overpressure, payload, friction)
     return _show(answer, as_json=as_json)
 
 
@@ -139,7 +140,7 @@ def plan(
 @output_options
 def grasp(
     radius: float | None,
-    overpressure: float,
+    overpressure: float | None,
     timeout: float | None,
     on_failure: str | None,
     namespace: str,
