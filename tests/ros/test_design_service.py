@@ -333,6 +333,7 @@ def begin_long_design(client, node):
     )
     service = client.create_client(DesignGripper, "design_gripper")
     assert service.wait_for_service(DEADLINE)
+    client.wait_until(lambda: not design_processes(node.process_id), "the end of earlier ones")
     answer = service.call_async(request)
     client.wait_until(lambda: design_processes(node.process_id), "its process")
     (worker,) = design_processes(node.process_id)
