@@ -52,6 +52,15 @@ def test_a_grip_that_becomes_known_is_not_loosened():
     assert bench.run(1.0, radius=0.021)[-1] == pytest.approx(1.04 * WRAP / 1.05)
 
 
+def test_where_gravity_changes_the_wrap_an_object_is_held_at_the_same_multiple_of_it():
+    bench = bench_with(grip_ratio=None)
+    bench.run(1.5, radius=0.02)
+    bench.planner.product *= 0.8
+    bench.planner.recommended = 1.04
+    bench.control.replan(bench.planner)
+    assert bench.run(1.0, radius=0.02)[-1] == pytest.approx(1.1 * 0.8 * WRAP)
+
+
 def test_a_goal_without_an_overpressure_has_that_of_the_default_grip():
     bench = bench_with(grip_ratio=1.1)
     grasp = bench.grasp()

@@ -152,7 +152,7 @@ class GripperPlanner:
         if window is None:
             return WrapPlan(wrap, laid, self.gripper, solve_time)
         onset, good, loss = window
-        middle = 0.5 * (onset + min(good, self.gripper.pressure_max))
+        middle = 0.5 * (onset + good)
         return WrapPlan(wrap, laid, self.gripper, solve_time, onset, good, loss, middle)
 
     def contact_force(self, plan: WrapPlan, pressure: float) -> float:
