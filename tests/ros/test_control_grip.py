@@ -55,10 +55,27 @@ def test_a_grip_that_becomes_known_is_not_loosened():
 def test_where_gravity_changes_the_wrap_an_object_is_held_at_the_same_multiple_of_it():
     bench = bench_with(grip_ratio=None)
     bench.run(1.5, radius=0.02)
-    bench.planner.product *= 0.8
     bench.planner.recommended = 1.04
     bench.control.replan(bench.planner)
+    bench.planner.product *= 0.8
+    bench.control.replan(bench.planner)
     assert bench.run(1.0, radius=0.02)[-1] == pytest.approx(1.1 * 0.8 * WRAP)
+
+
+def test_what_is_recommended_at_another_mount_is_not_kept_at_the_next():
+    bench = bench_with(grip_ratio=None)
+    for recommended in (1.05, 1.2, 1.05):
+        bench.planner.recommended = recommended
+        bench.control.replan(bench.planner)
+        assert bench.run(1.5, radius=0.02)[-1] == pytest.approx(recommended * WRAP)
+
+
+def test_a_ratio_that_is_given_up_is_not_kept():
+    bench = bench_with(grip_ratio=1.2)
+    bench.planner.recommended = 1.05
+    bench.run(1.5, radius=0.02)
+    bench.control.reconfigure(replace(LIMITS, grip_ratio=None))
+    assert bench.run(1.0, radius=0.02)[-1] == pytest.approx(1.05 * WRAP)
 
 
 def test_a_goal_without_an_overpressure_has_that_of_the_default_grip():

@@ -2,6 +2,7 @@
 """Grips of some radii, and what they say of any other."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -102,9 +103,12 @@ def test_the_neighbors_of_a_radius(radius, places):
 
 
 def test_good_grips_between_two_radii_end_between_theirs():
-    entries = [GripEntry(figures(), 0.0), GripEntry(figures(tip=3.0e4, curling=3.3e4), 0.0)]
+    grips = (figures(), figures(tip=3.0e4, curling=3.3e4))  # at 1.2 and 1.1 of the tip criterion's
+    entries = [
+        GripEntry(replace(grip, highest_good=0.99 * grip.highest_good), 0.0) for grip in grips
+    ]
     _, good, _ = blended_window([0.01, 0.03], entries, 0.02, 4.0e4)
-    assert good == pytest.approx(4.0e4 * 0.5 * (1.2 + 1.1))
+    assert good == pytest.approx(0.99 * 4.0e4 * 0.5 * (1.2 + 1.1))
 
 
 @pytest.mark.slow

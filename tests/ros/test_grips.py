@@ -101,6 +101,20 @@ def test_unless_told_a_ratio_the_node_commands_what_the_grip_recommends(known):
     assert answered(known).figures[0].pressure == seen.pressure_target
 
 
+def test_a_small_tilt_leaves_the_window_known(known):
+    widen(known, 0.98, 1.08)
+    before = follow(known, 0.02, grip_ratio=math.nan)
+    tilt = math.radians(2.0)
+    known.runtime.loaded.mount.want((9.80665 * math.cos(tilt), 9.80665 * math.sin(tilt), 0.0), 0.0)
+    deadline = time.monotonic() + DEADLINE
+    while (seen := known.runtime.control.snapshot()).plan is before.plan:
+        known.runtime.take_planner()
+        assert time.monotonic() < deadline
+    assert seen.plan.wrap.pressure != before.plan.wrap.pressure
+    assert seen.plan.recommended is not None
+    assert seen.pressure_target == pytest.approx(1.03 * seen.plan.laid.pressure, rel=1e-3)
+
+
 def widen(node, onset, curling):
     """Let the table's wraps begin and curl at these multiples of the tip criterion's pressure."""
     follower = node.runtime.loaded.grips

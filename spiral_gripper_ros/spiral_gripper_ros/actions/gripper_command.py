@@ -119,6 +119,7 @@ def goal_from_command(
                 f"more than max_effort = {limit:.6g} N"
             )
             return Refusal(Reason.INVALID_REQUEST, text)
+        # A number: the default grip may press harder once its contact is known.
         overpressure = _overpressure_within(limit, plan, planner, limits)
     # As the controllers of ros2_control: a goal that is canceled or fails holds what it has.
     return GraspGoal(0.5 * position, overpressure=overpressure, abort_policy=AbortPolicy.HOLD)
@@ -126,12 +127,12 @@ def goal_from_command(
 
 def _overpressure_within(
     limit: float, plan: WrapPlan, planner: AnyPlanner, limits: Limits
-) -> float | None:
-    """Return the overpressure [Pa] whose force keeps a limit [N]; None: the default grip does."""
+) -> float:
+    """Return the overpressure [Pa] whose force keeps a limit [N], at most that of the default."""
     low = 0.0
     high = default_overpressure(plan, limits)
     if contact_force(plan, planner, plan.pressure + high) <= limit:
-        return None
+        return high
     while high - low > OVERPRESSURE_STEP:
         middle = 0.5 * (low + high)
         keeps = contact_force(plan, planner, plan.pressure + middle) <= limit

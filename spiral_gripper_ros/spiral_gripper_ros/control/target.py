@@ -33,7 +33,8 @@ class Target(Generic[PlanT]):
         self.plan: PlanT | None = None
         self.overpressure = 0.0
         self._planner: Planner[PlanT] | None = None  # for a plan within other limits
-        self._demanded: float | None = None  # overpressure; None: that of grip_ratio
+        self._demanded: float | None = None  # overpressure; None: the default one
+        self._least = 0.0  # multiple of the bare wrap that the default one does not fall below
         self._frozen: float | None = None
         self._ceiling = math.inf  # the lowest cap since the last input
         self._outdated = True
@@ -79,20 +80,26 @@ class Target(Generic[PlanT]):
             return _above_cap(pressure, demanded, limits)
         if demanded > 0.0 and not pressure + demanded < plan.loss:
             return beyond_loss(pressure + demanded, plan.loss)
+        self._least = self._kept(radius, plan, limits)
         if overpressure is None:
-            demanded = default_overpressure(plan, limits, self._kept(radius, plan, limits))
+            demanded = default_overpressure(plan, limits, self._least * pressure)
         self.radius, self.plan, self.overpressure = radius, plan, demanded
         self._planner, self._demanded = planner, overpressure
         self._frozen, self._outdated = None, False
         return None
 
     def _kept(self, radius: float, plan: Plan, limits: Limits) -> float:
-        """Return the pressure that holds the object in use as before [Pa]; 0 for another one."""
+        """Return the multiple of the bare wrap at which the object in use is held at least.
+
+        It is that of the moment at which the grip becomes known; 0: none.
+        """
         if self.plan is None or self._is_other(radius, limits.radius_hysteresis):
             return 0.0
         if self._demanded is not None or limits.grip_ratio is not None:
             return 0.0
-        return plan.pressure * (1.0 + self.overpressure / self.plan.pressure)
+        if self.plan.recommended is None and plan.recommended is not None:
+            return 1.0 + self.overpressure / self.plan.pressure
+        return self._least
 
     def lower(self, cap: float) -> None:
         """Stay below a cap [Pa], even if it is raised again, until :meth:`resume`."""

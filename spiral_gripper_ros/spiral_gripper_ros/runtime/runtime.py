@@ -139,7 +139,7 @@ class Runtime:
             self.log.tell_unusable(text)
             self.control.fail(text)
             return
-        self.control.replan(planner)
+        self.control.replan(self.loaded.planner)  # it knows the grips
         if was_loading:
             self.tell_range()
 
