@@ -18,7 +18,7 @@ from typing import Final
 
 import spiral_core
 from spiral_core import Section
-from spiral_core.numerics.kernel import SOURCE_DIGEST, processor_features
+from spiral_core.numerics.kernel import KERNEL_FILES, SOURCE_DIGEST, processor_features
 
 
 def compile_rods_and_wraps() -> None:
@@ -102,7 +102,10 @@ def _notes() -> tuple[Path, ...]:
     """
     package = Path(str(spiral_core.__file__)).parent
     processor = (os.environ.get("NUMBA_CPU_NAME"), processor_features())
-    state = repr((str(package), SOURCE_DIGEST, version("numba"), sys.version_info, processor))
+    times = [path.stat().st_mtime_ns for path in KERNEL_FILES]  # numba looks at them too
+    state = repr(
+        (str(package), SOURCE_DIGEST, times, version("numba"), sys.version_info, processor)
+    )
     name = f"spiral_kernels_{hashlib.sha256(state.encode()).hexdigest()[:16]}"
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     folders = [Path(chosen)] if chosen else [package / "__pycache__", Path("~/.cache/numba")]

@@ -16,7 +16,12 @@ from spiral_core.design.evaluation import Evaluation, estimate_candidate, evalua
 from spiral_core.design.margin import Constraint
 from spiral_core.design.requirement import Elastomer
 from spiral_core.design.rod_correction import gripper_of
-from spiral_core.design.sweep import close_point, closed_pareto_set, pareto_set, solve_points
+from spiral_core.design.sweep import (
+    closed_pareto_set,
+    pareto_set,
+    solve_point,
+    solve_points,
+)
 from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.grip.window import grip_window
 
@@ -168,7 +173,7 @@ def test_the_pareto_set_leaves_out_what_contact_does_not_wrap() -> None:
         WANTED, radius_min=0.006, radius_max=0.0125, tubes=(TubeSize("8", 4e-3, 1e-3),)
     )
     points = solve_points(wanted, wanted.candidates())
-    closed = [close_point(wanted, point.candidate) for point in points]
+    closed = [solve_point(wanted, point.candidate, close=True) for point in points]
     assert closed_pareto_set(wanted, points) == pareto_set(closed)
     # Laid along the tube, tilted, the free coil of one fits the objects, and none is wrapped.
     x, y = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))

@@ -23,6 +23,7 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
+    find_equilibria,
     follow_rod,
     solve_rod,
 )
@@ -94,6 +95,44 @@ def test_both_elements_agree_where_both_apply(gravity: tuple[float, float, float
     np.testing.assert_allclose(back.positions, slow.positions, atol=1e-6 * 0.36)
     assert fast.touching.shape == (0, 121)
     assert fast.contact_lengths.shape == fast.turns.shape == (0,)
+
+
+TURNED = Rotation.from_rotvec((0.4, -0.7, 0.2)).as_quat().tolist()
+
+
+@pytest.mark.parametrize(
+    "base", [Clamped((0.1, 0.0, 0.2), tuple(TURNED)), Clamped(orientation=(0.0, 0.0, 0.0, -1.0))]
+)
+def test_a_start_with_another_base_ends_at_the_clamp(base: Clamped) -> None:
+    load = RodLoad(distributed=(0.24, 0.0, 0.0))
+    fresh = solve_rod(rod(), load, elements=120)
+    elsewhere = solve_rod(rod(), load, elements=120, base=base)
+    assert elsewhere.element is RodElement.MIXED
+    state = solve_rod(rod(), load, elements=120, start=elsewhere)
+    assert state.element is RodElement.INEXTENSIBLE
+    assert state.orientations[0] == pytest.approx([0.0, 0.0, 0.0, 1.0], abs=1e-15)
+    np.testing.assert_allclose(state.positions, fresh.positions, atol=1e-9)
+
+
+def test_what_is_no_element_or_start_is_refused() -> None:
+    load = RodLoad(distributed=(0.24, 0.0, 0.0))
+    state = solve_rod(rod(), load, elements=40)
+    with pytest.raises(InvalidInputError, match="a RodElement"):
+        solve_rod(rod(), load, element="mixed")  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match="start must be"):
+        follow_rod([RodProblem(rod(), load)], start=state.positions)  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match="a state of the mixed element"):
+        follow_rod([RodProblem(rod(), load)] * 2, start=state, stop_at_event=True)
+    listed = solve_rod(rod(), load, elements=40, start=state.positions.tolist())
+    assert listed.element is RodElement.MIXED
+    np.testing.assert_allclose(listed.positions, state.positions, atol=1e-5 * 0.36)
+    with pytest.raises(InvalidInputError, match="radius must be 0"):
+        find_equilibria(dataclasses.replace(rod(), radius=1e-3), load)
+    for numbers in ((math.nan, 1e-4), (1e-4, -1.0), ("x", 1e-4)):
+        with pytest.raises(InvalidInputError):
+            Section.varying(*numbers)
+    with pytest.raises(InvalidInputError, match="section must be a function giving"):
+        solve_rod(Rod(0.3, lambda _: STIFFNESS), load)  # type: ignore[arg-type,return-value]
 
 
 FLOOR = Obstacle(Plane(), position=(0.0, 0.0, -0.2))

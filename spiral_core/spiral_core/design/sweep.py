@@ -71,9 +71,21 @@ class FeasibilityMap:
     binding: tuple[tuple[Constraint, ...], ...]
 
 
-def solve_point(requirement: DesignRequirement, candidate: Candidate) -> SweepPoint:
-    """Return one candidate of a sweep; plain values in and out, so that it runs anywhere."""
-    return _point(evaluate_candidate(requirement, estimate_candidate(requirement, candidate)))
+def solve_point(
+    requirement: DesignRequirement, candidate: Candidate, *, close: bool = False
+) -> SweepPoint:
+    """Return one candidate of a sweep; plain values in and out, so that it runs anywhere.
+
+    Args:
+        requirement: objects and limits.
+        candidate: what to solve.
+        close: whether its gripper is also closed on the objects, where its free coil lies.
+    """
+    evaluation = evaluate_candidate(requirement, estimate_candidate(requirement, candidate))
+    if close:
+        closed = close_on_objects(requirement, evaluation, lambda _: None)
+        evaluation = judged(evaluation, closed)
+    return _point(evaluation)
 
 
 def solve_points(
@@ -95,13 +107,6 @@ def solve_points(
         SolverError: a shape could not be certified.
     """
     return _solved(partial(solve_point, requirement), candidates, executor, progress)
-
-
-def close_point(requirement: DesignRequirement, candidate: Candidate) -> SweepPoint:
-    """Return one candidate of a sweep, closed on the objects where the free coil lies."""
-    evaluation = evaluate_candidate(requirement, estimate_candidate(requirement, candidate))
-    closed = close_on_objects(requirement, evaluation, lambda _: None)
-    return _point(judged(evaluation, closed))
 
 
 def feasibility_map(
@@ -182,7 +187,7 @@ def closed_pareto_set(
 ) -> tuple[SweepPoint, ...]:
     """Return :func:`pareto_set` of the points whose grippers wrap their objects, with contact.
 
-    Only what would be in the set is closed on the objects, as in the last step of a design.
+    Only what would be in the set is closed on the objects, each where the free coil fits best.
 
     Args:
         requirement: that the points were solved for.
@@ -199,7 +204,7 @@ def closed_pareto_set(
         rest = [point.candidate for point in best if point.candidate not in closed]
         if not rest:
             return best
-        found = _solved(partial(close_point, requirement), rest, executor, progress)
+        found = _solved(partial(solve_point, requirement, close=True), rest, executor, progress)
         closed.update(rest)
         judged_points = {point.candidate: point for point in found}
         left = [judged_points.get(point.candidate, point) for point in left]

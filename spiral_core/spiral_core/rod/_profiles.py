@@ -95,14 +95,18 @@ def section_samples(rod: Rod, sites: Array) -> Array:
     if isinstance(rod.section, Section):
         given = np.asarray(rod.section.stiffness)
         return np.broadcast_to(given, (len(sites), *given.shape))
-    values = np.asarray(rod.section(sites), dtype=np.float64)
+    given = rod.section(sites)
+    try:
+        values = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.zeros(0)
     shapes = ((3,), (3, 3), (6, 6))
     if values.shape not in [(len(sites), *one) for one in shapes] or not positive_definite(values):
         requirement = (
             f"a function giving finite positive definite stiffness ({len(sites)}, 3), "
             f"({len(sites)}, 3, 3) or ({len(sites)}, 6, 6)"
         )
-        raise InvalidInputError("section", values, requirement)
+        raise InvalidInputError("section", given, requirement)
     return values
 
 
@@ -143,7 +147,10 @@ def is_plain(rod: Rod) -> bool:
 
 
 def require_plain(rod: Rod) -> None:
-    """Raise unless the inextensible element can take the rod's section."""
+    """Raise unless the inextensible element can take the rod's section and radius."""
+    if rod.radius > 0.0:
+        requirement = "0: the inextensible element sees no contact; solve_rod takes others"
+        raise InvalidInputError("radius", rod.radius, requirement)
     if not is_plain(rod):
         requirement = "inextensible, without coupling of bending about y; solve_rod takes others"
         raise InvalidInputError("section", rod.section, requirement)

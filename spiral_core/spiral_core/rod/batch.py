@@ -28,7 +28,7 @@ CHUNK = 32
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RodBatch:
-    """States of m rods on n nodes; fields as in :class:`~spiral_core.rod.types.RodState`.
+    """States of m rods on n nodes; fields as in :class:`~spiral_core.rod.state.RodState`.
 
     Args:
         statuses: how each solve ended (m,).

@@ -50,15 +50,16 @@ def follow_rod(
 
     Between two stations everything is blended and the branch of stable states is followed in steps
     that adapt to it, as :func:`follow_path` does with the inextensible element, where it applies to
-    every station, and :func:`~spiral_core.rod.contact.solve.follow_contact` with the mixed one. An
-    increment or ``stop_at_event`` that is given, or a start of the mixed element, chooses the mixed
-    one.
+    every station, and :func:`~spiral_core.rod.contact.solve.follow_contact` with the mixed one.
+    Increments other than the usual ones, ``stop_at_event`` or a start of the mixed element choose
+    the mixed one.
 
     Args:
         problems: the stations, one at least.
-        start: the state at the first station (with the mixed element: that the first way begins
-            at); None solves the first station from scratch.
-        elements: for all stations; None takes the start's, or enough for the most demanding one.
+        start: the state at the first station (with the mixed element: one of it, at which the
+            first way begins); None solves the first station from scratch.
+        elements: for all stations; None takes enough for the most demanding one, with the mixed
+            element the start's.
         largest_increment: of the way between two stations, in (0, 1]. With friction the states
             depend on the way: give stations, or increments, as close as the slip needs.
         smallest_increment: of the way between two stations: the end of a branch is located so
@@ -85,7 +86,7 @@ def follow_rod(
     require_all("problems", problems, (RodProblem,), "RodProblem values")
     given = (largest_increment, smallest_increment, stop_at_event)
     mixed = given != (1.0, SMALLEST_INCREMENT, False)
-    mixed = mixed or (start is not None and start.element is RodElement.MIXED)
+    mixed = mixed or (isinstance(start, RodState) and start.element is RodElement.MIXED)
     if problems and not mixed and all(is_hanging(problem) for problem in problems):
         rods, loads = [each.rod for each in problems], [each.load for each in problems]
         return follow_path(rods, loads, elements=elements, start=start)

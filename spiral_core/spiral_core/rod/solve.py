@@ -60,6 +60,7 @@ RICHARDSON = 15.0
 # order at least: it is this many times the distance to a solution on twice the elements.
 SECOND_ORDER = 4.0 / 3.0
 CLAMPED, FREE, NO_LOAD = Clamped(), Free(), RodLoad()
+STRAIGHT = [0.0, 0.0, 0.0, 1.0]
 NO_REACTION = np.zeros(6)
 NO_REACTION.setflags(write=False)
 
@@ -90,8 +91,9 @@ def solve_rod(
     the state's ``element`` says which it was. Where both apply they agree to 1e-6 of the length.
 
     Without ``start`` the loading path is followed from the rod without rest strain; a fold on the
-    way is counted in ``folds``. With ``start`` the nearest minimum is found from there, as in a
-    control loop; where the start does not fit (another number of elements) it is resampled.
+    way is counted in ``folds`` by the inextensible element. With ``start`` the nearest minimum is
+    found from there, as in a control loop; where the start does not fit (another number of
+    elements) it is resampled.
 
     Args:
         rod: the rod; or a problem, which holds its load, ends and obstacles.
@@ -115,8 +117,8 @@ def solve_rod(
 
     Raises:
         InvalidInputError: a profile does not give finite (positive) values of the right shape, a
-            property jumps where the rod has no break, ``elements`` is not in [2, 20000], or the
-            start is not a state.
+            property jumps where the rod has no break (the inextensible element looks for that),
+            ``elements`` is not in [2, 20000], or the start is neither a state nor a centerline.
         SolverError: no stable equilibrium was found, and ``throw`` is set; carries status, residual
             and iterations.
 
@@ -127,16 +129,19 @@ def solve_rod(
         >>> state.stable, state.positions.shape[1]
         (True, 3)
     """
+    if not (element is None or isinstance(element, RodElement)):
+        raise InvalidInputError("element", element, "a RodElement, or None")
+    released = not (start is None or isinstance(start, RodState))  # from a centerline
     clear = base is CLAMPED and tip is FREE and not obstacles and not point_loads
     if clear and element is None and isinstance(rod, Rod) and not rod.radius and is_plain(rod):
-        hanging = not isinstance(start, np.ndarray)  # known without a problem's checks
+        hanging = not released  # known without a problem's checks
     else:
         if not isinstance(rod, RodProblem):
             rod = RodProblem(rod, load, base, tip, obstacles, point_loads)
         elif not (clear and load is NO_LOAD):
             requirement = "a Rod, where loads, ends or obstacles are given beside it"
             raise InvalidInputError("rod", rod, requirement)
-        hanging = is_hanging(rod) and not isinstance(start, np.ndarray)
+        hanging = is_hanging(rod) and not released
         if element is RodElement.INEXTENSIBLE and not hanging:
             requirement = (
                 "MIXED for other than a plain rod without radius, clamped and free, from a state"
@@ -241,7 +246,16 @@ def checked_start(start: object) -> tuple[Array, Array]:
         raise InvalidInputError(
             "start", "orientations that are not finite", "a state of finite values"
         )
+    if q[0].tolist() != STRAIGHT:
+        q = _from_base(q)
     return q, arcs
+
+
+def _from_base(q: Array) -> Array:
+    """Return orientations (n, 4) as they are seen from the first: a rod clamped in the frame."""
+    back, w = -q[0, :3], q[0, 3]
+    turned = w * q[:, :3] + q[:, 3:] * back + np.cross(back, q[:, :3])
+    return np.column_stack((turned, w * q[:, 3] - q[:, :3] @ back))
 
 
 def _resampled(q: Array, arcs: Array, new_arcs: Array) -> Array:

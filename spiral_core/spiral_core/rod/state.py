@@ -95,7 +95,8 @@ class Resultant:
 class RodState:
     """A rod's static shape, and the evidence for it.
 
-    Arrays run over the n nodes, and over the m obstacles first where they concern contact.
+    Arrays run over the n nodes, and over the m obstacles first where they concern contact. Write
+    into none of them: what is solved next starts from them.
 
     Args:
         status: how the solve ended; the arrays are an answer only if it is ``CONVERGED``.
@@ -105,7 +106,7 @@ class RodState:
         forces: (n, 3) internal force in the base frame [N]; the mean of both sides where a contact
             or a point load makes it jump.
         moments: (n, 3) internal moment in the material frame [N m].
-        strains: (n, 3) strain vector in the material frame [1/m]; (0, 3) among obstacles.
+        strains: (n, 3) strain vector in the material frame [1/m]; (0, 3) with the mixed element.
         contact_forces: (m, n, 3) of each obstacle on each node [N], base frame.
         normal_forces: (m, n) their normal part [N].
         gaps: (m, n) distance between the rod's surface and the obstacle's [m]. Elements between
@@ -114,9 +115,9 @@ class RodState:
         base_reaction: (6,) force [N] and moment [N m] with which the base is held, base frame.
         tip_reaction: (6,) likewise.
         energy: elastic energy and potential of the loads about the origin [J].
-        residual: largest moment imbalance at a node, as a fraction of EI/L; among obstacles also of
-            forces, as a fraction of EI/L^2, of the sum of the loads or a tenth of the largest force
-            inside, and of lengths as one of L/10.
+        residual: largest moment imbalance at a node, as a fraction of EI/L; with the mixed element
+            also of forces, as a fraction of EI/L^2, of the sum of the loads or a tenth of the
+            largest force inside, and of lengths as one of L/10.
         smallest_pivot: smallest pivot of the energy's Hessian with its active contacts, as a
             fraction of EI/L: the certificate. Positive proves a strict local minimum of the
             discrete energy, for the given friction, up to the neutral mode if there is one;
@@ -124,7 +125,8 @@ class RodState:
             1e-9 EI/L.
         iterations: Newton iterations spent; on a path since the state before, with those of
             attempts that failed and of snaps.
-        folds: how often the rod snapped on the way: along the loading path, or from the start.
+        folds: how often the rod snapped on the way: along the loading path, or from the start;
+            the mixed element does not count.
         discretization_error: estimated largest error of a position [m]; infinite where finer
             elements find no state, None where it was not asked for. With a neutral mode it is the
             error up to the free rotation.

@@ -119,10 +119,19 @@ class Section:
         Arguments as of :meth:`inextensible`, each a number or a function from arc lengths (n,) [m]
         to values (n,).
 
+        Raises:
+            InvalidInputError: a number is not finite, or not positive where it must be.
+
         Example:
             >>> Section.varying(lambda s: 3e-4 * (1.0 + s), 2e-4)(np.array([0.0, 1.0])).tolist()
             [[0.0002, 0.0003, 0.0003], [0.0002, 0.0006, 0.0006]]
         """
+        positive = {"bending": bending, "torsional": torsional, "sideways": sideways}
+        for field, value in positive.items():
+            if not (value is None or callable(value)):
+                require_positive(field, value)
+        if not callable(coupling):
+            require_finite("coupling", coupling)
 
         def stiffness(sites: Array) -> Array:
             bent = _samples("bending", bending, sites)
@@ -314,7 +323,8 @@ class Rod:
     def __post_init__(self) -> None:
         require_positive("length", self.length)
         if not (callable(self.section) or isinstance(self.section, Section)):
-            raise InvalidInputError("section", self.section, "a Section or a function giving one")
+            requirement = "a Section, or a function giving stiffness (n, 3), (n, 3, 3) or (n, 6, 6)"
+            raise InvalidInputError("section", self.section, requirement)
         if not require_finite("radius", self.radius) >= 0.0:
             raise InvalidInputError("radius", self.radius, "a finite number >= 0")
         if self.friction_radius is not None and not (

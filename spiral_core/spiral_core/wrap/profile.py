@@ -19,7 +19,6 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, NotGrippableError
 from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down, rounded_up
-from spiral_core.validation import require_vector
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.wrap import WrapRegime
 
@@ -242,7 +241,11 @@ def _grippable_parts(curve: WrapCurve, profile: ObjectProfile) -> list[tuple[flo
 
 
 def _samples(field: str, values: ArrayLike) -> Array:
-    count = np.size(values)
-    array = np.array(require_vector(field, values, count), dtype=np.float64)
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInputError(field, values, "a list of finite numbers") from None
+    if array.ndim != 1 or not bool(np.isfinite(array).all()):
+        raise InvalidInputError(field, values, "a list of finite numbers")
     array.setflags(write=False)
     return array

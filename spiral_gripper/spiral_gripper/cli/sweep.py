@@ -144,7 +144,7 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
     """List the Pareto-optimal designs in pressure, strain and length.
 
     Each of them is closed on the largest, the middle and the smallest object, with contact and
-    friction, as in design; what does not wrap them is left out.
+    friction; what does not wrap them where its free coil lies is left out.
     """
     requirement = requirement_from(options, contact=True)
 

@@ -69,9 +69,12 @@ def state_from_point(point: Point, iterations: int, status: RodStatus | None = N
 def point_of_state(state: RodState) -> Point:
     """Return the point that a state stands for."""
     if not isinstance(state, RodState):
-        raise InvalidInputError("start", state, "a state of this module")
-    if state._point is None or state.status is not RodStatus.CONVERGED:
-        raise InvalidInputError("start", state.status, "a converged state of this module")
+        raise InvalidInputError("start", state, "a RodState")
+    if state.status is not RodStatus.CONVERGED:
+        raise InvalidInputError("start", state.status, "a converged state")
+    if state._point is None:
+        requirement = "a state of the mixed element: solve_rod(..., element=RodElement.MIXED)"
+        raise InvalidInputError("start", state.element.name, requirement)
     return replace(state._point, at=0.0, x=state._point.x.copy())
 
 

@@ -192,14 +192,12 @@ def follow_contact(
     Args:
         problems: the stations; the same rod radius, kinds of ends and obstacles in all of them.
             Where the rod's length changes, nodes keep their fractions of it.
-        start: the state that the first way begins at; None solves the first station from scratch.
-        elements: for all stations; None takes the start's, or enough for all of them.
-        largest_increment: of the way between two stations, in (0, 1]. With friction the states
-            depend on the way: give stations, or increments, as close as the slip needs.
-        smallest_increment: of the way between two stations, at most the largest: the end of a
-            branch is located so closely.
-        stop_at_event: whether to end at the first event, without following the rod's motion after
-            it: the event's ``after`` is None, or NOT_HELD where the rod neither moved nor rested.
+        start: these and what they raise are as of :func:`~spiral_core.rod.path.follow_rod`.
+        elements: likewise.
+        largest_increment: likewise.
+        smallest_increment: likewise; at most the largest.
+        stop_at_event: likewise; the event's ``after`` is then None, or NOT_HELD where the rod
+            neither moved nor rested.
 
     Returns:
         A state for each station that was reached, and the events on the way.

@@ -117,7 +117,9 @@ def plan(
     node answers.
     """
     side = load_ros_side(SIDE)
-    with waiting("the node computes the grip on this object", quiet=not (payload or friction)):
+    with waiting(
+        "the node computes the grip on this object", quiet=payload is None and friction is None
+    ):
         answer = side.plan(namespace, radius, overpressure, payload, friction)
     return _show(answer, as_json=as_json)
 
