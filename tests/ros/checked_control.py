@@ -6,12 +6,12 @@ from collections import Counter
 from typing import ClassVar
 
 from hypothesis.stateful import RuleBasedStateMachine
-from ros.fakes import FakePlan, FakePlanner, FakeRegulator, regime_at
+from ros.fakes import FakePlanner, FakeRegulator, regime_at
 
 from spiral_core import WrapRegime
 from spiral_gripper_ros.control.grasp import GraspOutcome
 from spiral_gripper_ros.control.grip_control import GripControl
-from spiral_gripper_ros.control.limits import FaultPolicy, Limits
+from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, FaultPolicy, Limits
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State
 
@@ -25,9 +25,9 @@ CLOCK_RESOLUTION = 1.0e-8
 class ImmutablePlanner(FakePlanner):
     """Answers the same way forever, so that the machine can tell what it must have answered."""
 
-    def __init__(self, product=1.0e3, error=None):
+    def __init__(self, product=1.0e3, error=None, recommended=None, highest_good=math.inf):
         super().__init__(product)
-        self.error = error
+        self.error, self.recommended, self.highest_good = error, recommended, highest_good
 
     def pressure(self, radius):
         """Return the pressure for a radius, or None if there is none."""
@@ -56,7 +56,7 @@ class CheckedControl(RuleBasedStateMachine):
         self.last = 0.0
         self.timeouts = {}  # by grasp
         self.ended = {}  # final reports by grasp
-        self.overpressure = 0.0  # of the newest grasp
+        self.overpressure = 0.0  # of the newest grasp; None: the default one
         self.regime = None  # seen since it began
         self.visited = set()
         self.ceiling = math.inf  # the lowest cap since the newest goal
@@ -134,8 +134,11 @@ class CheckedControl(RuleBasedStateMachine):
 
     def is_held(self):
         """Return whether the regime seen last holds the object in use."""
-        grasps = self.control.snapshot().state is State.GRASPING
-        curls = self.regime is WrapRegime.CURLING and grasps and self.overpressure > 0.0
+        seen = self.control.snapshot()
+        over = seen.overpressure
+        if seen.state is State.GRASPING and self.overpressure is not None:
+            over = self.overpressure
+        curls = self.regime is WrapRegime.CURLING and over > 0.0
         return curls or self.regime is WrapRegime.PERFECT_WRAP
 
     def tick(self, period, radius):
@@ -167,11 +170,19 @@ class CheckedControl(RuleBasedStateMachine):
     def is_possible(self, seen):
         """Return whether the wrap of the newest grasp is what the planner says, within the cap."""
         pressure = self.planner.pressure(seen.radius)
-        if pressure is None or not pressure + self.overpressure <= self.ceiling:
+        if pressure is None or not pressure + (self.overpressure or 0.0) <= self.ceiling:
             return False
-        assert seen.plan == FakePlan(pressure)
-        assert seen.pressure_target == pressure + self.overpressure
+        assert seen.plan.pressure == pressure
+        if self.overpressure is None:
+            assert pressure <= seen.pressure_target <= max(pressure, self.highest(pressure))
+        else:
+            assert seen.pressure_target == pressure + self.overpressure
         return True
+
+    def highest(self, wrap):
+        """Return the largest pressure that a default grip on a wrap may have [Pa]."""
+        most = max(HIGHEST_GRIP_RATIO, self.planner.recommended or 0.0)
+        return min(most * wrap * (1.0 + 1e-9), self.ceiling, self.planner.highest_good * wrap)
 
     def note_end(self, report):
         """Check a report that has become final."""

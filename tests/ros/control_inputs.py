@@ -36,6 +36,7 @@ LIMITS = st.builds(
     pressure_settle_time=st.one_of(st.floats(0.0, 1.0), st.floats(0.0, 60.0)),
     pressure_tolerance=st.one_of(st.just(1.0e3), st.floats(10.0, 1.0e6)),
     pressure_fault_policy=st.sampled_from(FaultPolicy),
+    grip_ratio=st.sampled_from([None, 1.0, 1.2]),
 )
 USUAL_LIMITS = st.builds(
     Limits,
@@ -45,6 +46,7 @@ USUAL_LIMITS = st.builds(
     grasp_timeout=st.sampled_from([10.0, 0.6]),
     grasp_abort_policy=st.sampled_from(AbortPolicy),
     pressure_fault_policy=st.sampled_from(FaultPolicy),
+    grip_ratio=st.sampled_from([None, 1.0]),
 )
 GOOD_GOALS = st.builds(
     GraspGoal,

@@ -79,7 +79,7 @@ class GripMachine(CheckedControl):
         self.parameters_are_set(
             limits=replace(SANE, radius_timeout=0.1, radius_timeout_policy=policy)
         )
-        self.gravity_changes(product=1.0e3, error=None)
+        self.gravity_changes(product=1.0e3, error=None, contact=(None, math.inf))
         self.all_goes_well(ticks=30, radius=radius)
         before = self.control.snapshot()
         for _ in range(10):
@@ -129,7 +129,7 @@ class GripMachine(CheckedControl):
             assert answer not in self.timeouts
             given = goal.timeout
             self.timeouts[answer] = self.limits.grasp_timeout if given is None else given
-            self.overpressure, self.regime = goal.overpressure or 0.0, None
+            self.overpressure, self.regime = goal.overpressure, None
             self.ceiling = self.limits.pressure_cap
             seen = self.control.snapshot()
             assert (seen.state, seen.refusal.reason) == (State.GRASPING, Reason.NONE)
@@ -203,9 +203,10 @@ class GripMachine(CheckedControl):
     @rule(
         product=st.one_of(st.just(1.0e3), st.floats(8.0e2, 1.2e3), st.floats(-1.0e3, 4.0e3)),
         error=st.sampled_from(PLANNER_ERRORS),
+        contact=st.sampled_from([(None, math.inf)] * 2 + [(1.05, 1.1), (1.15, 1.3), (1.0, 1.0)]),
     )
-    def gravity_changes(self, product, error):
-        self.planner = ImmutablePlanner(product, error)
+    def gravity_changes(self, product, error, contact):
+        self.planner = ImmutablePlanner(product, error, *contact)
         self.guarded(self.control.replan, self.planner)
 
     @rule()
@@ -274,7 +275,9 @@ class GripMachine(CheckedControl):
         else:
             assert followed is (seen.state is State.TRACKING)
             if followed:
-                assert seen.pressure_target == seen.plan.pressure <= self.limits.pressure_cap
+                wrap = seen.plan.pressure
+                assert wrap <= seen.pressure_target <= max(wrap, self.highest(wrap))
+                assert seen.pressure_target <= self.limits.pressure_cap
 
     @invariant()
     def reports_are_final_once_they_are(self):

@@ -142,6 +142,10 @@ def test_the_monitor_only_listens():
     everyone = rights_by_enclave()
     written = {right for right in everyone["monitor"] if right[0] in ("publish", "request")}
     assert written == {("publish", "/rosout"), ("publish", "/parameter_events")}
+    told = {name for right, name in everyone["gripper"] if right == "publish"}
+    heard = {name for right, name in everyone["monitor"] if right == "subscribe"}
+    others = ("/transition_event", "/feedback", "/_action/status")  # of the node, of its actions
+    assert {name for name in told - heard if not name.endswith(others)} == set()
 
 
 @pytest.mark.parametrize(("asked", "offered"), [("request", "reply"), ("subscribe", "publish")])

@@ -3,6 +3,7 @@
 
 import dataclasses
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -119,7 +120,7 @@ def test_a_design_is_ended_from_another_thread_and_its_process_too(worker, descr
 
 
 def test_a_design_that_needs_too_much_memory_is_an_answer(monkeypatch, description):
-    def greedy(_):
+    def greedy(*_):
         raise MemoryError
 
     monkeypatch.setattr(design_question, "design_gripper", greedy)
@@ -165,6 +166,33 @@ def test_nodes_of_one_program_share_a_process_that_ends_with_the_last(gripper):
 def test_the_process_computes_behind_all_others_and_hears_no_terminal(worker):
     assert worker.answer(os.nice, 0) == 5
     assert worker.answer(os.getsid, 0) == worker.answer(os.getpid) != os.getsid(0)
+
+
+def stuck():
+    """Hold the interpreter's lock for minutes."""
+    re.match(r"(a+)+$", "a" * 40 + "b")
+
+
+def test_what_holds_the_interpreter_is_ended_too(worker):
+    process_id = worker.answer(os.getpid)
+    threading.Timer(0.5, worker.end).start()
+    with pytest.raises(EndedError, match="the node has ended"):
+        worker.answer(stuck)
+    wait_for_the_end(process_id)
+
+
+def test_the_programs_main_module_does_not_run_again(tmp_path):
+    """Without a guard: a node that it starts would run twice, and command twice."""
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import os\nprint('started', flush=True)\n"
+        "from spiral_gripper_ros.planning.worker import Worker\n"
+        "worker = Worker('answer')\nassert worker.answer(os.getpid) != os.getpid()\nworker.end()\n"
+    )
+    run = subprocess.run(
+        [sys.executable, program], capture_output=True, text=True, check=False, timeout=60.0
+    )
+    assert (run.returncode, run.stdout) == (0, "started\n"), run.stderr
 
 
 def test_who_is_killed_leaves_no_process_that_computes():

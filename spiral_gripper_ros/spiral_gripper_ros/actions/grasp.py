@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from spiral_gripper_msgs.action import Grasp
@@ -12,6 +11,7 @@ from spiral_gripper_ros.actions.runner import GoalUpdate
 from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import REGIMES, figures_to_msg, known, optional
+from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 _MODES = (Grasp.Goal.MODE_RADIUS, Grasp.Goal.MODE_PRESSURE, Grasp.Goal.MODE_FOLLOWED)
@@ -35,8 +35,8 @@ class GraspAdapter:
     def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
         """Return the grasp that a goal asks for."""
         payload = known(request.payload)
-        if payload is not None and not (math.isfinite(payload) and payload >= 0.0):
-            text = f"payload must be a non-negative finite number, got {payload:.6g} kg"
+        if payload is not None and not 0.0 <= payload <= LARGEST_PAYLOAD:
+            text = f"payload must be from 0 to {LARGEST_PAYLOAD:g} kg, got {payload:.6g} kg"
             return Refusal(Reason.INVALID_REQUEST, text)
         for name, values in (("mode", _MODES), ("abort_policy", _ABORT_POLICIES)):
             if getattr(request, name) not in values:
@@ -84,7 +84,7 @@ class GraspAdapter:
             if snapshot.plan is plan:  # else the object is not held any more
                 result.grip = self._runtime.grip_message(update.pressure, known(request.payload))
             contact = result.grip[0].contact_length if result.grip else None
-            aimed = plan.pressure + report.overpressure
+            aimed = min(plan.pressure + report.overpressure, cap)
             result.figures = [
                 figures_to_msg(plan, report.radius, aimed, update.planner, cap, contact)
             ]

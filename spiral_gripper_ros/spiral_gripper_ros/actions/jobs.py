@@ -38,7 +38,7 @@ class Job(Protocol):
 
 
 class GraspJob:
-    """Wraps an object.
+    """Wraps an object, or goes to a pressure.
 
     Args:
         control: what does it.

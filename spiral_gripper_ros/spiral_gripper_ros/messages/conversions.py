@@ -180,7 +180,8 @@ def wrap_to_msg(
     if math.isfinite(highest):
         message.radius_range = [lowest, highest]
     plan, radius, target = snapshot.plan, snapshot.radius, snapshot.pressure_target
-    if plan is not None and radius is not None:
+    # On the way down, or where a lower pressure is held, the wrap is not aimed for any more.
+    if plan is not None and radius is not None and target >= plan.pressure:
         figures = figures_to_msg(plan, radius, target, loaded.planner, pressure_cap, contact_length)
         message.plan = [figures]
     return message

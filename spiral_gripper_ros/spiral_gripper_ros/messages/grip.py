@@ -24,6 +24,7 @@ def grip_to_msg(
     if answer is None:
         return []
     strength = math.hypot(*gravity)
+    down = [answer.down] if strength > 0.0 else []
     message = Grip(
         at_pose=answer.at_pose,
         age=max(now - answer.computed_at, 0.0),
@@ -35,9 +36,9 @@ def grip_to_msg(
         normal_force=answer.normal_force,
         holding_force_away=answer.away,
         holding_force_towards=answer.towards,
-        holding_force_down=[answer.down] if strength > 0.0 else [],
+        holding_force_down=down,
         settling_time=_finite(answer.settling),
-        payload_margin=[] if payload is None else [answer.down - payload * strength],
+        payload_margin=[] if payload is None else [held - payload * strength for held in down],
     )
     return [message]
 

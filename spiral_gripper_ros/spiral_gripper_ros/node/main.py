@@ -33,9 +33,9 @@ A lifecycle node that turns object radii into the pressure of the perfect wrap.
 
   subscribes object_radius [m], gravity [m/s^2], measured_pressure [Pa gauge, optional]
   publishes  pressure_command [Pa gauge]
-             status, backbone, measured_backbone, markers, /diagnostics
-  serves     vent, rearm, plan_wrap, design_gripper; actions: grasp, release and, with control_msgs,
-             gripper_cmd and parallel_gripper_cmd
+             status, wrap, backbone, measured_backbone, markers, /diagnostics
+  serves     vent, rearm, plan_wrap, design_gripper, cancel_design; actions: grasp, release and, with
+             control_msgs, gripper_cmd and parallel_gripper_cmd
 
 example:
   spiral_gripper_node --ros-args -r __ns:=/left -p gripper:=prototype_p1
@@ -133,6 +133,9 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
             loop.turn()
     finally:
         worker.end()
+    error = compilation.exception()
+    if error is not None:
+        node.get_logger().error(f"compiling the kernels: {type(error).__name__}: {error}")
     if kernels_are_compiled():
         node.get_logger().info("the kernels are compiled")
 

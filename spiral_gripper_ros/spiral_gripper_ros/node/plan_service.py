@@ -33,11 +33,12 @@ from spiral_gripper_ros.messages.conversions import (
     vector_to_msg,
 )
 from spiral_gripper_ros.messages.grip import grip_to_msg
-from spiral_gripper_ros.parameters.spec import gravity_problem
+from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD, gravity_problem
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
 from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
 from spiral_gripper_ros.planning.object_pose import object_line
 from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, WrapPlan, planner_for
+from spiral_gripper_ros.planning.worker import EndedError
 
 UNLOADED = "the gripper was unloaded or exchanged before all objects were planned for"
 # Planners for other mounts, by gravity and axis: some tens of milliseconds each.
@@ -101,6 +102,9 @@ def _answered(
         _fill(answer, asked, request, context, planners)
     except _RefusedError as refused:
         refusal = refused.refusal
+    except EndedError as error:
+        reason = Reason.INTERNAL_ERROR if context.is_wanted() else Reason.NOT_ACTIVE
+        refusal = Refusal(reason, str(error))
     except SpiralError as error:
         refusal, nearest = refusal_from_error(error), getattr(error, "nearest_radius", None)
     else:
@@ -157,9 +161,10 @@ def _fill(
         raise _RefusedError(refusal)
     overpressure, length = known(request.overpressure), known(asked.length)
     friction, payload = known(asked.friction_coefficient), known(asked.payload)
-    for name, value in (("overpressure", overpressure), ("payload", payload)):
-        if value is not None:
-            require_non_negative(name, value)
+    if overpressure is not None:
+        require_non_negative("overpressure", overpressure)
+    if payload is not None:
+        require_in_range("payload", payload, 0.0, LARGEST_PAYLOAD)
     if length is not None:
         require_positive("length", length)
     if friction is not None:
@@ -173,7 +178,7 @@ def _fill(
     above = default_overpressure(plan, context.limits) if overpressure is None else overpressure
     pressure = _capped(plan.pressure + above, context)
     grip = _grip(asked, request, pressure, plan, context)
-    if grip is not None and overpressure and not pressure < grip.loss:
+    if grip is not None and not pressure < grip.loss:
         raise _RefusedError(beyond_loss(pressure, grip.loss))
     contact = None if grip is None else grip.contact_length
     answer.figures = [

@@ -16,6 +16,8 @@ ParameterValue: TypeAlias = bool | int | float | str | tuple[float, ...]
 # Fastest acceleration that is still believed to be gravity plus the arm's own motion [m/s^2]:
 # twice what arms of this payload reach.
 GRAVITY_LIMIT = 50.0
+# Heaviest object that a goal, a request or a parameter may name [kg].
+LARGEST_PAYLOAD = 100.0
 GRAVITY_REQUIREMENT = f"3 finite numbers of norm at most {GRAVITY_LIMIT:g} m/s^2"
 
 

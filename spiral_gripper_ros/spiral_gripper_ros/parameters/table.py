@@ -11,6 +11,7 @@ from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, Limits
 from spiral_gripper_ros.parameters.pressure_scale import PressureScale, Reference
 from spiral_gripper_ros.parameters.spec import (
     GRAVITY_LIMIT,
+    LARGEST_PAYLOAD,
     Parameters,
     choice,
     parameter,
@@ -186,7 +187,10 @@ class GripperParameters(Parameters):
         50.0, "Rate of pressure_command and status while active, and of the ramp [Hz].", 1.0, 500.0
     )
     payload: float = parameter(
-        math.nan, "Mass of the object [kg] unless a goal says; .nan: not known.", 0.0, 100.0
+        math.nan,
+        "Mass of the object [kg] unless a goal says; .nan: not known.",
+        0.0,
+        LARGEST_PAYLOAD,
     )
     grip_radii: int = parameter(6, "Radii of the table of grips; 0: no grip is computed.", 0, 50)
     marker_rate: float = parameter(5.0, "Rate of markers while active [Hz]; 0: none.", 0.0, 50.0)

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-import signal
+import math
+import resource
+import time
 from dataclasses import dataclass
 
 from spiral_core.design.procedure import design_gripper
@@ -20,18 +22,20 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_core.validation import require_direction
 from spiral_gripper import GripperDescription, available_tubing, load_tubing
-from spiral_gripper_ros.planning.worker import LARGEST_MEMORY, EndedError
+from spiral_gripper_ros.planning.worker import EndedError
 
 # Each is estimated, and the promising ones are solved as rods, at some tens of milliseconds each.
 MOST_COMBINATIONS = 2000
 # A design with one tube and four angles takes seconds, and half a minute more where kernels are not
 # compiled yet; the most processor time that is spent on one [s].
 LONGEST_DESIGN = 300.0
+# Memory that numpy, numba and the kernels do not reach by far [bytes].
+LARGEST_MEMORY = 2_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class DesignQuestion:
-    """The values of a ``DesignGripper`` request; its .srv file explains 0 and empty values.
+    """The values of a ``DesignGripper`` request; 0, or empty: as the gripper.
 
     Args:
         object_radius_min: [m].
@@ -85,10 +89,24 @@ def design(
     Raises:
         SpiralError: the question cannot be answered, or needs too much time or memory.
     """
-    signal.signal(signal.SIGPROF, _give_up)
-    signal.setitimer(signal.ITIMER_PROF, longest, 1.0)
+    # The kernel's limits: of memory, and of a step that never ends.
+    limits = {
+        resource.RLIMIT_DATA: LARGEST_MEMORY,
+        resource.RLIMIT_CPU: math.ceil(time.process_time() + 2.0 * longest),
+    }
+    before = {limit: resource.getrlimit(limit) for limit in limits}
+    begin = time.process_time()
+
+    def look(*_: object) -> None:
+        """Give up between two steps: an exception in the midst of a kernel's return is fatal."""
+        if time.process_time() - begin > longest:
+            raise TimeoutError
+
     try:
-        return design_gripper(requirement_from_question(question, description))
+        for limit, most in limits.items():
+            bounds = [most, *(bound for bound in before[limit] if bound >= 0)]
+            resource.setrlimit(limit, (min(bounds), before[limit][1]))
+        return design_gripper(requirement_from_question(question, description), look)
     except MemoryError:
         needs = f"it needs more than {1e-9 * LARGEST_MEMORY:g} GB of memory"
         raise EndedError(f"no design: {needs}") from None
@@ -96,11 +114,8 @@ def design(
         spent = f"not done within {longest:g} s of processor time"
         raise EndedError(f"no design: {spent}") from None
     finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-
-
-def _give_up(*_: object) -> None:
-    raise TimeoutError
+        for limit, both in before.items():
+            resource.setrlimit(limit, both)
 
 
 def requirement_from_question(

@@ -17,6 +17,7 @@ from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry, table_radii
 from spiral_gripper_ros.planning.object_pose import SeenObject
 from spiral_gripper_ros.planning.refining_table import RefiningTable
+from spiral_gripper_ros.planning.worker import EndedError
 
 # The table's radii keep this fraction away from the ends of the range, where nothing is held.
 MARGIN = 0.03
@@ -180,6 +181,8 @@ class GripFollower:
             return False
         (what, job), self._job = self._job, None
         if job.cancelled() or what is None:
+            return False
+        if isinstance(job.exception(), EndedError):  # its process was killed: ask again
             return False
         entry: GripEntry | SpiralError | None = None
         try:

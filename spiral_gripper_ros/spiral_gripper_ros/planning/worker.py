@@ -6,9 +6,11 @@ They take seconds of Python; even in another thread they would delay the control
 
 from __future__ import annotations
 
+import fcntl
 import os
 import resource
 import signal
+import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, wait
@@ -17,6 +19,7 @@ from contextlib import suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
+from types import ModuleType
 from typing import Any, ClassVar
 
 from spiral_core.errors import SpiralError
@@ -25,8 +28,6 @@ from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 # The control loop comes first; yet a design ends on a computer whose processors are all in use,
 # where a niceness of 19 leaves one part in seventy.
 NICENESS = 5
-# Memory that numpy, numba and the kernels do not reach by far [bytes].
-LARGEST_MEMORY = 2_000_000_000
 # How often an asker looks whether its answer is still wanted [s].
 LOOK = 0.1
 
@@ -38,8 +39,8 @@ class EndedError(SpiralError):
 class Worker:
     """A process that computes one thing after the other, started with the first of them.
 
-    It holds one end of a pipe and kills itself once the other, here, is closed: by :meth:`end`, or
-    because this process has ended, in whatever way.
+    It holds one end of a pipe and is ended by the kernel once the other, here, is closed: by
+    :meth:`end`, or because this process has ended, in whatever way.
 
     Args:
         what: it computes, for messages.
@@ -66,7 +67,12 @@ class Worker:
             context = get_context("spawn")  # a forked one would copy the locks of threads
             theirs, self._link = context.Pipe(duplex=False)
             self._pool = ProcessPoolExecutor(1, context, _begin, (theirs,))
-            return self._pool.submit(function, *arguments)
+            # It would run the program's main module again: without a guard a second node.
+            main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+            try:
+                return self._pool.submit(function, *arguments)
+            finally:
+                sys.modules["__main__"] = main
 
     def answer(
         self,
@@ -162,20 +168,21 @@ def _begin(link: Connection) -> None:
 
     Linux divides the processor among sessions first, so the session's own niceness is set too.
     """
-    threading.Thread(target=_end_with, args=(link,), daemon=True).start()
+    _held.append(link)
+    # The kernel ends this process when the other end is closed, whatever it computes.
+    fcntl.fcntl(link, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(link, fcntl.F_SETFL, fcntl.fcntl(link, fcntl.F_GETFL) | os.O_ASYNC)
+    if link.poll():  # closed before that
+        os.kill(os.getpid(), signal.SIGKILL)
     os.setsid()  # Ctrl-C reaches every process of a terminal
     os.nice(NICENESS)
     with suppress(OSError):
         Path("/proc/self/autogroup").write_text(str(NICENESS), encoding="ascii")
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_DATA, (LARGEST_MEMORY, LARGEST_MEMORY))
 
 
-def _end_with(link: Connection) -> None:
-    """Kill this process once the other end of a pipe is closed."""
-    with suppress(EOFError, OSError):
-        link.recv_bytes()
-    os.kill(os.getpid(), signal.SIGKILL)
+# This process's end of the pipe: were it collected, nothing would end the process.
+_held: list[Connection] = []
 
 
 def solve_grip(question: GripQuestion) -> GripFigures:

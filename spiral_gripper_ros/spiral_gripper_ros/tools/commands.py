@@ -193,7 +193,8 @@ def status(namespace: str) -> Answer:
         while (heard := gripper.status) is None:
             if time.monotonic() > deadline:
                 raise NoAnswerError(no_node_in(namespace), DISCOVERY_TIMEOUT)
-        planned = gripper.planned
+        while (planned := gripper.planned) is None and time.monotonic() < deadline:
+            pass
     troubles = [
         f"{Reason(reason).name}: {reworded(text)}"
         for reason, text in (

@@ -70,7 +70,7 @@ overpressure_option: Callable[[Decorated], Decorated] = click.option(
     "--overpressure",
     type=PRESSURE,
     callback=_not_negative,
-    help="Pressure to add to the pressure of the wrap.  [default: by the node's grip_ratio]",
+    help="Pressure to add to the pressure of the wrap.  [default: what the node recommends]",
 )
 
 
