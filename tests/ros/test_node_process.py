@@ -228,7 +228,7 @@ def test_a_node_that_the_doctor_cannot_start_shows_its_log():
 @pytest.mark.slow
 def test_what_is_counted_as_missing_is_compiled_and_kept(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    compile_all = "from spiral_gripper_ros.planning.worker import compile_all; compile_all()"
+    compile_all = "from spiral_gripper_ros.planning.planner import compile_all; compile_all()"
     subprocess.check_call([sys.executable, "-c", compile_all], env=environment)
     count = "from spiral_gripper.kernels import kernels_are_compiled as c; print(c())"
     found = subprocess.check_output([sys.executable, "-c", count], env=environment)

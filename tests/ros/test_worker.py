@@ -22,11 +22,11 @@ from spiral_gripper_ros.planning.design_question import (
     requirement_from_question,
 )
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
+from spiral_gripper_ros.planning.planner import compile_all
 from spiral_gripper_ros.planning.worker import (
     EndedError,
     SharedGrips,
     Worker,
-    compile_all,
     solve_grip,
 )
 

@@ -34,8 +34,8 @@ A lifecycle node that turns object radii into the pressure of the perfect wrap.
   subscribes object_radius [m], gravity [m/s^2], measured_pressure [Pa gauge, optional]
   publishes  pressure_command [Pa gauge]
              status, wrap, backbone, measured_backbone, markers, /diagnostics
-  serves     vent, rearm, plan_wrap, design_gripper, cancel_design; actions: grasp, release and, with
-             control_msgs, gripper_cmd and parallel_gripper_cmd
+  serves     vent, rearm, plan_wrap, design_gripper, cancel_design
+             actions: grasp, release and, with control_msgs, gripper_cmd, parallel_gripper_cmd
 
 example:
   spiral_gripper_node --ros-args -r __ns:=/left -p gripper:=prototype_p1
@@ -107,7 +107,8 @@ def _compile_kernels(node: GripperNode, loop: GuardedLoop, signals: StopSignals)
     Only a request to configure waits for it.
     """
     from spiral_gripper.kernels import kernels_are_compiled
-    from spiral_gripper_ros.planning.worker import Worker, compile_all
+    from spiral_gripper_ros.planning.planner import compile_all
+    from spiral_gripper_ros.planning.worker import Worker
 
     if kernels_are_compiled():
         return

@@ -227,6 +227,20 @@ def planner_for(gripper: Gripper, gravity: Vector) -> AnyPlanner:
     return planner
 
 
+def compile_all() -> None:
+    """Compile the numerical kernels, if they are not cached yet.
+
+    The first compilation of an installation takes some 15 s or more. Inside the node it would block
+    services and signals for that time.
+    """
+    from spiral_gripper import load_gripper
+    from spiral_gripper.files.catalog import available_grippers
+    from spiral_gripper.kernels import compile_kernels
+
+    compile_kernels()
+    GripperPlanner(load_gripper(available_grippers()[0])).warm_up()
+
+
 def _line_force(gripper: Gripper, wrap: Wrap, shape: UnloadedShape) -> float:
     """Return the force [N/m] with which a gripper of some rest shape presses on its object."""
     return line_force(

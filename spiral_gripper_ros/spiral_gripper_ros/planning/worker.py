@@ -194,18 +194,3 @@ def solve_grip(question: GripQuestion) -> GripFigures:
     from spiral_gripper_ros.planning.grip_solution import solve_figures  # the node needs none of it
 
     return solve_figures(question)
-
-
-def compile_all() -> None:
-    """Compile the numerical kernels, if they are not cached yet.
-
-    The first compilation of an installation takes some 15 s or more. Inside the node it would block
-    services and signals for that time.
-    """
-    from spiral_gripper import load_gripper
-    from spiral_gripper.files.catalog import available_grippers
-    from spiral_gripper.kernels import compile_kernels
-    from spiral_gripper_ros.planning.planner import GripperPlanner
-
-    compile_kernels()
-    GripperPlanner(load_gripper(available_grippers()[0])).warm_up()
