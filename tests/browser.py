@@ -15,6 +15,7 @@ from playwright.sync_api import sync_playwright
 FLAGS = [
     "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-sync",
     "--disable-component-update", "--disable-quic", "--enable-unsafe-swiftshader",
+    "--disable-gpu-watchdog",  # drawing is slow here; it does not hang
 ]  # fmt: skip
 # Nothing here takes a tenth of it on an idle machine [s].
 PATIENCE = 600.0
@@ -29,11 +30,13 @@ def studio(*arguments):
     code = "from spiral_gripper.cli.main import main; main()"
     command = [sys.executable, "-c", code, "studio", "--no-browser", "--port", str(port)]
     with subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, text=True) as process:
-        for line in process.stdout:
-            if "Ctrl-C" in line:
-                break
-        yield f"http://127.0.0.1:{port}"
-        process.terminate()
+        try:
+            for line in process.stdout:
+                if "Ctrl-C" in line:
+                    break
+            yield f"http://127.0.0.1:{port}"
+        finally:  # also after a failure: leaving the block waits for the process
+            process.terminate()
 
 
 @contextmanager
@@ -55,7 +58,7 @@ def opened(address):
         )
         page.goto(address)
         yield page
-        assert complaints == []
+        assert not complaints, complaints
         browser.close()
 
 

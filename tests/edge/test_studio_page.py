@@ -54,10 +54,18 @@ def test_a_pressure_moves_the_gripper_and_its_picture(page):
 
 
 def test_the_approach_plays_from_nothing_to_the_wrap(page):
-    page.get_by_text("Play the approach").click()
+    wrapped = page.get_by_text("perfect wrap", exact=True)
     seen = set()
-    wait_until(lambda: seen.add(tip(page)) or len(seen) > 2)
-    wait_until(lambda: page.get_by_text("perfect wrap", exact=True).is_visible())
+
+    def moving():
+        seen.add(tip(page))
+        if wrapped.is_visible() and len(seen) < 3:  # it is over: a busy browser saw too little
+            page.get_by_text("Play the approach").click()
+        return len(seen) > 2
+
+    page.get_by_text("Play the approach").click()
+    wait_until(moving)
+    wait_until(wrapped.is_visible)
 
 
 def test_the_closing_is_computed_and_played_in_true_time(page):
