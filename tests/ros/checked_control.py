@@ -174,15 +174,16 @@ class CheckedControl(RuleBasedStateMachine):
             return False
         assert seen.plan.pressure == pressure
         if self.overpressure is None:
-            assert pressure <= seen.pressure_target <= max(pressure, self.highest(pressure))
+            highest = min(self.highest(pressure), self.ceiling)
+            assert pressure <= seen.pressure_target <= max(pressure, highest)
         else:
             assert seen.pressure_target == pressure + self.overpressure
         return True
 
     def highest(self, wrap):
-        """Return the largest pressure that a default grip on a wrap may have [Pa]."""
+        """Return the largest pressure that a default grip on a wrap may have, without a cap [Pa]."""
         most = max(HIGHEST_GRIP_RATIO, self.planner.recommended or 0.0)
-        return min(most * wrap * (1.0 + 1e-9), self.ceiling, self.planner.highest_good * wrap)
+        return min(most * (1.0 + 1e-9), self.planner.highest_good) * wrap
 
     def note_end(self, report):
         """Check a report that has become final."""
