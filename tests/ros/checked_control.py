@@ -181,7 +181,7 @@ class CheckedControl(RuleBasedStateMachine):
         return True
 
     def highest(self, wrap):
-        """Return the largest pressure that a default grip on a wrap may have, without a cap [Pa]."""
+        """Return the largest pressure of a default grip on a wrap, without a cap [Pa]."""
         most = max(HIGHEST_GRIP_RATIO, self.planner.recommended or 0.0)
         return min(most * (1.0 + 1e-9), self.planner.highest_good) * wrap
 
