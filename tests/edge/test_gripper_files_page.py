@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from docs.field_table import BLOCK, field_table
 from spiral_core import OneFamily, SingleFiber
 from spiral_core.wrap.gripper import FIBER_STIFFNESS
 from spiral_gripper import DescriptionError, available_grippers, load_description
@@ -61,11 +60,6 @@ def with_field(name, value):
 
 def read(text):
     return parse_description(text, Path("page.yaml"))
-
-
-def test_the_table_is_the_codes():
-    """If this fails: python docs/field_table.py."""
-    assert BLOCK.search(PAGE)[0] == field_table()
 
 
 @pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row[2][:1] == ">"])

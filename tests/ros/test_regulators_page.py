@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/regulators.md is true: its parameters are the table's, its lines are good ones."""
+"""docs/regulators.md is true: it names parameters that exist, and its lines are good ones."""
 
 import re
 
@@ -14,19 +14,6 @@ from spiral_gripper_ros.regulators.line_protocol import (
 from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
 
 PAGE = (ROOT / "docs/regulators.md").read_text(encoding="utf-8")
-
-
-def row(spec):
-    shown = repr(spec.default) if isinstance(spec.default, float) else str(spec.default)
-    span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"
-    return [f"`{spec.name}`", shown, span, spec.description]
-
-
-def test_the_page_has_every_parameter_as_it_is_and_no_other():
-    table = PAGE.split("## Parameters")[1].split("## ")[0]
-    lines = re.findall(r"^\| `.*$", table, re.MULTILINE)
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    assert cells == [row(spec) for spec in REGULATOR_PARAMETERS]
 
 
 def test_what_the_page_says_to_set_is_there():

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of these pages that the code states: python docs/tables.py writes them.
+
+Each stands between two comments of its page, ``<!-- table NAME -->`` and ``<!-- end -->``.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from spiral_gripper.files.fields import FIELDS, LAWS, constants_of
+from spiral_gripper_ros.parameters.spec import ParameterSpec
+from spiral_gripper_ros.parameters.table import PARAMETERS
+from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
+from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
+from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
+
+PAGES = Path(__file__).parent
+BLOCK = re.compile(r"(<!-- table (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def tables() -> dict[str, str]:
+    """Return each table in Markdown, by its name."""
+    return {
+        "fields": _fields(),
+        "node_parameters": _parameters(PARAMETERS),
+        "regulator_parameters": _parameters(REGULATOR_PARAMETERS),
+        "simulated_regulator_parameters": _parameters(SimulatedRegulatorParameters.specs()),
+        "radius_source_parameters": _parameters(RadiusParameters.specs()),
+    }
+
+
+def with_tables(page: str) -> str:
+    """Return the text of a page with its tables as the code states them."""
+    stated = tables()
+    return BLOCK.sub(lambda block: f"{block[1]}{stated[block[2]]}{block[3]}", page)
+
+
+def _fields() -> str:
+    by_law = {f"material.{constant}" for law in LAWS for constant in constants_of(law)}
+    rows = []
+    for name, field in FIELDS.items():
+        required = "by the law" if name in by_law else "yes" if field.required else "no"
+        rows.append((f"`{name}`", field.kind, required, field.allowed, field.default))
+    return _table(("field", "kind", "required", "allowed", "if left out"), rows)
+
+
+def _parameters(specs: Sequence[ParameterSpec]) -> str:
+    """Return a table of parameters; without "takes effect" if all are fixed at the start."""
+    settable = not all(spec.read_only for spec in specs)
+    rows = []
+    for spec in specs:
+        span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"
+        effect = ("read-only" if spec.read_only else "at once",) if settable else ()
+        rows.append((f"`{spec.name}`", _default(spec), span, *effect, spec.description))
+    effect = ("takes effect",) if settable else ()
+    return _table(("name", "default", "range", *effect, "meaning"), rows)
+
+
+def _default(spec: ParameterSpec) -> str:
+    """Return a default as it must be typed: rclpy takes 1 for another type than 1.0."""
+    default = spec.default
+    if isinstance(default, bool):
+        return str(default).lower()
+    if isinstance(default, float):
+        return ".nan" if math.isnan(default) else repr(default)
+    return "not set" if default == () else str(default)
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join(f"| {' | '.join(cells)} |\n".replace("|  |", "| |") for cells in lines)
+
+
+if __name__ == "__main__":
+    for path in PAGES.glob("*.md"):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(with_tables(text), encoding="utf-8")
