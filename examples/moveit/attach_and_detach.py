@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Wrap an object, attach it to the arm in MoveIt's planning scene, release it and detach it.
+
+Start MoveIt and the gripper's node with the files beside this one, then run
+``python3 attach_and_detach.py RADIUS LENGTH``, both in meters.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import rclpy
+from geometry_msgs.msg import Pose, PoseStamped
+from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningScene
+from moveit_msgs.srv import ApplyPlanningScene
+from rclpy.wait_for_message import wait_for_message
+from shape_msgs.msg import SolidPrimitive
+
+from spiral_gripper_ros.client import SpiralGripper, WrapOutcome
+
+NAMESPACE = "/spiral_gripper"
+OBJECT = "wrapped_object"
+# They may touch the object while it is attached.
+TOUCHING = ["gripper_base", "gripper_shape"]
+
+
+def scene_with_attached(pose: PoseStamped, radius: float, length: float) -> PlanningScene:
+    """Return the change of the scene that attaches a cylinder to the gripper's base.
+
+    Args:
+        pose: the middle of the cylinder, z along its axis, as on the topic wrapped_object_pose.
+        radius: of the cylinder [m].
+        length: of the cylinder [m].
+    """
+    cylinder = SolidPrimitive(type=SolidPrimitive.CYLINDER, dimensions=[length, radius])
+    attached = AttachedCollisionObject(link_name=TOUCHING[0], touch_links=TOUCHING)
+    attached.object = CollisionObject(id=OBJECT, operation=CollisionObject.ADD)
+    attached.object.header = pose.header
+    attached.object.pose = pose.pose
+    attached.object.primitives = [cylinder]
+    attached.object.primitive_poses = [Pose()]
+    return change(attached)
+
+
+def scene_with_detached() -> PlanningScene:
+    """Return the change of the scene that leaves the object where it is, attached to nothing."""
+    attached = AttachedCollisionObject(link_name=TOUCHING[0])
+    attached.object = CollisionObject(id=OBJECT, operation=CollisionObject.REMOVE)
+    return change(attached)
+
+
+def change(attached: AttachedCollisionObject) -> PlanningScene:
+    """Return a scene that changes one attached object and nothing else."""
+    scene = PlanningScene(is_diff=True)
+    scene.robot_state.is_diff = True
+    scene.robot_state.attached_collision_objects = [attached]
+    return scene
+
+
+def main(radius: float, length: float) -> None:
+    """Grasp and release once."""
+    rclpy.init()
+    node = rclpy.create_node("attach_and_detach")
+    client = node.create_client(ApplyPlanningScene, "/apply_planning_scene")
+    if not client.wait_for_service(timeout_sec=10.0):
+        raise SystemExit("MoveIt does not run: there is no service /apply_planning_scene")
+
+    def apply(scene: PlanningScene) -> None:
+        answer = client.call_async(ApplyPlanningScene.Request(scene=scene))
+        rclpy.spin_until_future_complete(node, answer, timeout_sec=10.0)
+        if not answer.done() or not answer.result().success:
+            raise SystemExit("MoveIt has not changed its planning scene")
+
+    with SpiralGripper(NAMESPACE) as gripper:
+        gripper.wait_until_active(timeout=60.0)
+        try:
+            # Here the arm moves to the object.
+            gripper.wrap(radius=radius)
+            result = gripper.wait(timeout=30.0)
+            if result.outcome is not WrapOutcome.SUCCEEDED:
+                raise SystemExit(result.message)
+            found, pose = wait_for_message(
+                PoseStamped, node, f"{NAMESPACE}/wrapped_object_pose", time_to_wait=5.0
+            )
+            if not found:
+                raise SystemExit("wrapped_object_pose is silent: set the node's robot_state_rate")
+            apply(scene_with_attached(pose, radius, length))
+            # Here the arm moves with the object.
+        finally:
+            gripper.release()
+        apply(scene_with_detached())
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main(*map(float, sys.argv[1:3]))

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The files of examples/moveit: names of the model and of the node, and the right scenes."""
+
+import importlib
+import sys
+from types import ModuleType, SimpleNamespace
+from xml.etree import ElementTree
+
+import pytest
+from geometry_msgs.msg import PoseStamped
+from repo.source_tree import ROOT
+from ruamel.yaml import YAML
+
+from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
+
+FOLDER = ROOT / "examples/moveit"
+MODEL = ElementTree.parse(ROOT / "spiral_gripper_ros/urdf/spiral_gripper.xacro").getroot()
+SRDF = ElementTree.parse(FOLDER / "spiral_gripper.srdf").getroot()
+OF_THE_ARM = {"tool0"}
+
+
+def loaded(name):
+    return YAML(typ="safe").load(FOLDER / name)
+
+
+def in_model(tag):
+    """Names in the gripper's part of a URDF, without its prefix."""
+    return {item.get("name").removeprefix("${prefix}") for item in MODEL.iter(tag)}
+
+
+class Message:
+    """Stands in for a message of MoveIt, which PyPI does not have."""
+
+    CYLINDER, ADD, REMOVE = 3, b"\x00", b"\x01"
+
+    def __init__(self, **fields):
+        self.robot_state = SimpleNamespace()
+        vars(self).update(fields)
+
+
+@pytest.fixture
+def example(monkeypatch):
+    """The example as a module, with stand-ins for the packages that PyPI does not have."""
+    names = {
+        "moveit_msgs.msg": ("AttachedCollisionObject", "CollisionObject", "PlanningScene"),
+        "moveit_msgs.srv": ("ApplyPlanningScene",),
+        "shape_msgs.msg": ("SolidPrimitive",),
+    }
+    for module, kinds in names.items():
+        stand_in = ModuleType(module)
+        vars(stand_in).update(dict.fromkeys(kinds, Message))
+        monkeypatch.setitem(sys.modules, module, stand_in)
+        monkeypatch.setitem(sys.modules, module.split(".")[0], ModuleType(module.split(".")[0]))
+    monkeypatch.syspath_prepend(str(FOLDER))
+    monkeypatch.delitem(sys.modules, "attach_and_detach", raising=False)
+    return importlib.import_module("attach_and_detach")
+
+
+def test_the_srdf_names_links_and_joints_of_the_model():
+    group = SRDF.find("group[@name='gripper']")
+    links = {link.get("name") for link in group.iter("link")}
+    links |= {
+        pair.get(end) for pair in SRDF.iter("disable_collisions") for end in ("link1", "link2")
+    }
+    links.add(SRDF.find("end_effector").get("parent_link"))
+    assert links - in_model("link") == OF_THE_ARM
+    assert {joint.get("name") for joint in SRDF.iter("joint")} <= in_model("joint")
+    assert SRDF.find("end_effector").get("group") == group.get("name")
+
+
+def test_the_open_state_is_a_release_and_the_other_is_not():
+    values = {
+        state.get("name"): float(state.find("joint").get("value"))
+        for state in SRDF.iter("group_state")
+    }
+    opening = GripperParameters().gripper_command_open
+    assert values.pop("open") == opening
+    assert values
+    assert all(0.0 < value < opening for value in values.values())
+
+
+def test_the_controller_is_an_action_of_the_node_in_its_namespace(example):
+    controllers = loaded("moveit_controllers.yaml")["moveit_simple_controller_manager"]
+    (name,) = controllers["controller_names"]
+    controller = controllers[name]
+    assert f"/{name}" == example.NAMESPACE
+    assert controller["action_ns"] == "gripper_cmd"
+    assert controller["type"] == GripperParameters().gripper_cmd_type
+    assert set(controller["joints"]) <= {joint.get("name") for joint in SRDF.iter("joint")}
+
+
+def test_the_parameters_are_those_of_the_node(example):
+    ((node, settings),) = loaded("gripper.yaml").items()
+    assert node == f"{example.NAMESPACE}/spiral_gripper"
+    values = settings["ros__parameters"]
+    assert values.keys() <= {spec.name for spec in PARAMETERS}
+    assert GripperParameters(**values).robot_state_rate > 0.0
+
+
+def test_the_object_is_attached_where_it_is_wrapped_and_may_touch_the_gripper(example):
+    pose = PoseStamped()
+    pose.header.frame_id = "gripper_base"
+    pose.pose.position.x = 0.2
+    scene = example.scene_with_attached(pose, radius=0.02, length=0.5)
+    (attached,) = scene.robot_state.attached_collision_objects
+    assert scene.is_diff
+    assert scene.robot_state.is_diff
+    assert attached.link_name == "gripper_base"
+    group = SRDF.find("group[@name='gripper']")
+    assert set(attached.touch_links) == {link.get("name") for link in group.iter("link")}
+    assert attached.object.operation == Message.ADD
+    assert attached.object.header.frame_id == "gripper_base"
+    assert attached.object.pose.position.x == 0.2
+    assert attached.object.primitives[0].dimensions == [0.5, 0.02]  # height, radius
+
+
+def test_the_same_object_is_detached(example):
+    (attached,) = example.scene_with_detached().robot_state.attached_collision_objects
+    assert attached.object.id == example.OBJECT
+    assert attached.object.operation == Message.REMOVE
