@@ -17,6 +17,7 @@ from repo.source_tree import (
     package_xml,
     pyproject,
 )
+from ruamel.yaml import YAML
 
 # import name -> (what apt and rosdep call it, what PyPI calls it)
 LIBRARIES = {
@@ -31,6 +32,8 @@ LIBRARIES = {
 }
 # Used by launch files, which are shipped for those who have them: not on PyPI.
 NOT_ON_PYPI = {"launch", "launch_ros", "xacro"}
+# Imported by name, where they are installed: neither is on PyPI.
+OPTIONAL = {"control_msgs", "tf2_msgs"}
 # Used by the studio alone, where it was installed by pip: rosdep has no key for them.
 PIP_ONLY = {"trimesh", "viser"}
 
@@ -91,9 +94,35 @@ def test_license_is_the_same_everywhere() -> None:
 def test_package_xml_names_what_is_imported(package: str) -> None:
     imported = external_imports(package) - PIP_ONLY
     expected = {LIBRARIES.get(name, (name,))[0] for name in imported}
-    # Started by a launch file.
-    started = {"robot_state_publisher"} if package == "spiral_gripper_ros" else set()
-    assert dependencies(package, "depend", "exec_depend") == expected | started
+    launch = "".join(path.read_text("utf-8") for path in (ROOT / package).glob("launch/*.py"))
+    rviz = "".join(path.read_text("utf-8") for path in (ROOT / package).glob("rviz/*.rviz"))
+    expected |= {*re.findall(r'package="(\w+)"', launch), *re.findall(r"Class: (\w+)/", rviz)}
+    expected |= OPTIONAL if package == "spiral_gripper_ros" else set()
+    assert dependencies(package, "depend", "exec_depend") == expected - {package}
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_package_xml_names_the_authors_and_the_source_of_the_citation(package: str) -> None:
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    (author,), (paper,) = citation["authors"], citation["references"]
+    xml = package_xml(package)
+    assert [xml.findtext("maintainer"), xml.findtext("author")] == [author["name"]] * 2
+    assert xml.find("maintainer").get("email")
+    urls = {url.get("type"): url.text for url in xml.iter("url")}
+    code = citation.get("repository-code")  # none before the repository is published
+    published = {"repository": code, "bugtracker": f"{code}/issues"} if code else {}
+    assert urls == {"website": f"https://doi.org/{paper['doi']}"} | published
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_package_has_a_changelog_that_bloom_reads(package: str) -> None:
+    """In catkin_pkg's format: the title, then sections of a version and its date, newest first."""
+    title, *rest = (ROOT / package / "CHANGELOG.rst").read_text(encoding="utf-8").split("\n", 3)[1:]
+    assert title == f"Changelog for package {package}"
+    sections = re.findall(r"^(.+)\n-{4,}\n+\* ", rest[-1], re.MULTILINE)
+    released = re.compile(r"\d+\.\d+\.\d+ \(\d{4}-\d{2}-\d{2}\)")
+    assert sections
+    assert all(released.fullmatch(section) for section in sections if section != "Forthcoming")
 
 
 def test_pyproject_names_what_is_imported() -> None:

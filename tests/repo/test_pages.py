@@ -10,7 +10,7 @@ from docs.tables import BLOCK, tables, with_tables
 
 DOCS = ROOT / "docs"
 PAGES = sorted([*DOCS.glob("*.md"), *DOCS.glob("derivations/*.md")])
-LINK = re.compile(r"\]\(([^)\s#]*)(?:#([^)\s]*))?\)")
+LINK = re.compile(r"""(?:\]\(|src=")([^)"\s#]*)(?:#([^)\s]*))?[)"]""")
 FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 # Written by Sphinx.
 BUILT = {"gallery", "reference"}
@@ -39,7 +39,7 @@ def test_every_table_has_its_page():
     assert sorted(name for _, name, _ in BLOCK.findall(pages)) == sorted(tables())
 
 
-@names(PAGES)
+@names([*PAGES, *ROOT.glob("*.md")])
 def test_every_link_leads_to_a_file_and_its_heading(path):
     for target, anchor in LINK.findall(FENCED.sub("", path.read_text(encoding="utf-8"))):
         if re.match(r"\w+:", target):
