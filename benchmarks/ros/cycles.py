@@ -28,7 +28,6 @@ from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Empty, Float64
 from std_srvs.srv import Trigger
 
@@ -133,7 +132,7 @@ class Rig:
         self.regulator.step(TICK)
         measured = self.regulator.report()
         if measured is not None:
-            self.hear("measured_pressure", FluidPressure(fluid_pressure=measured))
+            self.hear("measured_pressure", Float64(data=measured))
         if self.is_client_alive:
             self.hear("keep_alive", Empty())
         if self.radius is not None and self.sends_radii:
@@ -268,7 +267,7 @@ class Rig:
     def bad_pressures(self) -> None:
         """Send impossible measured pressures."""
         for bad in (math.nan, -math.inf, 1e12):
-            self.hear("measured_pressure", FluidPressure(fluid_pressure=bad))
+            self.hear("measured_pressure", Float64(data=bad))
 
     def tilt(self) -> None:
         """Turn the arm, in steps of a trembling one."""
@@ -325,7 +324,7 @@ class Rig:
         if timers_first:
             self.call_timers()
         for pressure in (self.regulator.report() for _ in range(5)):
-            self.hear("measured_pressure", FluidPressure(fluid_pressure=pressure or 0.0))
+            self.hear("measured_pressure", Float64(data=pressure or 0.0))
         self.tick()
 
     def adapter_is_stopped(self) -> None:
@@ -383,7 +382,7 @@ class Rig:
             self.time += TICK
             self.regulator.step(TICK)
             for pressure in self.random.choice(((0.0, 6.0e4), (2.5e5,) * 2, (101325.0,) * 2)):
-                self.hear("measured_pressure", FluidPressure(fluid_pressure=pressure))
+                self.hear("measured_pressure", Float64(data=pressure))
             self.call_timers()
         if self.commands != commands:
             self._complain("took over what disagreed")
@@ -402,7 +401,7 @@ class Rig:
             self.time += TICK
             self.regulator.step(TICK)
             pressure = first[step % len(first)]
-            self.hear("measured_pressure", FluidPressure(fluid_pressure=pressure))
+            self.hear("measured_pressure", Float64(data=pressure))
             self.call_timers()
         if self.commands != commands:
             self._complain("took over what disagreed")

@@ -12,7 +12,7 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
-from sensor_msgs.msg import FluidPressure
+from std_msgs.msg import Float64
 
 from benchmarks.results import MEGABYTE, Section, Table, milli
 from benchmarks.ros import many_grippers
@@ -133,14 +133,14 @@ def feed(probes: list[Probe], sweep: Sweep) -> None:
 def are_isolated(probes: list[Probe], sweep: Sweep) -> bool:
     """Let the first gripper fail and change its parameters; return whether the others go on."""
     first, others = probes[0], probes[1:]
-    measured = first.node.create_publisher(FluidPressure, "measured_pressure", NEWEST)
+    measured = first.node.create_publisher(Float64, "measured_pressure", NEWEST)
     parameters = AsyncParameterClient(first.node, "spiral_gripper")
     future = parameters.set_parameters([Parameter("publish_rate", value=20.0)])
     first.spin_until(future.done, TIMEOUT)
     end = time.perf_counter() + TIMEOUT
     position = 0
     while first.status.state != State.FAULT and time.perf_counter() < end:
-        measured.publish(FluidPressure(fluid_pressure=0.0))
+        measured.publish(Float64(data=0.0))
         feed(probes, sweep.part(position, 1))
         position += 1
     for probe in others:

@@ -19,7 +19,6 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as PythonParameter
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
@@ -117,7 +116,7 @@ class Client(Node):
         )
         self._stamped = self.create_publisher(ObjectRadius, "object_radius_stamped", 1)
         self._gravity = self.create_publisher(Vector3Stamped, "gravity", 1)
-        self._measured = self.create_publisher(FluidPressure, "measured_pressure", 1)
+        self._measured = self.create_publisher(Float64, "measured_pressure", 1)
         for kind, topic, callback in (
             (PoseArray, "backbone", self.backbones.append),
             (PoseArray, "measured_backbone", self.measured_backbones.append),
@@ -235,7 +234,7 @@ class Client(Node):
         self._gravity.publish(message)
 
     def send_measured(self, pressure):
-        self._measured.publish(FluidPressure(fluid_pressure=pressure))
+        self._measured.publish(Float64(data=pressure))
 
     def wrap(self, radius):
         """Offer a radius until its wrap pressure is commanded and heard; return the status then."""

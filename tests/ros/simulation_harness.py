@@ -9,7 +9,6 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros.harness import FAST_RAMP, START_DEADLINE, Client, RunningNode
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
@@ -42,9 +41,9 @@ class Observer(Client):
         self.grips, self.shapes, self.clocks = [], [], []
         self._commands = self.create_publisher(Float64, "pressure_command", LATEST)
         for kind, topic, received in (
-            (FluidPressure, "measured_pressure", self.measured),
+            (Float64, "measured_pressure", self.measured),
             (Float64, "object_radius", self.radii),
-            (FluidPressure, "simulated/pressure", self.truths),
+            (Float64, "simulated/pressure", self.truths),
             (Float64, "simulated/object_radius", self.true_radii),
             (String, "simulated/grip", self.grips),
             (PoseArray, "simulated/backbone", self.shapes),
@@ -105,12 +104,12 @@ class Observer(Client):
     @property
     def pressure(self):
         """The pressure that is measured [Pa]."""
-        return self.measured[-1].fluid_pressure if self.measured else None
+        return self.measured[-1].data if self.measured else None
 
     @property
     def true_pressure(self):
         """The pressure that is really there [Pa]."""
-        return self.truths[-1].fluid_pressure if self.truths else None
+        return self.truths[-1].data if self.truths else None
 
     def next_true_pressure(self):
         """Wait for what is told from now on, and return the pressure that is there then [Pa]."""

@@ -403,10 +403,3 @@ def test_gravity_heard_before_an_activation_stays_as_old_as_it_is(bench):
     assert bench.seen.gravity_fault.reason is Reason.NONE
     bench.run(1.0)
     assert bench.seen.gravity_fault.reason is Reason.GRAVITY_STALE
-
-
-def test_a_measurement_is_as_old_as_its_stamp(bench):
-    bench.end(bench.grasp())
-    refusal = bench.control.offer_measured(bench.now, WRAP, age=3.0)
-    assert refusal.reason is Reason.PRESSURE_INVALID
-    assert "3 s old" in refusal.text

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from lifecycle_msgs.msg import State as LifecycleState
 from rclpy.action import ActionClient
 from ros.harness import Client, RunningNode, all_finite
-from sensor_msgs.msg import FluidPressure
+from std_msgs.msg import Float64
 from visualization_msgs.msg import MarkerArray
 
 from spiral_gripper import load_gripper
@@ -104,7 +104,7 @@ class Fuzzer(Client):
         self.steps = 0
         self.seen = set()
         self._goals = []
-        self._pressure = self.create_publisher(FluidPressure, "measured_pressure", 1)
+        self._pressure = self.create_publisher(Float64, "measured_pressure", 1)
         self._grasp = ActionClient(self, Grasp, "grasp")
         self.others = []
         self.create_subscription(PoseArray, "measured_backbone", self.others.append, 10)
@@ -121,7 +121,7 @@ class Fuzzer(Client):
         self.send_radius(value)
 
     def _do_measured(self, value):
-        self._pressure.publish(FluidPressure(fluid_pressure=value))
+        self._pressure.publish(Float64(data=value))
 
     def _do_gravity(self, value):
         self.send_gravity(value)

@@ -7,7 +7,7 @@ import pytest
 from rclpy.action import ActionClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros.harness import DEADLINE, all_finite
-from sensor_msgs.msg import FluidPressure
+from std_msgs.msg import Float64
 
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import GripStatus
@@ -107,11 +107,11 @@ def test_what_is_measured_to_be_wrapped_is_wrapped(active):
 @pytest.mark.parametrize("reliability", [ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT])
 def test_reliable_and_best_effort_sensors_are_heard(active, reliability):
     sensor = active.create_publisher(
-        FluidPressure, "measured_pressure", QoSProfile(depth=5, reliability=reliability)
+        Float64, "measured_pressure", QoSProfile(depth=5, reliability=reliability)
     )
 
     def send_and_see():
-        sensor.publish(FluidPressure(fluid_pressure=123.0))
+        sensor.publish(Float64(data=123.0))
         return active.status is not None and list(active.status.measured_pressure) == [123.0]
 
     active.wait_until(send_and_see, "a measured pressure")
@@ -215,14 +215,3 @@ def test_a_wrap_that_the_measured_pressure_does_not_make_fails(tolerant):
     assert all_finite(result)
     tolerant.wait_for_state(State.RELEASED, Reason.WRAP_FAILED)
     client.destroy()
-
-
-def test_an_absolute_pressure_is_understood_if_the_parameter_says_so(active):
-    assert active.set_parameter("measured_pressure_reference", "absolute").successful
-    assert active.set_parameter("ambient_pressure", 9.5e4).successful
-    active.regulator = lambda pressure: 9.5e4 + pressure
-    command = active.wrap(RADIUS).pressure_command
-    wait_for_measured(active, command)
-    active.wait_until(lambda: active.status.wrapped, "the wrap")
-    active.regulator = lambda pressure: math.nan
-    wait_for_fault(active, Reason.PRESSURE_INVALID)

@@ -13,7 +13,6 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from ros.harness import DEADLINE, FAST_RAMP, PATIENT, deliver, plan_request
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
@@ -301,7 +300,7 @@ def test_a_goal_after_the_shutdown_is_told_to_start_anew(node):
 
 def test_measured_pressure_is_heard_only_while_active(node):
     assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
-    deliver(node, "measured_pressure", FluidPressure(fluid_pressure=math.nan))
+    deliver(node, "measured_pressure", Float64(data=math.nan))
     assert node.runtime.control.snapshot().pressure_fault.reason is Reason.NONE
     assert not node.runtime.control.snapshot().refused
 

@@ -13,7 +13,6 @@ import pytest
 from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 from ros.harness import DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64
 
 from spiral_gripper_ros.control.states import State
@@ -173,12 +172,12 @@ def test_kernels_that_cannot_be_kept_are_not_compiled_within_the_node(namespace)
 
 def test_a_node_that_was_killed_takes_the_pressure_over_and_drops_nothing(client, namespace):
     """The regulator remembers the last command, and measures it."""
-    regulator = client.create_publisher(FluidPressure, "measured_pressure", 1)
-    measured = FluidPressure()
+    regulator = client.create_publisher(Float64, "measured_pressure", 1)
+    measured = Float64()
 
     def measure():
         if client.pressures:
-            measured.fluid_pressure = client.pressures[-1]
+            measured.data = client.pressures[-1]
         regulator.publish(measured)
 
     timer = client.create_timer(0.02, measure)
@@ -198,11 +197,11 @@ def test_a_node_that_was_killed_takes_the_pressure_over_and_drops_nothing(client
 
 @pytest.mark.parametrize("first", [(2.5e5,), (101325.0,), (0.0, 6.275e4)])
 def test_first_readings_that_cannot_be_held_are_waited_out(client, namespace, first):
-    regulator = client.create_publisher(FluidPressure, "measured_pressure", 1)
+    regulator = client.create_publisher(Float64, "measured_pressure", 1)
     readings = itertools.cycle(first)
 
     def measure():
-        regulator.publish(FluidPressure(fluid_pressure=next(readings)))
+        regulator.publish(Float64(data=next(readings)))
 
     timer = client.create_timer(0.02, measure)
     with RunningNode(namespace, {**FAST_RAMP, **PATIENT, "activation": "take_over"}):

@@ -10,7 +10,6 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float32, Float32MultiArray, Float64, Float64MultiArray, String
 
 from spiral_core.errors import InvalidInputError
-from spiral_gripper_ros.parameters.pressure_scale import UNITS, PressureScale, Reference
 from spiral_gripper_ros.regulators.adapter import (
     VENT_ATTEMPTS,
     Link,
@@ -27,6 +26,7 @@ from spiral_gripper_ros.regulators.parameters import (
     require_timely,
     serial_device,
 )
+from spiral_gripper_ros.regulators.pressure_scale import UNITS, PressureScale, Reference
 
 NAN, INF = math.nan, math.inf
 AIR = 101325.0

@@ -145,19 +145,13 @@ class GripControl(Generic[PlanT]):
         self._gravity.forget()
         self._gravity_at = None
 
-    def offer_measured(self, now: float, pressure: float, age: float = 0.0) -> Refusal | None:
-        """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is.
-
-        Args:
-            now: time [s].
-            pressure: any float.
-            age: by its stamp [s]; negative: ahead of this clock.
-        """
+    def offer_measured(self, now: float, pressure: float) -> Refusal | None:
+        """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is."""
         self._time = self._machine.advance(now)
         if self._take_over.waits and impossible_pressure(pressure) is None:
             # What is commanded is what the regulator holds: that is no fault.
             self._monitor.commanded(self._time, pressure, self._limits)
-        refusal = self._monitor.offer(self._time, pressure, self._limits, age)
+        refusal = self._monitor.offer(self._time, pressure, self._limits)
         if refusal is not None:
             self._machine.count(refusal.reason)
             return refusal

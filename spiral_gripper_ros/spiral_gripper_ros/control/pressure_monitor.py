@@ -8,8 +8,7 @@ from collections import deque
 
 from spiral_gripper_ros.control.command_envelope import CommandEnvelope
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.radius_gate import age_problem
-from spiral_gripper_ros.control.refusals import cause
+from spiral_gripper_ros.control.refusals import MUST_BE_GAUGE, cause
 from spiral_gripper_ros.control.snapshot import MeasuredPressure
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 from spiral_gripper_ros.control.timing import Silence
@@ -70,27 +69,24 @@ class PressureMonitor:
         """Note the command [Pa] that is in force from ``now`` [s] on."""
         self._envelope.add(now, pressure, limits.pressure_settle_time)
 
-    def offer(
-        self, now: float, pressure: float, limits: Limits, age: float = 0.0
-    ) -> Refusal | None:
+    def offer(self, now: float, pressure: float, limits: Limits) -> Refusal | None:
         """Judge a measured pressure.
 
         Args:
             now: time [s], never decreasing.
             pressure: measured gauge pressure [Pa]; anything a float can be.
             limits: tolerance, settling time and time-out.
-            age: of the measurement by its stamp [s].
 
         Returns:
             Why the message is dropped, or None if it is believed.
         """
-        refusal = impossible_pressure(pressure) or _stale_pressure(age, limits)
+        refusal = impossible_pressure(pressure)
         if refusal is not None:
             if not self.is_expected:
                 self._silence.hear(now)
             self._note_invalid(now, refusal)
             return refusal
-        self._silence.hear(now, age)
+        self._silence.hear(now)
         self._invalid_since, self._last_invalid = None, NOT_REFUSED
         self._samples.append((now, pressure))
         self._drop_old_samples(now)
@@ -156,13 +152,6 @@ def impossible_pressure(pressure: float) -> Refusal | None:
     )
 
 
-def _stale_pressure(age: float, limits: Limits) -> Refusal | None:
-    """Return why a measurement of an age [s] is not believed, or None if it is young enough."""
-    timeout = limits.measured_pressure_timeout
-    text = age_problem("measured_pressure", age, "measured_pressure_timeout", timeout)
-    return Refusal(Reason.PRESSURE_INVALID, text) if text else None
-
-
 def _difference(pressure: float, low: float, high: float, tolerance: float, part: float) -> Refusal:
     """Return the fault of a pressure compared with the commands from ``low`` to ``high``, all [Pa].
 
@@ -186,7 +175,7 @@ def _difference(pressure: float, low: float, high: float, tolerance: float, part
 
 def _cause_of_high(pressure: float, high: float) -> str:
     if high == 0.0 and ATMOSPHERE[0] <= pressure <= ATMOSPHERE[1]:
-        return "it looks like an absolute pressure: set measured_pressure_reference to absolute"
+        return f"it looks like an absolute pressure: {MUST_BE_GAUGE}"
     return "it does not vent"
 
 

@@ -11,6 +11,7 @@ from spiral_gripper_ros.control.states import Reason, Refusal
 # Gauge pressures that an absolute sensor of a vented gripper shows at sea level [Pa]. At greater
 # heights they are those of a usual wrap, and cannot be told apart.
 ATMOSPHERE_AT_SEA = (9.5e4, 1.07e5)
+MUST_BE_GAUGE = "measured_pressure must be gauge; spiral_gripper_regulator converts it"
 
 NO_RADIUS = Refusal(Reason.NO_RADIUS, "no object_radius has been received yet")
 NOT_FOLLOWING = Refusal(Reason.NO_RADIUS, "no object_radius is being followed: give a radius")
@@ -97,7 +98,7 @@ def impossible_take_over(pressure: float, limits: Limits) -> Refusal | None:
     """Return why a measured gauge pressure [Pa] must not become the command, or None."""
     tolerance, cap = limits.pressure_tolerance, limits.pressure_cap
     if ATMOSPHERE_AT_SEA[0] <= pressure <= ATMOSPHERE_AT_SEA[1]:
-        why = "looks absolute: set measured_pressure_reference to absolute"
+        why = f"looks absolute: {MUST_BE_GAUGE}"
     elif pressure > cap + tolerance:
         why = f"is above pressure_cap {cap:.6g} Pa"
     elif pressure < -tolerance:

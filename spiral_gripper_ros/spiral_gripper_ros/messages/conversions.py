@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
 from numpy.typing import NDArray
+from rclpy.clock import Clock
 
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
@@ -62,6 +63,12 @@ def frame_problem(name: str, message: Any, own: str) -> str | None:  # noqa: ANN
     if frame_id in ("", own):
         return None
     return f"{name} must be given in the frame {own!r} (or an unnamed one), got {frame_id!r}"
+
+
+def stamp_age(stamp: Any, clock: Clock) -> float:  # noqa: ANN401
+    """Return the time since a stamp [s]; negative: it is ahead of the clock."""
+    # A stamp may be negative, which is no time of rclpy's.
+    return 1.0e-9 * float(int(clock.now().nanoseconds) - 10**9 * stamp.sec - stamp.nanosec)
 
 
 def vector_to_msg(vector: Sequence[float]) -> Vector3:

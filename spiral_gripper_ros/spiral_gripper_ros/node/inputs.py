@@ -5,17 +5,17 @@ from __future__ import annotations
 
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Empty, Float64
 
 from spiral_gripper_msgs.msg import ObjectRadius
 from spiral_gripper_ros.control.radius_gate import STAMPED_RADIUS, age_problem, stale_estimate
 from spiral_gripper_ros.control.states import Reason, Refusal
-from spiral_gripper_ros.messages.conversions import frame_problem, vector_from_msg
+from spiral_gripper_ros.messages.conversions import frame_problem, stamp_age, vector_from_msg
 from spiral_gripper_ros.messages.qos import LATEST, NEWEST
 from spiral_gripper_ros.parameters.spec import gravity_problem
 from spiral_gripper_ros.process.guards import log_on_error
@@ -45,7 +45,7 @@ class Inputs:
             (Float64, "object_radius", self.hear_radius),
             (ObjectRadius, STAMPED_RADIUS, self.hear_stamped_radius),
             (Vector3Stamped, "gravity", self.hear_gravity),
-            (FluidPressure, "measured_pressure", self.hear_measured),
+            (Float64, "measured_pressure", self.hear_measured),
             (PoseStamped, "object_pose", self.hear_object_pose),
             (Empty, "keep_alive", self.hear_client),
         ):
@@ -100,21 +100,19 @@ class Inputs:
         else:
             runtime.control.refuse(refusal)
 
-    def hear_measured(self, message: FluidPressure) -> None:
+    def hear_measured(self, message: Float64) -> None:
         """Compare a measured gauge pressure [Pa] with what is commanded."""
         if self._runtime.is_active:
-            pressure = self._runtime.values.measured_scale.to_gauge(message.fluid_pressure)
-            age = self._stamped_age(message.header.stamp)
-            self._runtime.control.offer_measured(self._runtime.now(), pressure, age)
+            self._runtime.control.offer_measured(self._runtime.now(), message.data)
 
     def hear_gravity(self, message: Vector3Stamped) -> None:
         """Take a new gravity [m/s^2]; plans and shapes are solved again."""
         runtime = self._runtime
         if runtime.loaded is None:
             return
-        gravity = vector_from_msg(message.vector)
-        frame = runtime.values.frame_id
-        age, limit = self._stamped_age(message.header.stamp), "radius_age_limit"
+        gravity, stamp = vector_from_msg(message.vector), message.header.stamp
+        frame, limit = runtime.values.frame_id, "radius_age_limit"
+        age = 0.0 if stamp == Time() else self._age(stamp)
         problem = (
             frame_problem("gravity", message, frame)
             or gravity_problem(gravity)
@@ -146,15 +144,8 @@ class Inputs:
             limit=runtime.values.object_pose_timeout,
         )
 
-    def _stamped_age(self, stamp: Any) -> float:  # noqa: ANN401
-        """Return the time since a stamp [s]; 0 for what has none: it is as old as its arrival."""
-        return self._age(stamp) if stamp.sec or stamp.nanosec else 0.0
-
     def _age(self, stamp: Any) -> float:  # noqa: ANN401
-        """Return the time since a stamp [s]; negative: it is ahead of the node's clock."""
-        now = int(self._node.get_clock().now().nanoseconds)
-        # A stamp may be negative, which is no time of rclpy's.
-        return 1.0e-9 * float(now - 10**9 * stamp.sec - stamp.nanosec)
+        return stamp_age(stamp, self._node.get_clock())
 
     def hear_client(self, message: Empty) -> None:
         """Note a keep-alive of the client."""

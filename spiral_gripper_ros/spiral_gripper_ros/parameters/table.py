@@ -8,7 +8,6 @@ from dataclasses import dataclass, fields
 from typing import Final
 
 from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, Limits
-from spiral_gripper_ros.parameters.pressure_scale import PressureScale, Reference
 from spiral_gripper_ros.parameters.spec import (
     GRAVITY_LIMIT,
     LARGEST_PAYLOAD,
@@ -119,13 +118,6 @@ class GripperParameters(Parameters):
         0.01,
         3600.0,
     )
-    measured_pressure_reference: str = choice(
-        Reference.GAUGE,
-        "Reference of measured_pressure; drivers that follow sensor_msgs publish the absolute one.",
-    )
-    ambient_pressure: float = parameter(
-        101325.0, "Ambient absolute pressure [Pa], for an absolute measured_pressure.", 5.0e4, 1.2e5
-    )
     pressure_settle_time: float = parameter(
         _LIMITS.pressure_settle_time,
         "The measured pressure may lag behind the command by this [s].",
@@ -203,12 +195,6 @@ class GripperParameters(Parameters):
     backbone_points: int = parameter(
         50, "Largest number of poses in backbone, base and tip included.", 2, 1000
     )
-
-    @property
-    def measured_scale(self) -> PressureScale:
-        """How `measured_pressure` states a pressure."""
-        reference = Reference(self.measured_pressure_reference)
-        return PressureScale(reference=reference, ambient_pressure=self.ambient_pressure)
 
     def limits(self, pressure_max: float) -> Limits:
         """Return the control logic's limits.

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum
-from typing import Any
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.pressure_monitor import impossible_pressure
-from spiral_gripper_ros.parameters.pressure_scale import PressureScale
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import LinkError, PressureDevice
+from spiral_gripper_ros.regulators.pressure_scale import PressureScale
 
 # How often a vent is sent at the end, if it fails.
 VENT_ATTEMPTS = 5
@@ -38,7 +37,6 @@ class RegulatorAdapter:
     Attributes:
         link: whether the device answers.
         problem: problem of the link or the device; empty: none.
-        stamp: time of the newest measurement, as in :class:`Reading`.
         link_errors, invalid_readings: counters.
     """
 
@@ -57,7 +55,6 @@ class RegulatorAdapter:
         self._answered: float | None = None
         self.link = Link.WAITING
         self.problem = ""
-        self.stamp: Any = None
         self.link_errors = 0
         self.invalid_readings = 0
 
@@ -74,7 +71,6 @@ class RegulatorAdapter:
             self._note_error(now, error)
             return None
         self._answered, self.link, self.problem = now, Link.UP, reading.problem
-        self.stamp = reading.stamp
         if reading.number is None:
             return None
         pressure = self._measured_scale.to_gauge(reading.number)

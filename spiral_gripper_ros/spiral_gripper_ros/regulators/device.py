@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 from spiral_core.errors import SpiralError
 
@@ -28,12 +28,10 @@ class Reading:
     Args:
         number: what it measures, in its own unit; any float; None: it does not measure.
         problem: what it says is wrong with itself; empty: nothing.
-        stamp: time of the measurement, a message builtin_interfaces/Time; None or 0: the present.
     """
 
     number: float | None = None
     problem: str = ""
-    stamp: Any = None
 
 
 class PressureDevice(Protocol):

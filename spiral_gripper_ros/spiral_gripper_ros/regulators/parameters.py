@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any, Final
 
 from spiral_core.errors import InvalidInputError
-from spiral_gripper_ros.parameters.pressure_scale import UNITS, PressureScale, Reference
 from spiral_gripper_ros.parameters.spec import Parameters, parameter
 from spiral_gripper_ros.regulators.adapter import require_representable
 from spiral_gripper_ros.regulators.line_protocol import require_line_number
@@ -18,6 +17,7 @@ from spiral_gripper_ros.regulators.modbus_device import (
     ModbusDevice,
     RegisterMap,
 )
+from spiral_gripper_ros.regulators.pressure_scale import UNITS, PressureScale, Reference
 from spiral_gripper_ros.regulators.serial_device import SerialDevice
 
 TOPIC, SERIAL, MODBUS = "topic", "serial", "modbus"
@@ -49,14 +49,13 @@ class RegulatorParameters(Parameters):
     """Parameters of the adapter; all are fixed at start."""
 
     device: str = _fixed(TOPIC, "How the regulator is connected.", choices=(TOPIC, SERIAL, MODBUS))
-    frame_id: str = _fixed("gripper_base", "Frame of measured_pressure.")
     pressure_limit: float = _fixed(
         3.0e5, "Largest gauge pressure passed on [Pa]; a command above it is refused.", 1.0, 1.0e6
     )
     watchdog_timeout: float = _fixed(
         0.5,
         "Silence of pressure_command after which the device is vented, and of the device after"
-        " which its link counts as lost [s].",
+        " which its link counts as lost; oldest stamp of a measurement [s].",
         0.02,
         60.0,
     )

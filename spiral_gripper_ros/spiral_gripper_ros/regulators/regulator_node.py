@@ -10,8 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import FluidPressure
-from std_msgs.msg import Float64, Header
+from std_msgs.msg import Float64
 
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
@@ -67,7 +66,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
             timeout,
         )
         self._told, self._told_at = (b"", ""), 0.0
-        self._measured = self.create_publisher(FluidPressure, "measured_pressure", MEASUREMENTS)
+        self._measured = self.create_publisher(Float64, "measured_pressure", MEASUREMENTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_subscription(Float64, "pressure_command", self._on_command, COMMANDS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -89,7 +88,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
 
         measured = None if values.measured_topic == NONE else topic("measured")
         command = topic("command", values.command_length)
-        return TopicDevice(self, command, measured, vented)
+        return TopicDevice(self, command, measured, vented, values.watchdog_timeout)
 
     def _on_command(self, message: Float64) -> None:
         if self.adapter.watch.offer(time.monotonic(), message.data) and message.data == 0.0:
@@ -98,11 +97,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
     def _exchange(self) -> None:
         pressure = self.adapter.step(time.monotonic())
         if pressure is not None:
-            stamp = self.adapter.stamp
-            if stamp is None or not (stamp.sec or stamp.nanosec):
-                stamp = self.get_clock().now().to_msg()
-            header = Header(stamp=stamp, frame_id=self.values.frame_id)
-            self._measured.publish(FluidPressure(header=header, fluid_pressure=pressure))
+            self._measured.publish(Float64(data=pressure))
         self._tell()
 
     def _tell(self) -> None:

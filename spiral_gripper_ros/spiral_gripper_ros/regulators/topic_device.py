@@ -5,11 +5,14 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 
 from spiral_core.errors import InvalidInputError
+from spiral_gripper_ros.control.radius_gate import age_problem
+from spiral_gripper_ros.messages.conversions import stamp_age
 from spiral_gripper_ros.regulators.device import LinkError, Reading
 from spiral_gripper_ros.regulators.message_field import MessageField, message_type
 
@@ -43,15 +46,21 @@ class TopicDevice:
         command: the driver's set-point.
         measured: what it measures, or None.
         vented: number of 0 Pa; other elements of an array hold it.
+        oldest: age by its stamp above which a measurement is not used [s].
 
     Raises:
         InvalidInputError: a type is not installed, or has no such number.
     """
 
     def __init__(
-        self, node: Node, command: NumberTopic, measured: NumberTopic | None, vented: float
+        self,
+        node: Node,
+        command: NumberTopic,
+        measured: NumberTopic | None,
+        vented: float,
+        oldest: float,
     ) -> None:
-        self._node, self._vented = node, vented
+        self._node, self._vented, self._oldest = node, vented, oldest
         kind = message_type("command_type", command.type)
         self._command = MessageField("command_field", kind, command.field, command.length)
         self._publisher = node.create_publisher(kind, command.name, SET_POINTS)
@@ -86,7 +95,17 @@ class TopicDevice:
 
     def _on_measured(self, message: Any) -> None:  # noqa: ANN401
         try:
-            stamp = getattr(getattr(message, "header", None), "stamp", None)
-            self._reading = Reading(self._measured.number(message), stamp=stamp)
+            number = self._measured.number(message)
         except (LookupError, TypeError, ValueError) as error:
             self._reading = Reading(problem=f"measured_field: {error}")
+            return
+        problem = self._age_problem(message)
+        self._reading = Reading(problem=problem) if problem else Reading(number)
+
+    def _age_problem(self, message: Any) -> str:  # noqa: ANN401
+        """Return why a measurement is too old by its stamp; empty if it is not, or has none."""
+        stamp = getattr(getattr(message, "header", None), "stamp", Time())
+        if stamp == Time():
+            return ""
+        age = stamp_age(stamp, self._node.get_clock())
+        return age_problem("the measured pressure", age, "watchdog_timeout", self._oldest)

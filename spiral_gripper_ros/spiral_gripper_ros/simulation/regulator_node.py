@@ -9,7 +9,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
@@ -54,7 +53,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         self.values = self._declared.values()
         self.regulator = SimulatedRegulator(self.values)
         self._measuring, self._diagnosing = RateGate(), RateGate()
-        self._measured = self.create_publisher(FluidPressure, "measured_pressure", MEASUREMENTS)
+        self._measured = self.create_publisher(Float64, "measured_pressure", MEASUREMENTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_subscription(Float64, "pressure_command", self._on_command, COMMANDS)
         for fault in Fault:
@@ -72,7 +71,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         """
         self.regulator.step(duration)
         if self._measuring.due(now, self.values.measured_rate):
-            self._measure(stamp)
+            self._measure()
         if self._diagnosing.due(now, DIAGNOSTICS_RATE):
             self._diagnose(stamp)
 
@@ -103,13 +102,10 @@ class RegulatorNode(Node):  # type: ignore[misc]
 
         return inject
 
-    def _measure(self, stamp: Any) -> None:  # noqa: ANN401
+    def _measure(self) -> None:
         pressure = self.regulator.report()
-        if pressure is None:
-            return
-        message = FluidPressure(header=self.header(stamp), fluid_pressure=pressure)
-        message.variance = self.regulator.model.pressure_noise**2
-        self._measured.publish(message)
+        if pressure is not None:
+            self._measured.publish(Float64(data=pressure))
 
     def _diagnose(self, stamp: Any) -> None:  # noqa: ANN401
         regulator = self.regulator

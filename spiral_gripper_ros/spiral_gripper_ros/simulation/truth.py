@@ -9,7 +9,6 @@ from typing import Any
 from geometry_msgs.msg import PoseArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 
 from spiral_core.rod.state import RodState
@@ -37,7 +36,7 @@ class Truth:
         self._solved_pressure, self._solved_grip = math.nan, Grip.UNKNOWN
         self._solved_radius: float | None = None
         self._solved_shape: RodState | None = None
-        self._pressure = node.create_publisher(FluidPressure, "simulated/pressure", TRUTH)
+        self._pressure = node.create_publisher(Float64, "simulated/pressure", TRUTH)
         self._radius = node.create_publisher(Float64, "simulated/object_radius", TRUTH)
         self._grip = node.create_publisher(String, "simulated/grip", TRUTH)
         self._backbone = node.create_publisher(PoseArray, "simulated/backbone", TRUTH)
@@ -50,7 +49,7 @@ class Truth:
             radius: of the object [m]; None: there is none, published as 0.
             header: of the stamped messages.
         """
-        self._pressure.publish(FluidPressure(header=header, fluid_pressure=pressure))
+        self._pressure.publish(Float64(data=pressure))
         self._radius.publish(Float64(data=radius or 0.0))
         if radius != self._solved_radius or not abs(pressure - self._solved_pressure) < FINEST:
             self._solved_pressure, self._solved_radius = pressure, radius

@@ -7,7 +7,6 @@ import time
 
 from rclpy.qos import qos_profile_sensor_data
 from rich.console import Console
-from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float64, String
 
 from spiral_gripper.files.shown import axis_label, in_units, reworded
@@ -38,7 +37,7 @@ class Watcher(Listener):
         super().__init__("spiral_gripper_simulation", namespace)
         self.keep(Float64, "pressure_command", qos_profile_sensor_data)
         self.keep(GripStatus, "status", LATEST)
-        self.keep(FluidPressure, "measured_pressure", qos_profile_sensor_data)
+        self.keep(Float64, "measured_pressure", qos_profile_sensor_data)
         self.keep(Float64, "simulated/object_radius", qos_profile_sensor_data)
         self.keep(String, "simulated/grip", qos_profile_sensor_data)
         self._shown: tuple[object, ...] = ()
@@ -72,7 +71,7 @@ class Watcher(Listener):
             axis_label("object", "m"): _number((radius and radius.data) or None, "m"),
             axis_label("believed", "m"): _number(known(status.object_radius), "m"),
             axis_label("command", "Pa"): _number(self.command, "Pa"),
-            axis_label("measured", "Pa"): _number(measured and measured.fluid_pressure, "Pa"),
+            axis_label("measured", "Pa"): _number(measured and measured.data, "Pa"),
             "regime": REGIME_NAMES[status.regime],
             "wrapped": "yes" if status.wrapped else "no",
             "really": "-" if grip is None else grip.data,
