@@ -47,15 +47,14 @@ def _fields() -> str:
 
 
 def _parameters(specs: Sequence[ParameterSpec]) -> str:
-    """Return a table of parameters; without "takes effect" if all are fixed at the start."""
+    """Return a table of parameters; those that cannot be set say so if others can."""
     settable = not all(spec.read_only for spec in specs)
     rows = []
     for spec in specs:
         span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"
-        effect = ("read-only" if spec.read_only else "at once",) if settable else ()
-        rows.append((f"`{spec.name}`", _default(spec), span, *effect, spec.description))
-    effect = ("takes effect",) if settable else ()
-    return _table(("name", "default", "range", *effect, "meaning"), rows)
+        fixed = " Fixed at the start." if settable and spec.read_only else ""
+        rows.append((f"`{spec.name}`", _default(spec), span, f"{spec.description}{fixed}"))
+    return _table(("name", "default", "range", "meaning"), rows)
 
 
 def _default(spec: ParameterSpec) -> str:
