@@ -2,7 +2,7 @@
 """How often 95 % intervals hold the true constants: ``python -m benchmarks.calibration_coverage``.
 
 Each case is a synthetic bench test of known constants, repeated with fresh random errors (seeded)
-and fitted every time. The table goes into ``docs/calibration.md``. A few minutes on one core.
+and fitted every time. ``docs/calibration.md`` states the range. A few minutes on one core.
 """
 
 from __future__ import annotations
