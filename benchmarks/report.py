@@ -28,13 +28,11 @@ class Page:
         path: the page.
         summary: the JSON file.
         program: what writes it with ``--page``.
-        shown: sections whose tables stand there, below the goals; the program prints all.
     """
 
     path: Path
     summary: Path
     program: str
-    shown: tuple[str, ...]
 
     @property
     def begin(self) -> str:
@@ -50,19 +48,15 @@ class Page:
         self.path.write_text(before + tables + after, encoding="utf-8")
 
     def markdown(self, summary: Mapping[str, Any]) -> str:
-        """Return machine, goals and the tables of the shown sections as Markdown."""
+        """Return machine and goals as Markdown; the program prints all tables."""
         facts = ", ".join(f"{key} {value}" for key, value in summary["machine"].items())
-        tables = [summary["goals"]]
-        for name in self.shown:
-            tables += summary["sections"][name]["tables"]
-        return f"Machine: {facts}.\n\n" + "".join(markdown_table(table) for table in tables)
+        return f"Machine: {facts}.\n\n{markdown_table(summary['goals'])}"
 
 
 PAGE = Page(
     ROOT / "docs" / "benchmarks.md",
     RESULTS / "summary.json",
     "python -m benchmarks",
-    shown=(),
 )
 
 

@@ -60,9 +60,8 @@ LAW_INTRODUCTION = """\
 
 The claims above are computed with the paper's even stretch, `pressure_law: uniform`, to which the
 shipped constants belong. The [section law](derivations/section.md), the default of other files,
-counts the bending of the wall too. The shape that wraps a radius is the same; the same constants
-give a higher pressure for it. The paper states that its own pressures for P1 are too low, which has
-the sign of this difference, but its data are not available to us.
+counts the bending of the wall too. The shape that wraps a radius is the same, at a higher pressure.
+The paper states that its own pressures for P1 are too low, which has the sign of this difference.
 
 Pressure in kPa to wrap 1.05 turns about an object, hanging:
 

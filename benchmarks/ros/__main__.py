@@ -16,7 +16,6 @@ PAGE = Page(
     ROOT / "docs" / "node_benchmarks.md",
     RESULTS / "ros_summary.json",
     PROGRAM,
-    shown=("latency",),
 )
 SUITE = command.Suite(
     program=PROGRAM,
