@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of the documentation: generated tables, links, headings, navigation."""
+"""The pages of the documentation: generated tables, links, headings, length, navigation."""
 
 import re
 
@@ -12,6 +12,9 @@ DOCS = ROOT / "docs"
 PAGES = sorted([*DOCS.glob("*.md"), *DOCS.glob("derivations/*.md")])
 LINK = re.compile(r"""(?:\]\(|src=")([^)"\s#]*)(?:#([^)\s]*))?[)"]""")
 FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+# Longest page [words], without what programs write into it.
+LONGEST = 1500
+WRITTEN = re.compile(r"<!-- (?:table|From) .*?<!-- end -->", re.DOTALL)
 # Written by Sphinx.
 BUILT = {"gallery", "reference"}
 
@@ -48,6 +51,12 @@ def test_every_link_leads_to_a_file_and_its_heading(path):
         assert linked.exists(), target
         if anchor:
             assert anchor in anchors(linked), f"{target}#{anchor}"
+
+
+@names([path for path in PAGES if path.parent == DOCS])
+def test_a_page_is_read_in_a_few_minutes(path):
+    text = WRITTEN.sub("", path.read_text(encoding="utf-8"))
+    assert len(re.findall(r"\S*\w\S*", text)) <= LONGEST
 
 
 def test_every_page_is_in_the_navigation():
