@@ -90,6 +90,15 @@ def test_validation_page_is_up_to_date(validation: dict) -> None:
     assert page == validation["page"](), "run `make validation`"
 
 
+def test_the_page_of_grips_has_the_words_of_its_script() -> None:
+    script = runpy.run_path(str(ROOT / "docs" / "validate_grip.py"))
+    page = (ROOT / "docs" / "validation_grip.md").read_text(encoding="utf-8")
+    assert page.startswith(script["HEADER"].format(elements=script["ELEMENTS"][0]))
+    for name in ("FIG4", "FIG4_VERDICT", "FIG9", "FIG9_NOTE", "FIG10", "INFLUENCE", "WINDOWS"):
+        assert script[name] in page, name
+    assert page.endswith(script["INFLUENCE_VERDICT"])
+
+
 def test_every_claim_of_the_paper_has_a_figure_and_a_verdict(validation: dict) -> None:
     rows = validation["claims"]()
     assert len(rows) == 7
