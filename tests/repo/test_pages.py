@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of the documentation: generated tables, links, headings, length, navigation."""
+"""The pages of the documentation: tables, links, commands, length, navigation."""
 
 import re
 
+import click
 import pytest
 from repo.source_tree import ROOT
 
 from docs.tables import BLOCK, tables, with_tables
+from spiral_gripper.cli.main import spiral_gripper
+from spiral_gripper_ros.parameters.table import PARAMETERS
+from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
+from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
+from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 
 DOCS = ROOT / "docs"
 PAGES = sorted([*DOCS.glob("*.md"), *DOCS.glob("derivations/*.md")])
@@ -15,6 +21,10 @@ FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 # Longest page [words], without what programs write into it.
 LONGEST = 1500
 WRITTEN = re.compile(r"<!-- (?:table|From) .*?<!-- end -->", re.DOTALL)
+# Parameters that a command may set.
+SPECS = (RadiusParameters.specs(), SimulatedRegulatorParameters.specs())
+SET = {spec.name for specs in (*SPECS, PARAMETERS, REGULATOR_PARAMETERS) for spec in specs}
+SET |= {"use_sim_time"}
 # Written by Sphinx.
 BUILT = {"gallery", "reference"}
 
@@ -51,6 +61,28 @@ def test_every_link_leads_to_a_file_and_its_heading(path):
         assert linked.exists(), target
         if anchor:
             assert anchor in anchors(linked), f"{target}#{anchor}"
+
+
+@names([*PAGES, ROOT / "README.md"])
+def test_the_options_of_every_command_exist(path):
+    page = path.read_text(encoding="utf-8").replace("\\\n", " ")
+    for line in re.findall(r"spiral-gripper ([a-z].*?)(?:`|#|$)", page, re.MULTILINE):
+        command, context = spiral_gripper, click.Context(spiral_gripper)
+        words = line.split()
+        while words and isinstance(command, click.Group):
+            command = command.get_command(context, words.pop(0))
+            assert command is not None, line
+        known = {option for parameter in command.params for option in parameter.opts}
+        assert {word for word in words if word.startswith("--")} <= known, line
+
+
+@names([*PAGES, ROOT / "README.md"])
+def test_every_parameter_that_is_set_exists(path):
+    launch = "".join(
+        file.read_text(encoding="utf-8") for file in ROOT.glob("spiral_gripper_ros/launch/*.py")
+    )
+    for name in re.findall(r"(?:-p |`)(\w[\w.]*):=", path.read_text(encoding="utf-8")):
+        assert name in SET or f'"{name}"' in launch, name
 
 
 @names([path for path in PAGES if path.parent == DOCS])

@@ -8,7 +8,6 @@ import io
 import re
 import shlex
 
-import click
 import pytest
 from click.testing import CliRunner
 from repo.source_tree import ROOT, pyproject
@@ -74,17 +73,3 @@ def test_commands_exist() -> None:
     scripts = {*stated["scripts"], *stated["ros-scripts"]}
     programs = {re.sub(r"^(\w+=\S+ )*", "", line).split()[0] for line in commands()}
     assert {program.rpartition("/")[2] or program for program in programs} <= scripts | TOOLS
-
-
-def test_the_options_of_every_command_exist() -> None:
-    table = re.findall(r"`([a-z-]+ [^`]*mine\.yaml[^`]*)`", README)
-    lines = [
-        line.split("spiral-gripper ", 1)[1] for line in commands() if "spiral-gripper " in line
-    ]
-    assert len(table) >= 6
-    for line in (*table, *lines):
-        name, *rest = line.split()
-        command = spiral_gripper.get_command(click.Context(spiral_gripper), name)
-        assert command is not None, line
-        known = {option for parameter in command.params for option in parameter.opts}
-        assert {word for word in rest if word.startswith("-")} <= known, line
