@@ -114,6 +114,17 @@ def test_package_xml_names_the_authors_and_the_source_of_the_citation(package: s
     assert urls == {"website": f"https://doi.org/{paper['doi']}"} | published
 
 
+def test_the_quality_declaration_names_the_platforms_that_are_tested() -> None:
+    workflow = YAML(typ="safe").load((ROOT / ".github/workflows/ros.yml").read_text("utf-8"))
+    matrix = workflow["jobs"]["apt"]["strategy"]["matrix"]
+    page = (ROOT / "QUALITY_DECLARATION.md").read_text(encoding="utf-8")
+    (stated,) = re.findall(r"Ubuntu on (.*): CI, with (.*)\. \*\*", page)
+    machines = ["aarch64" if runner.endswith("-arm") else "x86-64" for runner in matrix["runner"]]
+    assert re.split(", | and ", stated[0]) == machines
+    distributions = [distribution.title() for distribution in matrix["distribution"]]
+    assert re.split(", | and ", stated[1]) == distributions
+
+
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_package_has_a_changelog_that_bloom_reads(package: str) -> None:
     """In catkin_pkg's format: the title, then sections of a version and its date, newest first."""
