@@ -157,6 +157,8 @@ def wraps(state: RodState) -> bool:
 
 # Pressures of the window are located to this fraction of themselves.
 PRESSURE_TOLERANCE = 2e-3
+# Where windows are compared, to this one.
+DIFFERENCE_TOLERANCE = 1e-5
 # A loss with friction to this one: which increments fail next to it depends on the way there.
 FRICTION_TOLERANCE = 5e-3
 # So often an onset is looked for by a line between two points, before it is bracketed by halves.
@@ -268,20 +270,22 @@ CURL = Mark(
 )
 
 
-def located(low: GripPoint, high: GripPoint, mark: Mark) -> float:
+def located(
+    low: GripPoint, high: GripPoint, mark: Mark, tolerance: float = PRESSURE_TOLERANCE
+) -> float:
     """Return the pressure between two points from which on something has happened [Pa].
 
     Looked for where a line through what is missing at both ends says, in the second half of the
     tries in the middle; what is missing is infinite, or of the wrong sign, where no such line is.
     """
     tries = 0
-    while high.pressure - low.pressure > PRESSURE_TOLERANCE * high.pressure:
+    while high.pressure - low.pressure > tolerance * high.pressure:
         span = high.pressure - low.pressure
         before, after = mark.missing(low), mark.missing(high)
         fraction = 0.5
         if tries < LINE_TRIES and math.isfinite(before) and before > 0.0 >= after > -math.inf:
             # A little beyond the line, so that both ends close in.
-            margin = 0.4 * PRESSURE_TOLERANCE * high.pressure / span
+            margin = 0.4 * tolerance * high.pressure / span
             fraction = before / (before - after)
             fraction = min(max(fraction + (margin if tries % 2 == 0 else -margin), 0.1), 0.9)
         middle, _ = raised(low, low.pressure + fraction * span)
@@ -396,6 +400,22 @@ class GripWindow:
             last = path.events[-1].last if path.events else path.states[-1]
             raise SolverError(last.status, last.residual, last.iterations)
         return point
+
+
+def sharp_onset(window: GripWindow) -> float:
+    """Return the onset of a wrap to :data:`DIFFERENCE_TOLERANCE` of itself [Pa].
+
+    For differences of windows: that of two onsets to :data:`PRESSURE_TOLERANCE` says nothing where
+    their setups are alike.
+
+    Raises:
+        InvalidInputError: the window has none.
+    """
+    if window.onset_wrap is None:
+        raise InvalidInputError("window", window, "one with an onset of the wrap")
+    above = int(np.searchsorted(window.pressures, window.onset_wrap))
+    low, high = window.points[above - 1 : above + 1]
+    return located(low, high, WRAP, DIFFERENCE_TOLERANCE)
 
 
 def follow_loss(window: GripWindow) -> GripPoint | None:

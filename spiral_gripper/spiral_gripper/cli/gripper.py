@@ -24,6 +24,7 @@ from spiral_gripper.cli.types import (
     output_options,
     place_options,
     plot_option,
+    sensitivity_option,
     typed,
     typed_all,
     unit_vector,
@@ -33,7 +34,8 @@ from spiral_gripper.cli.workers import progress_bar
 if TYPE_CHECKING:
     from spiral_core.wrap.gripper import Gripper
     from spiral_gripper.files.description import GripperDescription
-    from spiral_gripper.reports.grip.document import GripQuestion
+    from spiral_gripper.reports.grip.document import GripQuestion, SolvedGrip
+    from spiral_gripper.reports.grip.sensitivity import Varied
 
 
 @click.command()
@@ -77,6 +79,7 @@ def shape(
 @click.option(
     "--tip-criterion", is_flag=True, help="Estimate with the free coil alone, without contact."
 )
+@sensitivity_option
 @mount_options
 @output_options
 @plot_option
@@ -88,6 +91,7 @@ def wrap(
     find_place: bool,
     pressure: float | None,
     tip_criterion: bool,
+    sensitivity: bool,
     as_json: bool,
     plot: Path | None,
     **options: object,
@@ -115,10 +119,10 @@ def wrap(
         require_pressure(description, pressure, typed("pressure"))
     closed = None
     coiled, asked = mount, pressure
+    question = GripQuestion(
+        mount, radius, profile, pressures=() if pressure is None else (pressure,), place=place
+    )
     if not tip_criterion:
-        question = GripQuestion(
-            mount, radius, profile, pressures=() if pressure is None else (pressure,), place=place
-        )
         question = located(question, find_place, quiet=as_json)
         with progress_bar("closing", quiet=as_json or not sys.stderr.isatty()) as progress:
             closed = solve_closing(question, progress)
@@ -128,10 +132,16 @@ def wrap(
         if profile is not None
         else solve_wrap(coiled, float(radius or 0.0), asked)
     )
+    varied = None
+    if sensitivity:
+        varied = _varied(
+            "tip" if closed is None else "wrap", question, description, closed, as_json
+        )
     if as_json:
-        print_json(wrap_as_dict(free, closed))
+        print_json(wrap_as_dict(free, closed) | _as_dict(varied))
     else:
         print_rows(mount.name, wrap_rows(free, closed))
+        _print_varied(varied)
     if plot is not None:
         from spiral_gripper.reports.grip.plots import wrap_figure
 
@@ -172,6 +182,7 @@ def wrap(
     "that changes.",
 )
 @click.option("--force-max", type=FORCE, help="Greatest sum of normal forces on the object.")
+@sensitivity_option
 @mount_options
 @output_options
 @plot_option
@@ -188,6 +199,7 @@ def grip(
     payload: float | None,
     force_max: float | None,
     spread: bool,
+    sensitivity: bool,
     as_json: bool,
     plot: Path | None,
     **options: object,
@@ -220,8 +232,9 @@ def grip(
     question = located(question, find_place, quiet=as_json)
     with progress_bar("closing, then pulling", quiet=as_json) as progress:
         solved = solve_question(question, progress)
+    varied = _varied("grip", question, description, solved, as_json) if sensitivity else None
     if as_json:
-        print_json(grip_as_dict(solved))
+        print_json(grip_as_dict(solved) | _as_dict(varied))
     else:
         from rich.console import Console
 
@@ -229,6 +242,7 @@ def grip(
 
         print_rows(f"{mount.name}, will it hold?", rows_of(GRIP, solved))
         print_forces(solved, Console())
+        _print_varied(varied)
     if plot is not None:
         from spiral_gripper.reports.grip.plots import grip_figure
 
@@ -236,6 +250,37 @@ def grip(
         title = f"{mount.name} on {what}"
         write_picture(grip_figure(solved.grip, title, solved.point.pressure), plot)
     return 0 if solved.refusal is None else 1
+
+
+def _varied(
+    name: str,
+    question: GripQuestion,
+    description: GripperDescription,
+    solved: SolvedGrip | None,
+    quiet: bool,
+) -> Varied:
+    """Return what the inputs of a question change, and how they were solved."""
+    from spiral_gripper.cli.workers import core_count, process_pool
+    from spiral_gripper.reports.grip.sensitivity import METHODS, solve_sensitivity
+
+    method = METHODS[name]
+    setup, pressure = (None, 0.0) if solved is None else (solved.grip.setup, solved.point.pressure)
+    with (
+        process_pool(core_count()) as executor,
+        progress_bar("changing every input", quiet=quiet) as progress,
+    ):
+        return solve_sensitivity(method, question, description, setup, pressure, executor, progress)
+
+
+def _as_dict(varied: Varied | None) -> dict[str, Any]:
+    return {} if varied is None else varied.as_dict()
+
+
+def _print_varied(varied: Varied | None) -> None:
+    if varied is not None:
+        from rich.console import Console
+
+        Console().print(varied.table())
 
 
 def located(question: GripQuestion, find_place: bool, *, quiet: bool) -> GripQuestion:

@@ -302,6 +302,15 @@ def mount_options(function: Decorated) -> Decorated:
     return function
 
 
+def sensitivity_option(function: Decorated) -> Decorated:
+    """Add ``--sensitivity``."""
+    return click.option(
+        "--sensitivity",
+        is_flag=True,
+        help="Change every input to both sides and print what that changes, the most first.",
+    )(function)
+
+
 def unit_vector(name: str, vector: tuple[float, ...]) -> tuple[float, float, float]:
     """Return the unit vector along three numbers.
 

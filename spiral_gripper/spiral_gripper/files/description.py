@@ -80,6 +80,7 @@ class GripperDescription:
         extra_mass_per_length: mass beside the tube's, such as fibers and glue [kg/m].
         gripper: the gripper that the file describes, ready for the core.
         written: text of the file's fields, by dotted name.
+        values: their values in SI, by dotted name.
         warnings: values that are most likely mistakes; a line each, with its place in the file.
     """
 
@@ -92,6 +93,7 @@ class GripperDescription:
     extra_mass_per_length: float
     gripper: Gripper
     written: Mapping[str, str]
+    values: Values
     warnings: tuple[str, ...] = ()
 
 
@@ -178,35 +180,67 @@ def _description(
     """Return the description, whose parts have been checked one by one."""
     actuator = _actuator(values, parts)
     density = cast("float", values["material.density"])
-    extra_mass_per_length = cast("float", values.get("extra_mass_per_length", 0.0))
-    magnitude = cast("float", values.get("mount.gravity_magnitude", STANDARD_GRAVITY))
-    x, y, z = cast("Vector", values["mount.gravity_direction"])
-    unlimited = gripper_from_actuator(
-        str(values["name"]),
-        actuator,
-        density=density,
-        extra_mass_per_length=extra_mass_per_length,
-        stiffness=_stiffness(values, actuator),
-        gravity=(magnitude * x, magnitude * y, magnitude * z),
-        **_arguments(
-            values, "mount.object_axis", "grip.turns_required", "grip.friction_coefficient"
-        ),
-    )
-    actuation = _measured_actuation(values) or unlimited.actuation
+    unlimited = _unlimited(values, actuator)
     pressure_max = cast("float", values["limits.pressure_max"])
     warnings = warnings_of_description(document, actuator, density)
-    _check_pressure(pressure_max, actuation, document, warnings)
+    _check_pressure(pressure_max, unlimited.actuation, document, warnings)
     warnings += warnings_of_pressure(document, actuator, pressure_max)
     return GripperDescription(
         source=source,
         description=str(values.get("description", "")),
         actuator=actuator,
         density=density,
-        extra_mass_per_length=extra_mass_per_length,
-        gripper=replace(unlimited, actuation=actuation, pressure_max=pressure_max),
+        extra_mass_per_length=cast("float", values.get("extra_mass_per_length", 0.0)),
+        gripper=replace(unlimited, pressure_max=pressure_max),
         written={name: entry.raw for name, entry in document.entries.items()},
+        values=values,
         warnings=warnings,
     )
+
+
+def _unlimited(values: Values, actuator: Actuator) -> Gripper:
+    """Return the gripper with its actuation's own pressure limit."""
+    magnitude = cast("float", values.get("mount.gravity_magnitude", STANDARD_GRAVITY))
+    x, y, z = cast("Vector", values["mount.gravity_direction"])
+    gripper = gripper_from_actuator(
+        str(values["name"]),
+        actuator,
+        density=cast("float", values["material.density"]),
+        extra_mass_per_length=cast("float", values.get("extra_mass_per_length", 0.0)),
+        stiffness=_stiffness(values, actuator),
+        gravity=(magnitude * x, magnitude * y, magnitude * z),
+        **_arguments(
+            values, "mount.object_axis", "grip.turns_required", "grip.friction_coefficient"
+        ),
+    )
+    measured = _measured_actuation(values)
+    if measured is None:
+        return gripper
+    return replace(gripper, actuation=measured, pressure_max=measured.pressure_limit)
+
+
+def vary_gripper(description: GripperDescription, field: str, value: float) -> Gripper:
+    """Return the gripper that a description with another value of one field describes.
+
+    Args:
+        description: of the gripper.
+        field: dotted name of a field with a number, as in the file; others follow from it as they
+            do there: the stiffness from the tube's wall, unless the file states it.
+        value: in SI units. Where the actuator's limit falls below the file's, the limit is that.
+
+    Raises:
+        InvalidInputError: the value is out of its range.
+
+    Example:
+        >>> thicker = vary_gripper(load_description("prototype_p1"), "tube.wall_thickness", 1e-3)
+        >>> round(thicker.tube.outer_radius, 7)
+        0.0057625
+    """
+    values = description.values | {field: value}
+    actuator = _actuator(values, {part: make(values) for part, make in _PARTS.items()})
+    gripper = _unlimited(values, actuator)
+    limit = min(gripper.pressure_max, description.gripper.pressure_max)
+    return replace(gripper, pressure_max=limit)
 
 
 def _check_pressure(

@@ -112,7 +112,7 @@ def solve_question(
         InvalidInputError: a value is out of its range, or the profile's file cannot be used.
         NotGrippableError: the object is not held at any pressure.
     """
-    window, mark = _closed(question, progress)
+    window, mark = closed_window(question, progress)
     asked = sorted(set(question.pressures)) or None
     grip = solve_grip(
         window.setup, question.pulls, pressures=asked, window=window, progress=progress
@@ -155,7 +155,7 @@ def placed(
         InvalidInputError: a value is out of its range, or the profile's file cannot be used.
         NotGrippableError: the object is held in no place that was tried; says what would help.
     """
-    setup, _ = _setup(question)
+    setup, _ = setup_of(question)
     found = find_place(setup, executor, progress)
     if found is None:
         reason = f"of {PLACES_TRIED} places in and near the coil none holds it"
@@ -178,14 +178,14 @@ def solve_closing(
         InvalidInputError: a value is out of its range, or the profile's file cannot be used.
         NotGrippableError: the object is not held at any pressure.
     """
-    window, mark = _closed(question, progress)
+    window, mark = closed_window(question, progress)
     grip = Grip(window, (), {})
     recommended = grip.recommended_pressure()
     point = window.at(question.pressures[0] if question.pressures else recommended)
     return SolvedGrip(question, grip, recommended, point, {}, None, None, {}, mark)
 
 
-def _closed(
+def closed_window(
     question: GripQuestion, progress: Callable[[int, int], None] | None = None
 ) -> tuple[GripWindow, float | None]:
     """Return the window of a question, and the place on the profile's axis in the coil's middle.
@@ -193,7 +193,7 @@ def _closed(
     Raises:
         NotGrippableError: no pressure wraps the object, or nothing is held at one of those asked.
     """
-    setup, mark = _setup(question)
+    setup, mark = setup_of(question)
     window = grip_window(setup, progress=progress)
     if window.onset_wrap is None:
         refusal = not_held(window)
@@ -218,7 +218,7 @@ def _closed(
     return window, mark
 
 
-def _setup(question: GripQuestion) -> tuple[GripSetup, float | None]:
+def setup_of(question: GripQuestion) -> tuple[GripSetup, float | None]:
     """Return the setup, and the place on the profile's axis in the coil's middle [m]."""
     closing = Closing.FRICTIONLESS if question.frictionless else Closing.SLOW
     if question.profile is not None:
