@@ -27,7 +27,6 @@ from spiral_core.actuator.tube import Tube as Tube
 from spiral_core.actuator.uniform_law import energy_from_stretch as energy_from_stretch
 from spiral_core.actuator.uniform_law import pressure_from_stretch as pressure_from_stretch
 from spiral_core.calibration.fit import Calibration as Calibration
-from spiral_core.calibration.fit import Interval as Interval
 from spiral_core.calibration.fit import WeakDirection as WeakDirection
 from spiral_core.calibration.fit import calibrate as calibrate
 from spiral_core.calibration.fit import weak_directions as weak_directions
@@ -42,6 +41,7 @@ from spiral_core.calibration.readings import GripReading as GripReading
 from spiral_core.calibration.readings import Reading as Reading
 from spiral_core.calibration.readings import ShapeReading as ShapeReading
 from spiral_core.calibration.readings import TwistReading as TwistReading
+from spiral_core.calibration.regression import Interval as Interval
 from spiral_core.calibration.selection import CrossValidation as CrossValidation
 from spiral_core.calibration.selection import LawChoice as LawChoice
 from spiral_core.calibration.selection import choose_law as choose_law

@@ -13,7 +13,7 @@ from spiral_core import (
     InvalidInputError,
     measured_actuation_from_readings,
 )
-from spiral_core.calibration.fit import DEFAULT_LEVEL
+from spiral_core.calibration.regression import DEFAULT_LEVEL
 from spiral_core.calibration.uncertainty import DRAWS_MIN
 from spiral_gripper import load_description, load_gripper
 from spiral_gripper.cli import calibrate as cli_calibrate

@@ -10,7 +10,6 @@ from edge.calibrate_cases import PSI, bench_folder, fitted
 
 from spiral_core import (
     FittedQuantity,
-    FreeActuation,
     MeasuredActuation,
     WrapCurve,
 )
@@ -77,10 +76,10 @@ def test_other_quantities_get_their_fields_and_units(folder):
     values = np.array([*choice.best.values, 3.0e-4, 2.0e-4, 5.0e-3])
     calibration = replace(
         choice.best,
+        names=model.names,
         model=model,
         values=values,
         covariance=np.diag((0.01 * values) ** 2),
-        actuation=FreeActuation(model.actuator_from(values.tolist())),
     )
     path = folder / "all.yaml"
     path.write_text(calibrated_text(description, calibration))
@@ -92,7 +91,6 @@ def test_other_quantities_get_their_fields_and_units(folder):
 def test_a_fit_that_does_not_reach_the_pressure_limit_is_not_written(folder):
     description, _, choice = fitted(folder, laws=("mooney_rivlin",))
     soft = replace(choice.best, values=np.array([1.0e3, 0.0]))
-    soft = replace(soft, actuation=FreeActuation(soft.model.actuator_from([1.0e3, 0.0])))
     with pytest.raises(FileError, match=r"pressure_max, 16 psi in .*mine\.yaml, must be"):
         write_calibrated_description(description, soft)
     assert not (folder / "mine_calibrated.yaml").exists()

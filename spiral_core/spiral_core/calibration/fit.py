@@ -1,41 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""The fit of a calibration model to readings: minimum, outliers, covariance.
+r"""The fit of a calibration model to readings, and whether they determine its parameters.
 
 .. math:: \min_x \sum_i \left(\frac{y_i(x) - y_i}{\sigma_i}\right)^2, \qquad
     x_k = \text{value}_k / \text{scale}_k
 
 by scipy's trust-region reflective method. A trial that makes no actuator, or one whose limit lies
-below a measured pressure, has no residual: the method then shortens its step.
+below a measured pressure, has no residual: the method then shortens its step. Intervals and
+outliers: :mod:`spiral_core.calibration.regression`.
 
-The stated errors weigh the readings against each other; their common scale s, with
-:math:`s^2 = \mathrm{RSS} / (m - p)`, comes from the residuals. The covariance is
-:math:`s^2 (J^T J)^{-1}`, an interval :math:`\pm t_{m-p}` standard errors (Student's t), which is
-right for few readings too. No scatter is no certainty: where the residuals are too small for the
-stated errors (rounded alike, or exact), s = 1 and the normal distribution's quantile are taken.
-
-Outliers are readings that lie farther from the fit to the others than chance allows. A reading is
-compared with the fit to the others, in the fit's linearized model:
-
-.. math:: t_i = \frac{r_i - J_i c}{s \sqrt{1 + J_i (J^T J)^{-1} J_i^T}}
-
-with c, J and s of the others only (externally studentized). Up to a third of the readings are
-taken away one by one, each time the one with the largest :math:`|t|`; the last that is beyond its
-quantile decides how many are outliers, so that two do not hide each other. The level is shared by
-all readings (Bonferroni).
-
-Source: B. Rosner, Technometrics 25, 1983, 165-172; R. D. Cook, S. Weisberg, Residuals and
-Influence in Regression, 1982, ch. 2; G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989,
-ch. 2 and 5.
+Source: G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989, ch. 2 and 5.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +27,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.calibration.model import (
     CalibrationModel,
     FittedQuantity,
-    actuation_of,
+    Trial,
     contradictions,
     effective_errors,
     measured_values,
@@ -54,154 +35,15 @@ from spiral_core.calibration.model import (
     starting_values,
 )
 from spiral_core.calibration.readings import Reading, ShapeReading
+from spiral_core.calibration.regression import (
+    Fit,
+    covariance_and_scale,
+    outliers,
+    studentized,
+)
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
 from spiral_core.rod.types import Array, Section
-from spiral_core.validation import require_in_range
 from spiral_core.wrap.gripper import Gripper
-
-# Probability that any of the readings is called an outlier where none is.
-FALSE_ALARM = 0.01
-# Share of the readings that can be outliers.
-SHARE_MAX = 1.0 / 3.0
-# Singular values below this part of the largest are combinations that the others do not see.
-UNSEEN_BY_OTHERS = 1e-10
-# Scatter of fewer degrees of freedom than this judges nothing.
-FREEDOM_MIN = 2
-
-
-# Scatter less probable than this, by the stated errors, is no accident.
-IMPROBABLE = 1e-3
-# Scatter that is larger than stated by less than this factor is nothing to warn of.
-MUCH_LARGER = 2.0
-
-
-class Scatter(Enum):
-    """How readings scatter about a fit; the value is the advice."""
-
-    AS_STATED = "the readings scatter as their stated errors say"
-    TOO_LARGE = (
-        "far more than the stated errors allow: the law does not describe the readings, some of "
-        "them are wrong, or the errors were stated too small; the intervals follow the residuals"
-    )
-    TOO_SMALL = (
-        "far less than the stated errors allow: the errors were stated too large, or the readings "
-        "are not independent; the intervals follow the stated errors"
-    )
-
-
-def scatter_of(error_scale: float, degrees_of_freedom: int) -> Scatter:
-    """Judge the scale of the errors by the chi-squared distribution.
-
-    Args:
-        error_scale: how many times larger than stated the errors are.
-        degrees_of_freedom: of that scale, >= 1.
-
-    Example:
-        >>> [scatter_of(scale, 10).name for scale in (0.1, 0.5, 1.5, 3.0)]
-        ['TOO_SMALL', 'AS_STATED', 'AS_STATED', 'TOO_LARGE']
-    """
-    from scipy.special import gammainc, gammaincc
-
-    half, squares = 0.5 * degrees_of_freedom, 0.5 * degrees_of_freedom * error_scale**2
-    if gammainc(half, squares) < IMPROBABLE:
-        return Scatter.TOO_SMALL
-    if error_scale > MUCH_LARGER and gammaincc(half, squares) < IMPROBABLE:
-        return Scatter.TOO_LARGE
-    return Scatter.AS_STATED
-
-
-def owners_of(readings: Sequence[Reading]) -> NDArray[np.intp]:
-    """Return the place of the reading of each component (m,)."""
-    counts = [len(reading.measured) for reading in readings]
-    return np.repeat(np.arange(len(counts)), counts)
-
-
-class Studentized(NamedTuple):
-    """One reading against the fit to others.
-
-    Attributes:
-        ratio: its residual over the error of the difference, in stated errors; the largest of its
-            components.
-        scale: of the others' errors, over the stated ones.
-        freedom: degrees of freedom of that scale.
-    """
-
-    ratio: float
-    scale: float
-    freedom: int
-
-    @property
-    def accepted_scale(self) -> float:
-        """The scale of the others' errors, or 1 where they scatter improbably little."""
-        small = scatter_of(self.scale, max(self.freedom, 1)) is Scatter.TOO_SMALL
-        return 1.0 if small else self.scale
-
-
-def studentized(
-    residuals: Array, jacobian: Array, owners: NDArray[np.intp], fitted: NDArray[np.bool_]
-) -> dict[int, Studentized]:
-    """Return how far each reading is from the fit to the others, by its place.
-
-    Args:
-        residuals: (m,) of all components, over the stated errors.
-        jacobian: (m, p) their derivatives by the parameters.
-        owners: (m,) the reading of each component.
-        fitted: (m,) which components are fitted.
-    """
-    lengths = np.linalg.norm(jacobian[fitted], axis=0)
-    columns = jacobian / np.where(lengths > 0.0, lengths, 1.0)
-    found = {}
-    for one in dict.fromkeys(owners.tolist()):
-        others = fitted & (owners != one)
-        base, singular, directions = np.linalg.svd(columns[others], full_matrices=False)
-        seen = singular > UNSEEN_BY_OTHERS * singular[0]
-        parts = base.T[seen] @ residuals[others]
-        freedom = int(others.sum() - seen.sum())
-        left = residuals[others] - base.T[seen].T @ parts
-        scale = float(np.linalg.norm(left)) / math.sqrt(max(freedom, 1))
-        turned = columns[owners == one] @ directions[seen].T / singular[seen]
-        off = residuals[owners == one] - turned @ parts
-        ratios = off / np.sqrt(1.0 + np.sum(turned**2, axis=1))
-        found[one] = Studentized(float(max(ratios, key=abs)), scale, freedom)
-    return found
-
-
-def outliers(
-    residuals: Array, jacobian: Array, owners: NDArray[np.intp], *, trust_stated: bool
-) -> tuple[int, ...]:
-    """Return the places of the readings that chance does not explain, the farthest first.
-
-    Args:
-        residuals: (m,) of all components, over the stated errors.
-        jacobian: (m, p) their derivatives by the parameters.
-        owners: (m,) the reading of each component.
-        trust_stated: whether the stated errors count, too, where the others do not scatter more.
-    """
-    from scipy.special import ndtri, stdtrit
-
-    kept = np.ones(len(owners), dtype=bool)
-    order: list[int] = []
-    found = 0
-    for _ in range(int(SHARE_MAX * (len(set(owners.tolist())) - jacobian.shape[1]))):
-        tests = studentized(residuals, jacobian, owners, kept)
-        far = {one: abs(tests[one].ratio) / tests[one].accepted_scale for one in owners[kept]}
-        worst = max(far, key=lambda one: far[one])
-        test = tests[worst]
-        if test.freedom < FREEDOM_MIN:
-            break
-        upper = 1.0 - 0.5 * FALSE_ALARM / int(kept.sum())
-        by_scatter = float(stdtrit(test.freedom, upper)) * test.scale
-        by_stated = float(ndtri(upper)) * max(test.scale, 1.0)
-        if test.accepted_scale != test.scale:
-            limit = by_stated
-        else:
-            limit = min(by_scatter, by_stated) if trust_stated else by_scatter
-        order.append(worst)
-        kept &= owners != worst
-        if abs(test.ratio) > limit:
-            found = len(order)
-    return tuple(order[:found])
-
 
 # Step of the central differences in scaled parameters: their error is its square, 1e-8, while a
 # rod's tolerance of 1e-8 L shows as 1e-4 of a derivative, which costs no more than an iteration.
@@ -217,6 +59,18 @@ OFFSET_MAX = 1e-2
 STEP_MAX = 1e3
 # Residuals of this size, in standard errors, are rounding: the readings are met exactly.
 EXACT = 1e-5
+# Rounds in which errors that depend on the model's slope, or the outliers, settle; each changes
+# them far less than the one before, and readings do not carry more than two digits of an error.
+ROUNDS = 4
+# Condition index above which regression texts call parameters collinear.
+CONDITION_MAX = 30.0
+# Effect on all readings together, in standard errors, of changing a combination of parameters by
+# their own magnitude, below which they are not fitted but left over.
+UNSEEN = 1e-3
+# Share of a weak direction below which a parameter is not counted as part of it.
+SHARE_MIN = 0.2
+# Relative standard error above which a parameter is called undetermined by itself.
+RELATIVE_ERROR_MAX = 0.5
 
 
 class CalibrationStatus(Enum):
@@ -230,219 +84,59 @@ class CalibrationStatus(Enum):
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solution:
-    """A minimum of the problem.
-
-    Attributes:
-        values: parameters (p,) in their own units.
-        residuals: (m,) weighted residuals there.
-        jacobian: (m, p) derivatives of the residuals by the parameters, in their own units.
-        active: (p,) whether a parameter ended at one of its bounds.
-    """
-
-    values: Array
-    residuals: Array
-    jacobian: Array
-    active: tuple[bool, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Problem:
-    """Readings to be met by a model.
-
-    Attributes:
-        model: what is fitted.
-        readings: what was measured.
-        errors: (m,) standard error of each component.
-    """
-
-    model: CalibrationModel
-    readings: tuple[Reading, ...]
-    errors: Array
-
-    def without(self, excluded: Sequence[int]) -> Problem:
-        """Return the problem without some readings, by their places."""
-        kept = ~np.isin(owners_of(self.readings), excluded)
-        readings = tuple(one for k, one in enumerate(self.readings) if k not in excluded)
-        return Problem(self.model, readings, self.errors[kept])
-
-    def residuals(self, values: Array) -> Array:
-        """Return (m,) predicted minus measured over the error.
-
-        Args:
-            values: parameters (p,) in their own units.
-
-        Raises:
-            SpiralError: these values predict nothing at some measured pressure.
-        """
-        trial = self.model.trial(values.tolist())
-        residuals: Array = (
-            predict(trial, self.readings) - measured_values(self.readings)
-        ) / self.errors
-        return residuals
-
-    def solve(self, start: Sequence[float]) -> Solution:
-        """Return the minimum near ``start``.
-
-        Raises:
-            SolverError: it was not found.
-            SpiralError: the start itself predicts nothing.
-        """
-        from scipy.optimize import least_squares
-
-        scales = np.array(self.model.scales())
-        low, high = np.array(self.model.limits()).T / scales
-        begin = np.clip(start / scales, low + DIFFERENCE_STEP, high - DIFFERENCE_STEP)
-        self.residuals(begin * scales)  # the start must be an answer: say why if not
-
-        def residuals(x: Array) -> Array:
-            return self._residuals_or_nan(x * scales)
-
-        found = least_squares(
-            residuals,
-            begin,
-            jac=partial(difference_jacobian, residuals),
-            bounds=(low, high),
-            x_scale="jac",
-            ftol=TOLERANCE,
-            xtol=TOLERANCE,
-            gtol=TOLERANCE,
-            max_nfev=EVALUATIONS_MAX,
-        )
-        if found.status <= 0:
-            raise SolverError(CalibrationStatus.ITERATION_LIMIT, found.optimality, found.nfev)
-        active = np.minimum(found.x - low, high - found.x) < 2.0 * DIFFERENCE_STEP
-        jacobian: Array = np.asarray(found.jac)
-        _require_stationary(found.fun, jacobian[:, ~active], found.nfev)
-        return Solution(found.x * scales, found.fun, jacobian / scales, tuple(active.tolist()))
-
-    def jacobian(self, values: Array) -> Array:
-        """Return (m, p) derivatives of the residuals by the parameters, in their own units."""
-        scales = np.array(self.model.scales())
-        jacobian: Array = (
-            difference_jacobian(lambda x: self._residuals_or_nan(x * scales), values / scales)
-            / scales
-        )
-        return jacobian
-
-    def _residuals_or_nan(self, values: Array) -> Array:
-        """Return the residuals, or NaN throughout where there are none: the step is shortened."""
-        try:
-            return self.residuals(values)
-        except SpiralError:
-            return np.full(len(self.errors), np.nan)
-
-
-def _require_stationary(residuals: Array, jacobian: Array, evaluations: int) -> None:
-    """Raise SolverError if a step of the free scaled parameters would still lower the cost.
-
-    The method also ends where it meets what makes no actuator: then a part of the residuals is
-    left that the parameters could remove (the relative offset of Bates and Watts).
-    """
-    base, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
-    parts = base.T @ residuals
-    # What would take an endless step to remove is not seen by the readings: no way to go.
-    base, parts = (x[..., np.abs(parts) < STEP_MAX * singular] for x in (base, parts))
-    removable = float(np.linalg.norm(parts))
-    left = float(np.linalg.norm(residuals - base @ parts))
-    if removable > max(OFFSET_MAX * left, EXACT * math.sqrt(len(residuals))):
-        raise SolverError(CalibrationStatus.STUCK, removable, evaluations)
-
-
-def difference_jacobian(function: Callable[[Array], Array], at: Array) -> Array:
-    """Return (m, p) central differences of a function; one-sided where one side has none.
-
-    Args:
-        function: from (p,) of magnitude 1 to (m,), NaN throughout where it has no value.
-        at: where to differentiate (p,).
-
-    Raises:
-        SolverError: the function has a value on neither side.
-    """
-    columns = [_difference(function, at, step) for step in DIFFERENCE_STEP * np.eye(len(at))]
-    return np.column_stack(columns)
-
-
-def _difference(function: Callable[[Array], Array], at: Array, step: Array) -> Array:
-    """Return the derivative of a function along one step, over the step's length."""
-    known: list[tuple[float, Array]] = []
-    for sign in (1.0, -1.0, 0.0):
-        if len(known) < 2:
-            values = function(at + sign * step)
-            known += [(sign, values)] if np.isfinite(values).all() else []
-    if len(known) < 2:
-        raise SolverError(CalibrationStatus.STUCK, math.inf, 1)
-    (sign, values), (other_sign, other_values) = known
-    return (values - other_values) / ((sign - other_sign) * DIFFERENCE_STEP)
-
-
-DEFAULT_LEVEL = 0.95
-
-
-class Interval(NamedTuple):
-    """A confidence interval, in the unit of what it is for."""
-
-    low: float
-    high: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Calibration:
-    r"""Fitted parameters with their covariance and residuals.
+@dataclass(frozen=True, slots=True, eq=False, repr=False, kw_only=True)
+class Calibration(Fit):
+    """Fitted parameters of a calibration model.
 
     Attributes:
         model: what was fitted.
         readings: what it was fitted to.
-        values: (p,) the parameters, named by ``names``, in SI units.
-        covariance: (p, p) of the values.
-        degrees_of_freedom: fitted components minus parameters.
-        residuals: (m,) predicted minus measured, over the stated error of each component.
-        errors: (m,) those errors: stated, and for a stated error of the pressure its share.
+        errors: (m,) of each component: stated, and for a stated error of the pressure its share.
         jacobian: (m, p) derivatives of ``residuals`` by the parameters.
-        error_scale: how many times larger than stated the errors are, judged by the residuals.
-        at_bound: names of parameters that ended at a bound; their intervals mean little.
         excluded: places of the readings that a robust fit left out, the farthest first.
-        actuation: the fitted pressure-stretch relation; its ``stretch_limit``, ``pressure_limit``
-            and ``limit`` tell over which range it is stable (dP/d lambda_1 > 0) and what ends that.
-        gripper: the mounted gripper with the fitted values, if one was given.
     """
 
     __repr__ = brief_repr
 
     model: CalibrationModel
     readings: tuple[Reading, ...]
-    values: Array
-    covariance: Array
-    degrees_of_freedom: int
-    residuals: Array
     errors: Array
     jacobian: Array
-    error_scale: float
-    at_bound: tuple[str, ...]
     excluded: tuple[int, ...]
-    actuation: FreeActuation
-    gripper: Gripper | None
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return self.model.names
+    def trial(self) -> Trial:
+        """What readings are predicted from with the fitted values."""
+        return self.model.trial(self.values)
+
+    @property
+    def actuation(self) -> FreeActuation:
+        """The fitted pressure-stretch relation.
+
+        Its ``stretch_limit``, ``pressure_limit`` and ``limit`` tell over which range it is stable
+        (dP/d lambda_1 > 0) and what ends that.
+        """
+        return self.trial.actuation
+
+    @property
+    def gripper(self) -> Gripper | None:
+        """The mounted gripper with the fitted values, if one was given."""
+        return self.trial.gripper
 
     @property
     def actuator(self) -> Actuator:
         """The actuator with the fitted constants."""
-        return self.actuation.actuator
+        return self.model.actuator_from(self.values)
 
     @property
     def stiffness(self) -> Section:
         """EI and GJ: fitted, given, or the fitted material's."""
-        return self.model.stiffness_from([float(value) for value in self.values])
+        return self.model.stiffness_from(self.values)
 
     @property
     def fitted(self) -> NDArray[np.bool_]:
         """Which components were fitted (m,), and not left out as outliers."""
-        return ~np.isin(owners_of(self.readings), self.excluded)
+        return ~np.isin(_owners(self.readings), self.excluded)
 
     @property
     def standardized_residuals(self) -> Array:
@@ -451,7 +145,7 @@ class Calibration:
         Externally studentized; of a point's coordinates the largest. The errors are scaled as the
         others scatter, or as stated if these scatter improbably little.
         """
-        tests = studentized(self.residuals, self.jacobian, owners_of(self.readings), self.fitted)
+        tests = studentized(self.residuals, self.jacobian, _owners(self.readings), self.fitted)
         return np.array([one.ratio / one.accepted_scale for one in tests.values()])
 
     @property
@@ -460,71 +154,8 @@ class Calibration:
 
         The readings that a robust fit left out are among them.
         """
-        found = outliers(self.residuals, self.jacobian, owners_of(self.readings), trust_stated=True)
-        return (*self.excluded, *(one for one in found if one not in self.excluded))
-
-    @property
-    def scatter(self) -> Scatter:
-        """Whether the readings scatter about the fit as their stated errors say."""
-        return scatter_of(self.error_scale, self.degrees_of_freedom)
-
-    @property
-    def standard_errors(self) -> Array:
-        """Standard error of each parameter (p,)."""
-        errors: Array = np.sqrt(np.diag(self.covariance))
-        return errors
-
-    @property
-    def correlation(self) -> Array:
-        """Correlation of the parameters (p, p); ones on the diagonal."""
-        errors = self.standard_errors
-        correlation: Array = self.covariance / np.outer(errors, errors)
-        np.fill_diagonal(correlation, 1.0)
-        return correlation
-
-    def value(self, name: str) -> float:
-        """Return one parameter by its name.
-
-        Raises:
-            InvalidInputError: there is no such parameter.
-        """
-        return float(self.values[self.index(name)])
-
-    def index(self, name: str) -> int:
-        """Return the place of a parameter in the arrays.
-
-        Raises:
-            InvalidInputError: there is no such parameter.
-        """
-        if name not in self.names:
-            raise InvalidInputError("name", name, f"one of {', '.join(self.names)}")
-        return self.names.index(name)
-
-    def interval_factor(self, level: float = DEFAULT_LEVEL) -> float:
-        """Return how many standard errors an interval reaches to either side.
-
-        Args:
-            level: confidence level, in (0, 1).
-
-        Raises:
-            InvalidInputError: ``level`` is not between 0 and 1.
-        """
-        stated = self.scatter is Scatter.TOO_SMALL
-        return student_quantile(level, math.inf if stated else self.degrees_of_freedom)
-
-    def interval(self, name: str, level: float = DEFAULT_LEVEL) -> Interval:
-        """Return the confidence interval of one parameter, from Student's t.
-
-        Args:
-            name: of the parameter.
-            level: share of repeated bench tests whose interval holds the true value, in (0, 1).
-
-        Raises:
-            InvalidInputError: there is no such parameter, or ``level`` is not between 0 and 1.
-        """
-        k = self.index(name)
-        half = self.interval_factor(level) * self.standard_errors[k]
-        return Interval(float(self.values[k] - half), float(self.values[k] + half))
+        found = outliers(self.residuals, self.jacobian, _owners(self.readings), trust_stated=True)
+        return tuple(dict.fromkeys((*self.excluded, *found)))
 
     @property
     def predictions(self) -> Array:
@@ -568,191 +199,6 @@ class Calibration:
         return count * (scale + 1.0) + 2.0 * float(np.log(self.errors).sum())
 
 
-def student_quantile(level: float, degrees_of_freedom: float) -> float:
-    """Return the half width of a two-sided interval, in standard errors.
-
-    Args:
-        level: confidence level, in (0, 1).
-        degrees_of_freedom: of the error scale, >= 1; infinite for errors that are known.
-
-    Raises:
-        InvalidInputError: ``level`` is not between 0 and 1.
-
-    Example:
-        >>> round(student_quantile(0.95, 10), 4)
-        2.2281
-    """
-    from scipy.special import ndtri, stdtrit
-
-    require_in_range("level", level, 0.0, 1.0)
-    if not 0.0 < level < 1.0:
-        raise InvalidInputError("level", level, "between 0 and 1, both excluded")
-    below = 0.5 + 0.5 * level
-    known = math.isinf(degrees_of_freedom)
-    return float(ndtri(below) if known else stdtrit(degrees_of_freedom, below))
-
-
-# Condition index above which regression texts call parameters collinear.
-CONDITION_MAX = 30.0
-# Effect on all readings together, in standard errors, of changing a combination of parameters by
-# their own magnitude, below which they are not fitted but left over.
-UNSEEN = 1e-3
-# Share of a weak direction below which a parameter is not counted as part of it.
-SHARE_MIN = 0.2
-# Relative standard error above which a parameter is called undetermined by itself.
-RELATIVE_ERROR_MAX = 0.5
-
-_STIFFNESSES = {
-    FittedQuantity.BENDING_STIFFNESS.value,
-    FittedQuantity.TORSIONAL_STIFFNESS.value,
-}
-
-
-@dataclass(frozen=True, slots=True)
-class WeakDirection:
-    """A combination of parameters that the readings hardly determine.
-
-    Attributes:
-        names: the parameters that take part.
-        condition: how many times weaker its effect is than the strongest combination's.
-        stretch_min: least stretch among the readings, by the fitted actuator.
-        stretch_max: largest stretch among them.
-        advice: what to measure, or what to fix.
-    """
-
-    __repr__ = brief_repr
-
-    names: tuple[str, ...]
-    condition: float
-    stretch_min: float
-    stretch_max: float
-    advice: str
-
-    def __str__(self) -> str:
-        return (
-            f"{' and '.join(self.names)} cannot be told apart over stretches "
-            f"{self.stretch_min:.3f} to {self.stretch_max:.3f} "
-            f"(condition index {self.condition:.3g}): {self.advice}"
-            if len(self.names) > 1
-            else f"{self.names[0]} is not determined: {self.advice}"
-        )
-
-
-def require_seen(calibration: Calibration) -> None:
-    """Refuse a fit of parameters on which no reading depends.
-
-    Args:
-        calibration: the fit; parameters at their bounds are not looked at.
-
-    Raises:
-        InvalidInputError: changing some combination of parameters by their own magnitude moves all
-            readings together by less than a thousandth of their error.
-    """
-    names = [name for name in calibration.names if name not in calibration.at_bound]
-    columns = [calibration.index(name) for name in names]
-    scales = np.array(calibration.model.scales())[columns] / max(calibration.error_scale, 1.0)
-    effects = calibration.jacobian[calibration.fitted][:, columns] * scales
-    if not names:
-        return
-    _, singular, directions = np.linalg.svd(effects, full_matrices=False)
-    if singular[-1] >= UNSEEN:
-        return
-    shares = zip(names, np.abs(directions[-1]), strict=True)
-    unseen = tuple(name for name, share in shares if share >= SHARE_MIN)
-    pressures = [reading.pressure for reading in calibration.readings]
-    raise InvalidInputError(
-        "readings",
-        f"{len(pressures)} readings from {min(pressures):.6g} Pa to {max(pressures):.6g} Pa",
-        f"such that they depend on {' and '.join(unseen)} ({_advice(calibration, unseen)})",
-    )
-
-
-def condition_indices(calibration: Calibration) -> tuple[float, ...]:
-    """Return how much weaker each combination of parameters acts than the strongest, from 1 up.
-
-    Ratios of the singular values of the Jacobian, its columns scaled to length one.
-
-    Source: D. A. Belsley, E. Kuh, R. E. Welsch, Regression Diagnostics, 1980, ch. 3.
-    """
-    singular, _ = _directions(calibration)
-    return tuple(float(singular[0] / max(one, np.finfo(np.float64).tiny)) for one in singular)
-
-
-def weak_directions(calibration: Calibration) -> tuple[WeakDirection, ...]:
-    """Return the combinations of parameters that the readings do not determine, the weakest first.
-
-    Empty if all are determined. A weak combination may be harmless: the pressure for a radius may
-    not depend on it either, which its uncertainty shows.
-
-    Args:
-        calibration: the fit.
-    """
-    singular, directions = _directions(calibration)
-    found: list[WeakDirection] = []
-    for value, direction in zip(singular[::-1], directions[::-1], strict=True):
-        condition = float(singular[0] / max(value, np.finfo(np.float64).tiny))
-        shares = zip(calibration.names, direction, strict=True)
-        names = tuple(name for name, share in shares if abs(share) >= SHARE_MIN)
-        if condition > CONDITION_MAX:
-            found.append(_weak(calibration, names, condition))
-    named = {name for weak in found for name in weak.names}
-    relative = calibration.standard_errors / np.abs(calibration.values)
-    for name, error in zip(calibration.names, relative, strict=True):
-        if name not in named and error > RELATIVE_ERROR_MAX:
-            found.append(_weak(calibration, (name,), condition_indices(calibration)[-1]))
-    return tuple(found)
-
-
-def _directions(calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
-    """Return singular values and right vectors of the Jacobian with columns of length one."""
-    jacobian = calibration.jacobian[calibration.fitted]
-    lengths = np.linalg.norm(jacobian, axis=0)
-    scaled = jacobian / np.where(lengths > 0.0, lengths, 1.0)
-    _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
-    return singular, directions
-
-
-def _weak(calibration: Calibration, names: tuple[str, ...], condition: float) -> WeakDirection:
-    stretches = [
-        calibration.actuation.stretch_from_pressure(reading.pressure)
-        for reading in calibration.readings
-    ]
-    return WeakDirection(
-        names, condition, min(stretches), max(stretches), _advice(calibration, names)
-    )
-
-
-def _advice(calibration: Calibration, names: tuple[str, ...]) -> str:
-    """Return what would tell these parameters apart."""
-    has_shapes = any(isinstance(reading, ShapeReading) for reading in calibration.readings)
-    if _STIFFNESSES & set(names):
-        if not has_shapes:
-            return (
-                "only a shape that gravity bends depends on EI and GJ; "
-                "measure positions of a long actuator, or leave them to the material"
-            )
-        return (
-            "measure shapes in a second mount, with gravity across the tube, and at low pressure "
-            "where the weight bends and twists it most"
-        )
-    if FittedQuantity.STRAIGHT_FIBER_RADIUS.value in names:
-        return (
-            "a bend angle sees stretch over radius only; "
-            "add the extension of a straight section, or fix straight_fiber_radius"
-        )
-    if len(names) == 1:
-        return "measure at higher pressures and more often, or fix it"
-    return (
-        "measure to a larger stretch, or a section wound at angles farther from 90 degrees (there "
-        "I1 = I2), or fix one of them, or choose a law with fewer constants"
-    )
-
-
-# Rounds in which errors that depend on the model's slope, or the outliers, settle; each changes
-# them far less than the one before, and readings do not carry more than two digits of an error.
-ROUNDS = 4
-
-
 def calibrate(
     model: CalibrationModel,
     readings: Sequence[Reading],
@@ -781,7 +227,7 @@ def calibrate(
         SolverError: the fit did not converge.
 
     Source: G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989, ch. 2 and 5; outliers:
-    :mod:`spiral_core.calibration.fit`.
+    :mod:`spiral_core.calibration.regression`.
 
     Example:
         >>> import math
@@ -804,7 +250,7 @@ def calibrate(
     readings = tuple(readings)
     _require_enough(model, readings)
     try:
-        values = starting_values(model, readings) if start is None else tuple(start)
+        values = np.array(starting_values(model, readings) if start is None else start)
         first = model.trial(values)
     except InvalidInputError as error:
         raise _held_or(error, model) from None
@@ -812,26 +258,37 @@ def calibrate(
         at = readings[one.places[0]].pressure
         read = " and ".join(f"{value:.6g}" for value in one.values)
         raise InvalidInputError(one.quantity, f"{read} (SI) at {at:.6g} Pa", one.reason)
-    errors = effective_errors(first, readings)
-    problem = Problem(model, readings, errors)
+    problem = Problem(model, readings, effective_errors(first, readings))
     try:
-        solution = problem.solve(values)
+        values, at_bound = problem.solve(values)
     except SolverError as error:
         raise _held_or(error, model) from None
     weighing = any(reading.pressure_error > 0.0 for reading in readings)
     excluded: tuple[int, ...] = ()
-    full = problem
     for _ in range(ROUNDS if weighing or robust else 0):
-        trial = model.trial(solution.values.tolist())
-        full = replace(problem, errors=effective_errors(trial, readings))
-        found = _outliers(full, solution.values) if robust else ()
-        settled = not weighing and set(found) == set(excluded)
-        excluded = found
-        if settled:
+        problem = Problem(model, readings, effective_errors(model.trial(values), readings))
+        before, excluded = excluded, problem.outliers(values) if robust else ()
+        if not weighing and set(excluded) == set(before):
             break
-        solution = full.without(excluded).solve(solution.values.tolist())
-    calibration = _calibration(full, solution, excluded)
-    require_seen(calibration)
+        values, at_bound = problem.without(excluded).solve(values)
+    kept = ~np.isin(_owners(readings), excluded)
+    residuals, jacobian = problem.residuals(values), problem.jacobian(values)
+    covariance, error_scale = covariance_and_scale(residuals[kept], jacobian[kept])
+    calibration = Calibration(
+        names=model.names,
+        values=values,
+        covariance=covariance,
+        residuals=residuals,
+        degrees_of_freedom=int(kept.sum()) - len(values),
+        error_scale=error_scale,
+        at_bound=at_bound,
+        model=model,
+        readings=readings,
+        errors=problem.errors,
+        jacobian=jacobian,
+        excluded=excluded,
+    )
+    _require_seen(calibration)
     return calibration
 
 
@@ -870,47 +327,264 @@ def _require_enough(model: CalibrationModel, readings: Sequence[Reading]) -> Non
         )
 
 
-def _outliers(problem: Problem, values: Array) -> tuple[int, ...]:
-    """Return the readings that chance does not explain at a solution."""
-    residuals, jacobian = problem.residuals(values), problem.jacobian(values)
-    return outliers(residuals, jacobian, owners_of(problem.readings), trust_stated=False)
+def _owners(readings: Sequence[Reading]) -> NDArray[np.intp]:
+    """Return the place of the reading of each component (m,)."""
+    counts = [len(reading.measured) for reading in readings]
+    return np.repeat(np.arange(len(counts)), counts)
 
 
-def _calibration(problem: Problem, solution: Solution, excluded: tuple[int, ...]) -> Calibration:
-    """Return the result with its covariance; readings that were left out have residuals too."""
-    freedom = len(solution.residuals) - len(solution.values)
-    variance = float(solution.residuals @ solution.residuals) / freedom
-    small = scatter_of(math.sqrt(variance), freedom) is Scatter.TOO_SMALL
-    accepted = 1.0 if small else variance  # by which the stated errors are scaled, squared
-    values = solution.values
-    active = zip(problem.model.names, solution.active, strict=True)
-    return Calibration(
-        model=problem.model,
-        readings=problem.readings,
-        values=values,
-        covariance=accepted * inverse_information(solution.jacobian),
-        degrees_of_freedom=freedom,
-        residuals=problem.residuals(values) if excluded else solution.residuals,
-        errors=problem.errors,
-        jacobian=problem.jacobian(values) if excluded else solution.jacobian,
-        error_scale=math.sqrt(variance),
-        at_bound=tuple(name for name, hit in active if hit),
-        excluded=excluded,
-        actuation=actuation_of(problem.model.actuator_from(values.tolist())),
-        gripper=problem.model.trial(values.tolist()).gripper,
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Readings to be met by a model.
+
+    Attributes:
+        model: what is fitted.
+        readings: what was measured.
+        errors: (m,) standard error of each component.
+    """
+
+    model: CalibrationModel
+    readings: tuple[Reading, ...]
+    errors: Array
+
+    def without(self, excluded: Sequence[int]) -> Problem:
+        """Return the problem without some readings, by their places."""
+        readings = tuple(one for k, one in enumerate(self.readings) if k not in excluded)
+        return replace(
+            self,
+            readings=readings,
+            errors=self.errors[~np.isin(_owners(self.readings), excluded)],
+        )
+
+    def residuals(self, values: Array) -> Array:
+        """Return (m,) predicted minus measured over the error.
+
+        Args:
+            values: parameters (p,) in their own units.
+
+        Raises:
+            SpiralError: these values predict nothing at some measured pressure.
+        """
+        predicted = predict(self.model.trial(values), self.readings)
+        residuals: Array = (predicted - measured_values(self.readings)) / self.errors
+        return residuals
+
+    def jacobian(self, values: Array) -> Array:
+        """Return (m, p) central differences of the residuals; one-sided where one side has none.
+
+        Raises:
+            SolverError: there are no residuals on either side.
+        """
+        steps = DIFFERENCE_STEP * np.array(self.model.scales())
+        return np.column_stack([self._slope(values, step) for step in np.diag(steps)])
+
+    def outliers(self, values: Array) -> tuple[int, ...]:
+        """Return the places of the readings that chance does not explain, the farthest first."""
+        residuals, jacobian = self.residuals(values), self.jacobian(values)
+        return outliers(residuals, jacobian, _owners(self.readings), trust_stated=False)
+
+    def solve(self, start: Array) -> tuple[Array, tuple[str, ...]]:
+        """Return the minimum near ``start`` (p,), and which parameters ended at a bound.
+
+        Raises:
+            SolverError: it was not found.
+            SpiralError: the start itself predicts nothing.
+        """
+        from scipy.optimize import least_squares
+
+        scales = np.array(self.model.scales())
+        low, high = np.array(self.model.limits()).T / scales
+        begin = np.clip(start / scales, low + DIFFERENCE_STEP, high - DIFFERENCE_STEP)
+        self.residuals(begin * scales)  # the start must be an answer: say why if not
+
+        def residuals(x: Array) -> Array:
+            return self._residuals_or_nan(x * scales)
+
+        def jacobian(x: Array) -> Array:
+            scaled: Array = self.jacobian(x * scales) * scales
+            return scaled
+
+        found = least_squares(
+            residuals,
+            begin,
+            jac=jacobian,
+            bounds=(low, high),
+            x_scale="jac",
+            ftol=TOLERANCE,
+            xtol=TOLERANCE,
+            gtol=TOLERANCE,
+            max_nfev=EVALUATIONS_MAX,
+        )
+        if found.status <= 0:
+            raise SolverError(CalibrationStatus.ITERATION_LIMIT, found.optimality, found.nfev)
+        active = np.minimum(found.x - low, high - found.x) < 2.0 * DIFFERENCE_STEP
+        _require_stationary(found.fun, np.asarray(found.jac)[:, ~active], found.nfev)
+        bound = zip(self.model.names, active, strict=True)
+        return found.x * scales, tuple(name for name, hit in bound if hit)
+
+    def _slope(self, values: Array, step: Array) -> Array:
+        """Return the difference quotient (m,) of the residuals along a step of one parameter."""
+        known: list[tuple[float, Array]] = []
+        for sign in (1.0, -1.0, 0.0):
+            residuals = self._residuals_or_nan(values + sign * step)
+            known += [(sign, residuals)] if np.isfinite(residuals).all() else []
+            if len(known) == 2:
+                (one, there), (other, here) = known
+                quotient: Array = (there - here) / ((one - other) * step.sum())
+                return quotient
+        raise SolverError(CalibrationStatus.STUCK, math.inf, 1)
+
+    def _residuals_or_nan(self, values: Array) -> Array:
+        """Return the residuals, or NaN throughout where there are none: the step is shortened."""
+        try:
+            return self.residuals(values)
+        except SpiralError:
+            return np.full(len(self.errors), np.nan)
+
+
+def _require_stationary(residuals: Array, jacobian: Array, evaluations: int) -> None:
+    """Raise SolverError if a step of the free scaled parameters would still lower the cost.
+
+    The method also ends where it meets what makes no actuator: then a part of the residuals is
+    left that the parameters could remove (the relative offset of Bates and Watts).
+    """
+    base, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
+    parts = base.T @ residuals
+    # What would take an endless step to remove is not seen by the readings: no way to go.
+    base, parts = (x[..., np.abs(parts) < STEP_MAX * singular] for x in (base, parts))
+    removable = float(np.linalg.norm(parts))
+    left = float(np.linalg.norm(residuals - base @ parts))
+    if removable > max(OFFSET_MAX * left, EXACT * math.sqrt(len(residuals))):
+        raise SolverError(CalibrationStatus.STUCK, removable, evaluations)
+
+
+def _require_seen(calibration: Calibration) -> None:
+    """Refuse a fit of parameters on which no reading depends.
+
+    Args:
+        calibration: the fit; parameters at their bounds are not looked at.
+
+    Raises:
+        InvalidInputError: changing some combination of parameters by their own magnitude moves all
+            readings together by less than a thousandth of their error.
+    """
+    names = [name for name in calibration.names if name not in calibration.at_bound]
+    if not names:
+        return
+    scales = np.array(calibration.model.scales()) / max(calibration.error_scale, 1.0)
+    effects = (calibration.jacobian[calibration.fitted] * scales)[
+        :, np.isin(calibration.names, names)
+    ]
+    _, singular, directions = np.linalg.svd(effects, full_matrices=False)
+    if singular[-1] >= UNSEEN:
+        return
+    unseen = _sharing(names, directions[-1])
+    pressures = [reading.pressure for reading in calibration.readings]
+    raise InvalidInputError(
+        "readings",
+        f"{len(pressures)} readings from {min(pressures):.6g} Pa to {max(pressures):.6g} Pa",
+        f"such that they depend on {' and '.join(unseen)} ({_advice(calibration, unseen)})",
     )
 
 
-def inverse_information(jacobian: Array) -> Array:
-    """Return (J^T J)^-1 by singular values of J with its columns scaled to length one.
+@dataclass(frozen=True, slots=True)
+class WeakDirection:
+    """A combination of parameters that the readings hardly determine.
 
-    A direction that no reading sees at all would divide by zero; the smallest positive float times
-    the largest singular value stands in, and shows as an absurdly wide interval.
+    Attributes:
+        names: the parameters that take part.
+        condition: how many times weaker its effect is than the strongest combination's.
+        stretch_min: least stretch among the readings, by the fitted actuator.
+        stretch_max: largest stretch among them.
+        advice: what to measure, or what to fix.
     """
+
+    __repr__ = brief_repr
+
+    names: tuple[str, ...]
+    condition: float
+    stretch_min: float
+    stretch_max: float
+    advice: str
+
+    def __str__(self) -> str:
+        if len(self.names) == 1:
+            return f"{self.names[0]} is not determined: {self.advice}"
+        return (
+            f"{' and '.join(self.names)} cannot be told apart over stretches "
+            f"{self.stretch_min:.3f} to {self.stretch_max:.3f} "
+            f"(condition index {self.condition:.3g}): {self.advice}"
+        )
+
+
+def weak_directions(calibration: Calibration) -> tuple[WeakDirection, ...]:
+    """Return the combinations of parameters that the readings do not determine, the weakest first.
+
+    A combination's condition index is how much weaker it acts than the strongest: the ratio of the
+    singular values of the Jacobian, its columns scaled to length one. Empty if all are determined.
+    A weak combination may be harmless: the pressure for a radius may not depend on it either, which
+    its uncertainty shows.
+
+    Args:
+        calibration: the fit.
+
+    Source: D. A. Belsley, E. Kuh, R. E. Welsch, Regression Diagnostics, 1980, ch. 3.
+    """
+    jacobian, names = calibration.jacobian[calibration.fitted], calibration.names
     lengths = np.linalg.norm(jacobian, axis=0)
-    lengths = np.where(lengths > 0.0, lengths, np.finfo(np.float64).tiny ** 0.25)
-    _, singular, directions = np.linalg.svd(jacobian / lengths, full_matrices=False)
-    floor = np.finfo(np.float64).eps * max(float(singular[0]), 1.0)
-    scaled = directions / np.maximum(singular, floor)[:, None]
-    inverse: Array = scaled.T @ scaled / np.outer(lengths, lengths)
-    return inverse
+    scaled = jacobian / np.where(lengths > 0.0, lengths, 1.0)
+    _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
+    conditions = singular[0] / np.maximum(singular, np.finfo(np.float64).tiny)
+    weak = [
+        (_sharing(names, direction), condition)
+        for condition, direction in zip(conditions[::-1], directions[::-1], strict=True)
+        if condition > CONDITION_MAX
+    ]
+    named = {name for combination, _ in weak for name in combination}
+    relative = calibration.standard_errors / np.abs(calibration.values)
+    weak += [
+        ((name,), conditions[-1])
+        for name, error in zip(names, relative, strict=True)
+        if name not in named and error > RELATIVE_ERROR_MAX
+    ]
+    if not weak:
+        return ()
+    actuation = calibration.actuation
+    stretches = [actuation.stretch_from_pressure(one.pressure) for one in calibration.readings]
+    ends = min(stretches), max(stretches)
+    return tuple(
+        WeakDirection(combination, float(condition), *ends, _advice(calibration, combination))
+        for combination, condition in weak
+    )
+
+
+def _sharing(names: Sequence[str], direction: Array) -> tuple[str, ...]:
+    """Return the parameters that take part in a direction of length one."""
+    shares = zip(names, np.abs(direction), strict=True)
+    return tuple(name for name, share in shares if share >= SHARE_MIN)
+
+
+def _advice(calibration: Calibration, names: Sequence[str]) -> str:
+    """Return what would tell these parameters apart."""
+    stiffnesses = (FittedQuantity.BENDING_STIFFNESS, FittedQuantity.TORSIONAL_STIFFNESS)
+    if any(quantity.value in names for quantity in stiffnesses):
+        if not any(isinstance(reading, ShapeReading) for reading in calibration.readings):
+            return (
+                "only a shape that gravity bends depends on EI and GJ; "
+                "measure positions of a long actuator, or leave them to the material"
+            )
+        return (
+            "measure shapes in a second mount, with gravity across the tube, and at low pressure "
+            "where the weight bends and twists it most"
+        )
+    if FittedQuantity.STRAIGHT_FIBER_RADIUS.value in names:
+        return (
+            "a bend angle sees stretch over radius only; "
+            "add the extension of a straight section, or fix straight_fiber_radius"
+        )
+    if len(names) == 1:
+        return "measure at higher pressures and more often, or fix it"
+    return (
+        "measure to a larger stretch, or a section wound at angles farther from 90 degrees (there "
+        "I1 = I2), or fix one of them, or choose a law with fewer constants"
+    )

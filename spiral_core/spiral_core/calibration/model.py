@@ -175,8 +175,12 @@ class CalibrationModel:
         """Return a magnitude for each parameter, > 0, in which steps are measured."""
         modulus = self.actuator.material.small_strain_modulus
         known = _starting_values(self.actuator, self.fitted_law)
-        pressures = _pressure_constants(self.fitted_law)
-        return tuple(modulus / 6.0 if name in pressures else known[name] for name in self.names)
+        known |= {
+            name: modulus / 6.0
+            for name in constants_of(self.fitted_law)
+            if name != "extension_limit"
+        }
+        return tuple(known[name] for name in self.names)
 
     def limits(self) -> tuple[tuple[float, float], ...]:
         """Return the lowest and highest value that each parameter can have by its nature."""
@@ -190,7 +194,7 @@ class CalibrationModel:
             for name, scale in zip(self.names, self.scales(), strict=True)
         )
 
-    def actuator_from(self, values: Sequence[float]) -> Actuator:
+    def actuator_from(self, values: Iterable[float]) -> Actuator:
         """Return the actuator with these parameter values.
 
         Raises:
@@ -199,32 +203,26 @@ class CalibrationModel:
         given = dict(zip(self.names, values, strict=True)) | dict(self.fixed)
         constants = {name: float(given[name]) for name in constants_of(self.fitted_law)}
         material = cast("Any", self.fitted_law)(**constants)
+        actuator = replace(self.actuator, material=material)
         radius = given.get(FittedQuantity.STRAIGHT_FIBER_RADIUS.value)
-        return replace(
-            self.actuator,
-            material=material,
-            straight_fiber_radius=self.actuator.straight_fiber_radius
-            if radius is None
-            else float(radius),
+        return (
+            actuator if radius is None else replace(actuator, straight_fiber_radius=float(radius))
         )
 
-    def stiffness_from(self, values: Sequence[float]) -> Section:
+    def stiffness_from(self, values: Iterable[float]) -> Section:
         """Return EI and GJ with these parameter values: fitted, given, or the material's."""
         given = dict(zip(self.names, values, strict=True))
         material = stiffness_from_actuator(self.actuator_from(values))
-        known = (self.bending_stiffness, self.torsional_stiffness)
         bending, torsional = (
-            given.get(quantity.value, own if stated is None else stated)
-            for quantity, stated, own in zip(
-                (FittedQuantity.BENDING_STIFFNESS, FittedQuantity.TORSIONAL_STIFFNESS),
-                known,
-                (material.bending, material.torsional),
-                strict=True,
+            given.get(name, own if stated is None else stated)
+            for name, stated, own in (
+                ("bending_stiffness", self.bending_stiffness, material.bending),
+                ("torsional_stiffness", self.torsional_stiffness, material.torsional),
             )
         )
         return Section.inextensible(bending=float(bending), torsional=float(torsional))
 
-    def trial(self, values: Sequence[float]) -> Trial:
+    def trial(self, values: Iterable[float]) -> Trial:
         """Return what readings are predicted from at these parameter values.
 
         Args:
@@ -272,11 +270,6 @@ def constants_of(law: type[HyperelasticLaw]) -> tuple[str, ...]:
     return tuple(constant.name for constant in dataclasses.fields(law))
 
 
-def _pressure_constants(law: type[HyperelasticLaw]) -> tuple[str, ...]:
-    """Return which of a law's constants are pressures."""
-    return tuple(name for name in constants_of(law) if name != "extension_limit")
-
-
 def _starting_values(actuator: Actuator, law: type[HyperelasticLaw]) -> dict[str, float]:
     """Return values to start from, for every parameter there can be."""
     stiffness = stiffness_from_actuator(actuator)
@@ -311,20 +304,12 @@ CONTRADICTION = 4.0
 # Standard errors of their difference by which readings at one pressure may differ: more than
 # repeats whose errors were stated three times too small ever do.
 FAR_APART = 10.0
-_NAMES: dict[type[Reading], str] = {
-    ExtensionReading: "extension",
-    TwistReading: "twist",
-    BendReading: "bend_angle",
-    ShapeReading: "position",
-    GripReading: "object_radius",
-}
-_DIRECTIONS: dict[type[Reading], tuple[str, str]] = {
-    ExtensionReading: ("extension", "pressure lengthens this actuator; check the sign"),
+_DIRECTIONS: dict[type[Reading], str] = {
+    ExtensionReading: "pressure lengthens this actuator; check the sign",
     TwistReading: (
-        "twist",
-        "right-handed rotation of the far end is positive; check the sign, and alpha and beta",
+        "right-handed rotation of the far end is positive; check the sign, and alpha and beta"
     ),
-    BendReading: ("bend_angle", "it bends towards the straight fiber; check the sign"),
+    BendReading: "it bends towards the straight fiber; check the sign",
 }
 
 
@@ -406,7 +391,7 @@ def contradictions(
         :data:`FAR_APART` standard errors apart.
     """
     found = []
-    for kind, (quantity, hint) in _DIRECTIONS.items():
+    for kind, hint in _DIRECTIONS.items():
         places = [k for k, one in enumerate(readings) if isinstance(one, kind)]
         chosen = [readings[k] for k in places]
         errors = np.array([one.error for one in chosen])
@@ -419,7 +404,7 @@ def contradictions(
         together = float(expected / errors @ (measured / errors)) < -CONTRADICTION * weight
         for k, way in zip(places, ways.tolist(), strict=True):
             if way < 0.0 and (together or (way < -CONTRADICTION and not robust)):
-                found.append(Contradiction((k,), quantity, readings[k].measured, reason))
+                found.append(Contradiction((k,), kind.quantity, readings[k].measured, reason))
     return found if robust else found + _far_apart(trial, readings)
 
 
@@ -450,7 +435,7 @@ def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]
             found.append(
                 Contradiction(
                     tuple(places[k] for k in pair),
-                    _NAMES[type(readings[places[0]])],
+                    readings[places[0]].quantity,
                     tuple(float(values[k, worst]) for k in pair),
                     reason,
                 )

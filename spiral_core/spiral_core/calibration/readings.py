@@ -8,8 +8,10 @@ pressure's. The errors are weights: a fit estimates their common scale from its 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import Any, ClassVar, TypeAlias
 
 from spiral_core.validation import (
     require_finite,
@@ -18,9 +20,46 @@ from spiral_core.validation import (
     require_vector,
 )
 
+# What a reading's fields must be.
+_CHECKS: dict[str, Callable[[str, Any], object]] = {
+    "pressure": require_non_negative,
+    "extension": require_finite,
+    "twist": require_finite,
+    "bend_angle": require_finite,
+    "position": partial(require_vector, size=3),
+    "object_radius": require_positive,
+    "section_length": require_positive,
+    "arc_length": require_positive,
+    "error": require_positive,
+    "pressure_error": require_non_negative,
+}
+
+
+class _Reading:
+    """What all readings share.
+
+    Attributes:
+        quantity: name of the field that was measured.
+    """
+
+    __slots__ = ()
+    quantity: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        for field in fields(self):  # type: ignore[arg-type]  # of the dataclass that inherits
+            value = getattr(self, field.name)
+            if (field.name, value) != ("arc_length", None):
+                _CHECKS[field.name](field.name, value)
+
+    @property
+    def measured(self) -> tuple[float, ...]:
+        """The measured components, in SI units."""
+        value: float = getattr(self, self.quantity)
+        return (value,)
+
 
 @dataclass(frozen=True, slots=True)
-class ExtensionReading:
+class ExtensionReading(_Reading):
     """Extension of a straight section: tube and wound fibers without the straight fiber.
 
     Args:
@@ -44,19 +83,11 @@ class ExtensionReading:
     error: float
     pressure_error: float = 0.0
 
-    def __post_init__(self) -> None:
-        require_finite("extension", self.extension)
-        require_positive("section_length", self.section_length)
-        _check_common(self)
-
-    @property
-    def measured(self) -> tuple[float, ...]:
-        """The extension [m]."""
-        return (self.extension,)
+    quantity: ClassVar[str] = "extension"
 
 
 @dataclass(frozen=True, slots=True)
-class TwistReading:
+class TwistReading(_Reading):
     """Rotation of the far end of a straight section about its axis.
 
     Args:
@@ -80,19 +111,11 @@ class TwistReading:
     error: float
     pressure_error: float = 0.0
 
-    def __post_init__(self) -> None:
-        require_finite("twist", self.twist)
-        require_positive("section_length", self.section_length)
-        _check_common(self)
-
-    @property
-    def measured(self) -> tuple[float, ...]:
-        """The twist [rad]."""
-        return (self.twist,)
+    quantity: ClassVar[str] = "twist"
 
 
 @dataclass(frozen=True, slots=True)
-class BendReading:
+class BendReading(_Reading):
     """Angle through which a finished actuator bends when nothing but pressure loads it.
 
     Args:
@@ -117,19 +140,11 @@ class BendReading:
     error: float
     pressure_error: float = 0.0
 
-    def __post_init__(self) -> None:
-        require_finite("bend_angle", self.bend_angle)
-        require_positive("section_length", self.section_length)
-        _check_common(self)
-
-    @property
-    def measured(self) -> tuple[float, ...]:
-        """The bend angle [rad]."""
-        return (self.bend_angle,)
+    quantity: ClassVar[str] = "bend_angle"
 
 
 @dataclass(frozen=True, slots=True)
-class ShapeReading:
+class ShapeReading(_Reading):
     """Position of one point of the backbone of a mounted gripper, under its weight.
 
     Args:
@@ -153,11 +168,7 @@ class ShapeReading:
     error: float
     pressure_error: float = 0.0
 
-    def __post_init__(self) -> None:
-        require_vector("position", self.position, 3)
-        if self.arc_length is not None:
-            require_positive("arc_length", self.arc_length)
-        _check_common(self)
+    quantity: ClassVar[str] = "position"
 
     @property
     def measured(self) -> tuple[float, ...]:
@@ -166,7 +177,7 @@ class ShapeReading:
 
 
 @dataclass(frozen=True, slots=True)
-class GripReading:
+class GripReading(_Reading):
     """Pressure at which a mounted gripper wraps a cylinder perfectly: its whole length touches.
 
     The radius is the response that is compared; a stated error of the pressure counts through the
@@ -191,22 +202,11 @@ class GripReading:
     error: float
     pressure_error: float = 0.0
 
+    quantity: ClassVar[str] = "object_radius"
+
     def __post_init__(self) -> None:
         require_positive("pressure", self.pressure)
-        require_positive("object_radius", self.object_radius)
-        _check_common(self)
-
-    @property
-    def measured(self) -> tuple[float, ...]:
-        """The object's radius [m]."""
-        return (self.object_radius,)
+        _Reading.__post_init__(self)
 
 
 Reading: TypeAlias = ExtensionReading | TwistReading | BendReading | ShapeReading | GripReading
-
-
-def _check_common(reading: Reading) -> None:
-    """Check what all readings share."""
-    require_non_negative("pressure", reading.pressure)
-    require_positive("error", reading.error)
-    require_non_negative("pressure_error", reading.pressure_error)

@@ -18,14 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from spiral_core.brief import brief_repr
-from spiral_core.calibration.fit import (
+from spiral_core.calibration.fit import CalibrationStatus
+from spiral_core.calibration.regression import (
     DEFAULT_LEVEL,
-    CalibrationStatus,
+    Fit,
     Interval,
-    Scatter,
-    inverse_information,
-    scatter_of,
-    student_quantile,
+    covariance_and_scale,
 )
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod.motion.inertia import DEFAULT_RETARDATION_TIME, Damping
@@ -71,40 +69,21 @@ class SwingReading:
         require_positive("error", self.error)
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SwingFit:
-    """Damping that was fitted to a free swing, with its covariance and residuals.
+@dataclass(frozen=True, slots=True, eq=False, repr=False, kw_only=True)
+class SwingFit(Fit):
+    """Damping that was fitted to a free swing: ``retardation_time`` [s], and ``air`` if not held.
 
     Attributes:
-        names: what was fitted of the damping: ``retardation_time`` [s], and ``air`` if not held.
-        values: these (p,).
-        covariance: of these (p, p).
         damping: both, the held one too.
         frequency: of the swing at small amplitude [Hz].
         amplitude: in the beginning [m].
-        residuals: (m,) fitted minus measured over the stated errors.
-        degrees_of_freedom: readings minus all that was fitted.
-        error_scale: how many times larger than stated the errors are, judged by the residuals.
-        at_bound: names of those that ended at zero; their intervals mean little.
     """
-
-    names: tuple[str, ...]
-    values: Array
-    covariance: Array
-    damping: Damping
-    frequency: float
-    amplitude: float
-    residuals: Array
-    degrees_of_freedom: int
-    error_scale: float
-    at_bound: tuple[str, ...]
 
     __repr__ = brief_repr
 
-    @property
-    def scatter(self) -> Scatter:
-        """Whether the readings scatter about the fit as their stated errors say."""
-        return scatter_of(self.error_scale, self.degrees_of_freedom)
+    damping: Damping
+    frequency: float
+    amplitude: float
 
     def interval(self, name: str, level: float = DEFAULT_LEVEL) -> Interval:
         """Return the confidence interval of one value, from Student's t, cut off at zero.
@@ -112,13 +91,8 @@ class SwingFit:
         Raises:
             InvalidInputError: there is no such value, or the level is not between 0 and 1.
         """
-        if name not in self.names:
-            raise InvalidInputError("name", name, f"one of {', '.join(self.names)}")
-        k = self.names.index(name)
-        known = self.scatter is Scatter.TOO_SMALL
-        factor = student_quantile(level, math.inf if known else self.degrees_of_freedom)
-        half = factor * math.sqrt(float(self.covariance[k, k]))
-        return Interval(max(0.0, float(self.values[k]) - half), float(self.values[k]) + half)
+        low, high = Fit.interval(self, name, level)
+        return Interval(max(0.0, low), high)
 
 
 def fit_swing(
@@ -159,25 +133,21 @@ def fit_swing(
     )
     if found.status <= 0:
         raise SolverError(CalibrationStatus.ITERATION_LIMIT, float(found.optimality), found.nfev)
-    jacobian: Array = np.asarray(found.jac)
-    freedom = len(ordered) - len(start)
-    variance = float(found.fun @ found.fun) / freedom
-    small = scatter_of(math.sqrt(variance), freedom) is Scatter.TOO_SMALL
-    units = np.array((DEFAULT_RETARDATION_TIME, 1.0))[:damped]
-    covariance = (1.0 if small else variance) * inverse_information(jacobian)[:damped, :damped]
+    covariance, error_scale = covariance_and_scale(found.fun, np.asarray(found.jac))
     names = ("retardation_time", "air")[:damped]
+    units = np.array((DEFAULT_RETARDATION_TIME, 1.0))[:damped]
     values = units * found.x[:damped]
     return SwingFit(
         names=names,
         values=values,
-        covariance=covariance * np.outer(units, units),
+        covariance=covariance[:damped, :damped] * np.outer(units, units),
+        residuals=found.fun,
+        degrees_of_freedom=len(ordered) - len(start),
+        error_scale=error_scale,
+        at_bound=tuple(n for n, v in zip(names, found.x, strict=False) if v < 1e-4),
         damping=Damping(float(values[0]), float(values[1]) if air is None else air),
         frequency=float(found.x[damped] * swing.frequency),
         amplitude=float(found.x[damped + 2] * size),
-        residuals=found.fun,
-        degrees_of_freedom=freedom,
-        error_scale=math.sqrt(variance),
-        at_bound=tuple(n for n, v in zip(names, found.x, strict=False) if v < 1e-4),
     )
 
 

@@ -24,13 +24,8 @@ import numpy as np
 
 from spiral_core.actuator.actuator import CurvatureForm
 from spiral_core.brief import brief_repr
-from spiral_core.calibration.fit import (
-    DEFAULT_LEVEL,
-    Calibration,
-    Interval,
-    Scatter,
-    calibrate,
-)
+from spiral_core.calibration.fit import Calibration, calibrate
+from spiral_core.calibration.regression import DEFAULT_LEVEL, Interval, Scatter
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array
 from spiral_core.wrap.curve import WrapCurve

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from spiral_core import Calibration, FittedQuantity, MeasuredActuation
-from spiral_core.calibration.fit import DEFAULT_LEVEL
 from spiral_core.calibration.model import constants_of
+from spiral_core.calibration.regression import DEFAULT_LEVEL
 from spiral_gripper.files.catalog import available_grippers, find_description, read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
 from spiral_gripper.files.description_text import changed_text, read_for_change

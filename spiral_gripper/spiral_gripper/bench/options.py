@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from spiral_core import FittedQuantity, InvalidInputError
-from spiral_core.calibration.fit import DEFAULT_LEVEL
+from spiral_core.calibration.regression import DEFAULT_LEVEL
 from spiral_gripper.files.fields import FIELDS, LAWS
 from spiral_gripper.files.units import parse_number, parse_quantity
 

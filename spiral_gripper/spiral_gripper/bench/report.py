@@ -16,7 +16,7 @@ from spiral_core import (
     Reading,
     weak_directions,
 )
-from spiral_core.calibration.fit import Scatter
+from spiral_core.calibration.regression import Scatter
 from spiral_gripper.bench.measurements import Measurements
 from spiral_gripper.files.shown import number, shown
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
-from spiral_core.calibration.fit import Scatter
+from spiral_core.calibration.regression import Scatter
 from spiral_gripper.bench.measurements import COLUMNS, stated_error
 from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.files.description import GripperDescription
