@@ -39,6 +39,7 @@ from spiral_core.calibration.regression import (
     Fit,
     covariance_and_scale,
     outliers,
+    slope,
     studentized,
 )
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
@@ -375,8 +376,13 @@ class Problem:
         Raises:
             SolverError: there are no residuals on either side.
         """
-        steps = DIFFERENCE_STEP * np.array(self.model.scales())
-        return np.column_stack([self._slope(values, step) for step in np.diag(steps)])
+        columns = []
+        for step in np.diag(DIFFERENCE_STEP * np.array(self.model.scales())):
+            change = slope(self.residuals, values, step)
+            if change is None:
+                raise SolverError(CalibrationStatus.STUCK, math.inf, 1)
+            columns.append(change / step.sum())
+        return np.column_stack(columns)
 
     def outliers(self, values: Array) -> tuple[int, ...]:
         """Return the places of the readings that chance does not explain, the farthest first."""
@@ -421,18 +427,6 @@ class Problem:
         _require_stationary(found.fun, np.asarray(found.jac)[:, ~active], found.nfev)
         bound = zip(self.model.names, active, strict=True)
         return found.x * scales, tuple(name for name, hit in bound if hit)
-
-    def _slope(self, values: Array, step: Array) -> Array:
-        """Return the difference quotient (m,) of the residuals along a step of one parameter."""
-        known: list[tuple[float, Array]] = []
-        for sign in (1.0, -1.0, 0.0):
-            residuals = self._residuals_or_nan(values + sign * step)
-            known += [(sign, residuals)] if np.isfinite(residuals).all() else []
-            if len(known) == 2:
-                (one, there), (other, here) = known
-                quotient: Array = (there - here) / ((one - other) * step.sum())
-                return quotient
-        raise SolverError(CalibrationStatus.STUCK, math.inf, 1)
 
     def _residuals_or_nan(self, values: Array) -> Array:
         """Return the residuals, or NaN throughout where there are none: the step is shortened."""

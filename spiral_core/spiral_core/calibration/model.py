@@ -415,16 +415,12 @@ def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]
         of = getattr(one, "section_length", None), getattr(one, "arc_length", None)
         groups.setdefault((type(one), one.pressure, *of), []).append(k)
     found = []
-    for places in groups.values():
-        if len(places) < 2:
-            continue
+    for places in (group for group in groups.values() if len(group) > 1):
         values = np.array([readings[k].measured for k in places])
         errors = effective_errors(trial, [readings[k] for k in places]).reshape(values.shape)
-        low, high = values.argmin(axis=0), values.argmax(axis=0)
-        columns = np.arange(values.shape[1])
-        apart = (values[high, columns] - values[low, columns]) / np.hypot(
-            errors[high, columns], errors[low, columns]
-        )
+        order, columns = np.argsort(values, axis=0, kind="stable"), np.arange(values.shape[1])
+        low, high = order[0], order[-1]
+        apart = np.ptp(values, axis=0) / np.hypot(errors[high, columns], errors[low, columns])
         worst = int(np.argmax(apart))
         if apart[worst] > FAR_APART:
             pair = int(low[worst]), int(high[worst])
@@ -460,23 +456,14 @@ def effective_errors(trial: Trial, readings: Sequence[Reading]) -> Array:
     errors = np.repeat([reading.pressure_error for reading in readings], counts)
     if not errors.any():
         return own
-    slopes = _pressure_slopes(trial, readings)
-    total: Array = np.hypot(own, slopes * errors)
-    return total
-
-
-def _pressure_slopes(trial: Trial, readings: Sequence[Reading]) -> Array:
-    """Return the derivative of each component over the pressure, from steps that stay in range."""
     limit = trial.actuation.pressure_limit
     low = [replace(r, pressure=r.pressure * (1.0 - PRESSURE_STEP)) for r in readings]
     high = [replace(r, pressure=min(limit, r.pressure * (1.0 + PRESSURE_STEP))) for r in readings]
-    widths = [
-        (b.pressure - a.pressure) or 1.0  # at zero pressure both are the same: slope 0
-        for a, b in zip(low, high, strict=True)
-        for _ in a.measured
-    ]
-    slopes: Array = (predict(trial, high) - predict(trial, low)) / np.array(widths)
-    return slopes
+    steps = [(b.pressure - a.pressure) or 1.0 for a, b in zip(low, high, strict=True)]
+    # At zero pressure both are the same: slope 0.
+    slopes = (predict(trial, high) - predict(trial, low)) / np.repeat(steps, counts)
+    total: Array = np.hypot(own, slopes * errors)
+    return total
 
 
 def _predict_one(trial: Trial, shapes: _Shapes | None, reading: Reading) -> tuple[float, ...]:
@@ -521,7 +508,7 @@ def _wrapped_radius(shapes: _Shapes, reading: GripReading) -> float:
 
 # Until the start reaches the highest measured pressure it is made stiffer by these factors: a
 # little first, as noise near a limit point needs no more.
-STIFFENING = (1.01, 1.03, 1.1, 1.3, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+STIFFENING = (1.0, 1.01, 1.03, 1.1, 1.3, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
 
 def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> tuple[float, ...]:
@@ -534,21 +521,14 @@ def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> tup
     Raises:
         ActuationLimitError: the measured pressures are past what any start reaches.
     """
-    values = model.start()
-    beyond = _beyond(model, values, readings)
+    beyond: ActuationLimitError | None = None
     for factor in STIFFENING:
+        values = tuple(
+            value if name == "extension_limit" else factor * value
+            for name, value in zip(model.names, model.start(), strict=True)
+        )
+        trial = Trial(actuation_of(model.actuator_from(values)))
+        beyond = trial.highest_beyond(readings)
         if beyond is None:
             return values
-        scales = (1.0 if name == "extension_limit" else factor for name in model.names)
-        values = tuple(a * b for a, b in zip(model.start(), scales, strict=True))
-        beyond = _beyond(model, values, readings)
-    if beyond is None:
-        return values
-    raise beyond
-
-
-def _beyond(
-    model: CalibrationModel, values: Sequence[float], readings: Sequence[Reading]
-) -> ActuationLimitError | None:
-    """Return the error of the highest reading, if these values do not reach it."""
-    return Trial(actuation_of(model.actuator_from(values))).highest_beyond(readings)
+    raise cast("ActuationLimitError", beyond)

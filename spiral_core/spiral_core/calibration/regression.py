@@ -25,6 +25,8 @@ ch. 2 and 5.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
@@ -33,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.brief import brief_repr
-from spiral_core.errors import InvalidInputError
+from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_in_range
 
@@ -208,6 +210,28 @@ def covariance_and_scale(residuals: Array, jacobian: Array) -> tuple[Array, floa
     scaled = directions / np.maximum(singular, floor)[:, None] / lengths
     accepted = 1.0 if scatter_of(scale, freedom) is Scatter.TOO_SMALL else variance
     return accepted * scaled.T @ scaled, scale
+
+
+def slope(function: Callable[[Array], Array], at: Array, step: Array) -> Array | None:
+    """Return the change of a function per step: of both sides, or of one where one has no value.
+
+    Args:
+        function: raises SpiralError where it has no value.
+        at: where to differentiate.
+        step: to either side.
+
+    Returns:
+        The difference quotient; None where at most one of the three points has a value.
+    """
+    known: list[tuple[float, Array]] = []
+    for sign in (1.0, -1.0, 0.0):
+        with suppress(SpiralError):
+            known.append((sign, function(at + sign * step)))
+        if len(known) == 2:
+            (one, there), (other, here) = known
+            quotient: Array = (there - here) / (one - other)
+            return quotient
+    return None
 
 
 class Studentized(NamedTuple):

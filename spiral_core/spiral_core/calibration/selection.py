@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,12 +52,12 @@ class CrossValidation:
     @property
     def relative_error(self) -> float:
         """Root mean square of the relative errors."""
-        return float(np.sqrt(np.mean(self.relative_errors**2)))
+        return _root_mean_square(self.relative_errors)
 
     @property
     def error_scale(self) -> float:
         """Root mean square of predicted minus measured, over the stated errors."""
-        return float(np.sqrt(np.mean(((self.predicted - self.measured) / self.errors) ** 2)))
+        return _root_mean_square((self.predicted - self.measured) / self.errors)
 
     @property
     def share_of_largest(self) -> float:
@@ -67,12 +67,16 @@ class CrossValidation:
         """
         told = self.largest > 0.0
         shares = (self.predicted[told] - self.measured[told]) / self.largest[told]
-        return float(np.sqrt(np.mean(shares**2))) if told.any() else 0.0
+        return _root_mean_square(shares) if told.any() else 0.0
 
     @property
     def error(self) -> float:
         """Root mean square of predicted minus measured, in the unit of what was measured."""
-        return float(np.sqrt(np.mean((self.predicted - self.measured) ** 2)))
+        return _root_mean_square(self.predicted - self.measured)
+
+
+def _root_mean_square(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def leave_one_out(calibration: Calibration) -> CrossValidation:
@@ -106,24 +110,20 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
         predicted.extend(values)
     if not told:
         raise InvalidInputError("readings", f"{len(groups)} pressures", "enough to leave one out")
+    largest = {
+        kind: np.abs(measured_values([one for one in readings if type(one) is kind])).max()
+        for kind in {type(one) for one in told}
+    }
+    rows = [(one.pressure, one.error, largest[type(one)]) for one in told for _ in one.measured]
+    pressures, errors, largest_of_kind = np.array(rows).T
     return CrossValidation(
         measured_values(told),
         np.array(predicted),
-        _for_each_component(told, lambda reading: reading.pressure),
-        _for_each_component(told, lambda reading: reading.error),
-        _for_each_component(told, lambda reading: _largest_of_kind(readings, type(reading))),
+        pressures,
+        errors,
+        largest_of_kind,
         tuple(missed),
     )
-
-
-def _for_each_component(readings: Sequence[Reading], value: Callable[[Reading], float]) -> Array:
-    """Return a value of each reading, repeated for each component that it measured."""
-    return np.array([value(one) for one in readings for _ in one.measured], dtype=np.float64)
-
-
-def _largest_of_kind(readings: Sequence[Reading], kind: type[Reading]) -> float:
-    """Return the largest absolute value that readings of a kind measured."""
-    return float(np.abs(measured_values([one for one in readings if type(one) is kind])).max())
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,16 +174,11 @@ def choose_law(calibrations: Sequence[Calibration | tuple[str, SpiralError]]) ->
         raise InvalidInputError("calibrations", len(fits), "one successful fit at least")
     if any(one.readings != fits[0].readings for one in fits):
         raise InvalidInputError("calibrations", "different readings", "fits to the same readings")
-    ordered = sorted(fits, key=_rank)
-    return LawChoice(tuple(ordered), tuple((name, str(error)) for name, error in failures))
-
-
-def _rank(calibration: Calibration) -> tuple[float, int, float]:
-    return (
-        calibration.information_criterion,
-        len(calibration.values),
-        calibration.bayesian_criterion,
+    ordered = sorted(
+        fits,
+        key=lambda one: (one.information_criterion, len(one.values), one.bayesian_criterion),
     )
+    return LawChoice(tuple(ordered), tuple((name, str(error)) for name, error in failures))
 
 
 def _by_pressure(readings: Sequence[Reading]) -> list[list[Reading]]:
@@ -202,8 +197,7 @@ def _predicted_from(
 ) -> Array:
     """Return what a fit to the other readings predicts for one group."""
     fit = calibrate(calibration.model, others, start=calibration.values.tolist())
-    trial = fit.model.trial(fit.values.tolist())
-    beyond = trial.highest_beyond(group)
+    beyond = fit.trial.highest_beyond(group)
     if beyond is not None:
         raise beyond
-    return predict(trial, group)
+    return predict(fit.trial, group)

@@ -25,7 +25,7 @@ import numpy as np
 from spiral_core.actuator.actuator import CurvatureForm
 from spiral_core.brief import brief_repr
 from spiral_core.calibration.fit import Calibration, calibrate
-from spiral_core.calibration.regression import DEFAULT_LEVEL, Interval, Scatter
+from spiral_core.calibration.regression import DEFAULT_LEVEL, Interval, Scatter, slope
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array
 from spiral_core.wrap.curve import WrapCurve
@@ -103,12 +103,8 @@ def rival_fits(
         actuator = replace(calibration.model.actuator, curvature_form=form)
         model = replace(calibration.model, actuator=actuator)
         rivals.append(calibrate(model, calibration.readings, robust=bool(calibration.excluded)))
-    lowest = calibration.information_criterion
-    return tuple(
-        one
-        for one in rivals
-        if math.isinf(lowest) or one.information_criterion < lowest + RIVAL_MAX
-    )
+    limit = calibration.information_criterion + RIVAL_MAX
+    return tuple(one for one in rivals if math.isinf(limit) or one.information_criterion < limit)
 
 
 def pressure_uncertainty(
@@ -134,41 +130,41 @@ def pressure_uncertainty(
     """
     found = _by_fitted_law(calibration, radii, level)
     rivals = rival_fits(calibration) if rivals is None else rivals
-    return _widened(found, radii, level, rivals)
+    return tuple(_widened(one, rivals, level) for one in found)
 
 
 def _by_fitted_law(
     calibration: Calibration, radii: Sequence[float], level: float
-) -> tuple[RadiusPressure, ...]:
+) -> list[RadiusPressure]:
     """Return the pressures with the uncertainty of the constants alone."""
-    best = _pressures(calibration, calibration.values, radii)
-    variances = np.zeros(len(radii))
+    pressures = partial(_pressures, calibration, radii)
+    best = pressures(calibration.values)
+    slopes = []
     for direction in _principal_directions(calibration):
-        variances += _slope(calibration, direction, radii) ** 2
-    quantile = calibration.interval_factor(level)
-    results = []
-    for radius, pressure, error in zip(radii, best, np.sqrt(variances), strict=True):
-        interval = Interval(float(pressure - quantile * error), float(pressure + quantile * error))
-        results.append(
-            RadiusPressure(float(radius), float(pressure), float(error), interval, interval)
-        )
-    return tuple(results)
+        change = slope(pressures, calibration.values, STEP * direction)
+        if change is None:  # beyond the ends of what can be gripped
+            requirement = "farther from the ends of the range, to judge their uncertainty"
+            raise InvalidInputError("radii", tuple(radii), requirement)
+        slopes.append(change / STEP)
+    errors = np.linalg.norm(slopes, axis=0)
+    half = calibration.interval_factor(level) * errors
+    rows = zip(radii, best, errors, best - half, best + half, strict=True)
+    return [_of_constants(*map(float, row)) for row in rows]
 
 
-def _widened(
-    found: Sequence[RadiusPressure],
-    radii: Sequence[float],
-    level: float,
-    rivals: Sequence[Calibration],
-) -> tuple[RadiusPressure, ...]:
-    """Return pressures whose intervals cover those of rival laws."""
-    widened = []
-    for one, radius in zip(found, radii, strict=True):
-        others = tuple(_by_rival(rival, float(radius), level) for rival in rivals)
-        ends = [one.interval, *(other.interval for other in others)]
-        interval = Interval(min(end.low for end in ends), max(end.high for end in ends))
-        widened.append(replace(one, interval=interval, rivals=others))
-    return tuple(widened)
+def _of_constants(
+    radius: float, pressure: float, error: float, low: float, high: float, failed: float = 0.0
+) -> RadiusPressure:
+    """Return a pressure whose interval is that of the fitted law alone."""
+    interval = Interval(low, high)
+    return RadiusPressure(radius, pressure, error, interval, interval, failed)
+
+
+def _widened(one: RadiusPressure, rivals: Sequence[Calibration], level: float) -> RadiusPressure:
+    """Return a pressure whose interval covers those of rival laws."""
+    others = tuple(_by_rival(rival, one.radius, level) for rival in rivals)
+    lows, highs = zip(one.interval, *(other.interval for other in others), strict=True)
+    return replace(one, interval=Interval(min(lows), max(highs)), rivals=others)
 
 
 def _by_rival(rival: Calibration, radius: float, level: float) -> RivalPressure:
@@ -214,11 +210,11 @@ def pressure_uncertainty_by_draws(
     if not draws >= DRAWS_MIN:
         raise InvalidInputError("draws", draws, f"at least {DRAWS_MIN}")
     calibration.interval_factor(level)  # checks the level
-    best = _pressures(calibration, calibration.values, radii)
+    best = _pressures(calibration, radii, calibration.values)
     run = map if executor is None else executor.map
     pressures_of = partial(_drawn, calibration, tuple(radii))
     table = np.array(list(run(pressures_of, _draws(calibration, seed, draws))))
-    results = []
+    found = []
     for radius, pressure, column in zip(radii, best, table.T, strict=True):
         answers = column[np.isfinite(column)]
         if not len(answers) >= DRAWS_MIN // 2:
@@ -228,23 +224,15 @@ def pressure_uncertainty_by_draws(
                 "sure enough of its parameters that most draws grip the radius",
             )
         ends = np.quantile(answers, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
-        results.append(
-            RadiusPressure(
-                float(radius),
-                float(pressure),
-                float(np.std(answers, ddof=1)),
-                Interval(float(ends[0]), float(ends[1])),
-                Interval(float(ends[0]), float(ends[1])),
-                1.0 - len(answers) / draws,
-            )
-        )
+        row = radius, pressure, np.std(answers, ddof=1), *ends, 1.0 - len(answers) / draws
+        found.append(_of_constants(*map(float, row)))
     rivals = rival_fits(calibration) if rivals is None else rivals
-    return _widened(results, radii, level, rivals)
+    return tuple(_widened(one, rivals, level) for one in found)
 
 
 def _curve(calibration: Calibration, values: Array) -> WrapCurve:
     """Return the range of grips for some parameters."""
-    gripper = calibration.model.trial(values.tolist()).gripper
+    gripper = calibration.model.trial(values).gripper
     if gripper is None:
         raise InvalidInputError(
             "calibration", "a fit without a gripper", "one whose model holds the mounted gripper"
@@ -252,7 +240,7 @@ def _curve(calibration: Calibration, values: Array) -> WrapCurve:
     return WrapCurve(gripper)
 
 
-def _pressures(calibration: Calibration, values: Array, radii: Sequence[float]) -> Array:
+def _pressures(calibration: Calibration, radii: Sequence[float], values: Array) -> Array:
     """Return the pressure [Pa] of each radius for some parameters."""
     curve = _curve(calibration, values)
     return np.array([curve.pressure_from_radius(float(radius)) for radius in radii])
@@ -270,26 +258,6 @@ def _principal_directions(calibration: Calibration) -> Array:
     return rows
 
 
-def _slope(calibration: Calibration, direction: Array, radii: Sequence[float]) -> Array:
-    """Return the change of each pressure per unit of ``direction``, from one or both sides."""
-    sides: list[tuple[float, Array]] = []
-    for sign in (-1.0, 1.0, 0.0):
-        if len(sides) == 2:  # both sides are known: the middle is not needed
-            break
-        moved = calibration.values + sign * STEP * direction
-        try:
-            sides.append((sign, _pressures(calibration, moved, radii)))
-        except SpiralError:  # beyond the end of what can be gripped
-            continue
-    if len(sides) < 2:
-        raise InvalidInputError(
-            "radii", tuple(radii), "farther from the ends of the range, to judge their uncertainty"
-        )
-    (a, low), (b, high) = sides[0], sides[1]
-    slope: Array = (high - low) / ((b - a) * STEP)
-    return slope
-
-
 def _draws(calibration: Calibration, seed: int, draws: int) -> Array:
     """Return (draws, p) parameters from the fit's multivariate t distribution."""
     generator = np.random.default_rng(seed)
@@ -305,15 +273,10 @@ def _draws(calibration: Calibration, seed: int, draws: int) -> Array:
 
 def _drawn(calibration: Calibration, radii: Sequence[float], values: Array) -> list[float]:
     """Return the pressures of one draw [Pa]; infinite where it cannot grip."""
-    try:
+    found = [math.inf] * len(radii)
+    with suppress(SpiralError):
         curve = _curve(calibration, values)
-    except SpiralError:
-        return [math.inf] * len(radii)
-    return [_pressure_or_infinite(curve, float(radius)) for radius in radii]
-
-
-def _pressure_or_infinite(curve: WrapCurve, radius: float) -> float:
-    try:
-        return curve.pressure_from_radius(radius)
-    except SpiralError:
-        return math.inf
+        for k, radius in enumerate(radii):
+            with suppress(SpiralError):
+                found[k] = curve.pressure_from_radius(float(radius))
+    return found
