@@ -2,13 +2,15 @@
 """The errors of this package: each carries the figures behind its message as attributes.
 
 Every error keeps its arguments in ``args``, so that it can be pickled between processes. Its
-message is one line: what was wrong, which value, and what would be right.
+message is one line: what was wrong, which value, and what would be right. The string is a
+:class:`spiral_core.message.Message`: a sentence in SI that can be shown in other units.
 """
 
 from __future__ import annotations
 
 from enum import Enum
 
+from spiral_core.message import Message, Quantity, joined
 from spiral_core.rounding import rounded_down, rounded_up
 
 
@@ -52,20 +54,25 @@ class InvalidInputError(SpiralError, ValueError):
         field: name of the offending argument or field.
         value: the value as it was given.
         requirement: what would have been accepted, in words.
+        unit: SI unit of the value, or of each of several; ``"1"`` where it has none.
 
     Example:
         >>> print(InvalidInputError("wall_thickness", -1.0, "a positive finite number"))
         wall_thickness must be a positive finite number, got -1.0
+        >>> print(InvalidInputError("pressure", -1.0, "at least 0", "Pa"))
+        pressure must be at least 0, got -1 Pa
     """
 
-    def __init__(self, field: str, value: object, requirement: str) -> None:
-        super().__init__(field, value, requirement)
+    def __init__(self, field: str, value: object, requirement: str, unit: str = "1") -> None:
+        super().__init__(field, value, requirement, unit)
         self.field = field
         self.value = value
         self.requirement = requirement
+        self.unit = unit
 
     def __str__(self) -> str:
-        return f"{self.field} must be {self.requirement}, got {_short_repr(self.value)}"
+        got = _value_text(self.value, self.unit)
+        return Message("{} must be {}, got {}", self.field, self.requirement, got)
 
 
 class ActuationLimitError(SpiralError):
@@ -91,11 +98,10 @@ class ActuationLimitError(SpiralError):
         self.bound = bound
 
     def __str__(self) -> str:
-        unit = " Pa" if self.quantity == "pressure" else ""
-        return (
-            f"{self.quantity} {self.value:.9g}{unit} is past its limit {self.bound:.9g}{unit}: "
-            f"{self.limit.value}"
-        )
+        unit = "Pa" if self.quantity == "pressure" else "1"
+        value, bound = Quantity(self.value, unit), Quantity(self.bound, unit, rounded_down)
+        template = "{} {} is past its limit {}: {}"
+        return Message(template, self.quantity, value, bound, self.limit.value)
 
 
 class SolverError(SpiralError):
@@ -150,21 +156,27 @@ ask for fewer turns
         self.at_actuator_limit = at_actuator_limit
 
     def __str__(self) -> str:
+        pressure = Quantity(self.pressure, "Pa")
         if self.turns == 0.0 and self.closes_at is None:
-            return f"no pressure up to {self.pressure:.6g} Pa bends the gripper into a coil"
+            return Message("no pressure up to {} bends the gripper into a coil", pressure)
         if self.turns == 0.0:
-            return (
-                f"no pressure up to {self.pressure:.6g} Pa leaves room for an object inside the "
-                "coil; take a thinner tube, or a single fiber that is less steep"
+            return Message(
+                "no pressure up to {} leaves room for an object inside the coil; take a thinner "
+                "tube, or a single fiber that is less steep",
+                pressure,
             )
-        closed = self.closes_at is not None
-        past = f"; at {self.closes_at:.6g} Pa the coil has closed on itself" if closed else ""
-        stronger = "" if closed or self.at_actuator_limit else ", raise the pressure limit"
-        return (
-            f"the gripper makes {rounded_down(self.turns, 3):g} turns at most "
-            f"{'with room for an object ' if closed else ''}(at {self.pressure:.6g} Pa) but "
-            f"{self.turns_required:.4g} are required{past}; "
-            f"lengthen it{stronger} or ask for fewer turns"
+        room, past, stronger = "", "", ", raise the pressure limit"
+        if self.closes_at is not None:
+            room, stronger = "with room for an object ", ""
+            closes_at = Quantity(self.closes_at, "Pa")
+            past = Message("; at {} the coil has closed on itself", closes_at)
+        elif self.at_actuator_limit:
+            stronger = ""
+        return Message(
+            "the gripper makes {:g} turns at most {}(at {}) but {:.4g} are required{}; "
+            "lengthen it{} or ask for fewer turns",
+            *(rounded_down(self.turns, 3), room, pressure),
+            *(self.turns_required, past, stronger),
         )
 
 
@@ -180,7 +192,7 @@ class NotGrippableError(SpiralError):
 
     Example:
         >>> print(NotGrippableError(0.005, "too thin for the pressure limit", -0.004, 0.009))
-        radius 0.005 m cannot be gripped: too thin for the pressure limit; \
+        an object of radius 0.005 m cannot be gripped: too thin for the pressure limit; \
 the nearest grippable radius is 0.009 m
     """
 
@@ -196,13 +208,21 @@ the nearest grippable radius is 0.009 m
     def __str__(self) -> str:
         nearest = self.nearest_radius
         if nearest is None:
-            return f"the object cannot be gripped: {self.constraint}"
-        text = f"radius {self.radius:.6g} m cannot be gripped: {self.constraint}"
+            return Message("the object cannot be gripped: {}", self.constraint)
         inward = rounded_up if nearest > self.radius else rounded_down
-        return f"{text}; the nearest grippable radius is {inward(nearest, 6):.6g} m"
+        return Message(
+            "an object of radius {} cannot be gripped: {}; the nearest grippable radius is {}",
+            *(Quantity(self.radius, "m"), self.constraint, Quantity(nearest, "m", inward)),
+        )
 
 
-def _short_repr(value: object) -> str:
-    """Return ``repr(value)`` on one line of at most 120 characters."""
+def _value_text(value: object, unit: str) -> object:
+    """Return a value with its unit; without one its repr, on a line of at most 120 characters."""
+    if isinstance(value, Message):
+        return value
+    if unit != "1":
+        several = value if isinstance(value, tuple) else (value,)
+        if 0 < len(several) <= 6 and all(isinstance(one, float) for one in several):
+            return joined(", ", (Quantity(one, unit) for one in several))
     text = " ".join(repr(value).split())
     return text if len(text) <= 120 else text[:117] + "..."

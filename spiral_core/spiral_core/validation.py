@@ -12,6 +12,8 @@ from numbers import Real
 from typing import Any
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message, Quantity
+from spiral_core.rounding import rounded_down, rounded_up
 
 # A direction that a file states with about seven digits still counts as a unit vector.
 UNIT_NORM_TOLERANCE = 1e-6
@@ -65,17 +67,22 @@ def require_non_negative(field: str, value: object) -> float:
     return number
 
 
-def require_in_range(field: str, value: object, low: float, high: float) -> float:
+def require_in_range(field: str, value: object, low: float, high: float, unit: str = "1") -> float:
     """Return ``value`` as a float if ``low <= value <= high``; otherwise raise InvalidInputError.
+
+    The unit is that of all three, for the message.
 
     Example:
         >>> require_in_range("friction_coefficient", 0.5, 0.0, 2.0)
         0.5
     """
-    requirement = f"a number from {low:.9g} to {high:.9g}"
+    if type(value) is float and low <= value <= high:
+        return value
+    ends = Quantity(low, unit, rounded_up), Quantity(high, unit, rounded_down)
+    requirement = Message("a number from {} to {}", *ends)
     number = _checked(field, value, requirement)
     if not low <= number <= high:
-        raise InvalidInputError(field, value, requirement)
+        raise InvalidInputError(field, number, requirement, unit)
     return number
 
 

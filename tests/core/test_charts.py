@@ -34,7 +34,7 @@ HOOP = Actuator(TUBE, FiberAngles(math.pi / 2, math.radians(60.0)), MooneyRivlin
 
 def test_design_space_of_hoop_windings_in_closed_form() -> None:
     beta = math.radians(70.0)
-    (curve,) = design_space(HOOP, [beta], turns=1.5, stretch_max=1.4, points=21)
+    (curve,) = design_space(HOOP, [beta], turns_required=1.5, stretch_max=1.4, points=21)
     assert curve.fiber_angle_beta == beta
     assert curve.stretch[-1] == 1.4
     # kappa r = lambda - 1, tau r = sqrt(sec^2 beta - lambda^2) - tan beta.
@@ -53,7 +53,7 @@ def test_design_space_ends_where_fibers_lock() -> None:
     (curve,) = design_space(HOOP, [math.radians(20.0)], stretch_max=1.5)
     assert 1.06 < curve.stretch[-1] < 1.0 / math.cos(math.radians(20.0))
     with pytest.raises(InvalidInputError, match="turns"):
-        design_space(HOOP, [1.0], turns=0.0)
+        design_space(HOOP, [1.0], turns_required=0.0)
     for stretch in (1.005, 1.01, math.nan, math.inf):
         with pytest.raises(InvalidInputError, match="stretch_max"):
             design_space(HOOP, [1.0], stretch_max=stretch)

@@ -70,13 +70,13 @@ def closed_where(
             lambda _, anywhere: anywhere,
             50,
             [(50, False), (60, False), (50, True)],
-            "25 mm is wrapped from another place than the free coil's",
+            "0.025 m is wrapped from another place than the free coil's",
         ),
         (
             lambda *_: False,
             None,
             [(50, False), (60, False), (50, True)],
-            f"25 mm is not wrapped: {LOST}",
+            f"0.025 m is not wrapped: {LOST}",
         ),
     ],
     ids=["at once", "the next", "elsewhere", "nowhere"],
@@ -132,7 +132,7 @@ def test_closing_is_grips_own() -> None:
     told: list[str] = []
     closed = close_on_objects(wanted, evaluation, told.append)
     assert [one.radius for one in closed] == pytest.approx([0.025, 0.0185, 0.012])
-    assert told == ["closing on 25 mm", "closing on 18.5 mm", "closing on 12 mm"]
+    assert told == ["closing on 0.025 m", "closing on 0.0185 m", "closing on 0.012 m"]
     first = replace(wanted, fiber_angles_beta=wanted.fiber_angles_beta[:1])
     design = design_gripper(first, contact=False).design
     assert design is not None

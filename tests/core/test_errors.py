@@ -18,6 +18,7 @@ from spiral_core.errors import (
     SolverError,
     SpiralError,
 )
+from spiral_core.message import Message, Quantity
 
 
 class Status(Enum):
@@ -126,3 +127,15 @@ def test_a_coil_that_closed_is_no_reason_to_ask_for_more_pressure() -> None:
     nothing = str(NoCoilError(0.0, 1.05, 5.0e4, closes_at=1.0e3))
     assert "no pressure up to 50000 Pa leaves room for an object" in nothing
     assert "raise" not in str(NoCoilError(0.4, 1.05, 5.0e4, at_actuator_limit=True))
+
+
+def test_a_message_keeps_its_quantities_wherever_it_travels() -> None:
+    reason = Message("above {}", Quantity(1.0e5, "Pa"))
+    error = pickle.loads(pickle.dumps(NotGrippableError(0.05, reason, -0.004, 0.01234567)))
+    said = str(error)
+    assert isinstance(said, Message)
+    digits = said.told(lambda q: q.text(1.0e3, f"milli{q.unit}", 3))
+    assert digits == (
+        "an object of radius 50 millim cannot be gripped: above 1e+08 milliPa; "
+        "the nearest grippable radius is 12.3 millim"
+    )

@@ -77,13 +77,13 @@ def test_the_two_ends_of_an_object_are_alike(curve: WrapCurve) -> None:
     [
         ([0.0, 0.3], [0.0005, 0.0004], "too thin"),
         ([0.0, 0.3], [0.08, 0.09], "too thick"),
-        ([0.0, 0.02], [0.02, 0.02], "in radius is 20 mm long, and the coil covers"),
-        ([0.0, 0.1, 0.2], [0.09, 0.01, 0.09], "in radius is .* mm long, and the coil covers"),
+        ([0.0, 0.02], [0.02, 0.02], "in radius is 0.02 m long, and the coil covers"),
+        ([0.0, 0.1, 0.2], [0.09, 0.01, 0.09], "in radius is .* m long, and the coil covers"),
         # Ten meters of object, none of them even enough for the coil: a margin that is not met.
         (
             np.linspace(0.0, 10.0, 201).tolist(),
             [0.02 if i % 2 else 0.08 for i in range(201)],
-            "in radius is .* mm long, and the coil covers",
+            "in radius is .* m long, and the coil covers",
         ),
     ],
 )

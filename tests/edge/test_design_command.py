@@ -75,11 +75,11 @@ def test_a_design_is_closed_on_its_objects_as_grip_closes_its_file(
     closing = document["steps"][7]
     assert (closing["number"], closing["satisfied"]) == (8, True)
     onsets = {figure["name"]: figure["value"] for figure in closing["figures"]}
-    assert list(onsets) == [f"wrapped from, {radius} mm" for radius in ("25", "18.5", "12")]
+    assert list(onsets) == [f"wrapped from, {radius} m" for radius in ("0.025", "0.0185", "0.012")]
     assert load_description(path).gripper.friction_coefficient == 0.4
     gripped = answer(capsys, "wrap", str(path), "--radius", "18.5 mm")
     # Twelve digits are written.
-    assert gripped["pressure"] == pytest.approx(onsets["wrapped from, 18.5 mm"], rel=1e-6)
+    assert gripped["pressure"] == pytest.approx(onsets["wrapped from, 0.0185 m"], rel=1e-6)
 
 
 def test_a_design_that_contact_does_not_wrap_is_refused(

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import time
 from pathlib import Path
@@ -142,7 +143,7 @@ MISUSES = {
     # design
     "design": "--radius-min",
     "design --radius-min '11 mm'": "--radius-max",
-    "design --radius-min '30 mm' --radius-max '11 mm'": "at least --radius-min = 30 mm, got 11 mm",
+    "design --radius-min '30 mm' --radius-max '11 mm'": "the smallest radius, 30 mm, got 11 mm",
     "design --radius-min '-1 mm' --radius-max '11 mm'": "--radius-min must be a positive",
     D + "--strain-max '30 %'": "a plain finite number",
     D + "--strain-max 30": "0.3 is 30 %",
@@ -328,4 +329,5 @@ def test_a_misuse_is_answered_at_once_with_the_reason(
     assert MISUSES[text] in " ".join(said.split())
     assert said.startswith(("spiral-gripper: ", "Usage: spiral-gripper "))
     assert "Errno" not in said
+    assert " Pa" in text or re.search(r"\d Pa\b", said) is None  # the unit is that of the user
     assert set(folder.iterdir()) == before

@@ -13,14 +13,15 @@ from click.testing import CliRunner
 from rich.console import Console
 
 from spiral_core import GripOutcome, InvalidInputError, Pull, WrapCurve, grip_cases
+from spiral_core.message import Message, Quantity
 from spiral_gripper import convert_from_si, display_units, load_gripper, plot
 from spiral_gripper.cli import main as cli
 from spiral_gripper.files.shown import (
     axis_label,
     number,
-    reworded,
     scale_of,
     shown,
+    shown_message,
     shown_range,
 )
 from spiral_gripper.files.units import Dimension
@@ -101,18 +102,20 @@ def test_no_usual_unit_is_left_where_all_are_chosen(arguments):
 
 def test_the_verdict_of_a_design_is_in_the_chosen_units():
     feasible = " ".join(run(*DESIGN, "--units", "psi,in").output.split())
-    assert re.search(r"feasible: .* length [\d.]+ in, [\d.]+ to [\d.]+ psi", feasible)
+    assert re.search(r"feasible: .* length [\d.]+ in, [\d.]+ psi to [\d.]+ psi", feasible)
     refused = run(*DESIGN, "--pressure-max", "20 kPa", "--units", "psi,in").output
     assert re.search(
         r"not feasible: .*[\d.]+ psi, .*at most 2\.90\d* psi", " ".join(refused.split())
     )
 
 
-def test_a_sentence_keeps_names_and_compound_units():
+def test_a_message_is_shown_part_by_part_and_other_text_as_it_is():
+    limit = Message("at most {}", Quantity(6894.757, "Pa"))
+    text = Message("tube of {}; {}; {}", "10 mm x 1 mm", Quantity(0.254, "m"), limit)
+    assert str(text) == "tube of 10 mm x 1 mm; 0.254 m; at most 6894.76 Pa"
     with display_units("psi", "in"):
-        text = "tube of 10 mm x 1 mm; 3 N mm; 5 m^2; 254 mm; at most 6894.757 Pa"
-        assert reworded(text) == "tube of 10 mm x 1 mm; 3 N mm; 5 m^2; 10 in; at most 1 psi"
-    assert reworded("10.125 to 20.25 kPa") == "10.125 to 20.25 kPa"
+        assert shown_message(text) == "tube of 10 mm x 1 mm; 10 in; at most 1 psi"
+        assert shown_message("254 mm") == "254 mm"
 
 
 def test_json_stays_in_si():

@@ -27,7 +27,9 @@ from typing import NamedTuple
 
 from spiral_core.actuator.section import FiberSet, family_slope
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.numerics.roots import last_positive
+from spiral_core.rounding import rounded_up
 from spiral_core.validation import require_in_range, require_positive
 
 # Rotation and hoop stretch come from dividing by sin(alpha - beta), which magnifies rounding by its
@@ -62,18 +64,13 @@ class FiberAngles:
 
     def __post_init__(self) -> None:
         for field, angle in (("alpha", self.alpha), ("beta", self.beta)):
-            require_in_range(field, angle, -math.pi / 2, math.pi / 2)
-            if not abs(angle) >= SMALLEST_ANGLE:
-                raise InvalidInputError(
-                    field,
-                    angle,
-                    f"at least {SMALLEST_ANGLE} rad from the axis (a fiber along it cannot extend)",
-                )
+            _require_wound(field, angle)
         if not abs(math.sin(self.alpha - self.beta)) >= SMALLEST_CROSSING:
             raise InvalidInputError(
                 "alpha, beta",
                 (self.alpha, self.beta),
                 f"angles of two families that cross (|sin(alpha - beta)| >= {SMALLEST_CROSSING})",
+                "rad",
             )
 
     @property
@@ -84,6 +81,15 @@ class FiberAngles:
     def mirrored(self) -> FiberAngles:
         """Return the mirror image: both handednesses swapped."""
         return FiberAngles(alpha=-self.alpha, beta=-self.beta)
+
+
+def _require_wound(field: str, angle: float) -> None:
+    """Raise InvalidInputError unless a family of this angle [rad] is wound about the axis."""
+    require_in_range(field, angle, -math.pi / 2, math.pi / 2, "rad")
+    if not abs(angle) >= SMALLEST_ANGLE:
+        least = Quantity(SMALLEST_ANGLE, "rad", rounded_up)
+        requirement = Message("at least {} from the axis (a fiber along it cannot extend)", least)
+        raise InvalidInputError(field, angle, requirement, "rad")
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,11 +110,7 @@ class OneFamily:
     angle: float
 
     def __post_init__(self) -> None:
-        require_in_range("angle", self.angle, -math.pi / 2, math.pi / 2)
-        if not abs(self.angle) >= SMALLEST_ANGLE:
-            raise InvalidInputError(
-                "angle", self.angle, f"at least {SMALLEST_ANGLE} rad from the axis"
-            )
+        _require_wound("angle", self.angle)
 
     def mirrored(self) -> OneFamily:
         """Return the mirror image."""
@@ -352,8 +354,8 @@ class SingleFiber:
     position: float = 0.0
 
     def __post_init__(self) -> None:
-        require_in_range("angle", self.angle, -LARGEST_ANGLE, LARGEST_ANGLE)
-        require_in_range("position", self.position, -2.0 * math.pi, 2.0 * math.pi)
+        require_in_range("angle", self.angle, -LARGEST_ANGLE, LARGEST_ANGLE, "rad")
+        require_in_range("position", self.position, -2.0 * math.pi, 2.0 * math.pi, "rad")
 
 
 def check_single_fibers(families: FiberAngles | OneFamily, fibers: tuple[SingleFiber, ...]) -> None:

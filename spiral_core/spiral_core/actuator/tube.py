@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.validation import require_positive
 
 # Largest dimension accepted [m]; a design for enormous objects may reach a thousand kilometers.
@@ -43,7 +44,8 @@ class Tube:
         for field in ("inner_radius", "wall_thickness", "length"):
             value = require_positive(field, getattr(self, field))
             if not value <= LARGEST:
-                raise InvalidInputError(field, value, f"at most {LARGEST:g} m")
+                most = Message("at most {}", Quantity(LARGEST, "m"))
+                raise InvalidInputError(field, value, most, "m")
 
     @property
     def outer_radius(self) -> float:

@@ -43,6 +43,7 @@ from spiral_core.calibration.regression import (
     studentized,
 )
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
+from spiral_core.message import Message, Quantity, joined
 from spiral_core.rod.types import Array, Section
 from spiral_core.wrap.gripper import Gripper
 
@@ -256,9 +257,10 @@ def calibrate(
     except InvalidInputError as error:
         raise _held_or(error, model) from None
     for one in contradictions(first, readings, robust=robust):
-        at = readings[one.places[0]].pressure
-        read = " and ".join(f"{value:.6g}" for value in one.values)
-        raise InvalidInputError(one.quantity, f"{read} (SI) at {at:.6g} Pa", one.reason)
+        unit = "rad" if one.quantity in ("bend_angle", "twist") else "m"
+        read = joined(" and ", (Quantity(value, unit) for value in one.values))
+        pressure = Quantity(readings[one.places[0]].pressure, "Pa")
+        raise InvalidInputError(one.quantity, Message("{} at {}", read, pressure), one.reason)
     problem = Problem(model, readings, effective_errors(first, readings))
     try:
         values, at_bound = problem.solve(values)
@@ -476,7 +478,10 @@ def _require_seen(calibration: Calibration) -> None:
     pressures = [reading.pressure for reading in calibration.readings]
     raise InvalidInputError(
         "readings",
-        f"{len(pressures)} readings from {min(pressures):.6g} Pa to {max(pressures):.6g} Pa",
+        Message(
+            "{} readings from {} to {}",
+            *(len(pressures), Quantity(min(pressures), "Pa"), Quantity(max(pressures), "Pa")),
+        ),
         f"such that they depend on {' and '.join(unseen)} ({_advice(calibration, unseen)})",
     )
 

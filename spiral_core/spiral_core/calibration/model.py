@@ -30,9 +30,11 @@ from spiral_core.calibration.readings import (
     TwistReading,
 )
 from spiral_core.errors import ActuationLimitError, InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array, Section
+from spiral_core.rounding import rounded_down
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.gripper import Gripper, stiffness_from_actuator
 from spiral_core.wrap.wrap import wrapped_radius
@@ -494,7 +496,8 @@ def _position(shapes: _Shapes, reading: ShapeReading) -> tuple[float, ...]:
     if reading.arc_length is None:
         return tuple(float(x) for x in state.tip_position)
     if not reading.arc_length <= length:
-        raise InvalidInputError("arc_length", reading.arc_length, f"at most the length {length} m")
+        requirement = Message("at most the length, {}", Quantity(length, "m", rounded_down))
+        raise InvalidInputError("arc_length", reading.arc_length, requirement, "m")
     spline = CubicHermiteSpline(state.arc_lengths, state.positions, state.tangents)
     position = spline(reading.arc_length / length * shape.backbone_length)
     return tuple(float(x) for x in position)

@@ -26,6 +26,7 @@ from spiral_core.calibration.regression import (
     covariance_and_scale,
 )
 from spiral_core.errors import InvalidInputError, SolverError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.motion.inertia import DEFAULT_RETARDATION_TIME, Damping
 from spiral_core.rod.motion.swing import Swing
 from spiral_core.rod.types import Array
@@ -191,8 +192,9 @@ class _Data:
                 "time, the mount, the pressure and the weight",
             )
         if not ends * frequency >= LEAST_PERIODS:
-            requirement = f"at least {LEAST_PERIODS:g} swings, {LEAST_PERIODS / frequency:.2g} s"
-            raise InvalidInputError("time", f"{ends:.3g} s", requirement)
+            least = Quantity(LEAST_PERIODS / frequency, "s")
+            requirement = Message("at least {:g} swings, {}", LEAST_PERIODS, least)
+            raise InvalidInputError("time", ends, requirement, "s")
         variance = float(np.sum((self.measured - self.measured.mean()) ** 2))
         if not best[0] < (1.0 - LEAST_SWING) * variance:
             requirement = "a swing of the tip that decays"

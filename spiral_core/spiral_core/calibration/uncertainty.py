@@ -27,6 +27,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.calibration.fit import Calibration, calibrate
 from spiral_core.calibration.regression import DEFAULT_LEVEL, Interval, Scatter, slope
 from spiral_core.errors import InvalidInputError, SpiralError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import Array
 from spiral_core.wrap.curve import WrapCurve
 
@@ -220,7 +221,7 @@ def pressure_uncertainty_by_draws(
         if not len(answers) >= DRAWS_MIN // 2:
             raise InvalidInputError(
                 "calibration",
-                f"{len(answers)} of {draws} draws that grip {radius:.6g} m",
+                Message("{} of {} draws that grip {}", len(answers), draws, Quantity(radius, "m")),
                 "sure enough of its parameters that most draws grip the radius",
             )
         ends = np.quantile(answers, [0.5 - 0.5 * level, 0.5 + 0.5 * level])

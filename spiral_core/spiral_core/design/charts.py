@@ -98,7 +98,7 @@ class RegimeChart:
 def design_space(
     actuator: Actuator,
     fiber_angles_beta: Sequence[float],
-    turns: float = 1.0,
+    turns_required: float = 1.0,
     stretch_max: float = 1.5,
     points: int = 101,
 ) -> tuple[DesignSpace, ...]:
@@ -109,7 +109,7 @@ def design_space(
     Args:
         actuator: tube, first angle and form of the curvature; its second angle is replaced.
         fiber_angles_beta: one curve each [rad].
-        turns: n, for lengths.
+        turns_required: n, for lengths.
         stretch_max: where the curves end, unless a fiber locks before; above 1.01.
         points: of each curve.
 
@@ -117,11 +117,11 @@ def design_space(
         InvalidInputError: an angle or the stretch is out of range.
         ActuationLimitError: the straight fiber locks (``EXACT``) before ``stretch_max``.
     """
-    require_positive("turns", turns)
+    require_positive("turns_required", turns_required)
     if not require_finite("stretch_max", stretch_max) > 1.0 + LEAST_STRAIN:
         raise InvalidInputError("stretch_max", stretch_max, f"above {1.0 + LEAST_STRAIN:g}")
     return tuple(
-        _design_space(_with_beta(actuator, beta), turns, stretch_max, points)
+        _design_space(_with_beta(actuator, beta), turns_required, stretch_max, points)
         for beta in fiber_angles_beta
     )
 

@@ -15,6 +15,7 @@ from spiral_core.errors import SpiralError
 from spiral_core.grip.places import find_place
 from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.grip.window import grip_window
+from spiral_core.message import Message, Quantity
 
 Told = Callable[[str], None]
 
@@ -64,7 +65,7 @@ def close_on_objects(
     friction = requirement.friction_coefficient
     closed = []
     for radius in radii:
-        told(f"closing on {1e3 * radius:.4g} mm")
+        told(Message("closing on {}", Quantity(radius, "m")))
         try:
             reached = min(radius, exact.largest.radius)  # to rounding
             setup = lay_into_coil(gripper, reached, friction=friction)
@@ -74,7 +75,7 @@ def close_on_objects(
         result = _closed(radius, setup)
         searched = anywhere and all(one.onset is not None for one in closed)
         if result.onset is None and searched:
-            told(f"looking for a place for {1e3 * radius:.4g} mm")
+            told(Message("looking for a place for {}", Quantity(radius, "m")))
             place = find_place(setup)
             if place is not None:
                 shift = math.dist(place.obstacle.position, setup.obstacle.position)

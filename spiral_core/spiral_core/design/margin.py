@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from spiral_core.message import Message, Quantity
+
 # Relative rounding of the searches behind the figures; a limit met to this is met.
 TOLERANCE = 1e-9
 
@@ -98,13 +100,11 @@ class Margin:
     @property
     def sentence(self) -> str:
         """The comparison in words, for reports."""
-        unit = "" if self.constraint.unit == "1" else f" {self.constraint.unit}"
+        name, wanted, unit = self.constraint.value, self.constraint.wanted, self.constraint.unit
+        value, bound = Quantity(self.value, unit), Quantity(self.bound, unit)
         verdict = "met" if self.is_met else "violated"
-        bound = f"{self.constraint.wanted} {self.bound:.5g}{unit}"
-        return (
-            f"{self.constraint.value}: {self.value:.5g}{unit}, {bound} "
-            f"({verdict}, {100.0 * self.relative:+.1f} %)"
-        )
+        template = "{}: {}, {} {} ({}, {:+.1f} %)"
+        return Message(template, name, value, wanted, bound, verdict, 100.0 * self.relative)
 
 
 def tightest(margins: tuple[Margin, ...]) -> Margin:

@@ -11,7 +11,9 @@ from spiral_core.brief import brief_repr
 from spiral_core.design.evaluation import Evaluation
 from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.margin import Constraint, Margin
-from spiral_core.design.requirement import DesignRequirement, Elastomer, TubeSize
+from spiral_core.design.requirement import Candidate, DesignRequirement, Elastomer, TubeSize
+from spiral_core.message import Message, Quantity
+from spiral_core.rounding import rounded_down, rounded_up
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement
 
@@ -76,6 +78,24 @@ class Relaxation:
         """How far the requirement is changed, as a fraction of what was asked for."""
         return abs(self.sufficient / self.requested - 1.0)
 
+    @property
+    def sentence(self) -> str:
+        """The change in words; its value is rounded such that it still suffices."""
+        unit = {
+            "strain_max": "1",
+            "pressure_max": "Pa",
+            "turns_required": "1",
+            "payload": "kg",
+        }.get(self.field, "m")
+        outward = rounded_up if self.sufficient > self.requested else rounded_down
+        return Message(
+            "{} = {} instead of {} ({})",
+            self.field,
+            Quantity(self.sufficient, unit, outward),
+            Quantity(self.requested, unit),
+            self.design,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Design:
@@ -138,12 +158,14 @@ class Design:
     @property
     def sentence(self) -> str:
         """The design in one line."""
-        beta, gamma = math.degrees(self.actuator.fiber_pair.beta), math.degrees(self.fiber_angle)
-        helical = f", gamma {gamma:.4g} deg" if gamma else ""
-        return (
-            f"{self.tube.name}, {self.elastomer.name}, beta {beta:.4g} deg{helical}, length "
-            f"{1e3 * self.length:.4g} mm, {self.largest.pressure / 1e3:.4g} to "
-            f"{self.smallest.pressure / 1e3:.4g} kPa"
+        pair = self.actuator.fiber_pair
+        chosen = Candidate(self.tube, self.elastomer, pair.beta, self.fiber_angle)
+        return Message(
+            "{}, length {}, {} to {}",
+            chosen.label,
+            Quantity(self.length, "m"),
+            Quantity(self.largest.pressure, "Pa"),
+            Quantity(self.smallest.pressure, "Pa"),
         )
 
 
@@ -178,11 +200,7 @@ class DesignReport:
     def outlook(self) -> str:
         """What would help where no design is feasible, or why nothing is known to, in one line."""
         if self.relaxations:
-            first = self.relaxations[0]
-            return (
-                f"feasible with {first.field} = {first.sufficient:.5g} instead of "
-                f"{first.requested:.5g} ({first.design})"
-            )
+            return Message("feasible with {}", self.relaxations[0].sentence)
         if self.binding.constraint is Constraint.WRAPPED:
             return self.steps[-1].remark
         return "no single change of the requirement makes it feasible"
@@ -192,4 +210,4 @@ class DesignReport:
         """The answer in one line."""
         if self.feasible and self.design is not None:
             return self.design.sentence
-        return f"not feasible: {self.binding.sentence}; {self.outlook}"
+        return Message("not feasible: {}; {}", self.binding.sentence, self.outlook)

@@ -13,6 +13,7 @@ from spiral_core.actuator.materials import HyperelasticLaw
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import Vector
 from spiral_core.validation import (
     require_in_range,
@@ -170,11 +171,11 @@ class DesignRequirement:
         require_positive("radius_min", self.radius_min)
         require_positive("radius_max", self.radius_max)
         if not self.radius_max >= self.radius_min:
-            raise InvalidInputError(
-                "radius_max", self.radius_max, f"at least radius_min = {self.radius_min:.6g} m"
-            )
+            smallest = Message("at least the smallest radius, {}", Quantity(self.radius_min, "m"))
+            raise InvalidInputError("radius_max", self.radius_max, smallest, "m")
         if not self.radius_max <= LARGEST_RADIUS:
-            raise InvalidInputError("radius_max", self.radius_max, f"at most {LARGEST_RADIUS:g} m")
+            most = Message("at most {}", Quantity(LARGEST_RADIUS, "m"))
+            raise InvalidInputError("radius_max", self.radius_max, most, "m")
         for field in ("tubes", "elastomers", "fiber_angles_beta", "fiber_angles_gamma"):
             if not getattr(self, field):
                 raise InvalidInputError(field, getattr(self, field), "at least one on offer")
@@ -229,11 +230,11 @@ def _check_single_fiber(families: FiberAngles, gamma: float) -> None:
     """Refuse an angle [rad] at which no single fiber bends a tube with these families."""
     if not abs(gamma) <= LARGEST_GAMMA:
         allowed = "an angle from -30 to 30 degrees: a steeper fiber winds a coil about nothing"
-        raise InvalidInputError("fiber_angles_gamma", gamma, allowed)
+        raise InvalidInputError("fiber_angles_gamma", gamma, allowed, "rad")
     try:
         check_single_fibers(families, (SingleFiber(gamma),))
     except InvalidInputError as error:
-        raise InvalidInputError("fiber_angles_gamma", gamma, error.requirement) from None
+        raise InvalidInputError("fiber_angles_gamma", gamma, error.requirement, "rad") from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,11 +269,11 @@ class Candidate:
     @property
     def label(self) -> str:
         """Name for reports: tube, material, angle."""
-        return f"{self.tube.name}, {self.elastomer.name}, {self.angles}"
+        return Message("{}, {}, {}", self.tube.name, self.elastomer.name, self.angles)
 
     @property
     def angles(self) -> str:
         """The angles that are chosen, in words: beta, and gamma where the fiber is not straight."""
-        gamma = math.degrees(self.fiber_angle_gamma)
-        helical = f", gamma {gamma:.4g} deg" if gamma else ""
-        return f"beta {math.degrees(self.fiber_angle_beta):.4g} deg{helical}"
+        gamma = self.fiber_angle_gamma
+        helical = Message(", gamma {}", Quantity(gamma, "rad")) if gamma else ""
+        return Message("beta {}{}", Quantity(self.fiber_angle_beta, "rad"), helical)

@@ -12,6 +12,7 @@ from spiral_core.design.helix_estimate import GripFigures, helix_radius
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.report import Design, DesignStep, StepQuantity
 from spiral_core.design.requirement import DesignRequirement
+from spiral_core.message import Message, Quantity, joined
 
 if TYPE_CHECKING:
     from spiral_core.design.closing import ClosedObject
@@ -98,14 +99,15 @@ def _angle(
     verdicts = []
     for other in _same_tube(estimates, estimate):
         if other.smallest is not None:
-            name = f"strain at the smallest object, {other.candidate.angles}"
+            name = Message("strain at the smallest object, {}", other.candidate.angles)
             figures.append(StepQuantity(name, other.smallest.strain, "1"))
-        verdicts.append(f"{other.candidate.angles} {_verdict(other, tried, chosen)}")
+        verdict = _verdict(other, tried, chosen)
+        verdicts.append(Message("{} {}", other.candidate.angles, verdict))
     return DesignStep(
         3,
         "fiber angle",
         satisfied=_met(margins),
-        remark=f"{requirement.preference.value}: {'; '.join(verdicts)}",
+        remark=Message("{}: {}", requirement.preference.value, joined("; ", verdicts)),
         figures=tuple(figures),
     )
 
@@ -205,9 +207,11 @@ def _correction(requirement: DesignRequirement, chosen: Evaluation) -> DesignSte
         widened = helix_radius(actuation, exact.smallest.stretch)
         figures.insert(-1, StepQuantity("radius range widened to, smallest", widened, "m"))
     margins = [m for m in chosen.margins if m.constraint is not Constraint.PRESSURE]
-    remark = (
-        f"as a rod under gravity {1e3 * exact.length:.4g} mm instead of "
-        f"{1e3 * estimate.length:.4g} mm; {_worst(margins) if not _met(margins) else 'all met'}"
+    remark = Message(
+        "as a rod under gravity {} instead of {}; {}",
+        Quantity(exact.length, "m"),
+        Quantity(estimate.length, "m"),
+        "all met" if _met(margins) else _worst(margins),
     )
     return DesignStep(6, title, _met(margins), remark, tuple(figures))
 
@@ -228,10 +232,11 @@ def _design_space(chosen: Evaluation, design: Design | None) -> DesignStep:
         StepQuantity("largest radius", design.radius_max, "m"),
         StepQuantity("largest pressure", design.gripper.pressure_max, "Pa"),
     )
-    remark = (
-        f"{design.largest.pressure / 1e3:.4g} kPa at {1e3 * design.largest.radius:.4g} mm to "
-        f"{design.smallest.pressure / 1e3:.4g} kPa at {1e3 * design.smallest.radius:.4g} mm"
+    ends = (
+        Message("{} at {}", Quantity(end.pressure, "Pa"), Quantity(end.radius, "m"))
+        for end in (design.largest, design.smallest)
     )
+    remark = joined(" to ", ends)
     return DesignStep(7, title, _met(margins), remark, figures)
 
 
@@ -239,15 +244,15 @@ def closing_step(closed: Sequence[ClosedObject]) -> DesignStep:
     """Return the eighth step: what closing on the objects with contact ended with."""
     figures, said = [], []
     for one in closed:
-        name = f"{1e3 * one.radius:.4g} mm"
+        name = Quantity(one.radius, "m")
         if one.onset is None:
-            said.append(f"{name} is not wrapped: {one.reason}")
+            said.append(Message("{} is not wrapped: {}", name, one.reason))
             continue
-        figures.append(StepQuantity(f"wrapped from, {name}", one.onset, "Pa"))
+        figures.append(StepQuantity(Message("wrapped from, {}", name), one.onset, "Pa"))
         if one.shift:
-            figures.append(StepQuantity(f"object shifted by, {name}", one.shift, "m"))
-            said.append(f"{name} is wrapped from another place than the free coil's")
-    remark = "; ".join(said) or "all objects are wrapped where the free coil lies"
+            figures.append(StepQuantity(Message("object shifted by, {}", name), one.shift, "m"))
+            said.append(Message("{} is wrapped from another place than the free coil's", name))
+    remark = joined("; ", said) or "all objects are wrapped where the free coil lies"
     satisfied = all(one.onset is not None for one in closed)
     return DesignStep(8, "closing with contact", satisfied, remark, tuple(figures))
 

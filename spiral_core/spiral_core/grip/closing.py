@@ -18,6 +18,7 @@ from spiral_core.errors import InvalidInputError, SolverError, SpiralError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import FREE_ELEMENTS, GripSetup, free_problem, hanging_tube
 from spiral_core.grip.window import GripPoint, Progress
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_core.rod.motion.frequencies import Modes, vibration_modes
@@ -63,7 +64,7 @@ class PressureCourse:
         if len(times) < 2 or times[0] != 0.0 or not increasing:
             raise InvalidInputError("times", self.times, "two or more increasing times from 0")
         if len(self.pressures) != len(times):
-            raise InvalidInputError("pressures", self.pressures, "as many as times")
+            raise InvalidInputError("pressures", self.pressures, "as many as times", "Pa")
         for pressure in self.pressures:
             require_non_negative("pressures", pressure)
 
@@ -271,11 +272,12 @@ def closing_frames(
         NotGrippableError: the object lies in the way of the tube without pressure.
         SolverError: the hanging tube could not be certified.
     """
-    require_in_range("pressures", max(course.pressures), 0.0, setup.gripper.pressure_max)
+    require_in_range("pressures", max(course.pressures), 0.0, setup.gripper.pressure_max, "Pa")
     require_in_range("count", count, 2, 100_000)
     if course.duration > LONGEST_COURSE:
-        requirement = f"at most {LONGEST_COURSE:g} s; closing more slowly is slow_closing"
-        raise InvalidInputError("course.duration", course.duration, requirement)
+        most = Quantity(LONGEST_COURSE, "s")
+        requirement = Message("at most {}; closing more slowly is slow_closing", most)
+        raise InvalidInputError("course.duration", course.duration, requirement, "s")
 
     posed = lru_cache(maxsize=1)(setup.closing_problem)
 
@@ -404,7 +406,8 @@ def slow_closing(setup: GripSetup, pressure: float) -> GripPoint:
     stations = [float(p) for p in np.linspace(0.0, pressure, SLOW_STATIONS + 1)[1:]]
     path = follow_contact([setup.closing_problem(p) for p in stations], start=hanging_tube(setup))
     if len(path.states) < len(stations):
-        raise InvalidInputError("pressure", pressure, "one at which the closed gripper rests")
+        requirement = "one at which the closed gripper rests"
+        raise InvalidInputError("pressure", pressure, requirement, "Pa")
     return GripPoint(pressure, setup, path.states[-1])
 
 

@@ -18,7 +18,9 @@ from spiral_core.grip.holding import HoldingForce, Pull, holding_force, holding_
 from spiral_core.grip.places import not_held
 from spiral_core.grip.setup import Closing, GripSetup, friction_of, lay_into_coil
 from spiral_core.grip.window import GripPoint, GripWindow, Progress, WindowEnd, grip_window
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import Array, Vector
+from spiral_core.rounding import rounded_down
 from spiral_core.validation import require_positive
 from spiral_core.wrap.gripper import Gripper
 
@@ -186,8 +188,9 @@ class Grip:
             normal = np.interp(grid, self.window.pressures, self.window.normal_forces)
             if not (normal <= force_max).any():
                 least = float(normal.min())
-                reason = (
-                    f"the wrapped coil presses with {least:.3g} N or more, above {force_max:.3g} N"
+                reason = Message(
+                    "the wrapped coil presses with {} or more, above {}",
+                    *(Quantity(least, "N"), Quantity(force_max, "N")),
                 )
                 raise NotGrippableError(self._radius, reason, force_max - least, None)
             grid = grid[normal <= force_max]
@@ -240,10 +243,13 @@ class Grip:
         self, payload: float, most: float, force_max: float | None
     ) -> NotGrippableError:
         """Return the refusal of a payload; ``most`` is the largest ratio of force to weight."""
-        within = "" if force_max is None else f" without pressing with more than {force_max:.3g} N"
-        reason = (
-            f"no pressure holds {payload:.4g} kg {PAYLOAD_SAFETY:.3g} times over{within}; at "
-            f"most {most / PAYLOAD_SAFETY * payload:.3g} kg"
+        within = ""
+        if force_max is not None:
+            within = Message(" without pressing with more than {}", Quantity(force_max, "N"))
+        largest = Quantity(most / PAYLOAD_SAFETY * payload, "kg", rounded_down)
+        reason = Message(
+            "no pressure holds {} {:.3g} times over{}; at most {}",
+            *(Quantity(payload, "kg"), PAYLOAD_SAFETY, within, largest),
         )
         missing = (most - PAYLOAD_SAFETY) * self._weight(payload)
         return NotGrippableError(self._radius, reason, missing, None)
@@ -293,7 +299,7 @@ def solve_grip(
     if window.onset_wrap is None:
         raise not_held(window)
     if pressures is not None and not all(b > a for a, b in pairwise(pressures)):
-        raise InvalidInputError("pressures", pressures, "increasing")
+        raise InvalidInputError("pressures", tuple(pressures), "increasing", "Pa")
     if pressures is None:
         low = BELOW_WRAP * window.onset_wrap
         pressures = np.linspace(low, window.top, FORCE_PRESSURES).tolist()

@@ -19,6 +19,7 @@ from spiral_core.errors import NotGrippableError, SolverError, SpiralError
 from spiral_core.grip.holding import Pull, holding_force
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil
 from spiral_core.grip.window import TOUCH_GAP, GripWindow, Progress, WindowEnd, grip_window
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import require_in_range, require_positive
@@ -229,17 +230,19 @@ def not_held(window: GripWindow) -> NotGrippableError:
         WindowEnd.SELF_CONTACT: "turns of the tube touch each other before the tip touches it",
         WindowEnd.NOT_FOLLOWED: "the closing tube finds no rest that could be certified",
     }
-    reason = (
-        f"{ends[window.end]}; it comes nearest at {best.pressure:.6g} Pa, {gap:.4g} m from the "
-        "surface"
+    pressure = Quantity(best.pressure, "Pa")
+    reason = Message(
+        "{}; it comes nearest at {}, {} from the surface",
+        *(ends[window.end], pressure, Quantity(gap, "m")),
     )
     if gap <= TOUCH_GAP * best.outer_radius:
-        reason = (
-            f"the tip touches at {best.pressure:.6g} Pa, but never with more than a tenth of the "
-            f"tube; {window.end.value}"
+        reason = Message(
+            "the tip touches at {}, but never with more than a tenth of the tube; {}",
+            *(pressure, window.end.value),
         )
     if _held_back(setup):
-        reason += "; closed without friction it would be wrapped: friction holds the tube back"
+        friction = "; closed without friction it would be wrapped: friction holds the tube back"
+        reason = Message("{}{}", reason, friction)
     return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup))
 
 

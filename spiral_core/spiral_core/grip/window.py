@@ -13,9 +13,11 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.setup import Closing, GripSetup, hanging_tube
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import Array
+from spiral_core.rounding import rounded_down
 from spiral_core.wrap.wrap import WrapRegime
 
 # The tip counts as touching within this fraction of the tube's outer radius, and the end as curled
@@ -389,9 +391,12 @@ class GripWindow:
             SolverError: no certified state was found.
         """
         if not self.points[0].pressure <= pressure <= self.top:
-            end = self.end.value if self.loss is None else f"lost at {self.loss:.9g} Pa"
-            reach = f"from 0 to {self.top:.9g} Pa, the last that was computed to hold ({end})"
-            raise InvalidInputError("pressure", pressure, reach)
+            end = self.end.value
+            if self.loss is not None:
+                end = Message("lost at {}", Quantity(self.loss, "Pa"))
+            top = Quantity(self.top, "Pa", rounded_down)
+            reach = Message("from 0 to {}, the last that was computed to hold ({})", top, end)
+            raise InvalidInputError("pressure", pressure, reach, "Pa")
         below = [point for point in self.points if point.pressure <= pressure][-1]
         if below.pressure == pressure:
             return below
@@ -536,7 +541,10 @@ def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> li
         given = [float(pressure) for pressure in pressures]
         rises = all(b > a for a, b in pairwise([0.0, *given]))
         if not (given and rises and given[-1] <= limit):
-            raise InvalidInputError("pressures", pressures, f"increasing in (0, {limit:.6g}] Pa")
+            requirement = Message(
+                "increasing, above 0 and up to {}", Quantity(limit, "Pa", rounded_down)
+            )
+            raise InvalidInputError("pressures", tuple(given), requirement, "Pa")
         return given
     if tip is None:
         return list(np.linspace(0.0, limit, STEPS_OF_LIMIT + 1)[1:].tolist())

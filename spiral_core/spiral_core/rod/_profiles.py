@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import (
     Array,
     Rod,
@@ -183,7 +184,7 @@ def require_continuous(rod: Rod, load: RodLoad) -> None:
             if place is not None:
                 raise InvalidInputError(
                     field,
-                    f"a jump at {place:.9g} m",
+                    Message("a jump at {}", Quantity(place, "m")),
                     "continuous between breaks; name the place of the jump in the rod's breaks",
                 )
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.validation import require_finite, require_positive, require_vector
 
 Array: TypeAlias = NDArray[np.float64]
@@ -366,7 +367,9 @@ class RodLoad:
 
 def _checked_breaks(breaks: object, length: float) -> tuple[float, ...]:
     """Return the breaks as floats, increasing between 0 and ``length`` [m]."""
-    requirement = f"increasing arc lengths between 0 and the length, {length:.9g} m"
+    requirement = Message(
+        "increasing arc lengths between 0 and the length, {}", Quantity(length, "m")
+    )
     if not isinstance(breaks, Sized):
         raise InvalidInputError("breaks", breaks, requirement)
     places = require_vector("breaks", breaks, len(breaks))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiral_core.errors import NoCoilError, NotGrippableError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_finite, require_in_range, require_positive
@@ -150,7 +151,7 @@ class WrapCurve:
             NoCoilError: it is in a gap of the coiled range, with too few turns or no room.
             SolverError: the shape could not be certified.
         """
-        require_in_range("pressure", pressure, self.pressure_min, self.pressure_max)
+        require_in_range("pressure", pressure, self.pressure_min, self.pressure_max, "Pa")
         wrap = self.wrap_at_pressure(pressure)
         if not self.is_coiled(pressure):
             raise NoCoilError(wrap.turns, wrap.turns_required, pressure)
@@ -195,7 +196,7 @@ class WrapCurve:
             NotGrippableError: the radius is outside the grippable range.
             SolverError: the shape could not be certified.
         """
-        require_in_range("pressure", pressure, 0.0, self.gripper.pressure_max)
+        require_in_range("pressure", pressure, 0.0, self.gripper.pressure_max, "Pa")
         if not self.radius_min <= require_positive("radius", radius) <= self.radius_max:
             self._refuse(radius)
         if pressure < self.pressure_min:
@@ -337,19 +338,19 @@ def _not_grippable(
         nearest, kind = min(ends, key=lambda end: abs(end[0].object_radius - radius))
     return NotGrippableError(
         radius,
-        f"{word} {_reason(kind, nearest, gripper)}",
+        Message("{} {}", word, _reason(kind, nearest, gripper)),
         -abs(radius - nearest.object_radius),
         nearest.object_radius,
     )
 
 
 def _reason(end: BranchEnd, nearest: Wrap, gripper: Gripper) -> str:
-    if end is BranchEnd.PRESSURE_LIMIT:
-        return f"for the pressure limit of {gripper.pressure_max:.6g} Pa"
     if end is BranchEnd.TURNS:
         return f"for {gripper.turns_required:g} turns of this length"
-    if end is BranchEnd.CLOSED:
-        return f"for the tube: the coil closes on itself at {nearest.pressure:.6g} Pa"
-    if end is BranchEnd.SNAP:
-        return f"for this shape: the tube snaps into another one near {nearest.pressure:.6g} Pa"
-    return f"for the coil: its radius turns back at {nearest.pressure:.6g} Pa"
+    if end is BranchEnd.PRESSURE_LIMIT:
+        return Message("for the pressure limit of {}", Quantity(gripper.pressure_max, "Pa"))
+    template = {
+        BranchEnd.CLOSED: "for the tube: the coil closes on itself at {}",
+        BranchEnd.SNAP: "for this shape: the tube snaps into another one near {}",
+    }.get(end, "for the coil: its radius turns back at {}")
+    return Message(template, Quantity(nearest.pressure, "Pa"))

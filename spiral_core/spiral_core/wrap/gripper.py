@@ -12,7 +12,9 @@ from spiral_core.actuator.actuator import ActuationModel, Actuator, PressureLaw,
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import Rod, RodLoad, Section, Vector
+from spiral_core.rounding import rounded_down, rounded_up
 from spiral_core.validation import (
     require_in_range,
     require_non_negative,
@@ -82,12 +84,11 @@ class Gripper:
         require_positive("pressure_max", self.pressure_max)
         _check_stiffness(self.stiffness)
         if self.pressure_max > self.actuation.pressure_limit:
-            raise InvalidInputError(
-                "pressure_max",
-                self.pressure_max,
-                f"at most {self.actuation.pressure_limit:.6g} Pa, the actuator's own limit "
-                f"({self.actuation.limit.value})",
+            limit = Quantity(self.actuation.pressure_limit, "Pa", rounded_down)
+            requirement = Message(
+                "at most {}, the actuator's own limit ({})", limit, self.actuation.limit.value
             )
+            raise InvalidInputError("pressure_max", self.pressure_max, requirement, "Pa")
         require_vector("gravity", self.gravity, 3)
         if self.object_axis is not None:
             require_unit_vector("object_axis", self.object_axis)
@@ -102,7 +103,7 @@ class Gripper:
             InvalidInputError: the pressure is not in [0, ``pressure_max``].
         """
         return self.actuation.unloaded_shape(
-            require_in_range("pressure", pressure, 0.0, self.pressure_max)
+            require_in_range("pressure", pressure, 0.0, self.pressure_max, "Pa")
         )
 
     def rod(self, shape: UnloadedShape) -> Rod:
@@ -135,16 +136,17 @@ def _check_stiffness(stiffness: Section) -> None:
         raise InvalidInputError("stiffness", stiffness, "a Section.inextensible(...)")
     bending, most = stiffness.bending, LARGEST_STIFFNESS_RATIO
     if not bending / most <= stiffness.torsional <= bending * most:
-        raise InvalidInputError(
-            "torsional",
-            stiffness.torsional,
-            f"from {bending / most:.4g} to {bending * most:.4g} N m^2, a hundredth to a hundred "
-            "times the bending stiffness; are both in the same unit?",
+        requirement = Message(
+            "from {} to {}, a hundredth to a hundred times the bending stiffness; are both in the "
+            "same unit?",
+            Quantity(bending / most, "N m^2", rounded_up),
+            Quantity(bending * most, "N m^2", rounded_down),
         )
+        raise InvalidInputError("torsional", stiffness.torsional, requirement, "N m^2")
     softest, _, stiffest = np.linalg.eigvalsh(stiffness.matrix).tolist()
     if not stiffest <= most * softest:
-        requirement = f"a section at most {most:g} times as stiff to one motion as to another"
-        raise InvalidInputError("stiffness", stiffness, requirement)
+        section = f"a section at most {most:g} times as stiff to one motion as to another"
+        raise InvalidInputError("stiffness", stiffness, section)
 
 
 def stiffness_from_actuator(actuator: Actuator) -> Section:

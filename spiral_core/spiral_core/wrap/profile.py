@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, NotGrippableError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_core.wrap.curve import WrapCurve
@@ -212,14 +213,14 @@ def _refusal(curve: WrapCurve, profile: ObjectProfile) -> NotGrippableError:
     start, end = max(_grippable_parts(curve, profile), key=lambda part: part[1] - part[0])
     _, thickest = profile.extremes(start, end)
     needed = curve.wrap_for_radius(min(thickest, curve.radius_max)).object_length_needed or 0.0
-    low, high = rounded_up(curve.radius_min, 4), rounded_down(curve.radius_max, 4)
-    return NotGrippableError(
-        thickest,
-        f"its longest part of {low:g} to {high:g} m in radius is {1e3 * (end - start):.4g} mm "
-        f"long, and the coil covers {1e3 * needed:.4g} mm",
-        end - start - needed,
-        None,
+    reason = Message(
+        "its longest part of {} to {} in radius is {} long, and the coil covers {}",
+        Quantity(curve.radius_min, "m", rounded_up),
+        Quantity(curve.radius_max, "m", rounded_down),
+        Quantity(end - start, "m"),
+        Quantity(needed, "m"),
     )
+    return NotGrippableError(thickest, reason, end - start - needed, None)
 
 
 def _grippable_parts(curve: WrapCurve, profile: ObjectProfile) -> list[tuple[float, float]]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.errors import InvalidInputError, NoCoilError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod._continuation import solve_uniform
 from spiral_core.rod._mesh import element_count
 from spiral_core.rod._newton import CONVERGED
@@ -220,12 +221,12 @@ def sample_pressures(gripper: Gripper) -> list[float]:
     covered = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(strains, axis=0), axis=1))))
     turn = max(float(covered[-1]), strain_of(shapes[end])) * shapes[end].backbone_length
     if not turn <= MOST_TURN:
-        most = gripper.tube.length * MOST_TURN / turn
-        requirement = (
-            f"at most {rounded_down(most, 3):g} m, so that no pressure turns the tip by more than "
-            f"{MOST_TURN / (2.0 * math.pi):.0f} turns"
+        requirement = Message(
+            "at most {}, so that no pressure turns the tip by more than {:.0f} turns",
+            Quantity(gripper.tube.length * MOST_TURN / turn, "m", rounded_down),
+            MOST_TURN / (2.0 * math.pi),
         )
-        raise InvalidInputError("length", f"{gripper.tube.length:.6g} m", requirement)
+        raise InvalidInputError("length", gripper.tube.length, requirement, "m")
     samples = max(FEWEST_SAMPLES, math.ceil(turn / SAMPLE_TURN))
     levels = np.linspace(0.0, covered[-1], samples + 1)[1:]
     pressures = np.interp(levels, covered, fine[: end + 1])

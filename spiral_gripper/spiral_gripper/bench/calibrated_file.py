@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from spiral_core import Calibration, FittedQuantity, MeasuredActuation
 from spiral_core.calibration.model import constants_of
 from spiral_core.calibration.regression import DEFAULT_LEVEL
+from spiral_core.message import Message
 from spiral_gripper.files.catalog import available_grippers, find_description, read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
 from spiral_gripper.files.description_text import changed_text, read_for_change
@@ -194,7 +195,7 @@ def _require_valid(source: Path, text: str, path: Path) -> None:
     except DescriptionError as error:
         first = error.problems[0]
         found = f"{first.field}, {first.value} in {source}"
-        reason = f"{found}, must be {first.requirement}; change it there"
+        reason = Message("{}, must be {}; change it there", found, first.requirement)
         raise FileError(str(path), "written", reason) from None
 
 

@@ -18,7 +18,7 @@ from spiral_core import (
 )
 from spiral_core.calibration.regression import Scatter
 from spiral_gripper.bench.measurements import Measurements
-from spiral_gripper.files.shown import number, shown
+from spiral_gripper.files.shown import number, shown, shown_message
 
 _UNIT_OF_QUANTITY = {
     FittedQuantity.BENDING_STIFFNESS.value: "N m^2",
@@ -239,4 +239,6 @@ def _comparison_lines(choice: LawChoice) -> list[str]:
             f"  {one.model.fitted_law.__name__}: AICc {written}, weight {weight:.2f}, "
             f"BIC {one.bayesian_criterion:.2f}"
         )
-    return lines + [f"  {name}: not fitted: {reason}" for name, reason in choice.failures]
+    for name, reason in choice.failures:
+        lines.append(f"  {name}: not fitted: {shown_message(reason)}")
+    return lines

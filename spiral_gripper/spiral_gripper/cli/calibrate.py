@@ -13,7 +13,8 @@ from spiral_gripper.cli.types import (
     LENGTH,
     REPORT_FILE,
     YAML_FILE,
-    Quantity,
+    QuantityType,
+    error_text,
     output_options,
     plot_option,
 )
@@ -74,7 +75,7 @@ DRAWS_MAX: Final = 100_000
 )
 @click.option(
     "--section-length",
-    type=Quantity("LENGTH", most="10 m"),
+    type=QuantityType("LENGTH", most="10 m"),
     help="Unstretched length of the measured section. [default: the tube's length]",
 )
 @click.option("--ignore", "ignored", multiple=True, metavar="HEADING", help="Column to ignore.")
@@ -282,6 +283,4 @@ def _refuse_unused(
 
 def _told(error: SpiralError) -> str:
     """Return what an error says, in the units that were typed."""
-    from spiral_gripper.cli.sentences import sentence
-
-    return sentence(error, click.get_current_context().obj or {})
+    return error_text(error, click.get_current_context().obj or {})

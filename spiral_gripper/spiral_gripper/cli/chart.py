@@ -48,7 +48,7 @@ def chart() -> None:
 def design_space(
     gripper: str,
     betas: tuple[float, ...],
-    turns: float,
+    turns_required: float,
     stretch_max: float,
     as_json: bool,
     plot: Path | None,
@@ -65,7 +65,7 @@ def design_space(
 
     description = described(gripper)
     name, actuator = description.gripper.name, description.actuator
-    curves = curves_of(actuator, betas or CHART_BETAS, turns, stretch_max)
+    curves = curves_of(actuator, betas or CHART_BETAS, turns_required, stretch_max)
     _print_data(curves, as_json)
     if plot is not None:
         from spiral_gripper.reports.plots import design_space_figure

@@ -11,7 +11,13 @@ import click
 
 from spiral_gripper.cli.output import print_json, say_written, write_picture
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
-from spiral_gripper.cli.types import REPORT_FILE, YAML_FILE, output_options, plot_option
+from spiral_gripper.cli.types import (
+    REPORT_FILE,
+    YAML_FILE,
+    output_options,
+    plot_option,
+    typed_units,
+)
 from spiral_gripper.cli.workers import progress_bar
 
 if TYPE_CHECKING:
@@ -58,7 +64,6 @@ def design(
     requirement = requirement_from(options, contact=not paper)
 
     from spiral_core.design.procedure import design_gripper
-    from spiral_gripper.cli.sentences import typed_units
     from spiral_gripper.files.shown import units_shown
 
     context = click.get_current_context()
@@ -99,13 +104,13 @@ def design(
 
 def _save(result: DesignReport, path: Path) -> None:
     """Write the description of a feasible design to a file that does not exist yet."""
-    from spiral_gripper.files.shown import reworded
+    from spiral_gripper.files.shown import shown_message
     from spiral_gripper.files.storage import write_file
     from spiral_gripper.reports.design_document import description_text
 
     if not result.feasible or result.design is None:
         raise click.ClickException(
-            f"nothing is saved: not feasible: {reworded(result.binding.sentence)}"
+            f"nothing is saved: not feasible: {shown_message(result.binding.sentence)}"
         )
     text = description_text(result.design, path.stem)
     write_file(path, text, replace=False)

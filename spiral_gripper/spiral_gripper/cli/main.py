@@ -199,9 +199,9 @@ def _complain_or_raise(error: Exception, givens: dict[str, list[Any]]) -> int:
     from spiral_core import SpiralError
 
     if isinstance(error, SpiralError):
-        from spiral_gripper.cli.sentences import sentence
+        from spiral_gripper.cli.types import error_text
 
-        return _complain(sentence(error, givens))
+        return _complain(error_text(error, givens))
     if isinstance(error, OverflowError):
         return _complain("the numbers given are too large to compute with; check the units")
     missing = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -47,15 +48,20 @@ _OPTIONS: Final = (
     ),
     click.option(
         "--beta",
-        "betas",
+        "fiber_angles_beta",
         type=FIBER_ANGLE,
         multiple=True,
         help="Angle of the second fiber family. May be repeated. [default: 50, 60, 70, 80 deg]",
     ),
-    click.option("--alpha", type=FIBER_ANGLE, help="Angle of the first family. [default: 88 deg]"),
+    click.option(
+        "--alpha",
+        "fiber_angle_alpha",
+        type=FIBER_ANGLE,
+        help="Angle of the first family. [default: 88 deg]",
+    ),
     click.option(
         "--gamma",
-        "gammas",
+        "fiber_angles_gamma",
         type=SINGLE_FIBER_ANGLE,
         multiple=True,
         help="Angle of the single fiber; of several the best is chosen. [default: 0 deg, straight]",
@@ -121,25 +127,14 @@ def requirement_from(options: dict[str, Any], *, contact: bool = False) -> Desig
     tubing = load_tubing(options.pop("tubing"))
     sizes = tuple(parse_tube_size(text) for text in options.pop("tubes"))
     preference = options.pop("prefer").upper().replace("-", "_")
-    given = {
-        name: value
-        for name, value in (
-            ("fiber_angles_beta", options.pop("betas")),
-            ("fiber_angle_alpha", options.pop("alpha")),
-            ("fiber_angles_gamma", options.pop("gammas")),
-            ("turns_required", options.pop("turns")),
-            *((name, options.pop(name)) for name in _LIMITS),
-            *_mount(options),
-        )
-        if value not in (None, ())
-    }
+    mount = _mount(options)
+    names = {field.name for field in dataclasses.fields(DesignRequirement)}
+    given = {name: options.pop(name) for name in list(options) if name in names}
     requirement = DesignRequirement(
-        radius_min=options.pop("radius_min"),
-        radius_max=options.pop("radius_max"),
         tubes=sizes or tubing.sizes,
         elastomers=(tubing.elastomer,),
         preference=Preference[preference],
-        **given,
+        **{name: value for name, value in {**given, **mount}.items() if value not in (None, ())},
     )
     typed_warnings = [warning for size in sizes for warning in warnings_of_size(size)]
     for warning in (*tubing.warnings, *typed_warnings):
@@ -147,25 +142,11 @@ def requirement_from(options: dict[str, Any], *, contact: bool = False) -> Desig
     return requirement
 
 
-_LIMITS: Final = (
-    "object_length",
-    "length_max",
-    "pressure_max",
-    "strain_max",
-    "end_allowance",
-    "payload",
-    "friction_coefficient",
-)
-
-
-def _mount(options: dict[str, Any]) -> tuple[tuple[str, Any], ...]:
+def _mount(options: dict[str, Any]) -> dict[str, Any]:
     """Return gravity and object axis, as far as they are given."""
     gravity = gravity_from(options, default=(1.0, 0.0, 0.0))
     axis = options.pop("object_axis")
-    return (
-        ("gravity", gravity),
-        ("object_axis", unit_vector("--object-axis", axis) if axis else None),
-    )
+    return {"gravity": gravity, "object_axis": unit_vector("--object-axis", axis) if axis else None}
 
 
 def gravity_from(

@@ -94,11 +94,11 @@ def feasibility(
     They judge a wrap by the tip criterion; design also closes its gripper on the objects.
     The angles are those between the first and the last --beta, by default 40 to 85 deg.
     """
-    given = cast("tuple[float, ...]", options["betas"])
+    given = cast("tuple[float, ...]", options["fiber_angles_beta"])
     betas = given or (math.radians(40.0), math.radians(85.0))
     if not min(betas) < max(betas):
         raise click.UsageError("give --beta twice, the first and the last angle, or not at all")
-    if len(cast("tuple[float, ...]", options["gammas"])) > 1:
+    if len(cast("tuple[float, ...]", options["fiber_angles_gamma"])) > 1:
         raise click.UsageError("give --gamma once at most: map varies --beta and the tube")
     if options["tubes"]:
         raise click.UsageError(

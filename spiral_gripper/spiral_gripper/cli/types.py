@@ -4,12 +4,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Final, TypeVar
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import click
+
+if TYPE_CHECKING:
+    from spiral_core import SpiralError
+    from spiral_gripper.files.units import Dimension
 
 Decorated = TypeVar("Decorated", bound=Callable[..., object])
 
@@ -19,7 +23,23 @@ REPORT_SUFFIXES: Final = (".md", ".html")
 DEFAULT_TURNS: Final = 1.05
 
 
-class Quantity(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
+class TypedValue(NamedTuple):
+    """A value that was typed.
+
+    Attributes:
+        option: the option that it was given to.
+        value: the value in SI.
+        text: the text that was typed.
+        dimension: name of the :class:`spiral_gripper.Dimension`; empty for a plain number.
+    """
+
+    option: str
+    value: float
+    text: str
+    dimension: str
+
+
+class QuantityType(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
     """A number with its unit, converted to SI.
 
     Args:
@@ -53,7 +73,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
         return converted
 
 
-class FiberAngle(Quantity):
+class FiberAngle(QuantityType):
     """The angle of a wound fiber to the tube's axis."""
 
     def convert(
@@ -143,9 +163,8 @@ def _note(
     """Keep how a value was typed, for messages about it."""
     if param is None or ctx is None or not isinstance(ctx.obj, dict):
         return
-    from spiral_gripper.cli.sentences import TypedValue
-
-    ctx.obj.setdefault(str(param.name), []).append(TypedValue(value, text, dimension))
+    one = TypedValue(param.opts[0], value, text, dimension)
+    ctx.obj.setdefault(str(param.name), []).append(one)
 
 
 def note_unit(text: str, dimension: str) -> None:
@@ -153,6 +172,51 @@ def note_unit(text: str, dimension: str) -> None:
     context = click.get_current_context()
     (command,) = context.command.params[:1]
     _note(math.nan, text, dimension, command, context)
+
+
+def typed_units(givens: Mapping[str, list[TypedValue]]) -> dict[Dimension, str]:
+    """Return the unit that was typed first for each kind of quantity."""
+    from spiral_gripper.files.units import Dimension, unit_of
+
+    units: dict[Dimension, str] = {}
+    for one in (one for values in givens.values() for one in values if one.dimension):
+        dimension = Dimension[one.dimension]
+        units.setdefault(dimension, unit_of(one.text, dimension))
+    return units
+
+
+def error_text(error: SpiralError, givens: Mapping[str, list[TypedValue]]) -> str:
+    """Return the message of an error in the units, and with the values and options, as typed.
+
+    Args:
+        error: raised by the core or by the readers of files.
+        givens: what was typed, by the parameter's name: the core's name of the field.
+
+    Example:
+        >>> from spiral_core import NotGrippableError
+        >>> error = NotGrippableError(0.06, "too thick for 1.05 turns", -0.02218, 0.0378211)
+        >>> print(error_text(error, {"radius": [TypedValue("--radius", 0.06, "6 cm", "LENGTH")]}))
+        an object of radius 6 cm cannot be gripped: too thick for 1.05 turns; the nearest \
+grippable radius is 3.782 cm
+    """
+    from spiral_core import InvalidInputError
+    from spiral_core.message import Message, Quantity
+    from spiral_gripper.files.shown import shown_message, units_shown
+    from spiral_gripper.files.units import Dimension
+
+    texts = {
+        Quantity(one.value, Dimension[one.dimension].si_unit): one.text
+        for values in givens.values()
+        for one in values
+        if one.dimension
+    }
+    message = str(error)
+    if isinstance(error, InvalidInputError):
+        for one in givens.get(error.field, ()):
+            if one.value == error.value:
+                message = Message("{} must be {}, got {}", one.option, error.requirement, one.text)
+    with units_shown(typed_units(givens)):
+        return shown_message(message, texts)
 
 
 def typed(name: str) -> str:
@@ -165,15 +229,15 @@ def typed_all(name: str) -> list[str]:
     return [str(value.text) for value in click.get_current_context().obj[name]]
 
 
-LENGTH: Final = Quantity("LENGTH")
-PRESSURE: Final = Quantity("PRESSURE")
+LENGTH: Final = QuantityType("LENGTH")
+PRESSURE: Final = QuantityType("PRESSURE")
 FIBER_ANGLE: Final = FiberAngle("ANGLE")
-SINGLE_FIBER_ANGLE: Final = Quantity("ANGLE")
-ACCELERATION: Final = Quantity("ACCELERATION")
-MASS: Final = Quantity("MASS", most="1000 kg")
-FORCE: Final = Quantity("FORCE", most="1000 kN")
-TIME: Final = Quantity("TIME", most="600 s")
-PRESSURE_RATE: Final = Quantity("PRESSURE_RATE", most="1000 bar/s")
+SINGLE_FIBER_ANGLE: Final = QuantityType("ANGLE")
+ACCELERATION: Final = QuantityType("ACCELERATION")
+MASS: Final = QuantityType("MASS", most="1000 kg")
+FORCE: Final = QuantityType("FORCE", most="1000 kN")
+TIME: Final = QuantityType("TIME", most="600 s")
+PRESSURE_RATE: Final = QuantityType("PRESSURE_RATE", most="1000 bar/s")
 NUMBER: Final = Number()
 FIGURE_FILE: Final = Suffixed(FIGURE_SUFFIXES)
 REPORT_FILE: Final = Suffixed(REPORT_SUFFIXES)
@@ -232,6 +296,7 @@ def turns_option(function: Decorated) -> Decorated:
     """Add ``--turns``."""
     return click.option(
         "--turns",
+        "turns_required",
         type=NUMBER,
         default=str(DEFAULT_TURNS),
         show_default=True,

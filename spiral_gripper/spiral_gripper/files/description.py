@@ -30,6 +30,8 @@ from spiral_core import (
     stiffness_from_section,
 )
 from spiral_core.brief import brief_repr
+from spiral_core.message import Message, Quantity
+from spiral_core.rounding import rounded_down
 from spiral_core.validation import require_finite, require_non_negative, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_gripper.files.catalog import find_description, read_description_text
@@ -46,7 +48,6 @@ from spiral_gripper.files.fields import (
     read_values,
 )
 from spiral_gripper.files.plausibility import warnings_of_description, warnings_of_pressure
-from spiral_gripper.files.units import Dimension, convert_from_si, unit_of
 
 # A thousand times the Earth's gravity [m/s^2]: far more than any arm's acceleration.
 GRAVITY_MAX = 1.0e4
@@ -150,7 +151,7 @@ def parse_description(text: str, source: Path) -> GripperDescription:
             parts[part] = make(values)
     for name in _RANGES:
         with noted(document):
-            _check_range(name, values, document)
+            _check_range(name, values)
     document.raise_problems()
     try:
         with noted(document):
@@ -161,17 +162,16 @@ def parse_description(text: str, source: Path) -> GripperDescription:
     raise DescriptionError(document.problems)
 
 
-def _check_range(name: str, values: Values, document: Document) -> None:
-    """Refuse a value that is negative, or larger than anybody means, in the file's unit."""
+def _check_range(name: str, values: Values) -> None:
+    """Refuse a value that is negative, or larger than anybody means."""
     require, largest = _RANGES[name]
     value, dimension = values.get(name), FIELDS[name].dimension
     if value is None or dimension is None:
         return
     argument = name.rpartition(".")[2]
     if require(argument, value) > largest:
-        unit = unit_of(document.entries[name].text, dimension)
-        most = convert_from_si(largest, unit, dimension)
-        raise InvalidInputError(argument, value, f"at most {most:.6g} {unit}")
+        most = Message("at most {}", Quantity(largest, dimension.si_unit, rounded_down))
+        raise InvalidInputError(argument, value, most, dimension.si_unit)
 
 
 def _description(
@@ -183,7 +183,7 @@ def _description(
     unlimited = _unlimited(values, actuator)
     pressure_max = cast("float", values["limits.pressure_max"])
     warnings = warnings_of_description(document, actuator, density)
-    _check_pressure(pressure_max, unlimited.actuation, document, warnings)
+    _check_pressure(pressure_max, unlimited.actuation, warnings)
     warnings += warnings_of_pressure(document, actuator, pressure_max)
     return GripperDescription(
         source=source,
@@ -244,26 +244,17 @@ def vary_gripper(description: GripperDescription, field: str, value: float) -> G
 
 
 def _check_pressure(
-    pressure_max: float, actuation: ActuationModel, document: Document, warnings: tuple[str, ...]
+    pressure_max: float, actuation: ActuationModel, warnings: tuple[str, ...]
 ) -> None:
-    """Refuse a pressure past the actuator's own limit, in the unit of the file, with warnings."""
-    if pressure_max <= actuation.pressure_limit:
-        return
-    entry = document.entries["limits.pressure_max"]
-    unit = unit_of(entry.text, Dimension.PRESSURE)
-    limit = convert_from_si(actuation.pressure_limit, unit, Dimension.PRESSURE)
-    requirement = (
-        f"at most {_rounded_down(limit)} {unit}, the actuator's own limit"
-        f"{''.join(f' ({warning})' for warning in warnings)}: {actuation.limit.value}"
-    )
-    document.note(ProblemKind.WRONG, "limits.pressure_max", entry, requirement, entry.raw)
-    document.raise_problems()
-
-
-def _rounded_down(value: float) -> str:
-    """Return a positive number with four digits, never more than the number itself."""
-    text = f"{value:.4g}"
-    return text if float(text) <= value else f"{value * (1.0 - 5e-4):.4g}"
+    """Refuse a pressure past the actuator's own limit, with the warnings that may explain it."""
+    if pressure_max > actuation.pressure_limit:
+        requirement = Message(
+            "at most {}, the actuator's own limit{}: {}",
+            Quantity(actuation.pressure_limit, "Pa", rounded_down),
+            "".join(f" ({warning})" for warning in warnings),
+            actuation.limit.value,
+        )
+        raise InvalidInputError("pressure_max", pressure_max, requirement, "Pa")
 
 
 def _actuator(values: Values, parts: dict[str, Any]) -> Actuator:
@@ -296,7 +287,7 @@ def _stiffness(values: Values, actuator: Actuator) -> Section:
     try:
         return stiffness_from_section(actuator, pressure)
     except (InvalidInputError, ActuationLimitError) as error:
-        requirement = f"a pressure at which the section has a stiffness: {error}"
+        requirement = Message("a pressure at which the section has a stiffness: {}", str(error))
         raise InvalidInputError("section_at", pressure, requirement) from None
 
 

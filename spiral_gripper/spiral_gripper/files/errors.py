@@ -9,17 +9,21 @@ from enum import Enum
 from typing import Any
 
 from spiral_core import SpiralError
+from spiral_core.message import Message, joined
 
 
 class ProblemKind(Enum):
-    """The kinds of problems; the value is the sentence that reports one."""
+    """The kinds of problems; the value is the sentence that reports one.
 
-    WRONG = "{field} must be {requirement}, got {value}"
-    MISSING = "{field} is missing; it must be {requirement}"
-    UNKNOWN = "{field} is not a field here; {requirement}"
-    DUPLICATE = "{field} is given twice; {requirement}"
-    NOT_YAML = "this is not valid YAML: {requirement}"
-    UNREADABLE = "this file cannot be read: {requirement}"
+    Its parts are the field, the requirement and the value.
+    """
+
+    WRONG = "{0} must be {1}, got {2}"
+    MISSING = "{0} is missing; it must be {1}"
+    UNKNOWN = "{0} is not a field here; {1}"
+    DUPLICATE = "{0} is given twice; {1}"
+    NOT_YAML = "this is not valid YAML: {1}"
+    UNREADABLE = "this file cannot be read: {1}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +54,8 @@ class Problem:
 
     def __str__(self) -> str:
         place = [self.file, *(str(part) for part in (self.line, self.column) if part is not None)]
-        sentence = self.kind.value.format(
-            field=self.field, value=self.value, requirement=self.requirement
-        )
-        return f"{':'.join(place)}: {sentence}"
+        sentence = Message(self.kind.value, self.field, self.requirement, self.value)
+        return Message("{}: {}", ":".join(place), sentence)
 
 
 class FileProblemsError(SpiralError, ValueError):
@@ -69,7 +71,7 @@ class FileProblemsError(SpiralError, ValueError):
         self.problems: tuple[Any, ...] = tuple(ordered)
 
     def __str__(self) -> str:
-        return "\n".join(str(problem) for problem in self.problems)
+        return joined("\n", map(str, self.problems))
 
 
 class DescriptionError(FileProblemsError):

@@ -30,6 +30,7 @@ from spiral_core import (
 from spiral_core.validation import require_direction
 from spiral_gripper.files.document import Document, Entry
 from spiral_gripper.files.errors import ProblemKind
+from spiral_gripper.files.shown import shown_message, units_shown
 from spiral_gripper.files.units import (
     PLAIN_NUMBER,
     Dimension,
@@ -390,7 +391,13 @@ def noted(document: Document) -> Iterator[None]:
         arguments = [a for a in re.findall(r"\w+", error.field) if a in _FIELD_OF_ARGUMENT]
         names = [_FIELD_OF_ARGUMENT[argument] for argument in arguments]
         entries = [document.entries[name] for name in names if name in document.entries]
-        requirement = error.requirement
+        units = {
+            dimension: unit_of(document.entries[name].text, dimension)
+            for name in names
+            if name in document.entries and (dimension := FIELDS[name].dimension)
+        }
+        with units_shown(units):
+            requirement = shown_message(error.requirement)
         if names in (["fibers.alpha"], ["fibers.beta"]) and isinstance(error.value, float):
             requirement = fiber_angle_requirement(error.value, entries[0].text)
         document.note(

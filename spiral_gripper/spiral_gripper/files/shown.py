@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -15,6 +14,7 @@ from typing import Final, NamedTuple, ParamSpec, TypeVar
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_gripper.files.units import Dimension, convert_from_si
@@ -54,24 +54,6 @@ CHOSEN: Final = (
     Dimension.ANGLE,
     Dimension.FORCE,
     Dimension.MASS,
-)
-# Units in sentences of the mechanics -> their size in SI, and the SI unit.
-_WRITTEN: Final[Mapping[str, tuple[float, str]]] = MappingProxyType(
-    {
-        "mm": (1e-3, "m"),
-        "m": (1.0, "m"),
-        "kPa": (1e3, "Pa"),
-        "Pa": (1.0, "Pa"),
-        "deg": (math.pi / 180.0, "rad"),
-        "rad": (1.0, "rad"),
-        "N": (1.0, "N"),
-        "kg": (1.0, "kg"),
-    }
-)
-_NUMBER: Final = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
-_QUANTITY: Final = re.compile(
-    rf"(?<![\w.])(?<! x )(?P<first>{_NUMBER})(?: to (?P<second>{_NUMBER}))? "
-    rf"(?P<unit>{'|'.join(_WRITTEN)})(?![\w^/·]| x \d| m?m\b| [a-zA-Z]*\^)"
 )
 # Larger than this, a number is easier to read in SI.
 _LONGEST: Final = 1e5
@@ -126,16 +108,20 @@ def display_units(*units: str) -> Iterator[None]:
 @contextmanager
 def units_shown(names: Mapping[Dimension, str]) -> Iterator[None]:
     """Show figures of these dimensions in these units while the block runs."""
-    chosen = dict(_USUAL)
-    for dimension, unit in names.items():
-        chosen[dimension.si_unit] = Scale(convert_from_si(1.0, unit, dimension), unit)
-    force, length = (chosen.get(si, Scale(1.0, si)) for si in ("N", "m"))
-    pressure = chosen["Pa"]
-    chosen["N m"] = Scale(force.factor * length.factor, f"{force.unit} {length.unit}")
-    chosen["N m^2"] = Scale(force.factor * length.factor**2, f"{force.unit} {length.unit}^2")
-    chosen["N/m"] = Scale(force.factor / length.factor, f"{force.unit}/{length.unit}")
-    chosen["Pa/s"] = Scale(pressure.factor, f"{pressure.unit}/s")
-    token = _present.set(chosen)
+    named = {
+        dimension.si_unit: Scale(convert_from_si(1.0, unit, dimension), unit)
+        for dimension, unit in names.items()
+    }
+    pressure, force, length = (
+        named.get(si) or _USUAL.get(si) or Scale(1.0, si) for si in ("Pa", "N", "m")
+    )
+    derived = {
+        "N m": Scale(force.factor * length.factor, f"{force.unit} {length.unit}"),
+        "N m^2": Scale(force.factor * length.factor**2, f"{force.unit} {length.unit}^2"),
+        "N/m": Scale(force.factor / length.factor, f"{force.unit}/{length.unit}"),
+        "Pa/s": Scale(pressure.factor, f"{pressure.unit}/s"),
+    }
+    token = _present.set({**_USUAL, **derived, **named})
     try:
         yield
     finally:
@@ -184,7 +170,12 @@ def number(value: float, unit: str, digits: int = 4) -> str:
     return f"{scale_of(unit).factor * value:.{digits}g}"
 
 
-def shown(value: float, unit: str, digits: int = 4) -> str:
+def shown(
+    value: float,
+    unit: str,
+    digits: int = 4,
+    rounded: Callable[[float, int], float] | None = None,
+) -> str:
     """Return an SI figure in the unit it is shown in, with the unit's name.
 
     Example:
@@ -194,32 +185,24 @@ def shown(value: float, unit: str, digits: int = 4) -> str:
     factor, name = scale_of(unit)
     if (name == "mm" and abs(value) >= 1.0) or abs(factor * value) >= _LONGEST:
         factor, name = 1.0, "" if unit == "1" else unit
-    return f"{factor * value:.{digits}g} {name}".rstrip()
+    return Quantity(value, unit, rounded).text(factor, name, digits)
 
 
-def reworded(text: str) -> str:
-    """Return a sentence of the mechanics with its quantities in the units they are shown in.
+def shown_message(text: str, typed: Mapping[Quantity, str] = MappingProxyType({})) -> str:
+    """Return a message of the mechanics with its quantities in the units they are shown in.
 
-    A size such as "10 mm x 1 mm" is a name and stays.
+    Args:
+        text: any text; only a :class:`spiral_core.message.Message` has quantities.
+        typed: quantities that are written as they were typed.
 
     Example:
-        >>> with display_units("psi", "in"):
-        ...     print(reworded("10 mm x 1 mm, length 254 mm, 6.894757 to 13.78951 kPa"))
-        10 mm x 1 mm, length 10 in, 1 to 2 psi
+        >>> with display_units("psi"):
+        ...     print(shown_message(Message("at most {}", Quantity(6894.757, "Pa"))))
+        at most 1 psi
     """
-    return _QUANTITY.sub(_converted, text)
-
-
-def _converted(found: re.Match[str]) -> str:
-    """Return one quantity, or a range of two, in the unit it is shown in."""
-    factor, si_unit = _WRITTEN[found["unit"]]
-    texts = [text for text in (found["first"], found["second"]) if text]
-    written = max(len(text.partition("e")[0].strip("-0.").replace(".", "")) for text in texts)
-    digits = min(max(written, 4), 5)
-    *first, last = (float(text) * factor for text in texts)
-    return "".join(f"{number(one, si_unit, digits)} to " for one in first) + shown(
-        last, si_unit, digits
-    )
+    if not isinstance(text, Message):
+        return text
+    return text.told(lambda q: typed.get(q) or shown(q.value, q.unit, rounded=q.rounded))
 
 
 def shown_range(low: float, high: float) -> str:

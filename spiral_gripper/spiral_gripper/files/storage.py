@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from spiral_core import SpiralError
+from spiral_core.message import Message
 
 # The shipped descriptions have a thousandth of this [byte], a bench test some hundredth.
 LARGEST_FILE: Final = 2_000_000
@@ -54,7 +55,7 @@ class FileError(SpiralError):
         self.reason = reason
 
     def __str__(self) -> str:
-        return f"{self.path} cannot be {self.action}: {self.reason}"
+        return Message("{} cannot be {}: {}", self.path, self.action, self.reason)
 
 
 def reason_of(error: OSError) -> str:

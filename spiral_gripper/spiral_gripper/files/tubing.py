@@ -12,6 +12,7 @@ from spiral_core import PressureLaw
 from spiral_core.brief import brief_repr
 from spiral_core.design.requirement import Elastomer, TubeSize
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message
 from spiral_gripper.files.catalog import TUBING, find_description, read_description_text
 from spiral_gripper.files.document import Document, Entry, read_document
 from spiral_gripper.files.errors import ProblemKind
@@ -129,9 +130,10 @@ def parse_tube_size(text: str) -> TubeSize:
             wall_thickness=parse_quantity(wall, Dimension.LENGTH),
         )
     except InvalidInputError as error:
-        raise InvalidInputError(
-            "tube size", text, f"{SIZE_REQUIREMENT} ({error.field} must be {error.requirement})"
-        ) from None
+        requirement = Message(
+            "{} ({} must be {})", SIZE_REQUIREMENT, error.field, error.requirement
+        )
+        raise InvalidInputError("tube size", text, requirement) from None
     if size.wall_thickness > LARGEST_WALL * size.inner_radius:
         swapped = f'bore before wall, and such a wall is none (did you mean "{wall} x {bore}"?)'
         raise InvalidInputError("tube size", text, swapped)

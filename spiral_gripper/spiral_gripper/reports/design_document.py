@@ -13,7 +13,7 @@ from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.description_text import changed_text, description_fields, put_fields
 from spiral_gripper.files.fields import law_name
-from spiral_gripper.files.shown import number, scale_of, shown, shown_range
+from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
 from spiral_gripper.reports.fields import Field, document_of, plain
 
 
@@ -60,7 +60,8 @@ def description_text(design: Design, name: str) -> str:
         fields["extra_mass_per_length"] = f"{extra!r} kg/m"
     root: dict[str, object] = {}
     put_fields(root, fields | {"name": name})
-    return f"# Written by spiral-gripper design: {design.sentence}.\n{changed_text(root)}"
+    sentence = shown_message(design.sentence)
+    return f"# Written by spiral-gripper design: {sentence}.\n{changed_text(root)}"
 
 
 def _grip(grip: GripFigures) -> dict[str, Any]:

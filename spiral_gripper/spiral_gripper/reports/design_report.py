@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from spiral_core.design.report import DesignReport, DesignStep
-from spiral_gripper.files.shown import reworded, shown
+from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.design_document import DESIGN
 from spiral_gripper.reports.fields import rows_of
 from spiral_gripper.reports.page import Page, Rows
@@ -15,7 +15,6 @@ from spiral_gripper.reports.tables import (
     MARGIN_HEADER,
     answer_title,
     margin_rows,
-    relaxation_text,
 )
 
 _HEADER = ("quantity", "value")
@@ -33,8 +32,8 @@ def write_report(report: DesignReport, path: Path) -> None:
     """
     page = Page("Spiral gripper: design report")
     page.verdict("feasible" if report.feasible else "not feasible", good=report.feasible)
-    page.paragraph(reworded(report.message if report.feasible else report.binding.sentence))
-    page.items([f"sufficient change: {relaxation_text(one)}" for one in report.relaxations])
+    page.paragraph(shown_message(report.message if report.feasible else report.binding.sentence))
+    page.items([f"sufficient change: {shown_message(one.sentence)}" for one in report.relaxations])
     page.heading("Required")
     page.table(_HEADER, _requirement_rows(report))
     if report.design is not None:
@@ -46,7 +45,7 @@ def write_report(report: DesignReport, path: Path) -> None:
     for step in report.steps:
         met = "(met)" if step.satisfied else "(not met)"
         page.heading(f"Step {step.number}: {step.title}", met, good=step.satisfied)
-        page.paragraph(reworded(step.remark))
+        page.paragraph(shown_message(step.remark))
         page.table(_HEADER, _figures(step))
     page.write(path)
 
@@ -71,4 +70,6 @@ def _requirement_rows(report: DesignReport) -> Rows:
 
 
 def _figures(step: DesignStep) -> Rows:
-    return [(reworded(figure.name), shown(figure.value, figure.unit)) for figure in step.figures]
+    return [
+        (shown_message(figure.name), shown(figure.value, figure.unit)) for figure in step.figures
+    ]

@@ -21,7 +21,7 @@ from spiral_core.calibration.uncertainty import RadiusPressure
 from spiral_core.design.charts import DesignSpace, PressureRange, RegimeChart
 from spiral_core.design.report import DesignReport
 from spiral_core.design.sweep import FeasibilityMap, SweepPoint
-from spiral_gripper.files.shown import axis_label, in_units, reworded, shown
+from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
 from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
@@ -62,7 +62,7 @@ def design_figure(report: DesignReport) -> Figure:
         axes.axhline(limit, color=COLORS[2], ls="--", label="pressure limit")
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set_ylim(bottom=0.0, top=1.08 * axes.get_ylim()[1])
-    figure.suptitle("\n".join(wrap(reworded(report.design.sentence), 64)))
+    figure.suptitle("\n".join(wrap(shown_message(report.design.sentence), 64)))
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 

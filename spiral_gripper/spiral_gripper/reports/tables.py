@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.table import Table
 
 from spiral_core.actuator.actuator import Actuator, windings_of
-from spiral_core.design.report import Design, DesignReport, DesignStep, Relaxation
+from spiral_core.design.report import Design, DesignReport, DesignStep
 from spiral_core.design.sweep import SweepPoint
-from spiral_gripper.files.shown import reworded, shown
+from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.design_document import DESIGN, winding_text
 from spiral_gripper.reports.fields import rows_of
 
@@ -27,29 +27,19 @@ def print_report(report: DesignReport, console: Console) -> None:
         console.print(row_table(answer_title(report), rows_of(DESIGN, report.design)))
         console.print(_margins_table(report.design))
     if report.feasible:
-        console.print(f"[bold green]feasible[/]: {reworded(report.message)}")
+        console.print(f"[bold green]feasible[/]: {shown_message(report.message)}")
         return
-    console.print(f"[bold red]not feasible[/]: {reworded(report.binding.sentence)}")
+    console.print(f"[bold red]not feasible[/]: {shown_message(report.binding.sentence)}")
     for relaxation in report.relaxations:
-        console.print(f"  sufficient change: {relaxation_text(relaxation)}", highlight=False)
+        change = shown_message(relaxation.sentence)
+        console.print(f"  sufficient change: {change}", highlight=False)
     if not report.relaxations:
-        console.print(f"  {reworded(report.outlook)}", highlight=False)
+        console.print(f"  {shown_message(report.outlook)}", highlight=False)
 
 
 def answer_title(report: DesignReport) -> str:
     """Return the heading of a report's design."""
     return "Gripper" if report.feasible else "What comes nearest"
-
-
-def relaxation_text(relaxation: Relaxation) -> str:
-    """Return a sufficient change of the requirement in words."""
-    unit = {"strain_max": "1", "pressure_max": "Pa", "turns_required": "1", "payload": "kg"}.get(
-        relaxation.field, "m"
-    )
-    return (
-        f"{relaxation.field} = {shown(relaxation.sufficient, unit)} instead of "
-        f"{shown(relaxation.requested, unit)} ({reworded(relaxation.design)})"
-    )
 
 
 def row_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
@@ -68,7 +58,7 @@ def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> 
     for point in points:
         table.add_row(
             point.candidate.tube.name,
-            reworded(point.candidate.angles.removeprefix("beta ")),
+            shown_message(point.candidate.angles).removeprefix("beta "),
             "" if point.pressure is None else shown(point.pressure, "Pa"),
             "" if point.strain is None else shown(point.strain, "1"),
             "" if point.length is None else shown(point.length, "m"),
@@ -111,11 +101,11 @@ def _mm(length: float) -> str:
 def _print_step(step: DesignStep, console: Console) -> None:
     mark = "[green]ok[/]" if step.satisfied else "[red]no[/]"
     console.print(
-        f"[bold]{step.number} {step.title}[/] {mark}  {reworded(step.remark)}", highlight=False
+        f"[bold]{step.number} {step.title}[/] {mark}  {shown_message(step.remark)}", highlight=False
     )
     table = Table.grid(padding=(0, 3))
     for figure in step.figures:
-        table.add_row(f"    {reworded(figure.name)}", shown(figure.value, figure.unit))
+        table.add_row(f"    {shown_message(figure.name)}", shown(figure.value, figure.unit))
     console.print(table)
 
 

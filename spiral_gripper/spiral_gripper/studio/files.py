@@ -10,6 +10,7 @@ import viser
 from spiral_core import SpiralError
 from spiral_gripper.files.catalog import read_description_text
 from spiral_gripper.files.description import GripperDescription
+from spiral_gripper.files.shown import shown_message
 
 
 class FileFolder:
@@ -41,5 +42,7 @@ class FileFolder:
         try:
             self._use(text)
         except SpiralError as error:
-            lines = "\n".join(f"- {line.strip()}" for line in str(error).splitlines())
+            lines = "\n".join(
+                f"- {line.strip()}" for line in shown_message(str(error)).splitlines()
+            )
             self._said.content = f"**Not used:**\n\n{lines}"

@@ -8,7 +8,7 @@ import math
 from spiral_core import Frame, Gripper, Pull, RodState, TimedClosing
 from spiral_core.rod.motion.motion import contact_fraction
 from spiral_core.rounding import rounded_down, rounded_up
-from spiral_gripper.files.shown import reworded, scale_of, shown
+from spiral_gripper.files.shown import scale_of, shown, shown_message
 from spiral_gripper.studio.session import Answer
 from spiral_gripper.studio.settings import Settings
 
@@ -35,7 +35,7 @@ def answer_text(
         return "\n\n".join([f"**computing ...{since}**", *lines])
     radius = shown(settings.object_radius, "m")
     if answer.wrap is None or answer.placement is None:
-        lines.insert(0, f"**{radius} cannot be wrapped:** {reworded(answer.refusal)}")
+        lines.insert(0, f"**{radius} cannot be wrapped:** {shown_message(answer.refusal)}")
         return "\n\n".join([*lines, *margin_lines(answer, settings, gripper)])
     lines.insert(0, f"{regime_text(answer, settings)} at {shown(settings.pressure, 'Pa')}")
     pressure, turns = shown(answer.wrap.pressure, "Pa"), answer.wrap.turns
@@ -106,7 +106,7 @@ def frame_text(frame: Frame, pressure: float) -> str:
 def grip_lines(answer: Answer, settings: Settings, since: str = "") -> list[str]:
     """Return what is known of contact and holding force, and since when the rest is computed."""
     if answer.no_grip:
-        return [f"**not held:** {reworded(answer.no_grip)}"]
+        return [f"**not held:** {shown_message(answer.no_grip)}"]
     if answer.window is None or answer.placement is None:
         gap = answer.placement.largest_gap if answer.placement else 0.0
         return [

@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.action import ActionClient
 
 from spiral_core.errors import SpiralError
-from spiral_gripper.files.shown import reworded, shown, shown_range
+from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_ros.client.answers import NoAnswerError, WrapOutcome, no_node_in
@@ -20,6 +20,7 @@ from spiral_gripper_ros.client.listener import listening
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known, optional
+from spiral_gripper_ros.tools.node_text import node_text
 from spiral_gripper_ros.tools.watcher import Watcher
 
 # How long a command looks for the node: DDS may take seconds to discover it [s].
@@ -79,7 +80,7 @@ def plan(
     exact = payload is not None or friction is not None
     with SpiralGripper(namespace, DISCOVERY_TIMEOUT) as gripper:
         answer = gripper.plan(radius, overpressure, payload, friction, compute_grip=exact)
-    lines, good = [reworded(answer.message)], bool(answer.success)
+    lines, good = [node_text(answer.message)], bool(answer.success)
     grip = answer.grip[0] if answer.grip else None
     document = _document(answer, without=("backbone", "figures"))
     for figures in answer.figures:
@@ -147,7 +148,7 @@ def grasp(namespace: str, goal: WrapGoal) -> Answer:
     if result is None:
         raise NoAnswerError("the wrap has no result", DISCOVERY_TIMEOUT)
     good = result.outcome is WrapOutcome.SUCCEEDED
-    lines = [reworded(result.message)]
+    lines = [node_text(result.message)]
     if good:
         lines.append(f"{result.turns:.2f} turns; holds until `spiral-gripper release`")
     if good and result.holding_force_away is not None:
@@ -179,7 +180,7 @@ def release(namespace: str, timeout: float | None) -> Answer:
     finally:
         action.destroy()
         link.close()
-    return Answer(bool(result.success), [reworded(result.message)], _document(result))
+    return Answer(bool(result.success), [node_text(result.message)], _document(result))
 
 
 def status(namespace: str) -> Answer:
@@ -196,7 +197,7 @@ def status(namespace: str) -> Answer:
         while (planned := gripper.planned) is None and time.monotonic() < deadline:
             pass
     troubles = [
-        f"{Reason(reason).name}: {reworded(text)}"
+        f"{Reason(reason).name}: {node_text(text)}"
         for reason, text in (
             (heard.reason, heard.reason_text),
             (heard.fault, heard.fault_text),

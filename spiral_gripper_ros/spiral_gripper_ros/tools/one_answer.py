@@ -12,6 +12,7 @@ from spiral_gripper.files.shown import shown
 from spiral_gripper_ros.client import SpiralGripper
 from spiral_gripper_ros.process.node_process import NodeProcess
 from spiral_gripper_ros.tools.injection import local_discovery
+from spiral_gripper_ros.tools.node_text import node_text
 
 # A node starts within seconds, on a slow and busy machine within a minute [s].
 START_TIMEOUT = 60.0
@@ -40,6 +41,6 @@ def plan_by_new_node(gripper: str, radius: float) -> str:
             lines = log.read().splitlines()[-LOG_LINES:]
             raise RuntimeError("\n".join((str(error), *lines))) from None
     if not answer.success:
-        raise RuntimeError(answer.message)
+        raise RuntimeError(node_text(answer.message))
     pressure = shown(answer.figures[0].pressure, "Pa")
     return f"active after {elapsed:.1f} s; wraps an object of {shown(radius, 'm')} at {pressure}"

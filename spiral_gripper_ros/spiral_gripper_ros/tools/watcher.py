@@ -9,12 +9,13 @@ from rclpy.qos import qos_profile_sensor_data
 from rich.console import Console
 from std_msgs.msg import Float64, String
 
-from spiral_gripper.files.shown import axis_label, in_units, reworded
+from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
 from spiral_gripper_ros.messages.qos import LATEST
+from spiral_gripper_ros.tools.node_text import node_text
 
 # What is older than this [s] is no longer shown.
 FRESH = 1.0
@@ -76,7 +77,7 @@ class Watcher(Listener):
             "wrapped": "yes" if status.wrapped else "no",
             "really": "-" if grip is None else grip.data,
             "state": State(status.state).name.lower().replace("_", " "),
-            "trouble": reworded("; ".join(troubles.values())),
+            "trouble": node_text("; ".join(troubles.values())),
         }
         for line in (cells.values(),) if self._shown else (cells, cells.values()):
             padded = (text.ljust(width) for text, width in zip(line, WIDTHS, strict=True))

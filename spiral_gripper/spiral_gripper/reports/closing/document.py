@@ -25,8 +25,10 @@ from spiral_core.grip.closing import (
 )
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import lay_into_coil
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.motion.inertia import Damping
 from spiral_core.rod.motion.motion import Frame
+from spiral_core.rounding import rounded_up
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.fields import Field, Rows
@@ -115,8 +117,9 @@ def solve_close(
         pressure = min(BEYOND_WRAP * wrapped, question.gripper.pressure_max)
     slowest = pressure / max(LONGEST_COURSE - question.wait, 1.0)
     if not question.rate >= slowest:
-        requirement = f"at least {slowest:.3g} Pa/s; the grip of slower closings: grip"
-        raise InvalidInputError("rate", question.rate, requirement)
+        least = Quantity(slowest, "Pa/s", rounded_up)
+        requirement = Message("at least {}; the grip of slower closings: grip", least)
+        raise InvalidInputError("rate", question.rate, requirement, "Pa/s")
     course = PressureCourse.ramp(question.rate, pressure, question.wait)
     frames: list[Frame] = []
     forces: tuple[HoldingForce, ...] = ()

@@ -27,6 +27,7 @@ from spiral_core.grip.window import (
     grip_window,
     nudged_windows,
 )
+from spiral_core.message import Message, Quantity, joined
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
@@ -161,7 +162,8 @@ def placed(
         reason = f"of {PLACES_TRIED} places in and near the coil none holds it"
         radius = float(setup.obstacle.shape.feature_radius)
         helps = what_helps(setup, executor)
-        raise NotGrippableError(radius, f"{reason}; {helps}", -1.0, nearest_held_radius(setup))
+        reason = joined("; ", (reason, helps))
+        raise NotGrippableError(radius, reason, -1.0, nearest_held_radius(setup))
     if found is setup:
         return question
     x, y, z = found.axis.tolist()
@@ -201,18 +203,23 @@ def closed_window(
             onsets = (nudged.onset_wrap for nudged in nudged_windows(setup))
             wrapped = [onset for onset in onsets if onset is not None]
             if wrapped:
-                shift = NUDGE * setup.gripper.tube.length
-                reason = f"{refusal.constraint}; moved aside by {shift:.3g} m it is wrapped from"
-                reason = f"{reason} {wrapped[0]:.6g} Pa: no experiment can decide"
+                reason = Message(
+                    "{}; moved aside by {} it is wrapped from {}: no experiment can decide",
+                    refusal.constraint,
+                    Quantity(NUDGE * setup.gripper.tube.length, "m"),
+                    Quantity(wrapped[0], "Pa"),
+                )
                 raise NotGrippableError(refusal.radius, reason, refusal.margin, None)
         if question.place is not None:
             raise refusal
-        reason = f"{refusal.constraint}; --find-place looks for a place near by where it is held"
+        advice = "--find-place looks for a place near by where it is held"
+        reason = joined("; ", (refusal.constraint, advice))
         raise NotGrippableError(refusal.radius, reason, refusal.margin, refusal.nearest_radius)
     for pressure in question.pressures:
         if pressure > window.top:
             at = window.top if window.loss is None else window.loss
-            reason = f"{pressure:.6g} Pa is too much: at {at:.6g} Pa {window.end.value}"
+            asked, end = Quantity(pressure, "Pa"), Quantity(at, "Pa")
+            reason = Message("{} is too much: at {} {}", asked, end, window.end.value)
             radius = float(window.setup.obstacle.shape.feature_radius)
             raise NotGrippableError(radius, reason, window.top - pressure, None)
     return window, mark

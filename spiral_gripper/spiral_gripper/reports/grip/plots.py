@@ -15,7 +15,7 @@ from spiral_core.grip.holding import Pull, is_twist
 from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import GripPoint
 from spiral_core.rod.types import Vector
-from spiral_gripper.files.shown import axis_label, in_units, shown
+from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
 from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.shaded import (
     OBJECT_RINGS,
@@ -108,7 +108,7 @@ def _accuracy(grip: Grip) -> str:
     try:
         return str(refine(grip))
     except SpiralError as error:
-        return f"twice the elements give no grip: {error}"
+        return f"twice the elements give no grip: {shown_message(str(error))}"
 
 
 def draw_forces(axes: Axes, grip: Grip) -> None:

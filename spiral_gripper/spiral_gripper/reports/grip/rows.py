@@ -18,7 +18,7 @@ from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import distances_from_axis, touching_nodes
 from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper.files.shown import axis_label, number, reworded, shown
+from spiral_gripper.files.shown import axis_label, number, shown, shown_message
 from spiral_gripper.reports.fields import Field, Rows, document_of, plain, rows_of
 from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.wrap_document import (
@@ -440,7 +440,7 @@ GRIP: Final = (
         _spread,
         _spread_text,
     ),
-    Field("refusal", "NOT HELD", "refusal", lambda s: s.refusal and reworded(s.refusal)),
+    Field("refusal", "NOT HELD", "refusal", lambda s: s.refusal and shown_message(s.refusal)),
     *_RECOMMENDED,
     Field("pressures", "", "grip.pressures"),
     Field("contact_length", "", "grip.contact_length"),

@@ -20,7 +20,7 @@ from rich.table import Table
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.grip import GripCase, GripOutcome
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper.files.shown import number, reworded, scale_of, shown
+from spiral_gripper.files.shown import number, scale_of, shown, shown_message
 from spiral_gripper.files.storage import FileError, read_text, reason_of, write_file
 
 # Pressures at which two grippers' rods are compared, to tell whether they are the same.
@@ -103,7 +103,7 @@ def print_outcomes(
     for case, outcome in pairs:
         if outcome.refusal:
             name, radius = case.gripper.name, shown(case.radius, "m")
-            console.print(f"{name}, {radius}: {reworded(outcome.refusal)}")
+            console.print(f"{name}, {radius}: {shown_message(outcome.refusal)}")
 
 
 def _table(grips: list[tuple[GripCase, GripOutcome]]) -> Table:
