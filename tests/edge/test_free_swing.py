@@ -60,7 +60,11 @@ def changed(folder: Path, old: str, new: str) -> Path:
     [
         ("time [s]", "time [min]", "check the unit of time"),
         ("displacement [mm]", "displacement [in]", "check the unit"),
-        ("displacement [mm]", "extension [mm]", '"displacement": is missing'),
+        (
+            "displacement [mm]",
+            "extension [mm]",
+            "no column holds a measurement: one of displacement",
+        ),
         ("displacement_error [mm]", "arc_length [mm]", '"displacement_error": is missing'),
         ("displacement_error [mm]", "arc_length [mm]", "does not belong to a free swing"),
         ("1.04,", "1.00,", "holds a time twice"),
@@ -85,7 +89,7 @@ def test_a_file_that_cannot_be_used_is_refused_by_name(tmp_path, capsys, old, ne
         (["--plot", "a.png"], "leave --plot out"),
         (["--measured-curve"], "excludes other kinds"),
         (["--save", "a.yaml"], "writes no gripper file"),
-        (["--error", "extension=1 mm"], "can be only for displacement"),
+        (["--error", "extension=1 mm"], "only these can have one: displacement"),
         ([str(SWING)], "one file, one swing"),
     ],
 )

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 from spiral_core import (
     BendReading,
@@ -17,6 +18,7 @@ from spiral_core import (
     InvalidInputError,
     Reading,
     ShapeReading,
+    SwingReading,
     TwistReading,
 )
 from spiral_gripper.bench.options import CalibrationOptions
@@ -106,30 +108,49 @@ def measurements_of(table: Table, tube_length: float, options: CalibrationOption
         (0.0025, 0.1)
     """
     length = tube_length if options.section_length is None else options.section_length
-    kinds = [kind for kind in _KINDS if kind.name in table.columns]
-    _check_columns(table, kinds, options)
+    found = _readings(table, KINDS, options, length)
+    lines, readings = zip(*found, strict=True)
+    units = {name: column.unit for name, column in table.columns.items()}
+    return Measurements(Path(table.file), readings, lines, units)
+
+
+def swing_readings(table: Table, options: CalibrationOptions) -> list[SwingReading]:
+    """Return the readings of a free swing.
+
+    Raises:
+        TableError: it cannot be used; the error names every bad line and column.
+    """
+    return [reading for _, reading in _readings(table, (SWING,), options)]
+
+
+def _readings(
+    table: Table,
+    possible: tuple[Kind, ...],
+    options: CalibrationOptions,
+    section_length: float = math.nan,
+) -> list[tuple[int, Any]]:
+    """Return line and reading of each measurement of these kinds; there is at least one."""
+    kinds = [kind for kind in possible if kind.name in table.columns]
+    _check_columns(table, possible, kinds, options)
     table.raise_problems()
-    readings: list[Reading] = []
-    lines: list[int] = []
+    found = []
     for row in table.rows:
         for kind in kinds:
-            reading = _reading(table, row, kind, options, length)
+            reading = _reading(table, row, kind, options, section_length)
             if reading is not None:
-                readings.append(reading)
-                lines.append(row.line)
+                found.append((row.line, reading))
         if not any(kind.own & row.values.keys() for kind in kinds):
             reason = f"is blank, and so the line holds no measurement of {_names(kinds)}"
             table.note(row.line, kinds[0].name, reason)
     table.raise_problems()
-    units = {name: column.unit for name, column in table.columns.items()}
-    return Measurements(Path(table.file), tuple(readings), tuple(lines), units)
+    return found
 
 
 Values = Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
-class _Kind:
+class Kind:
     """One kind of measurement.
 
     Attributes:
@@ -142,7 +163,7 @@ class _Kind:
     name: str
     error_name: str
     needs: tuple[str, ...]
-    make: Callable[[Values, float, float], Reading]
+    make: Callable[[Values, float, float], Reading | SwingReading]
 
     @property
     def own(self) -> frozenset[str]:
@@ -170,33 +191,51 @@ def _grip(values: Values, error: float, pressure_error: float) -> Reading:
     return GripReading(values["pressure"], values["object_radius"], error, pressure_error)
 
 
-_KINDS = (
-    _Kind("extension", "extension", ("pressure",), _on_section(ExtensionReading, "extension")),
-    _Kind("twist", "twist", ("pressure",), _on_section(TwistReading, "twist")),
-    _Kind("bend_angle", "bend_angle", ("pressure",), _on_section(BendReading, "bend_angle")),
-    _Kind("x", "position", ("pressure", "y", "z"), _shape),
-    _Kind("object_radius", "object_radius", ("pressure",), _grip),
+def _swing(values: Values, error: float, _: float) -> SwingReading:
+    return SwingReading(values["time"], values["displacement"], error)
+
+
+KINDS = (
+    Kind("extension", "extension", ("pressure",), _on_section(ExtensionReading, "extension")),
+    Kind("twist", "twist", ("pressure",), _on_section(TwistReading, "twist")),
+    Kind("bend_angle", "bend_angle", ("pressure",), _on_section(BendReading, "bend_angle")),
+    Kind("x", "position", ("pressure", "y", "z"), _shape),
+    Kind("object_radius", "object_radius", ("pressure",), _grip),
 )
+SWING = Kind("displacement", "displacement", ("time", "pressure"), _swing)
 # What an error can be stated for beside the files, and the column that it is the error of.
 ERROR_COLUMNS = MappingProxyType(
-    {"pressure": "pressure", **{kind.error_name: kind.name for kind in _KINDS}}
+    {"pressure": "pressure", **{kind.error_name: kind.name for kind in KINDS}}
 )
 
 
-def _names(kinds: Collection[_Kind]) -> str:
+def _names(kinds: Collection[Kind]) -> str:
     return ", ".join(kind.name for kind in kinds)
 
 
-def _check_columns(table: Table, kinds: Collection[_Kind], options: CalibrationOptions) -> None:
-    """Note columns and errors that are missing for all rows."""
+def _check_columns(
+    table: Table,
+    possible: tuple[Kind, ...],
+    kinds: Collection[Kind],
+    options: CalibrationOptions,
+) -> None:
+    """Note columns and errors that are missing for all rows, or belong to no possible kind."""
     line = table.header_line
-    for name in ("time", "displacement", "displacement_error"):
-        if name in table.columns:
-            table.note(line, name, "is of a free swing; use --free-swing, or --ignore it")
+    swings = {"time", "displacement", "displacement_error"}
+    if possible == (SWING,):
+        errors = ["displacement"]
+        foreign = table.columns.keys() - swings - {"pressure"}
+        reason = "does not belong to a free swing; leave it out, or --ignore it"
+    else:
+        errors = [*ERROR_COLUMNS]
+        foreign = table.columns.keys() & swings
+        reason = "is of a free swing; use --free-swing, or --ignore it"
+    for name in foreign:
+        table.note(line, name, reason)
     if not kinds:
-        table.note(line, "", f"no column holds a measurement: one of {_names(_KINDS)}")
-    for name in sorted(options.errors.keys() - ERROR_COLUMNS.keys()):
-        known = ", ".join(ERROR_COLUMNS)
+        table.note(line, "", f"no column holds a measurement: one of {_names(possible)}")
+    for name in sorted(options.errors.keys() - errors):
+        known = ", ".join(errors)
         table.note(None, name, f"has a stated error; only these can have one: {known}")
     for kind in kinds:
         for name in kind.needs:
@@ -218,10 +257,10 @@ def _check_columns(table: Table, kinds: Collection[_Kind], options: CalibrationO
 def _reading(
     table: Table,
     row: Row,
-    kind: _Kind,
+    kind: Kind,
     options: CalibrationOptions,
     section_length: float,
-) -> Reading | None:
+) -> Reading | SwingReading | None:
     """Return one reading of a row, or None if its cells are blank or there is a problem."""
     if not kind.own & row.values.keys():
         return None

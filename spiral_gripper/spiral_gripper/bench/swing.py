@@ -9,15 +9,14 @@ from typing import Any
 
 from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.regression import Scatter
-from spiral_gripper.bench.measurements import COLUMNS, stated_error
+from spiral_gripper.bench.measurements import COLUMNS, swing_readings
 from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.shown import number, shown
-from spiral_gripper.files.table import Table, read_table_file
+from spiral_gripper.files.table import read_table_file
 
 # Larger swings, as a fraction of the length, decay otherwise than small ones.
 LARGE_SWING = 0.15
-NEEDED = ("time", "displacement", "pressure")
 UNITS = {"retardation_time": "s", "air": "1"}
 
 
@@ -105,49 +104,15 @@ def _measured_swing(description: GripperDescription, pressure: float) -> Swing:
 def _read(path: Path, options: CalibrationOptions) -> tuple[list[SwingReading], float]:
     """Return the readings of a file, and the one pressure at which they were made [Pa]."""
     table = read_table_file(path, COLUMNS, options.units, options.ignored)
-    _check_columns(table, options)
-    table.raise_problems()
-    readings, pressures = [], []
+    readings = swing_readings(table, options)
+    pressure = table.rows[0].values["pressure"]
     for row in table.rows:
-        missing = [name for name in NEEDED if name not in row.values]
-        for name in missing:
-            table.note(row.line, name, "is blank, but a swing requires it")
-        if missing:
-            continue
-        value = row.values["displacement"]
-        known = row.values.get("displacement_error")
-        if known is None:
-            stated = options.errors.get("displacement", "0 m")
-            known = stated_error(stated, "displacement", value)
-        try:
-            readings.append(SwingReading(row.values["time"], value, known))
-        except InvalidInputError as problem:
-            name = "displacement_error" if problem.field == "error" else problem.field
-            table.note(row.line, name, f"must be {problem.requirement}")
-        pressures.append(row.values["pressure"])
-        if pressures[-1] != pressures[0] or not pressures[0] >= 0.0:
+        if not row.values["pressure"] == pressure >= 0.0:
             table.note(row.line, "pressure", "must be one gauge pressure >= 0 for a swing")
-    table.raise_problems()
-    times = [one.time for one in readings]
-    if len(set(times)) < len(times):
+    if len({one.time for one in readings}) < len(readings):
         table.note(None, "time", "holds a time twice: one swing a file")
     table.raise_problems()
-    return readings, pressures[0]
-
-
-def _check_columns(table: Table, options: CalibrationOptions) -> None:
-    """Note columns that are missing, or are of no swing."""
-    line = table.header_line
-    for name in NEEDED:
-        if name not in table.columns:
-            table.note(line, name, "is missing; a free swing requires it")
-    if "displacement_error" not in table.columns and "displacement" not in options.errors:
-        reason = "is missing; state how well displacement was measured, or beside the file"
-        table.note(line, "displacement_error", reason)
-    for name in table.columns.keys() - {*NEEDED, "displacement_error"}:
-        table.note(line, name, "does not belong to a free swing; leave it out, or --ignore it")
-    for name in options.errors.keys() - {"displacement"}:
-        table.note(None, name, "an error is stated for this, but can be only for displacement")
+    return readings, pressure
 
 
 def require_one_file(files: Sequence[Path]) -> Path:
