@@ -18,7 +18,6 @@ from types import ModuleType
 
 from docutils import nodes
 from latex2mathml.converter import convert
-from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
@@ -169,6 +168,5 @@ def setup(app: Sphinx) -> None:
     """Tell Sphinx of the above."""
     app.connect("builder-inited", write_reference)
     app.connect("builder-inited", write_gallery)
-    app.add_lexer("mermaid", TextLexer)  # drawn where pages are shown by a forge, readable here
     app.add_node(nodes.math, override=True, html=(visit_math, None))
     app.add_node(nodes.math_block, override=True, html=(visit_math_block, None))

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from spiral_gripper.files.fields import FIELDS, LAWS, constants_of
+from spiral_gripper_ros.control.states import TRANSITIONS, State
 from spiral_gripper_ros.parameters.spec import ParameterSpec
 from spiral_gripper_ros.parameters.table import PARAMETERS
 from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
@@ -24,6 +25,7 @@ def tables() -> dict[str, str]:
     """Return each table in Markdown, by its name."""
     return {
         "fields": _fields(),
+        "transitions": _transitions(),
         "node_parameters": _parameters(PARAMETERS),
         "regulator_parameters": _parameters(REGULATOR_PARAMETERS),
         "simulated_regulator_parameters": _parameters(SimulatedRegulatorParameters.specs()),
@@ -44,6 +46,21 @@ def _fields() -> str:
         required = "by the law" if name in by_law else "yes" if field.required else "no"
         rows.append((f"`{name}`", field.kind, required, field.allowed, field.default))
     return _table(("field", "kind", "required", "allowed", "if left out"), rows)
+
+
+def _transitions() -> str:
+    """Return what each event leads to; states that it leads to the same stand in one row."""
+    sources: dict[tuple[str, str, str], list[State]] = {}
+    for (state, event), (new, rule) in TRANSITIONS.items():
+        sources.setdefault((event.value, new.name, rule.value), []).append(state)
+    rows = []
+    for (event, new, command), states in sources.items():
+        names = ", ".join(state.name for state in State if state in states)
+        if len(states) >= len(State) - 2:
+            others = [state.name for state in State if state not in states]
+            names = f"every state but {' and '.join(others)}" if others else "every state"
+        rows.append((event, names, new, command))
+    return _table(("event", "from", "to", "command"), rows)
 
 
 def _parameters(specs: Sequence[ParameterSpec]) -> str:

@@ -34,7 +34,8 @@ from std_srvs.srv import Trigger
 from benchmarks.ros.grip_bank import GripBank
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.actions.jobs import GoalReport, ReleaseJob
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.node.gripper_node import GripperNode

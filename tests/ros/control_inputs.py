@@ -5,10 +5,10 @@ from hypothesis import strategies as st
 
 from spiral_core import InvalidInputError, SolverError, WrapRegime
 from spiral_core.rod.state import RodStatus
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
-from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
 
-VENTS = ["release", "activate", "deactivate", "reload", "fail"]
+VENTS = ["release", "activate", "deactivate", "fail"]
 ANY_FLOAT = st.floats(allow_nan=True, allow_infinity=True)
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 GOOD_RADIUS = st.one_of(st.sampled_from([0.02, 0.021, 0.03]), st.floats(0.012, 0.04))

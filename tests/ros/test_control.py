@@ -9,8 +9,9 @@ from ros.control_bench import FAILED, FAULTS, LIMITS, SUCCEEDED, Bench
 from ros.fakes import RegulatorFault
 
 from spiral_core import InvalidInputError
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
-from spiral_gripper_ros.control.limits import FaultPolicy
+from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy
+from spiral_gripper_ros.control.refusals import RECONFIGURED
 from spiral_gripper_ros.control.states import Reason, State
 
 
@@ -148,7 +149,7 @@ def test_what_is_tracked_is_wrapped_once_the_pressure_is_there(bench):
 
 def test_loading_another_gripper_vents_and_stays_vented_until_rearmed(bench):
     bench.run(1.0, radius=0.02)
-    bench.control.reload()
+    bench.control.release(RECONFIGURED)
     assert set(bench.run(1.0, radius=0.02)) == {0.0}
     assert (bench.state, bench.reason) == (State.RELEASED, Reason.RECONFIGURED)
     assert bench.control.rearm() is None
@@ -157,10 +158,10 @@ def test_loading_another_gripper_vents_and_stays_vented_until_rearmed(bench):
 
 def test_loading_another_gripper_mends_no_fault_and_activates_nothing(bench):
     bench.control.fail("boom")
-    bench.control.reload()
+    bench.control.release(RECONFIGURED)
     assert (bench.state, bench.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
     bench.control.deactivate()
-    bench.control.reload()
+    bench.control.release(RECONFIGURED)
     assert (bench.state, bench.reason) == (State.INACTIVE, Reason.NOT_ACTIVE)
 
 

@@ -9,7 +9,7 @@ from ros.fakes import FakePlanner, regime_at
 
 from spiral_core import SolverError, WrapRegime
 from spiral_core.rod.state import RodStatus
-from spiral_gripper_ros.control.grasp import AbortPolicy
+from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State
 
@@ -129,7 +129,6 @@ def test_a_fault_of_the_measured_pressure_lets_a_grasp_fail(bench, fault, stuck_
     [
         ("release", State.RELEASED, Reason.RELEASED),
         ("deactivate", State.INACTIVE, Reason.NOT_ACTIVE),
-        ("reload", State.RELEASED, Reason.RECONFIGURED),
         ("fail", State.FAULT, Reason.INTERNAL_ERROR),
         ("activate", State.WAITING, Reason.NOT_ACTIVE),
     ],

@@ -167,7 +167,7 @@ class GripMachine(CheckedControl):
         assert seen.pressure_command == 0.0
         assert not [grasp for grasp in self.running() if self.is_running(grasp)]
         stays = before.state is State.INACTIVE or (
-            before.state is State.FAULT and event in ("release", "reload")
+            before.state is State.FAULT and event == "release"
         )
         if event == "activate":
             assert seen.state is State.WAITING

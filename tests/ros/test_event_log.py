@@ -3,8 +3,7 @@ from collections import Counter
 
 import pytest
 
-from spiral_gripper_ros.control.grasp import AbortPolicy
-from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.runtime.event_log import BURST, PERIOD, EventLog

@@ -4,9 +4,8 @@ import math
 import pytest
 from ros.fakes import FakePlan
 
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
-from spiral_gripper_ros.control.grasp_attempt import GraspAttempt, impossible_goal
-from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, impossible_goal
+from spiral_gripper_ros.control.limits import AbortPolicy, Limits
 from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
@@ -50,52 +49,52 @@ def test_an_impossible_timeout_is_named(bad):
 
 def test_a_goal_may_leave_everything_to_the_parameters():
     assert impossible_goal(GraspGoal(None)) is None
-    attempt = GraspAttempt(GraspGoal(None), 0.0, snapshot(), LIMITS)
-    assert (attempt.timeout, attempt.abort_policy) == (3.0, AbortPolicy.VENT)
+    grasp = Grasp(GraspGoal(None), 0.0, snapshot(), LIMITS)
+    assert (grasp.timeout, grasp.abort_policy) == (3.0, AbortPolicy.VENT)
 
 
 def test_a_goal_comes_before_the_parameters():
     goal = GraspGoal(None, timeout=1.0, abort_policy=AbortPolicy.HOLD)
-    attempt = GraspAttempt(goal, 10.0, snapshot(), LIMITS)
-    assert attempt.abort_policy is AbortPolicy.HOLD
-    assert not attempt.is_late(11.0)
-    assert attempt.is_late(math.nextafter(11.0, 12.0))
-    assert attempt.elapsed(10.5) == 0.5
+    grasp = Grasp(goal, 10.0, snapshot(), LIMITS)
+    assert grasp.abort_policy is AbortPolicy.HOLD
+    assert not grasp.is_late(11.0)
+    assert grasp.is_late(math.nextafter(11.0, 12.0))
+    assert grasp.elapsed(10.5) == 0.5
 
 
 def test_as_commanded_it_is_settled_after_the_settling_time_at_the_target():
-    attempt = GraspAttempt(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
-    assert not attempt.is_settled(1.0, False, LIMITS)
-    attempt.commanded(1.0, 5.0e4, 5.0e4)
-    assert not attempt.is_settled(1.49, False, LIMITS)
-    assert attempt.is_settled(1.5, False, LIMITS)
-    attempt.commanded(1.6, 5.0e4, 6.0e4)
-    assert not attempt.is_settled(1.6, False, LIMITS)
-    attempt.commanded(1.7, 6.0e4, 6.0e4)
-    assert not attempt.is_settled(2.1, False, LIMITS)
+    grasp = Grasp(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
+    assert not grasp.is_settled(1.0, False, LIMITS)
+    grasp.commanded(1.0, 5.0e4, 5.0e4)
+    assert not grasp.is_settled(1.49, False, LIMITS)
+    assert grasp.is_settled(1.5, False, LIMITS)
+    grasp.commanded(1.6, 5.0e4, 6.0e4)
+    assert not grasp.is_settled(1.6, False, LIMITS)
+    grasp.commanded(1.7, 6.0e4, 6.0e4)
+    assert not grasp.is_settled(2.1, False, LIMITS)
 
 
 def test_as_measured_it_is_settled_once_the_pressure_has_stayed_at_the_target():
-    attempt = GraspAttempt(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
-    attempt.commanded(1.0, 5.0e4, 5.0e4)
-    attempt.measured(1.0, 4.91e4, 5.0e4, LIMITS)
-    assert not attempt.is_settled(9.0, True, LIMITS)
-    attempt.measured(1.0 + 0.99 * PERSISTENCE, 5.0e4, 5.0e4, LIMITS)
-    assert not attempt.is_settled(9.0, True, LIMITS)
-    attempt.measured(1.0 + 1.01 * PERSISTENCE, 5.0e4, 5.0e4, LIMITS)
-    assert attempt.is_settled(1.0 + 1.01 * PERSISTENCE, True, LIMITS)
-    attempt.measured(1.3, 4.8e4, 5.0e4, LIMITS)
-    assert not attempt.is_settled(1.3, True, LIMITS)
+    grasp = Grasp(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
+    grasp.commanded(1.0, 5.0e4, 5.0e4)
+    grasp.measured(1.0, 4.91e4, 5.0e4, LIMITS)
+    assert not grasp.is_settled(9.0, True, LIMITS)
+    grasp.measured(1.0 + 0.99 * PERSISTENCE, 5.0e4, 5.0e4, LIMITS)
+    assert not grasp.is_settled(9.0, True, LIMITS)
+    grasp.measured(1.0 + 1.01 * PERSISTENCE, 5.0e4, 5.0e4, LIMITS)
+    assert grasp.is_settled(1.0 + 1.01 * PERSISTENCE, True, LIMITS)
+    grasp.measured(1.3, 4.8e4, 5.0e4, LIMITS)
+    assert not grasp.is_settled(1.3, True, LIMITS)
 
 
 def test_what_was_measured_before_the_command_arrived_does_not_count():
-    attempt = GraspAttempt(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
-    attempt.measured(0.0, 5.0e4, 5.0e4, LIMITS)
-    attempt.measured(1.0, 5.0e4, 5.0e4, LIMITS)
-    assert not attempt.is_settled(1.0, True, LIMITS)
-    attempt.commanded(1.0, 4.9e4, 5.0e4)
-    attempt.commanded(1.1, 5.0e4, 5.0e4)
-    assert not attempt.is_settled(1.1, True, LIMITS)
+    grasp = Grasp(GraspGoal(0.02), 0.0, snapshot(), LIMITS)
+    grasp.measured(0.0, 5.0e4, 5.0e4, LIMITS)
+    grasp.measured(1.0, 5.0e4, 5.0e4, LIMITS)
+    assert not grasp.is_settled(1.0, True, LIMITS)
+    grasp.commanded(1.0, 4.9e4, 5.0e4)
+    grasp.commanded(1.1, 5.0e4, 5.0e4)
+    assert not grasp.is_settled(1.1, True, LIMITS)
 
 
 @pytest.mark.parametrize(
@@ -112,18 +111,18 @@ def test_what_was_measured_before_the_command_arrived_does_not_count():
     ],
 )
 def test_progress_is_the_commands_part_of_the_way(start, command, target, expected):
-    attempt = GraspAttempt(GraspGoal(0.02), 0.0, snapshot(command=start), LIMITS)
-    assert attempt.progress(command, target) == pytest.approx(expected)
+    grasp = Grasp(GraspGoal(0.02), 0.0, snapshot(command=start), LIMITS)
+    assert grasp.progress(command, target) == pytest.approx(expected)
 
 
 def test_a_grasp_reports_how_far_it_is_and_keeps_how_it_ended():
-    attempt = GraspAttempt(GraspGoal(0.02), 1.0, snapshot(), LIMITS)
-    attempt.update(1.5, snapshot(command=1.0e4))
-    report = attempt.report
+    grasp = Grasp(GraspGoal(0.02), 1.0, snapshot(), LIMITS)
+    grasp.update(1.5, snapshot(command=1.0e4))
+    report = grasp.report
     assert (report.outcome, report.refusal) == (GraspOutcome.RUNNING, NOT_REFUSED)
     assert (report.radius, report.plan) == (0.02, FakePlan(5.0e4))
     assert (report.elapsed, report.progress) == (0.5, 0.2)
-    attempt.end(2.0, GraspOutcome.FAILED, FAILED)
-    final = attempt.report
+    grasp.end(2.0, GraspOutcome.FAILED, FAILED)
+    final = grasp.report
     assert (final.outcome, final.refusal, final.elapsed) == (GraspOutcome.FAILED, FAILED, 1.0)
     assert (final.radius, final.progress) == (0.02, 0.2)

@@ -15,8 +15,8 @@ from spiral_gripper_ros.actions.gripper_command import (
     goal_from_command,
     wrapped_diameter,
 )
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
-from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.limits import AbortPolicy, Limits
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
 

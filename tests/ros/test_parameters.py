@@ -4,8 +4,7 @@ import math
 import pytest
 
 from spiral_core import InvalidInputError
-from spiral_gripper_ros.control.grasp import AbortPolicy
-from spiral_gripper_ros.control.limits import FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
 from spiral_gripper_ros.parameters.spec import (
     GRAVITY_LIMIT,
     gravity_problem,

@@ -10,10 +10,9 @@ from ros.fakes import FakePlanner
 
 from spiral_core import InvalidInputError, SolverError
 from spiral_core.rod.state import RodStatus
+from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits, TimeoutPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
-from spiral_gripper_ros.control.refusals import RELEASED
-from spiral_gripper_ros.control.state_machine import StateMachine
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.control.timing import LONGEST_LEAP, MonotonicClock
 
@@ -27,14 +26,13 @@ LIMITS = Limits(
     radius_hysteresis=0.0005,
 )
 TICK = 0.02
-BOOM = Refusal(Reason.INTERNAL_ERROR, "boom")
 
 
 class Bench:
     """A state machine, its planner and a clock that the test winds."""
 
     def __init__(self, limits=LIMITS):
-        self.machine = StateMachine(limits)
+        self.machine = GripControl(limits)
         self.planner = FakePlanner()
         self.now = 100.0
         self.machine.activate()
@@ -75,7 +73,7 @@ def gripping(bench):
 
 
 def test_inactive_until_activated():
-    machine = StateMachine(LIMITS)
+    machine = GripControl(LIMITS)
     planner = FakePlanner()
     assert not machine.offer_radius(0.0, 0.02, planner)
     assert machine.command(1.0) == 0.0
@@ -225,7 +223,7 @@ def test_a_plan_without_a_finite_pressure_is_no_plan(bench):
 
 
 def test_release_vents_at_once_and_stays_vented_until_rearmed(gripping):
-    gripping.machine.release(RELEASED)
+    gripping.machine.release()
     assert set(gripping.run(1.0, radius=0.02)) == {0.0}
     assert (gripping.state, gripping.reason) == (State.RELEASED, Reason.RELEASED)
     assert gripping.machine.rearm() is None
@@ -234,10 +232,10 @@ def test_release_vents_at_once_and_stays_vented_until_rearmed(gripping):
 
 
 def test_a_fault_vents_and_stays_until_rearmed(gripping):
-    gripping.machine.fault(BOOM)
+    gripping.machine.fail("boom")
     assert set(gripping.run(1.0, radius=0.02)) == {0.0}
     assert (gripping.state, gripping.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
-    gripping.machine.release(RELEASED)
+    gripping.machine.release()
     assert gripping.reason is Reason.INTERNAL_ERROR
     assert gripping.machine.rearm() is None
     assert gripping.run(1.0, radius=0.02)[-1] == 5.0e4
@@ -252,8 +250,8 @@ def test_rearm_changes_nothing_while_it_follows_and_is_refused_while_inactive(gr
 
 @pytest.mark.parametrize("event", ["release", "fail"])
 def test_nothing_leaves_the_inactive_state_but_activation(event):
-    machine = StateMachine(LIMITS)
-    machine.fault(BOOM) if event == "fail" else machine.release(RELEASED)
+    machine = GripControl(LIMITS)
+    machine.fail("boom") if event == "fail" else machine.release()
     assert machine.snapshot().state is State.INACTIVE
     machine.activate()
     assert machine.snapshot().state is State.WAITING
@@ -352,9 +350,9 @@ def test_whatever_happens_cap_and_rate_hold_and_it_can_grip_again(events, policy
         elif name == "replan":
             machine.replan(bench.planner)
         elif name == "fail":
-            machine.fault(BOOM)
+            machine.fail("boom")
         elif name == "release":
-            machine.release(RELEASED)
+            machine.release()
         elif name != "wait":
             getattr(machine, name)()
         bench.now += value if name == "wait" else TICK
@@ -369,7 +367,7 @@ def test_whatever_happens_cap_and_rate_hold_and_it_can_grip_again(events, policy
 
 
 def test_bad_radii_after_the_time_out_do_not_change_the_reason():
-    machine = StateMachine(LIMITS)
+    machine = GripControl(LIMITS)
     machine.activate()
     planner, reasons = FakePlanner(), []
     machine.offer_radius(0.0, 0.02, planner)
@@ -385,7 +383,7 @@ def test_bad_radii_after_the_time_out_do_not_change_the_reason():
 
 
 def test_a_stale_stream_goes_on_saying_what_was_last_refused():
-    machine = StateMachine(LIMITS)
+    machine = GripControl(LIMITS)
     machine.activate()
     planner = FakePlanner()
     machine.offer_radius(0.0, 0.02, planner)

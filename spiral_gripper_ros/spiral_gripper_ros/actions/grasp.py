@@ -8,7 +8,8 @@ from typing import Any
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_ros.actions.jobs import GraspJob, Job
 from spiral_gripper_ros.actions.runner import GoalUpdate
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import REGIMES, figures_to_msg, known, optional
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD

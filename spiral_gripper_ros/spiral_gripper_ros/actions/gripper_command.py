@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from spiral_core.errors import SpiralError
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal
-from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.limits import AbortPolicy, Limits
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.control.target import default_overpressure
 from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from typing import Protocol, TypeAlias
 
-from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome, GraspReport
-from spiral_gripper_ros.control.grasp_attempt import GraspAttempt
+from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, GraspReport
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
@@ -48,7 +47,7 @@ class GraspJob:
     def __init__(self, control: Control, goal: GraspGoal) -> None:
         self._control = control
         self._goal = goal
-        self._grasp: GraspAttempt[WrapPlan] | None = None
+        self._grasp: Grasp[WrapPlan] | None = None
 
     def start(self, now: float, planner: AnyPlanner) -> Refusal | None:
         """Start the grasp, unless the control logic refuses it."""

@@ -8,7 +8,7 @@ from spiral_gripper_ros.client.answers import (
     WrapResult,
 )
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
-from spiral_gripper_ros.control.grasp import AbortPolicy
+from spiral_gripper_ros.control.limits import AbortPolicy
 
 __all__ = [
     "AbortPolicy",

@@ -14,7 +14,7 @@ from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import ObjectToWrap
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.answers import WrapOutcome, WrapResult
-from spiral_gripper_ros.control.grasp import AbortPolicy
+from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.messages.conversions import known
 

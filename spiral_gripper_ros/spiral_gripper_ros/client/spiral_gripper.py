@@ -33,7 +33,7 @@ from spiral_gripper_ros.client.goals import (
     request_of_plan,
     result_of_wrap,
 )
-from spiral_gripper_ros.control.grasp import AbortPolicy
+from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.messages.qos import LATEST
 

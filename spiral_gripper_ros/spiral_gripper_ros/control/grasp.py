@@ -1,21 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The public values of a grasp: its goal and its report."""
+"""A grasp, from its goal to its report: whether the wrap is reached in time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Generic
 
-from spiral_gripper_ros.control.snapshot import PlanT
-from spiral_gripper_ros.control.states import NOT_REFUSED, Refusal
-
-
-class AbortPolicy(Enum):
-    """What happens to the pressure when a grasp is canceled or fails."""
-
-    VENT = "vent"  # 0 Pa at once, until re-armed or the next goal
-    HOLD = "hold"  # the command at that moment stands
+from spiral_gripper_ros.control.limits import AbortPolicy, Limits
+from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
+from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 
 
 class GraspOutcome(Enum):
@@ -68,3 +64,107 @@ class GraspReport(Generic[PlanT]):
     radius: float | None = None
     plan: PlanT | None = None
     overpressure: float = 0.0
+
+
+class Grasp(Generic[PlanT]):
+    """An accepted goal: follows command and measured pressure on their way to the target.
+
+    The object is the goal's identity: whoever has started it cancels it and reads its report.
+
+    Args:
+        goal: what was asked for.
+        now: time of its acceptance [s].
+        snapshot: what is commanded then.
+        limits: what counts where the goal does not say.
+
+    Attributes:
+        report: what has become of it; final once it has ended.
+        wraps: whether it is to wrap an object; else only to reach a pressure.
+    """
+
+    def __init__(
+        self, goal: GraspGoal, now: float, snapshot: Snapshot[PlanT], limits: Limits
+    ) -> None:
+        self.timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
+        self.wraps = goal.pressure is None
+        self.abort_policy: AbortPolicy = goal.abort_policy or limits.grasp_abort_policy
+        self._started = now
+        self._start_command = snapshot.pressure_command
+        self._arrived: float | None = None  # since when the command is at its target
+        self._near: tuple[float, float] | None = None  # first and last measurement that was there
+        self.report: GraspReport[PlanT] = GraspReport(GraspOutcome.RUNNING)
+        self.update(now, snapshot)
+
+    def commanded(self, now: float, command: float, target: float) -> None:
+        """Note a command and where it is heading [Pa]."""
+        if command != target:
+            self._arrived = self._near = None
+        elif self._arrived is None:
+            self._arrived = now
+
+    def measured(self, now: float, pressure: float, target: float, limits: Limits) -> None:
+        """Note a measured pressure, smoothed, and where it should get [Pa]."""
+        if abs(pressure - target) <= limits.pressure_tolerance:
+            self._near = (now if self._near is None else self._near[0], now)
+        else:
+            self._near = None
+
+    def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
+        """Bring the report up to date."""
+        self.report = GraspReport(
+            outcome=GraspOutcome.RUNNING,
+            elapsed=self.elapsed(now),
+            progress=self.progress(snapshot.pressure_command, snapshot.pressure_target),
+            radius=snapshot.radius,
+            plan=snapshot.plan,
+            overpressure=snapshot.overpressure,
+        )
+
+    def end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:
+        """Make the report final."""
+        elapsed = self.elapsed(now)
+        self.report = replace(self.report, outcome=outcome, refusal=refusal, elapsed=elapsed)
+
+    def is_settled(self, now: float, is_measured: bool, limits: Limits) -> bool:
+        """Return whether the pressure is at its target to stay, as measured or as commanded."""
+        if self._arrived is None:
+            return False
+        if is_measured:
+            return self._near is not None and self._near[1] - self._near[0] >= PERSISTENCE
+        return now - self._arrived >= limits.pressure_settle_time
+
+    def is_late(self, now: float) -> bool:
+        """Return whether its time is up."""
+        return self.elapsed(now) > self.timeout
+
+    def elapsed(self, now: float) -> float:
+        """Return the time since its acceptance [s]."""
+        return now - self._started
+
+    def progress(self, command: float, target: float) -> float:
+        """Return the command's part of the way to its target, 0 to 1."""
+        way = target - self._start_command
+        if way == 0.0:
+            return 1.0 if command == target else 0.0
+        return min(max((command - self._start_command) / way, 0.0), 1.0)
+
+
+def impossible_goal(goal: GraspGoal) -> Refusal | None:
+    """Return why a goal's pressure, overpressure or time-out is refused, or None.
+
+    Example:
+        >>> impossible_goal(GraspGoal(radius=0.02, overpressure=-1.0)).text
+        'overpressure must be a non-negative finite number, got -1 Pa'
+    """
+    for name, value in (("pressure", goal.pressure), ("overpressure", goal.overpressure)):
+        if value is not None and not (math.isfinite(value) and value >= 0.0):
+            text = f"{name} must be a non-negative finite number, got {value:.6g} Pa"
+            return Refusal(Reason.INVALID_REQUEST, text)
+    if goal.pressure is not None and goal.overpressure is not None:
+        return Refusal(Reason.INVALID_REQUEST, "overpressure is that of a wrap, not of a pressure")
+    if goal.timeout is not None and not (math.isfinite(goal.timeout) and goal.timeout > 0.0):
+        return Refusal(
+            Reason.INVALID_REQUEST,
+            f"timeout must be a positive finite number, got {goal.timeout:.6g} s",
+        )
+    return None

@@ -1,39 +1,60 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The control logic of the node, without ROS: inputs, their absence, and the pressure command.
+"""The control logic of the node, without ROS: the state, its reason, the target and the command.
 
-:class:`GripControl` decides: it judges the measured pressure, silence and the end of each grasp,
-and tells its state machine to track, hold, vent or fail. The state machine answers with the
-command.
+:data:`~spiral_gripper_ros.control.states.TRANSITIONS` has the states that each event leads to.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections import Counter
 from typing import Generic
 
 from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper_ros.control.grasp import AbortPolicy, GraspGoal, GraspOutcome
-from spiral_gripper_ros.control.grasp_attempt import GraspAttempt, impossible_goal
-from spiral_gripper_ros.control.limits import FaultPolicy, Limits
+from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, impossible_goal
+from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
 from spiral_gripper_ros.control.pressure_monitor import PressureMonitor, impossible_pressure
+from spiral_gripper_ros.control.pressure_ramp import capped_pressure, ramped_pressure
+from spiral_gripper_ros.control.radius_gate import RadiusGate, impossible_radius
 from spiral_gripper_ros.control.refusals import (
     GRASP_CANCELED,
+    GRASP_HOLDS,
     GRASP_REPLACED,
-    RECONFIGURED,
+    NO_RADIUS,
+    NOT_ACTIVE,
+    NOT_FOLLOWING,
     RELEASED,
+    TAKEN_OVER,
     late_grasp,
     lost_client,
     stale_gravity,
+    stale_radius,
 )
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
-from spiral_gripper_ros.control.state_machine import StateMachine
-from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
-from spiral_gripper_ros.control.timing import Silence, TakeOver
+from spiral_gripper_ros.control.states import (
+    NOT_REFUSED,
+    TRANSITIONS,
+    CommandRule,
+    Event,
+    Reason,
+    Refusal,
+    State,
+)
+from spiral_gripper_ros.control.target import Target, asks_above_cap
+from spiral_gripper_ros.control.timing import MonotonicClock, Silence, TakeOver
 
 # A gap between two commands in which a regulator's watchdog may vent [s], and how long afterwards a
 # pressure that is found too low is its doing [s].
 LONGEST_GAP = 0.25
 DOUBT_TIME = 2.0
+# How long 0 Pa is commanded before a start from nothing [s]: a watchdog that has vented waits for
+# it, and in a queue of one a single message can be overtaken by the next.
+REST_TIME = 0.5
+
+_STALE = {
+    TimeoutPolicy.HOLD: Event.STALE_HOLD,
+    TimeoutPolicy.VENT: Event.STALE_VENT,
+    TimeoutPolicy.RAMP_DOWN: Event.STALE_RAMP_DOWN,
+}
 
 
 class GripControl(Generic[PlanT]):
@@ -54,14 +75,23 @@ class GripControl(Generic[PlanT]):
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._machine: StateMachine[PlanT] = StateMachine(limits)
+        self._clock = MonotonicClock()
+        self._state, self._rule = State.INACTIVE, CommandRule.VENT
+        self._refusal = NOT_ACTIVE
+        self._target: Target[PlanT] = Target()
+        self._pressure = 0.0
+        self._ramped_until = self._rests_until = 0.0
+        self._gate = RadiusGate()
+        self._accepted = 0
+        self._accepted_at: float | None = None
+        self._refused: Counter[Reason] = Counter()
+        self._last_refused = NOT_REFUSED
         self._monitor = PressureMonitor()
-        self._time = 0.0
         self._commanded_at: float | None = None
         self._doubted_until = 0.0
         self._regime: WrapRegime | None = None
-        self._attempt: GraspAttempt[PlanT] | None = None  # that has not ended yet
-        self._client, self._gravity = Silence(), Silence()
+        self._grasp: Grasp[PlanT] | None = None  # that has not ended yet
+        self._radius, self._client, self._gravity = Silence(), Silence(), Silence()
         self._gravity_at: float | None = None
         self._take_over = TakeOver()
 
@@ -76,7 +106,8 @@ class GripControl(Generic[PlanT]):
                 ``measured_pressure_timeout``.
         """
         self.deactivate()
-        self._machine.activate()
+        self._accepted, self._refused = 0, Counter()
+        self._enter(Event.ACTIVATE, NO_RADIUS)
         self._monitor.forget()
         self._commanded_at = None
         if take_over:
@@ -90,33 +121,30 @@ class GripControl(Generic[PlanT]):
     def deactivate(self) -> None:
         """Vent, and stay vented until activated."""
         self._take_over.end()
-        self._machine.deactivate()
-        self._follow()
+        self._enter(Event.DEACTIVATE, NOT_ACTIVE)
 
-    def release(self) -> None:
-        """Vent, and stay vented until re-armed, a grasp or the next activation."""
+    def release(self, refusal: Refusal = RELEASED) -> None:
+        """Vent for a reason, and stay vented until re-armed, a grasp or the next activation."""
         self._take_over.end()
-        self._machine.release(RELEASED)
-        self._follow()
-
-    def reload(self) -> None:
-        """Vent because another gripper is being loaded, and stay vented as after a release."""
-        self._take_over.end()
-        self._machine.release(RECONFIGURED)
-        self._follow()
+        self._enter(Event.RELEASE, refusal)
 
     def rearm(self) -> Refusal | None:
         """Follow radii again after a release or a fault; return why not if that cannot be."""
         fault = self._monitor.fault
-        if fault.reason is not Reason.NONE and self._vents_at_faults() and self._is(State.FAULT):
+        stays = fault.reason is not Reason.NONE and self._vents_at_faults
+        if stays and self._state is State.FAULT:
             return Refusal(fault.reason, f"the fault is still there: {fault.text}")
-        return self._machine.rearm()
+        if self._state is State.INACTIVE:
+            return NOT_ACTIVE
+        if self._state is State.GRASPING:
+            return GRASP_HOLDS
+        self._enter(Event.REARM, NO_RADIUS)
+        return None
 
-    def fail(self, text: str, reason: Reason = Reason.INTERNAL_ERROR) -> None:
-        """Vent because of a fault, and stay vented until re-armed or activated anew."""
+    def fail(self, text: str) -> None:
+        """Vent because of an internal error, and stay vented until re-armed or activated anew."""
         self._take_over.end()
-        self._machine.fault(Refusal(reason, text))
-        self._follow()
+        self._enter(Event.FAULT, Refusal(Reason.INTERNAL_ERROR, text))
 
     # --- inputs ------------------------------------------------------------------------------
 
@@ -126,19 +154,36 @@ class GripControl(Generic[PlanT]):
         Returns:
             Whether that changed the state, the reason or the target.
         """
-        self._time = self._machine.advance(now)
-        return not self._take_over.waits and self._machine.offer_radius(now, radius, planner)
+        before = (self._state, self._refusal.reason, self._target.plan)
+        time = self._clock.advance(now)
+        if self._take_over.waits or self._state is State.GRASPING:
+            return False
+        if self._state.is_latched:
+            self._refused[self._refusal.reason] += 1
+            return False
+        refusal = self._gate.refusal(time, radius, planner.radius_range, self._limits)
+        if refusal is None and self._target.needs_plan(radius, self._limits.radius_hysteresis):
+            refusal = self._target.set_radius(radius, planner, self._limits)
+        if refusal is not None:
+            self._refuse(refusal)
+        else:
+            self._target.resume()
+            self._accepted += 1
+            self._accepted_at = time
+            self._radius.hear(time)
+            self._last_refused = NOT_REFUSED
+            self._enter(Event.RADIUS, NOT_REFUSED)
+        return before != (self._state, self._refusal.reason, self._target.plan)
 
     def keep_alive(self, now: float) -> None:
         """Note a keep-alive of the client."""
-        self._time = self._machine.advance(now)
-        self._client.hear(self._time)
+        self._client.hear(self._clock.advance(now))
 
     def hear_gravity(self, now: float, age: float = 0.0) -> None:
         """Note that a usable gravity was heard, as old as its stamp says [s]."""
-        self._time = self._machine.advance(now)
-        self._gravity.hear(self._time, age)
-        self._gravity_at = self._time - age
+        time = self._clock.advance(now)
+        self._gravity.hear(time, age)
+        self._gravity_at = time - age
 
     def forget_gravity(self) -> None:
         """Expect no gravity: it is that of the parameter."""
@@ -147,22 +192,23 @@ class GripControl(Generic[PlanT]):
 
     def offer_measured(self, now: float, pressure: float) -> Refusal | None:
         """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is."""
-        self._time = self._machine.advance(now)
+        time = self._clock.advance(now)
         if self._take_over.waits and impossible_pressure(pressure) is None:
             # What is commanded is what the regulator holds: that is no fault.
-            self._monitor.commanded(self._time, pressure, self._limits)
-        refusal = self._monitor.offer(self._time, pressure, self._limits)
+            self._monitor.commanded(time, pressure, self._limits)
+        refusal = self._monitor.offer(time, pressure, self._limits)
         if refusal is not None:
-            self._machine.count(refusal.reason)
+            self._refused[refusal.reason] += 1
             return refusal
         if self._take_over.waits:
-            held = self._take_over.hear(self._time, pressure, self._limits)
+            held = self._take_over.hear(time, pressure, self._limits)
             if held is not None and held > self._limits.pressure_tolerance:
-                self._machine.take_over(held)
-        measured, attempt = self._monitor.measured(self._time), self._attempt
-        if attempt is not None and measured is not None:
-            target = self._machine.pressure_target
-            attempt.measured(self._time, measured.pressure, target, self._limits)
+                self._target.clear()
+                self._pressure = capped_pressure(held, self._limits.pressure_cap)
+                self._enter(Event.AGREED, TAKEN_OVER)
+        measured = self._monitor.measured(time)
+        if self._grasp is not None and measured is not None:
+            self._grasp.measured(time, measured.pressure, self._pressure_target, self._limits)
         return None
 
     def observe(self, now: float, regime: WrapRegime | None, force: float | None = None) -> None:
@@ -170,218 +216,324 @@ class GripControl(Generic[PlanT]):
 
         A regime without a force on the object [N/m] holds nothing.
         """
-        self._time = self._machine.advance(now)
+        self._clock.advance(now)
         self._regime = None if force is not None and not force > 0.0 else regime
 
-    def replan(self, planner: Planner[PlanT]) -> None:
-        """Aim anew for the radius in use: gravity has changed, or more is known of its grip."""
-        self._machine.replan(planner)
-        self._follow()
-
     def refuse(self, refusal: Refusal) -> None:
-        """Record that an input is not followed; a target that is being tracked is held."""
-        self._machine.refuse(refusal)
+        """Record that an input is not followed; a target that is being tracked is held.
+
+        A grasp goes on: it follows no inputs.
+        """
+        if self._state is State.GRASPING:
+            self._refused[refusal.reason] += 1
+        else:
+            self._refuse(refusal)
+
+    def replan(self, planner: Planner[PlanT]) -> None:
+        """Aim anew for the radius in use: gravity has changed, or more is known of its grip.
+
+        If it can no longer be gripped, the present target stays. The reason is kept until a radius
+        is accepted, or a plan for the radius of a grasp.
+        """
+        self._target.outdate(planner)
+        if self._state is State.GRASPING:
+            self._replan_grasp()
+        else:
+            refusal = self._target.replan(self._limits)
+            if refusal is not None:
+                self._refuse(refusal)
 
     def reconfigure(self, limits: Limits) -> None:
-        """Use other limits from now on; a lower cap cuts the command with the next step."""
+        """Use other limits from now on; a lower cap cuts the command with the next step.
+
+        A cap that is raised again raises no command: that takes a new radius or goal.
+        """
+        self._target.lower(min(self._limits.pressure_cap, limits.pressure_cap))
         self._limits = limits
-        self._machine.reconfigure(limits)
-        self._follow()
+        self._target.outdate()
+        refusal = self._target.beyond_cap(limits)
+        if self._state is not State.GRASPING or self._target.plan is None:
+            if refusal is not None:
+                self._refuse(refusal)
+        elif refusal is not None or self._refusal.reason is not Reason.NONE:
+            self._replan_grasp()
+        self._update_grasp()
 
     # --- grasps ------------------------------------------------------------------------------
 
     def start_grasp(
         self, now: float, goal: GraspGoal, planner: Planner[PlanT]
-    ) -> GraspAttempt[PlanT] | Refusal:
-        """Make the wrap or the pressure of a goal the target, from any active state but FAULT.
+    ) -> Grasp[PlanT] | Refusal:
+        """Make the wrap or the pressure of a goal the target; radii are ignored from then on.
 
         Returns:
             The grasp, or why not; then nothing has changed.
         """
-        self._time = self._machine.advance(now)
-        refusal = impossible_goal(goal) or self._fault_in_the_way()
-        if self._take_over.waits:
-            refusal = self._take_over.refusal
-        if refusal is None:
-            refusal = (
-                self._machine.grasp(now, goal.radius, goal.overpressure, planner)
-                if goal.pressure is None
-                else self._machine.press(now, goal.pressure)
-            )
+        time = self._clock.advance(now)
+        refusal = self._take_over.refusal if self._take_over.waits else impossible_goal(goal)
+        refusal = refusal or self._no_goal() or self._aim(goal, planner)
         if refusal is not None:
             return refusal
         self._end(GraspOutcome.FAILED, GRASP_REPLACED)
+        self._enter(Event.GOAL, NOT_REFUSED)
+        self._forget_radii()
         self._regime = None
-        snapshot = self._machine.snapshot()
-        self._attempt = GraspAttempt(goal, self._time, snapshot, self._limits)
-        return self._attempt
+        self._grasp = Grasp(goal, time, self.snapshot(), self._limits)
+        return self._grasp
 
-    def cancel_grasp(self, now: float, grasp: GraspAttempt[PlanT] | None) -> None:
+    def _no_goal(self) -> Refusal | None:
+        """Return why no goal can be started now, whatever it is, or None."""
+        if self._state is State.INACTIVE:
+            return NOT_ACTIVE
+        if self._state is State.FAULT:
+            return Refusal(self._refusal.reason, f"rearm first: {self._refusal.text}")
+        fault = self._monitor.fault  # it would let any grasp fail
+        return None if fault.reason is Reason.NONE else fault
+
+    def _aim(self, goal: GraspGoal, planner: Planner[PlanT]) -> Refusal | None:
+        """Make a goal the target, or return why not and change nothing."""
+        if goal.pressure is not None:
+            refusal = asks_above_cap(goal.pressure, self._limits)
+            if refusal is None:
+                self._target.clear()
+                self._target.freeze(goal.pressure)
+            return refusal
+        radius = goal.radius
+        if radius is None:  # the one that is followed
+            radius = self._target.radius
+            if radius is None or self._state is not State.TRACKING:
+                goes_on = self._refusal.reason is Reason.NONE
+                return NOT_FOLLOWING if goes_on else self._refusal
+        refusal = impossible_radius(radius, planner.radius_range) or self._target.set_radius(
+            radius, planner, self._limits, goal.overpressure
+        )
+        if refusal is None:
+            self._target.resume()
+        return refusal
+
+    def cancel_grasp(self, now: float, grasp: Grasp[PlanT] | None) -> None:
         """End a grasp and let its policy act; one that has ended already stays as it ended."""
-        self._time = self._machine.advance(now)
-        if grasp is self._attempt:
+        self._clock.advance(now)
+        if grasp is self._grasp:
             self._abort(GraspOutcome.CANCELED, GRASP_CANCELED)
+
+    def _abort(self, outcome: GraspOutcome, refusal: Refusal) -> None:
+        """End the running grasp, if there is one, and let its policy act."""
+        grasp = self._grasp
+        if grasp is not None:
+            self._end(outcome, refusal)
+            holds = grasp.abort_policy is AbortPolicy.HOLD
+            self._enter(Event.ABORT_HOLD if holds else Event.RELEASE, refusal)
+
+    def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:
+        """End the running grasp, if there is one."""
+        if self._grasp is not None:
+            self._grasp.end(self._clock.now, outcome, refusal)
+            self._grasp = None
+
+    def _replan_grasp(self) -> None:
+        """Plan again for the radius of a grasp; the pressure kept by an aborted one stays."""
+        if not self._target.is_frozen:
+            refusal = self._target.replan(self._limits)
+            if refusal is not None:
+                self._refuse(refusal)
+            else:
+                self._refusal = NOT_REFUSED
+        self._update_grasp()
+
+    def _update_grasp(self) -> None:
+        if self._grasp is not None:
+            self._grasp.update(self._clock.now, self.snapshot())
 
     # --- output ------------------------------------------------------------------------------
 
     def command(self, now: float) -> float:
         """Let time pass until ``now`` [s] and return the gauge pressure to command [Pa]."""
-        self._time = self._machine.advance(now)
-        self._monitor.check(self._time, self._limits)
+        time, limits = self._clock.advance(now), self._limits
+        self._monitor.check(time, limits)
         self._note_interruption()
         self._act_on_fault()
         self._act_on_lateness()
         self._act_on_silence()
-        pressure = self._machine.command(now)
+        self._act_on_stale_radius()
+        elapsed, self._ramped_until = time - self._ramped_until, time
+        if self._rule is CommandRule.VENT or time < self._rests_until:
+            self._pressure = 0.0
+        else:
+            self._pressure = ramped_pressure(self._pressure, self._pressure_target, elapsed, limits)
+        if not self._pressure > 0.0:
+            self._enter(Event.EMPTY, self._refusal)
         if not self._take_over.waits:
-            self._monitor.commanded(self._time, pressure, self._limits)
-        self._follow()
-        attempt = self._attempt
-        if attempt is not None:
-            attempt.commanded(self._time, pressure, self._machine.pressure_target)
-            self._act_on_success(attempt)
-        return pressure
+            self._monitor.commanded(time, self._pressure, limits)
+        if self._target.radius is None:
+            self._regime = None
+        if self._grasp is not None:
+            self._update_grasp()
+            self._grasp.commanded(time, self._pressure, self._pressure_target)
+            self._act_on_success(self._grasp)
+        return self._pressure
 
     def snapshot(self) -> Snapshot[PlanT]:
         """Return what is commanded and why, and what is measured, as of the last call."""
-        snapshot, fault = self._machine.snapshot(), self._monitor.fault
-        # A regulator that is not heard any more may have vented by its own watchdog.
-        is_heard = fault.reason is not Reason.PRESSURE_LOST
-        return replace(
-            snapshot,
-            refusal=self._take_over.refusal if self._take_over.waits else snapshot.refusal,
-            measured=self._monitor.measured(self._time),
+        time, target = self._clock.now, self._target
+        return Snapshot(
+            state=self._state,
+            refusal=self._take_over.refusal if self._take_over.waits else self._refusal,
+            radius=target.radius,
+            plan=target.plan,
+            radius_age=None if self._accepted_at is None else time - self._accepted_at,
+            pressure_target=self._pressure_target,
+            pressure_command=self._pressure,
+            accepted=self._accepted,
+            refused=self._refused.copy(),
+            measured=self._monitor.measured(time),
             is_measured=self._monitor.is_expected,
-            pressure_fault=fault,
-            wrapped=snapshot.radius is not None and is_heard and self._is_held(),
+            pressure_fault=self._monitor.fault,
+            wrapped=self._is_wrapped,
+            overpressure=target.overpressure,
             gravity_age=self._gravity_age,
             gravity_fault=self._gravity_fault(),
         )
 
     # --- inside ------------------------------------------------------------------------------
 
-    def _is(self, *states: State) -> bool:
-        return self._machine.state in states
+    def _enter(self, event: Event, refusal: Refusal) -> None:
+        """Make the transition of an event for a reason, if the state has one.
 
+        Whatever ends GRASPING ends the running grasp for that reason.
+        """
+        if (self._state, event) not in TRANSITIONS:
+            return
+        self._state, self._rule = TRANSITIONS[self._state, event]
+        self._refusal = refusal
+        if self._rule is CommandRule.VENT:
+            self._pressure = 0.0
+            self._target.clear()
+            self._forget_radii()
+            self._regime = None
+        elif self._rule is CommandRule.KEEP:
+            self._target.freeze(self._pressure)
+        if self._state is not State.GRASPING:
+            self._end(GraspOutcome.FAILED, refusal)
+
+    def _forget_radii(self) -> None:
+        """Forget which radii came, and what was wrong with them."""
+        self._accepted_at = None
+        self._last_refused = NOT_REFUSED
+        self._gate.reset()
+
+    def _refuse(self, refusal: Refusal) -> None:
+        self._refused[refusal.reason] += 1
+        if self._state.is_latched:
+            return
+        self._last_refused = refusal
+        # A stream of bad radii counts as no stream: the reason must not change with each of them.
+        if self._refusal.reason is not Reason.RADIUS_STALE and self._state is not State.TAKEN_OVER:
+            self._refusal = refusal
+        self._enter(Event.REFUSED, self._refusal)
+
+    @property
+    def _pressure_target(self) -> float:
+        """The pressure that the command is heading for [Pa]."""
+        heads_for_it = self._rule in (CommandRule.TARGET, CommandRule.KEEP)
+        return self._target.pressure(self._limits.pressure_cap) if heads_for_it else 0.0
+
+    @property
     def _vents_at_faults(self) -> bool:
         return self._limits.pressure_fault_policy is FaultPolicy.VENT
 
-    def _is_held(self) -> bool:
-        """Return whether the regime seen last holds the object."""
-        curls = self._regime is WrapRegime.CURLING and self._machine.overpressure > 0.0
-        return curls or self._regime is WrapRegime.PERFECT_WRAP
+    @property
+    def _is_wrapped(self) -> bool:
+        """Whether the regime seen last holds the object in use."""
+        # A regulator that is not heard any more may have vented by its own watchdog.
+        is_heard = self._monitor.fault.reason is not Reason.PRESSURE_LOST
+        curls = self._regime is WrapRegime.CURLING and self._target.overpressure > 0.0
+        holds = curls or self._regime is WrapRegime.PERFECT_WRAP
+        return self._target.radius is not None and is_heard and holds
 
-    def _is_settled(self, attempt: GraspAttempt[PlanT]) -> bool:
-        is_measured = self._monitor.measured(self._time) is not None
-        return attempt.is_settled(self._time, is_measured, self._limits)
+    def _is_settled(self, grasp: Grasp[PlanT]) -> bool:
+        time = self._clock.now
+        return grasp.is_settled(time, self._monitor.measured(time) is not None, self._limits)
 
-    def _fault_in_the_way(self) -> Refusal | None:
-        """Return the fault of the measured pressure that lets any grasp fail, or None."""
-        fault = self._monitor.fault
-        stays = fault.reason is Reason.NONE or self._is(State.INACTIVE, State.FAULT)
-        return None if stays else fault
+    def _note_interruption(self) -> None:
+        """Doubt the pressure for a while after a gap between commands, or a lost measurement."""
+        time = self._clock.now
+        if self._commanded_at is None:  # just activated: gravity may have been heard long before
+            if self._gravity_age is not None:
+                self._gravity.hear(time, self._gravity_age)
+        elif (
+            time - self._commanded_at > LONGEST_GAP
+            or self._monitor.fault.reason is Reason.PRESSURE_LOST
+        ):
+            self._doubted_until = time + DOUBT_TIME
+        self._commanded_at = time
 
     def _act_on_fault(self) -> None:
         fault = self._monitor.fault
         if fault.reason is Reason.NONE or self._take_over.waits:
             return
-        is_low = fault.reason is Reason.PRESSURE_LOW
-        if not self._vents_at_faults():
-            if is_low and self._time < self._doubted_until and self._machine.state.is_gripping:
-                self._start_again(fault)
-            else:
-                self._abort(GraspOutcome.FAILED, fault)
-        elif not self._is(State.INACTIVE, State.FAULT):
-            self._machine.fault(fault)
-            self._follow()
-
-    def _note_interruption(self) -> None:
-        """Doubt the pressure for a while after a gap between commands, or a lost measurement."""
-        if self._commanded_at is None:  # just activated: gravity may have been heard long before
-            if self._gravity_age is not None:
-                self._gravity.hear(self._time, self._gravity_age)
+        if self._vents_at_faults:
+            if self._state not in (State.INACTIVE, State.FAULT):
+                self._enter(Event.FAULT, fault)
         elif (
-            self._time - self._commanded_at > LONGEST_GAP
-            or self._monitor.fault.reason is Reason.PRESSURE_LOST
+            fault.reason is Reason.PRESSURE_LOW
+            and self._clock.now < self._doubted_until
+            and (self._state, Event.WATCHDOG) in TRANSITIONS
         ):
-            self._doubted_until = self._time + DOUBT_TIME
-        self._commanded_at = self._time
+            # The ramp starts from nothing again; a radius is followed anew, a goal is not.
+            text = f"the regulator has vented by itself, for lack of commands or link: {fault.text}"
+            self._doubted_until = self._clock.now
+            self._rests_until = self._clock.now + REST_TIME
+            self._enter(Event.WATCHDOG, Refusal(fault.reason, text))
+        else:
+            self._abort(GraspOutcome.FAILED, fault)
 
-    def _start_again(self, fault: Refusal) -> None:
-        """Vent, as the regulator's watchdog has: the ramp starts from nothing again."""
-        text = f"the regulator has vented by itself, for lack of commands or link: {fault.text}"
-        refusal = Refusal(fault.reason, text)
-        self._doubted_until = self._time
-        self._end(GraspOutcome.FAILED, refusal)
-        self._machine.start_again(refusal)
-        self._follow()
+    def _act_on_lateness(self) -> None:
+        grasp = self._grasp
+        if grasp is not None and grasp.is_late(self._clock.now):
+            settled = self._is_settled(grasp)
+            refusal = late_grasp(self.snapshot(), grasp.timeout, self._regime, settled)
+            self._abort(GraspOutcome.FAILED, refusal)
+
+    def _act_on_success(self, grasp: Grasp[PlanT]) -> None:
+        holds = self._is_wrapped or not grasp.wraps
+        if self._is_settled(grasp) and self._refusal.reason is Reason.NONE and holds:
+            self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
 
     def _act_on_silence(self) -> None:
         """Act on silence: of the client, of gravity, of a pressure to be taken over."""
-        limits = self._limits
-        self._take_over.check(self._time, limits)
+        time, limits = self._clock.now, self._limits
+        self._take_over.check(time, limits)
         gravity = self._gravity_fault()
-        vents = limits.gravity_timeout_policy is FaultPolicy.VENT
-        if self._machine.state.is_vented or not limits.keep_alive_timeout > 0.0:
-            self._client.hear(self._time)  # none is needed
-        if self._machine.state.is_vented:
+        if self._rule is CommandRule.VENT or not limits.keep_alive_timeout > 0.0:
+            self._client.hear(time)  # none is needed
+        if self._rule is CommandRule.VENT:
             return
-        if self._client.exceeds(self._time, limits.keep_alive_timeout):
-            self._machine.release(lost_client(limits))
-            self._follow()
-        elif gravity.reason is not Reason.NONE and vents:
-            self._machine.fault(gravity)
-            self._follow()
+        if self._client.exceeds(time, limits.keep_alive_timeout):
+            self.release(lost_client(limits))
+        elif (
+            gravity.reason is not Reason.NONE and limits.gravity_timeout_policy is FaultPolicy.VENT
+        ):
+            self._enter(Event.FAULT, gravity)
+
+    def _act_on_stale_radius(self) -> None:
+        time, event = self._clock.now, _STALE[self._limits.radius_timeout_policy]
+        if self._accepted_at is None or (self._state, event) not in TRANSITIONS:
+            return
+        if self._radius.exceeds(time, self._limits.radius_timeout):
+            if self._refusal.reason is not Reason.RADIUS_STALE:
+                self._refused[Reason.RADIUS_STALE] += 1
+            age = time - self._accepted_at
+            self._enter(event, stale_radius(age, self._limits, self._last_refused))
 
     @property
     def _gravity_age(self) -> float | None:
         """Time since the newest gravity was true [s], or None if it is the parameter's."""
-        return None if self._gravity_at is None else self._time - self._gravity_at
+        return None if self._gravity_at is None else self._clock.now - self._gravity_at
 
     def _gravity_fault(self) -> Refusal:
         """Return that gravity is stale; ``Reason.NONE`` if it is not."""
         longest, age = self._limits.gravity_timeout, self._gravity_age
-        if age is None or not longest > 0.0 or not self._gravity.exceeds(self._time, longest):
+        if age is None or not longest > 0.0 or not self._gravity.exceeds(self._clock.now, longest):
             return NOT_REFUSED
         return stale_gravity(age, self._limits)
-
-    def _act_on_lateness(self) -> None:
-        attempt = self._attempt
-        if attempt is not None and attempt.is_late(self._time):
-            settled = self._is_settled(attempt)
-            refusal = late_grasp(self.snapshot(), attempt.timeout, self._regime, settled)
-            self._abort(GraspOutcome.FAILED, refusal)
-
-    def _act_on_success(self, attempt: GraspAttempt[PlanT]) -> None:
-        seen = self.snapshot()
-        holds = seen.wrapped or not attempt.wraps
-        if self._is_settled(attempt) and seen.refusal.reason is Reason.NONE and holds:
-            self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
-
-    def _abort(self, outcome: GraspOutcome, refusal: Refusal) -> None:
-        """End the running grasp, if there is one, and let its policy act."""
-        attempt = self._attempt
-        if attempt is None:
-            return
-        self._end(outcome, refusal)
-        if attempt.abort_policy is AbortPolicy.HOLD:
-            self._machine.hold(refusal)
-        else:
-            self._machine.release(refusal)
-            self._follow()
-
-    def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:
-        """End the running grasp, if there is one."""
-        if self._attempt is not None:
-            self._attempt.end(self._time, outcome, refusal)
-            self._attempt = None
-
-    def _follow(self) -> None:
-        """End the grasp if its target is gone: any vent ends a grasp."""
-        snapshot = self._machine.snapshot()
-        if snapshot.radius is None:
-            self._regime = None
-        if snapshot.state is not State.GRASPING:
-            self._end(GraspOutcome.FAILED, snapshot.refusal)
-        elif self._attempt is not None:
-            self._attempt.update(self._time, snapshot)

@@ -8,7 +8,6 @@ from enum import Enum
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_in_range, require_non_negative, require_positive
-from spiral_gripper_ros.control.grasp import AbortPolicy
 
 # A coil that is pressed harder than this multiple of its wrap pressure may unwind from its tip.
 HIGHEST_GRIP_RATIO = 1.2
@@ -27,6 +26,13 @@ class FaultPolicy(Enum):
 
     REPORT = "report"  # say so; a grasp goal that is running fails
     VENT = "vent"  # 0 Pa at once, until re-armed
+
+
+class AbortPolicy(Enum):
+    """What happens to the pressure when a grasp is canceled or fails."""
+
+    VENT = "vent"  # 0 Pa at once, until re-armed or the next goal
+    HOLD = "hold"  # the command at that moment stands
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node's states and reasons: one name each, shared by control logic and ``GripStatus``.
+"""The node's states, the transitions between them, and the reasons.
 
 The numbers are those of ``spiral_gripper_msgs/msg/GripStatus.msg``; a test compares them.
 """
@@ -7,7 +7,8 @@ The numbers are those of ``spiral_gripper_msgs/msg/GripStatus.msg``; a test comp
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import Enum, IntEnum
+from typing import Final
 
 from spiral_core.errors import (
     ActuationLimitError,
@@ -18,7 +19,7 @@ from spiral_core.errors import (
 
 
 class State(IntEnum):
-    """The states of the control logic; ``docs/node.md`` has the transitions."""
+    """The states of the control logic."""
 
     INACTIVE = 0
     WAITING = 1
@@ -36,15 +37,69 @@ class State(IntEnum):
         """Whether it ends only with rearm, a grasp goal or the next activation."""
         return self in (State.INACTIVE, State.RELEASED, State.FAULT)
 
-    @property
-    def is_gripping(self) -> bool:
-        """Whether the command heads for the target."""
-        return self in (State.TRACKING, State.HOLDING, State.GRASPING, State.TAKEN_OVER)
 
-    @property
-    def is_vented(self) -> bool:
-        """Whether 0 Pa is commanded: no object can be held."""
-        return not self.is_gripping and self is not State.RAMPING_DOWN
+class Event(Enum):
+    """What changes the state; anything else that happens changes only reason, target or command."""
+
+    ACTIVATE = "activation"
+    DEACTIVATE = "deactivation"
+    RADIUS = "usable radius"
+    REFUSED = "refused input"
+    STALE_HOLD = "no usable radius (policy `hold`)"
+    STALE_RAMP_DOWN = "no usable radius (policy `ramp_down`)"
+    STALE_VENT = "no usable radius (policy `vent`)"
+    EMPTY = "ramp at 0 Pa"
+    AGREED = "measured pressure to take over"
+    GOAL = "grasp goal"
+    ABORT_HOLD = "aborted grasp (policy `hold`)"
+    RELEASE = "release, another gripper, lost client, aborted grasp (policy `vent`)"
+    WATCHDOG = "vent by the regulator's watchdog"
+    FAULT = "internal error; pressure fault or stale gravity (policy `vent`)"
+    REARM = "rearm"
+
+
+class CommandRule(Enum):
+    """What is commanded from a transition on."""
+
+    VENT = "0 Pa at once"
+    TARGET = "ramp to the target"
+    KEEP = "as it is"
+    RAMP_DOWN = "ramp to 0 Pa"
+
+
+def _transitions() -> dict[tuple[State, Event], tuple[State, CommandRule]]:
+    active = set(State) - {State.INACTIVE}
+    stream = {State.TRACKING, State.HOLDING}
+    listening = active - {State.RELEASED, State.FAULT, State.GRASPING}
+    rows = (
+        (Event.ACTIVATE, {State.INACTIVE}, State.WAITING, CommandRule.VENT),
+        (Event.DEACTIVATE, set(State), State.INACTIVE, CommandRule.VENT),
+        (Event.RADIUS, listening, State.TRACKING, CommandRule.TARGET),
+        (Event.REFUSED, {State.TRACKING}, State.HOLDING, CommandRule.TARGET),
+        (Event.STALE_HOLD, stream, State.HOLDING, CommandRule.TARGET),
+        (Event.STALE_RAMP_DOWN, stream, State.RAMPING_DOWN, CommandRule.RAMP_DOWN),
+        (Event.STALE_VENT, stream, State.VENTED, CommandRule.VENT),
+        (Event.EMPTY, {State.RAMPING_DOWN}, State.VENTED, CommandRule.VENT),
+        (Event.AGREED, {State.WAITING, State.TAKEN_OVER}, State.TAKEN_OVER, CommandRule.KEEP),
+        (Event.GOAL, active - {State.FAULT}, State.GRASPING, CommandRule.TARGET),
+        (Event.ABORT_HOLD, {State.GRASPING}, State.GRASPING, CommandRule.KEEP),
+        (Event.RELEASE, active - {State.FAULT}, State.RELEASED, CommandRule.VENT),
+        (Event.WATCHDOG, stream, State.WAITING, CommandRule.VENT),
+        (
+            Event.WATCHDOG,
+            {State.GRASPING, State.TAKEN_OVER},
+            State.RELEASED,
+            CommandRule.VENT,
+        ),
+        (Event.FAULT, active, State.FAULT, CommandRule.VENT),
+        (Event.FAULT, {State.INACTIVE}, State.INACTIVE, CommandRule.VENT),
+        (Event.REARM, {State.RELEASED, State.FAULT}, State.WAITING, CommandRule.VENT),
+    )
+    return {(state, event): (new, rule) for event, states, new, rule in rows for state in states}
+
+
+# An event without a row of its state changes no state.
+TRANSITIONS: Final = _transitions()
 
 
 class Reason(IntEnum):

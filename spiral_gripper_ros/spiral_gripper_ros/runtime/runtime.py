@@ -14,6 +14,7 @@ from spiral_gripper import GripperDescription
 from spiral_gripper_msgs.msg import Grip, Wrap
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.refusals import RECONFIGURED
 from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg, wrap_to_msg
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.table import GripperParameters
@@ -101,7 +102,7 @@ class Runtime:
         is_usable = not isinstance(self.loaded.planner, NoPlanner)
         if is_usable and description == self.loaded.description:
             return
-        self.control.reload()
+        self.control.release(RECONFIGURED)
         if self.is_active:
             self.publish()
         self._end_grips()
