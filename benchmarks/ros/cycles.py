@@ -33,12 +33,13 @@ from std_srvs.srv import Trigger
 
 from benchmarks.ros.grip_bank import GripBank
 from spiral_gripper import load_gripper
-from spiral_gripper_ros.actions.jobs import GoalReport, ReleaseJob
-from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
+from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.node.gripper_node import GripperNode
+from spiral_gripper_ros.planning.planner import WrapPlan
 from spiral_gripper_ros.simulation.regulator import (
     Fault,
     SimulatedRegulator,
@@ -75,7 +76,7 @@ class Rig:
         self.allowed: set[Reason] = set(WISHES)
         self._last = (self.time, 0.0)
         self._takes_over = False
-        self._reports: list[tuple[Callable[[], GoalReport], bool]] = []  # of goals, is a release
+        self._goals: list[Grasp[WrapPlan] | Release[WrapPlan]] = []  # that run
         self.succeeded = 0
         self.node = GripperNode(
             namespace=f"/cycles_{seed}",
@@ -147,10 +148,10 @@ class Rig:
     def _judge_successes(self) -> None:
         """Compare what has succeeded with the pressure that is really there."""
         running = []
-        for report, is_release in self._reports:
-            outcome = report().outcome
+        for goal in self._goals:
+            outcome, is_release = goal.report.outcome, isinstance(goal, Release)
             if outcome is GraspOutcome.RUNNING:
-                running.append((report, is_release))
+                running.append(goal)
             elif outcome is GraspOutcome.SUCCEEDED:
                 self.succeeded += 1
                 snapshot, real = self.node.runtime.control.snapshot(), self.regulator.pressure
@@ -158,7 +159,7 @@ class Rig:
                 if abs(real - wanted) > self.node.runtime.limits.pressure_tolerance + NOISE:
                     name = "release" if is_release else "grasp"
                     self._complain(f"untrue: a {name} to {wanted} Pa succeeded at {real} Pa")
-        self._reports = running
+        self._goals = running
 
     def run(self, duration: float) -> None:
         """Let some time pass [s]."""
@@ -216,15 +217,15 @@ class Rig:
         if runtime.loaded is not None:
             grasp = runtime.control.start_grasp(self.time, goal, runtime.loaded.planner)
             if not isinstance(grasp, Refusal):
-                self._reports.append((lambda: grasp.report, False))
+                self._goals.append(grasp)
             runtime.publish()
 
     def _start_release(self) -> None:
         """Release as the action does."""
         runtime = self.node.runtime
-        job = ReleaseJob(runtime.control, runtime.limits)
-        if runtime.loaded is not None and job.start(self.time, runtime.loaded.planner) is None:
-            self._reports.append((lambda: job.report(self.time), True))
+        release = runtime.control.start_release(self.time, ReleaseGoal())
+        if not isinstance(release, Refusal):
+            self._goals.append(release)
             runtime.publish()
 
     def _release(self) -> None:

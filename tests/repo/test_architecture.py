@@ -61,7 +61,7 @@ WITHOUT_ROS = {"control", "planning"}
 # Modules in the other folders of spiral_gripper_ros that are plain logic too.
 ROS_FREE = frozenset(
     {
-        "__init__", "actions.__init__", "actions.gripper_command", "actions.jobs",
+        "__init__", "actions.__init__", "actions.gripper_command",
         "messages.__init__",
         "node.__init__", "node.garbage", "node.proposed_gripper",
         "parameters.__init__", "parameters.spec", "parameters.table",

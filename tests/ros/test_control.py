@@ -12,6 +12,7 @@ from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy
 from spiral_gripper_ros.control.refusals import RECONFIGURED
+from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, State
 
 
@@ -166,13 +167,15 @@ def test_loading_another_gripper_mends_no_fault_and_activates_nothing(bench):
 
 
 @pytest.mark.parametrize("now", [math.nan, math.inf])
-def test_a_time_that_is_none_is_an_error(bench, now):
+def test_a_time_that_is_none_is_an_error(holding, now):
+    bench = holding
     for call in (
         lambda: bench.control.command(now),
         lambda: bench.control.offer_radius(now, 0.02, bench.planner),
         lambda: bench.control.offer_measured(now, 0.0),
         lambda: bench.control.observe(now, None),
-        lambda: bench.control.cancel_grasp(now, None),
+        lambda: bench.control.cancel(now, bench.grasped),
+        lambda: bench.control.start_release(now, ReleaseGoal()),
         lambda: bench.control.start_grasp(now, GraspGoal(0.02), bench.planner),
     ):
         with pytest.raises(InvalidInputError, match="now"):

@@ -18,7 +18,7 @@ from spiral_gripper_ros.control.states import Reason, State
 def test_a_canceled_grasp_does_what_its_policy_says(bench, policy):
     grasp = bench.grasp(abort_policy=policy)
     bench.run(0.2)
-    bench.control.cancel_grasp(bench.now, grasp)
+    bench.control.cancel(bench.now, grasp)
     report = grasp.report
     assert (report.outcome, report.refusal.reason) == (CANCELED, Reason.GRASP_CANCELED)
     vents = policy is AbortPolicy.VENT
@@ -31,14 +31,13 @@ def test_a_canceled_grasp_does_what_its_policy_says(bench, policy):
 @pytest.mark.parametrize("policy", list(AbortPolicy))
 def test_the_parameter_says_what_a_goal_does_not(policy):
     bench = Bench(replace(LIMITS, grasp_abort_policy=policy))
-    bench.control.cancel_grasp(bench.now, bench.grasp())
+    bench.control.cancel(bench.now, bench.grasp())
     assert bench.state is (State.RELEASED if policy is AbortPolicy.VENT else State.GRASPING)
 
 
 def test_a_grasp_that_has_ended_cannot_be_canceled(holding):
     before = holding.seen
-    for grasp in (None, holding.grasped):
-        holding.control.cancel_grasp(holding.now, grasp)
+    holding.control.cancel(holding.now, holding.grasped)
     assert holding.seen == before
     assert holding.grasped.report.outcome is SUCCEEDED
 
@@ -51,7 +50,7 @@ def test_a_newer_goal_replaces_the_one_that_runs(bench):
     assert (report.outcome, report.refusal.reason) == (FAILED, Reason.GRASP_REPLACED)
     assert report.plan.pressure == 5.0e4
     assert bench.seen.pressure_command == pytest.approx(3.0e4)
-    bench.control.cancel_grasp(bench.now, first)
+    bench.control.cancel(bench.now, first)
     assert bench.end(second) == (SUCCEEDED, Reason.NONE)
     assert bench.seen.pressure_command == 2.5e4
 
@@ -245,7 +244,7 @@ def test_a_gravity_that_needs_more_than_the_cap_is_followed_with_the_next_goal(h
 def test_a_pressure_that_was_left_standing_moves_for_nothing_but_the_cap(bench):
     grasp = bench.grasp(abort_policy=AbortPolicy.HOLD)
     bench.run(0.2)
-    bench.control.cancel_grasp(bench.now, grasp)
+    bench.control.cancel(bench.now, grasp)
     bench.control.replan(FakePlanner(product=1.2e3))
     commands = bench.run(1.0)
     assert commands == [pytest.approx(2.0e4)] * len(commands)

@@ -147,7 +147,8 @@ class GripMachine(CheckedControl):
         grasp = known[-1 - back] if back < len(known) else None
         was_running = grasp in self.running() and self.is_running(grasp)
         before = self.control.snapshot()
-        self.control.cancel_grasp(self.time(), grasp)
+        if grasp is not None:
+            self.control.cancel(self.time(), grasp)
         if was_running:
             assert self.outcome(grasp) is GraspOutcome.CANCELED
         else:

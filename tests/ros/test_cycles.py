@@ -8,8 +8,8 @@ import pytest
 from geometry_msgs.msg import Vector3Stamped
 
 from benchmarks.ros.cycles import FAULTS, Rig, UnsafeCommandError, run_cycles
-from spiral_gripper_ros.actions.jobs import ReleaseJob
 from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
+from spiral_gripper_ros.control.release import Release
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_a_release_that_succeeds_untruly_is_noticed(rig, monkeypatch):
     rig.radius = 0.02
     rig.run(1.5)
     done = GraspReport(GraspOutcome.SUCCEEDED)
-    monkeypatch.setattr(ReleaseJob, "report", lambda job, now: done)
+    monkeypatch.setattr(Release, "update", lambda release, *_: setattr(release, "report", done))
     Rig.release_with_a_cut_link(rig)
     with pytest.raises(UnsafeCommandError, match="untrue: a release"):
         rig.tick()

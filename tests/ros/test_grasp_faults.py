@@ -2,12 +2,11 @@
 """Goals of `grasp` to a node in this process, with parts that break."""
 
 import pytest
+from rclpy.action import CancelResponse
 from rclpy.executors import SingleThreadedExecutor
-from ros.grasp_goals import Goals, refused, started
+from ros.grasp_goals import Goals, handle_of, refused, started
 
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_ros.actions.jobs import GraspJob
-from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node.gripper_node import GripperNode
 
@@ -34,21 +33,22 @@ def inside(node, client):
 
 def test_a_goal_is_commanded_at_once_not_at_the_next_tick(node):
     before = len(node.published)
-    job = GraspJob(node.runtime.control, GraspGoal(RADIUS))
-    run = node.goals._runner.run(b"1", job, lambda moment: None)
-    run.send(None)
+    server, handle = node.goals._servers[0], handle_of(Grasp.Goal(object_radius=RADIUS))
+    goal = server._execute(handle)
+    goal.send(None)
     assert len(node.published) == before + 1
-    node.goals._runner.cancel(b"1")
+    assert server._cancel(handle) == CancelResponse.ACCEPT
     assert node.published[-1] == 0.0
+    assert server._cancel(handle) == CancelResponse.REJECT
     with pytest.raises(StopIteration) as end:
-        run.send(None)
-    assert end.value.value.report.refusal.reason is Reason.GRASP_CANCELED
+        goal.send(None)
+    assert end.value.value.reason == Reason.GRASP_CANCELED
+    assert handle.ends == ["canceled"]
 
 
 def test_an_exception_during_a_goal_is_logged_vents_and_ends_the_goal(node, inside, capfd):
     goal = started(inside.grasp(RADIUS, timeout=[600.0]))
-    (run,) = node.goals._runner._runs.values()
-    run.job.report = lambda now: 1 // 0
+    node.runtime.control._grasp.commanded = lambda *arguments: 1 // 0
     assert "ZeroDivisionError" in refused(goal, Reason.INTERNAL_ERROR)
     assert node.published[-1] == 0.0
     assert node.runtime.control.snapshot().state is State.FAULT
@@ -95,6 +95,6 @@ def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(namespace,
     node.destroy_node()
     for _ in range(20):
         executor.spin_once(timeout_sec=0.01)
-    assert not node.goals._runner._runs
+    assert not any(server.is_running for server in node.goals._servers)
     goals.close()
     executor.shutdown()

@@ -9,7 +9,6 @@ import pytest
 from spiral_core import NotGrippableError
 from spiral_gripper_ros.actions.gripper_command import (
     OpeningCommand,
-    Release,
     command_from_joint,
     contact_force,
     goal_from_command,
@@ -17,6 +16,7 @@ from spiral_gripper_ros.actions.gripper_command import (
 )
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
+from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
 
@@ -47,11 +47,11 @@ def test_the_position_is_the_diameter_of_the_object(planner):
 
 @pytest.mark.parametrize("position", [OPEN, 0.15, 1.0e3])
 def test_from_the_opening_on_a_position_means_release(planner, position):
-    assert goal_from_command(OpeningCommand(position), OPEN, planner, LIMITS) is Release.RELEASE
+    assert goal_from_command(OpeningCommand(position), OPEN, planner, LIMITS) == ReleaseGoal()
 
 
 def test_an_opening_within_the_grippable_range_still_means_release(planner):
-    assert goal_from_command(OpeningCommand(0.05), 0.05, planner, LIMITS) is Release.RELEASE
+    assert goal_from_command(OpeningCommand(0.05), 0.05, planner, LIMITS) == ReleaseGoal()
     assert goal_from_command(OpeningCommand(0.0499), 0.05, planner, LIMITS) == held(0.02495)
 
 

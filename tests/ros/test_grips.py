@@ -19,7 +19,6 @@ from spiral_core import NotGrippableError, WrapRegime
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
-from spiral_gripper_ros.actions.grasp import GraspAdapter
 from spiral_gripper_ros.actions.gripper_command import contact_force
 from spiral_gripper_ros.client.goals import result_of_wrap
 from spiral_gripper_ros.control.grasp import GraspGoal
@@ -194,10 +193,9 @@ def test_contact_and_effort_are_those_of_the_grip_once_it_is_known(known):
 
 
 def test_a_goals_feedback_says_how_long_the_tube_will_swing(known):
-    seen = follow(known, 0.02)
+    follow(known, 0.02)
     report = SimpleNamespace(progress=1.0, elapsed=1.0)
-    update = SimpleNamespace(snapshot=seen, regime=WrapRegime.PERFECT_WRAP, report=report)
-    feedback = GraspAdapter(known.runtime).feedback(None, update)
+    feedback = known.goals._servers[0].feedback(None, report)
     assert feedback.settling_time == known.told["wrap"].grip[0].settling_time
     assert feedback.settling_time[0] > 0.0
 

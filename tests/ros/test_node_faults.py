@@ -11,6 +11,7 @@ from lifecycle_msgs.msg import State as LifecycleState
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from ros.grasp_goals import handle_of
 from ros.harness import DEADLINE, FAST_RAMP, PATIENT, deliver, plan_request
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
@@ -231,21 +232,6 @@ def test_a_planner_that_breaks_while_a_plan_is_asked_for_is_answered(node, monke
     assert "Traceback" in capfd.readouterr().err
 
 
-def handle_of(request):
-    """A goal as rclpy hands it over."""
-    ends = []
-    return SimpleNamespace(
-        request=request,
-        goal_id=SimpleNamespace(uuid=bytes(16)),
-        is_cancel_requested=False,
-        publish_feedback=lambda message: None,
-        ends=ends,
-        succeed=lambda: ends.append("succeeded"),
-        abort=lambda: ends.append("aborted"),
-        canceled=lambda: ends.append("canceled"),
-    )
-
-
 def carried_out(node, handle):
     """Let a grasp goal run to its end; return its result."""
     goal = node.goals._servers[0]._execute(handle)
@@ -261,8 +247,7 @@ def carried_out(node, handle):
 
 
 def test_a_result_that_cannot_be_filled_leaves_the_grip_and_is_answered(node, capfd):
-    adapter = node.goals._servers[0]._adapter
-    adapter.result = lambda request, update: 1 // 0
+    node.goals._servers[0].result = lambda request, report: 1 // 0
     handle = handle_of(Grasp.Goal(object_radius=0.02))
     result = carried_out(node, handle)
     assert handle.ends == ["succeeded"]
@@ -275,7 +260,7 @@ def test_a_result_that_cannot_be_filled_leaves_the_grip_and_is_answered(node, ca
 
 def test_a_goal_that_cannot_be_read_is_refused_and_the_grip_is_kept(node, capfd):
     deliver(node, "object_radius", Float64(data=0.02))
-    node.goals._servers[0]._adapter.job = lambda request: 1 // 0
+    node.goals._servers[0].goal = lambda request: 1 // 0
     handle = handle_of(Grasp.Goal(object_radius=0.03))
     result = carried_out(node, handle)
     assert handle.ends == ["aborted"]

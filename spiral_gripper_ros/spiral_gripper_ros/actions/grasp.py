@@ -6,14 +6,18 @@ from __future__ import annotations
 from typing import Any
 
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_ros.actions.jobs import GraspJob, Job
-from spiral_gripper_ros.actions.runner import GoalUpdate
+from spiral_gripper_ros.actions.server import GoalServer, Report
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal
-from spiral_gripper_ros.messages.conversions import REGIMES, figures_to_msg, known, optional
+from spiral_gripper_ros.messages.conversions import (
+    REGIMES,
+    figures_to_msg,
+    known,
+    optional,
+    shown_regime,
+)
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD
-from spiral_gripper_ros.runtime.runtime import Runtime
 
 _MODES = (Grasp.Goal.MODE_RADIUS, Grasp.Goal.MODE_PRESSURE, Grasp.Goal.MODE_FOLLOWED)
 _ABORT_POLICIES = {
@@ -23,17 +27,10 @@ _ABORT_POLICIES = {
 }
 
 
-class GraspAdapter:
-    """The messages of `grasp`; every number in them is finite.
+class GraspServer(GoalServer):
+    """The action `grasp`; every number in its messages is finite."""
 
-    Args:
-        runtime: the gripper that carries out the goals.
-    """
-
-    def __init__(self, runtime: Runtime) -> None:
-        self._runtime = runtime
-
-    def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
+    def goal(self, request: Any) -> GraspGoal | Refusal:  # noqa: ANN401
         """Return the grasp that a goal asks for."""
         payload = known(request.payload)
         if payload is not None and not 0.0 <= payload <= LARGEST_PAYLOAD:
@@ -43,57 +40,54 @@ class GraspAdapter:
             if getattr(request, name) not in values:
                 text = f"{name} must be one of {sorted(values)}, got {getattr(request, name)}"
                 return Refusal(Reason.INVALID_REQUEST, text)
-        goal = GraspGoal(
+        return GraspGoal(
             radius=request.object_radius if request.mode == Grasp.Goal.MODE_RADIUS else None,
             pressure=request.pressure if request.mode == Grasp.Goal.MODE_PRESSURE else None,
             overpressure=known(request.overpressure),
             timeout=known(request.timeout),
             abort_policy=_ABORT_POLICIES[request.abort_policy],
         )
-        return GraspJob(self._runtime.control, goal)
 
-    def feedback(self, request: Any, update: GoalUpdate) -> Grasp.Feedback:  # noqa: ANN401
+    def feedback(self, request: Any, report: Report) -> Grasp.Feedback:  # noqa: ANN401
         """Return how a grasp goes."""
         del request
-        snapshot = update.snapshot
-        grip = self._runtime.grip_message(snapshot.pressure_target)
+        runtime, snapshot = self.runtime, self.runtime.control.snapshot()
+        grip = runtime.grip_message(snapshot.pressure_target)
+        regime = None
+        if runtime.loaded is not None:
+            regime = runtime.loaded.regime(snapshot.pressure)
+            regime = shown_regime(snapshot, runtime.loaded, regime)
         return Grasp.Feedback(
             state=int(snapshot.state),
-            progress=update.report.progress,
+            progress=report.progress,
             pressure_command=snapshot.pressure_command,
             pressure_target=snapshot.pressure_target,
             measured_pressure=optional(snapshot.measured_pressure),
-            regime=REGIMES[update.regime],
+            regime=REGIMES[regime],
             settling_time=grip[0].settling_time if grip else [],
-            elapsed=update.report.elapsed,
+            elapsed=report.elapsed,
         )
 
-    def result(self, request: Any, update: GoalUpdate) -> Grasp.Result:  # noqa: ANN401
+    def result(self, request: Any, report: Report) -> Grasp.Result:  # noqa: ANN401
         """Return how a grasp has ended, with the figures of the wrap that it aimed for."""
-        report, snapshot, plan = update.report, update.snapshot, update.report.plan
+        runtime, snapshot, plan = self.runtime, self.runtime.control.snapshot(), report.plan
         success = report.outcome is GraspOutcome.SUCCEEDED
+        how = "commanded" if snapshot.measured is None else "measured"
+        does = "is" if report.radius is None else f"wraps {report.radius:.4g} m"
+        done = f"{does} at {snapshot.pressure:.6g} Pa, as {how}"
         result = Grasp.Result(
             success=success,
             reason=int(report.refusal.reason),
-            message=_success(update) if success else report.refusal.text,
+            message=done if success else report.refusal.text,
             pressure_command=snapshot.pressure_command,
             measured_pressure=optional(snapshot.measured_pressure),
             elapsed=report.elapsed,
         )
-        if plan is not None and report.radius is not None and update.planner is not None:
-            cap = self._runtime.limits.pressure_cap
+        if plan is not None and report.radius is not None and runtime.loaded is not None:
+            cap, planner = runtime.limits.pressure_cap, runtime.loaded.planner
             if snapshot.plan is plan:  # else the object is not held any more
-                result.grip = self._runtime.grip_message(update.pressure, known(request.payload))
+                result.grip = runtime.grip_message(snapshot.pressure, known(request.payload))
             contact = result.grip[0].contact_length if result.grip else None
             aimed = min(plan.pressure + report.overpressure, cap)
-            result.figures = [
-                figures_to_msg(plan, report.radius, aimed, update.planner, cap, contact)
-            ]
+            result.figures = [figures_to_msg(plan, report.radius, aimed, planner, cap, contact)]
         return result
-
-
-def _success(update: GoalUpdate) -> str:
-    how = "commanded" if update.snapshot.measured is None else "measured"
-    radius = update.report.radius
-    does = "is" if radius is None else f"wraps {radius:.4g} m"
-    return f"{does} at {update.pressure:.6g} Pa, as {how}"

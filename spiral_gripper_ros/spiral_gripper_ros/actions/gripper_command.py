@@ -10,23 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
+from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.control.target import default_overpressure
 from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
 
 # The overpressure that keeps a max_effort is found to this [Pa].
 OVERPRESSURE_STEP = 1.0
-
-
-class Release(Enum):
-    """The command to release the object."""
-
-    RELEASE = "release"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +74,7 @@ def command_from_joint(
 
 def goal_from_command(
     command: OpeningCommand, opening: float, planner: AnyPlanner, limits: Limits
-) -> GraspGoal | Release | Refusal:
+) -> GraspGoal | ReleaseGoal | Refusal:
     """Return the goal that a command means for this gripper, or why it is refused.
 
     The pressure of a wrap follows from the diameter, and the force from the pressure. A
@@ -105,7 +99,7 @@ def goal_from_command(
         text = f"max_effort must be a non-negative finite number, got {limit:.6g} N"
         return Refusal(Reason.INVALID_REQUEST, text)
     if position >= opening:
-        return Release.RELEASE
+        return ReleaseGoal()
     overpressure = None
     if limit > 0.0:
         try:

@@ -8,7 +8,6 @@ because one name cannot have two types within a process.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
@@ -22,10 +21,9 @@ from spiral_gripper_ros.actions.gripper_command import (
     goal_from_command,
     wrapped_diameter,
 )
-from spiral_gripper_ros.actions.jobs import GraspJob, Job, ReleaseJob
-from spiral_gripper_ros.actions.runner import GoalRunner, GoalUpdate
-from spiral_gripper_ros.actions.server import ActionAdapter, GoalServer
+from spiral_gripper_ros.actions.server import GoalServer, Report
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
+from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import opening_joint
 from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
@@ -34,7 +32,7 @@ from spiral_gripper_ros.runtime.runtime import Runtime
 PACKAGE = "control_msgs"
 
 
-def gripper_command_servers(node: Node, runtime: Runtime, runner: GoalRunner) -> list[GoalServer]:
+def gripper_command_servers(node: Node, runtime: Runtime) -> list[GoalServer]:
     """Return a server for each action of control_msgs that is installed; the log says which."""
     logger = node.get_logger()
     servers: list[GoalServer] = []
@@ -48,13 +46,12 @@ def gripper_command_servers(node: Node, runtime: Runtime, runner: GoalRunner) ->
     if chosen == "ParallelGripperCommand":  # one name for one action
         del names["parallel_gripper_cmd"]
     for name, type_name in names.items():
-        adapter = _ADAPTERS[type_name]
         action = getattr(actions, type_name, None)
         if action is None:
             logger.info(f"{PACKAGE} has no {type_name}: {name} is not offered")
             continue
         try:
-            servers.append(GoalServer(node, runner, (action, name), adapter(node, runtime, action)))
+            servers.append(_SERVERS[type_name](node, runtime, action, name))
         except Exception as error:  # built for another Python, say: the node does without
             logger.error(f"{PACKAGE} cannot be used, {name} is not offered: {error}")
         else:
@@ -62,50 +59,34 @@ def gripper_command_servers(node: Node, runtime: Runtime, runner: GoalRunner) ->
     return servers
 
 
-class _CommandAdapter:
-    """The common part of the actions: commands and readings of an opening.
+class _CommandServer(GoalServer):
+    """The common part of the actions: commands and readings of an opening."""
 
-    Args:
-        node: the ROS node that serves.
-        runtime: the gripper that carries out the goals.
-        action: the type of the action.
-    """
-
-    def __init__(self, node: Node, runtime: Runtime, action: Any) -> None:  # noqa: ANN401
-        self._node = node
-        self._runtime = runtime
-        self._action = action
-
-    def _job(self, command: OpeningCommand) -> Job | Refusal:
+    def _goal(self, command: OpeningCommand) -> GraspGoal | ReleaseGoal | Refusal:
         """Return what a command has the gripper do, or why it cannot."""
-        runtime = self._runtime
+        runtime = self.runtime
         if runtime.loaded is None:
             return Refusal(Reason.NOT_ACTIVE, runtime.not_configured)
-        goal = goal_from_command(command, self._opening(), runtime.loaded.planner, runtime.limits)
-        if isinstance(goal, Refusal):
-            return goal
-        if isinstance(goal, GraspGoal):
-            return GraspJob(runtime.control, goal)
-        return ReleaseJob(runtime.control, runtime.limits)
+        planner = runtime.loaded.planner
+        return goal_from_command(command, self._opening(), planner, runtime.limits)
 
-    def _reading(self, update: GoalUpdate) -> GripperReading:
+    def _reading(self, report: Report) -> GripperReading:
         """Return the state of the gripper as a parallel gripper reports it.
 
         It never says that it is stalled: clients are free to take that for an object that is held.
         """
-        planner = update.planner
-        if planner is None and self._runtime.loaded is not None:
-            planner = self._runtime.loaded.planner
+        loaded, snapshot = self.runtime.loaded, self.runtime.control.snapshot()
+        planner = None if loaded is None else loaded.planner
         # Of a goal that was refused the gripper's own: it may hold what another goal made it hold.
-        plan, pressure = update.report.plan or update.snapshot.plan, update.pressure
-        radius = update.snapshot.radius
-        if plan is not None and radius is not None and update.snapshot.wrapped:
+        plan, pressure = report.plan or snapshot.plan, snapshot.pressure
+        radius = snapshot.radius
+        if plan is not None and radius is not None and snapshot.wrapped:
             return GripperReading(2.0 * radius, self._effort(plan, planner, pressure))
         return GripperReading(wrapped_diameter(pressure, self._opening(), planner), 0.0)
 
     def _effort(self, plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -> float:
         """Return the force on the object [N]: of the grip where the object is seen, if known."""
-        runtime = self._runtime
+        runtime = self.runtime
         if runtime.loaded is not None:
             radius, seen = plan.wrap.object_radius, runtime.seen_object()
             grip = runtime.loaded.grip(plan, radius, seen, pressure)
@@ -114,66 +95,66 @@ class _CommandAdapter:
         return contact_force(plan, planner, pressure)
 
     def _opening(self) -> float:
-        return self._runtime.values.gripper_command_open
+        return self.runtime.values.gripper_command_open
 
 
-class GripperCommandAdapter(_CommandAdapter):
-    """The messages of ``GripperCommand``, or of any action of that shape."""
+class GripperCommandServer(_CommandServer):
+    """``GripperCommand``, or any action of that shape."""
 
-    def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
+    def goal(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
         """Return the grasp or the release that a goal asks for."""
         command = request.command
-        return self._job(OpeningCommand(command.position, command.max_effort))
+        return self._goal(OpeningCommand(command.position, command.max_effort))
 
-    def feedback(self, request: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
+    def feedback(self, request: Any, report: Report) -> Any:  # noqa: ANN401
         """Return how a goal goes."""
         del request
-        return self._filled(self._action.Feedback(), update)
+        return self._filled(self.kind.Feedback(), report)
 
-    def result(self, request: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
+    def result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
         """Return how a goal has ended."""
         del request
-        return self._filled(self._action.Result(), update)
+        return self._filled(self.kind.Result(), report)
 
-    def _filled(self, message: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
-        reading = self._reading(update)
+    def _filled(self, message: Any, report: Report) -> Any:  # noqa: ANN401
+        reading = self._reading(report)
         message.position, message.effort = reading.position, reading.effort
-        message.reached_goal = update.report.outcome is GraspOutcome.SUCCEEDED
+        message.reached_goal = report.outcome is GraspOutcome.SUCCEEDED
         return message
 
 
-class ParallelGripperCommandAdapter(_CommandAdapter):
-    """The messages of ``ParallelGripperCommand``, or of any action of that shape."""
+class ParallelGripperCommandServer(_CommandServer):
+    """``ParallelGripperCommand``, or any action of that shape."""
 
-    def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
+    def goal(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
         """Return the grasp or the release that a goal asks for."""
         if len(request.command.velocity):
-            self._node.get_logger().warning(
+            self.node.get_logger().warning(
                 "parallel_gripper_cmd: velocity is not used; "
                 "pressure_rate_up and pressure_rate_down bound how fast the gripper moves"
             )
         command = command_from_joint(request.command.position, request.command.effort)
-        return command if isinstance(command, Refusal) else self._job(command)
+        return command if isinstance(command, Refusal) else self._goal(command)
 
-    def feedback(self, request: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
+    def feedback(self, request: Any, report: Report) -> Any:  # noqa: ANN401
         """Return how a goal goes."""
-        return self._action.Feedback(state=self._state(request, update))
+        return self.kind.Feedback(state=self._state(request, report))
 
-    def result(self, request: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
+    def result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
         """Return how a goal has ended."""
-        reached = update.report.outcome is GraspOutcome.SUCCEEDED
-        return self._action.Result(state=self._state(request, update), reached_goal=reached)
+        reached = report.outcome is GraspOutcome.SUCCEEDED
+        return self.kind.Result(state=self._state(request, report), reached_goal=reached)
 
-    def _state(self, request: Any, update: GoalUpdate) -> JointState:  # noqa: ANN401
-        reading = self._reading(update)
+    def _state(self, request: Any, report: Report) -> JointState:  # noqa: ANN401
+        reading = self._reading(report)
         state = JointState(position=[reading.position], effort=[reading.effort])
-        state.header.stamp = self._node.get_clock().now().to_msg()
+        state.header.stamp = self.node.get_clock().now().to_msg()
         named = list(request.command.name)[:1]
-        state.name = named or [opening_joint(self._runtime.values.frame_id)]
+        state.name = named or [opening_joint(self.runtime.values.frame_id)]
         return state
 
 
-_ADAPTERS: dict[str, Callable[[Node, Runtime, Any], ActionAdapter]] = {
-    "GripperCommand": GripperCommandAdapter,
-    "ParallelGripperCommand": ParallelGripperCommandAdapter,
+_SERVERS: dict[str, type[GoalServer]] = {
+    "GripperCommand": GripperCommandServer,
+    "ParallelGripperCommand": ParallelGripperCommandServer,
 }

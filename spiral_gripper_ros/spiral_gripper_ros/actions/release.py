@@ -3,61 +3,42 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
 from typing import Any
 
 from spiral_gripper_msgs.action import Release
-from spiral_gripper_ros.actions.jobs import Job, ReleaseJob
-from spiral_gripper_ros.actions.runner import GoalUpdate
+from spiral_gripper_ros.actions.server import GoalServer, Report
 from spiral_gripper_ros.control.grasp import GraspOutcome
-from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.messages.conversions import known, optional
-from spiral_gripper_ros.runtime.runtime import Runtime
 
 
-class ReleaseAdapter:
-    """The messages of `release`; every number in them is finite.
+class ReleaseServer(GoalServer):
+    """The action `release`; every number in its messages is finite."""
 
-    Args:
-        runtime: the gripper that carries out the goals.
-    """
-
-    def __init__(self, runtime: Runtime) -> None:
-        self._runtime = runtime
-
-    def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
+    def goal(self, request: Any) -> ReleaseGoal:  # noqa: ANN401
         """Return the release that a goal asks for; it vents whatever its timeout is."""
-        limits, timeout = self._runtime.limits, known(request.timeout)
-        if timeout is None:
-            return ReleaseJob(self._runtime.control, limits)
-        if math.isfinite(timeout) and timeout > 0.0:
-            return ReleaseJob(self._runtime.control, replace(limits, grasp_timeout=timeout))
-        text = f"timeout must be a positive finite number, got {timeout:.6g} s; vented all the same"
-        self._runtime.control.release()
-        self._runtime.publish()
-        return Refusal(Reason.INVALID_REQUEST, text)
+        return ReleaseGoal(known(request.timeout))
 
-    def feedback(self, request: Any, update: GoalUpdate) -> Release.Feedback:  # noqa: ANN401
+    def feedback(self, request: Any, report: Report) -> Release.Feedback:  # noqa: ANN401
         """Return how a release goes."""
         del request
-        return _filled(Release.Feedback(), update)
+        return self._filled(Release.Feedback(), report)
 
-    def result(self, request: Any, update: GoalUpdate) -> Release.Result:  # noqa: ANN401
+    def result(self, request: Any, report: Report) -> Release.Result:  # noqa: ANN401
         """Return how a release has ended."""
         del request
-        result = _filled(Release.Result(), update)
-        result.success = update.report.outcome is GraspOutcome.SUCCEEDED
-        result.reason = int(update.report.refusal.reason)
+        result = self._filled(Release.Result(), report)
+        result.success = report.outcome is GraspOutcome.SUCCEEDED
+        result.reason = int(report.refusal.reason)
         how = (
             "measured" if result.measured_pressure else "commanded (nothing measures the pressure)"
         )
         done = f"vented, as {how}; call rearm to follow radii again"
-        result.message = done if result.success else update.report.refusal.text
+        result.message = done if result.success else report.refusal.text
         return result
 
-
-def _filled(message: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
-    message.measured_pressure = optional(update.snapshot.measured_pressure)
-    message.elapsed = update.report.elapsed
-    return message
+    def _filled(self, message: Any, report: Report) -> Any:  # noqa: ANN401
+        snapshot = self.runtime.control.snapshot()
+        message.measured_pressure = optional(snapshot.measured_pressure)
+        message.elapsed = report.elapsed
+        return message

@@ -4,38 +4,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
+from rclpy.task import Future
 
-from spiral_gripper_ros.actions.jobs import Job
-from spiral_gripper_ros.actions.runner import GoalRunner, GoalUpdate
-from spiral_gripper_ros.control.grasp import GraspOutcome
+from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, GraspReport
+from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.qos import REQUESTS
-from spiral_gripper_ros.process.guards import ErrorLog
+from spiral_gripper_ros.planning.planner import WrapPlan
+from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
+from spiral_gripper_ros.runtime.guards import report as report_exception
+from spiral_gripper_ros.runtime.runtime import Runtime
 
+Report: TypeAlias = GraspReport[WrapPlan]
+
+# Feedback is for people and their displays: ten times a second, whatever publish_rate is [s].
+FEEDBACK_PERIOD = 0.1
 # How long the result of a goal is kept for a client that asks late [s]. rclpy's 15 minutes would
 # let the list of goals, which is published at each change, grow to thousands.
 RESULT_TIMEOUT = 60
-
-
-class ActionAdapter(Protocol):
-    """Translates between an action's messages and the goals of the control logic."""
-
-    def job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
-        """Return what a goal has the control logic do, or why it cannot be done."""
-        ...
-
-    def feedback(self, request: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
-        """Return the message that tells how a goal goes."""
-        ...
-
-    def result(self, request: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
-        """Return the message that tells how a goal has ended."""
-        ...
+_DESTROYED = Refusal(Reason.NOT_ACTIVE, "the node is destroyed")
+_CANCELED_BEFORE = Refusal(Reason.GRASP_CANCELED, "canceled before it was started")
 
 
 class _Server(ActionServer):  # type: ignore[misc]
@@ -53,33 +47,46 @@ class _Server(ActionServer):  # type: ignore[misc]
             self._errors.note_refused("a request to an action", error)
 
 
+@dataclass(slots=True)
+class _Run:
+    """A goal of a client: what carries it out, and its report and result once it has ended."""
+
+    handle: Any
+    goal: Grasp[WrapPlan] | Release[WrapPlan] | None = None  # None: not started
+    end: Future = field(default_factory=Future)
+    told_at: float | None = None
+
+
 class GoalServer:
     """One action; every goal is accepted: a refused one is aborted, so that its result says why.
 
     An exception while a goal is read or its result is filled is logged and answered; it does not
-    vent a gripper that holds.
-
-    Nothing here waits, and an executor with one thread suffices: a goal is a coroutine that is
-    resumed when it has ended.
+    vent a gripper that holds. Nothing here waits, and an executor with one thread suffices: a goal
+    is a coroutine that is resumed when it has ended.
 
     Args:
         node: the ROS node that serves.
-        runner: carries out the goals.
-        action: type and name of the action.
-        adapter: of its messages.
+        runtime: the gripper that carries out the goals.
+        kind: type of the action.
+        name: of the action.
+
+    Attributes:
+        node: the ROS node that serves.
+        runtime: the gripper that carries out the goals.
+        kind: type of the action.
     """
 
-    def __init__(
-        self, node: Node, runner: GoalRunner, action: tuple[Any, str], adapter: ActionAdapter
-    ) -> None:
-        self._runner = runner
-        self._adapter = adapter
-        self._kind, self._name = action
-        self._logger = node.get_logger()
+    def __init__(self, node: Node, runtime: Runtime, kind: Any, name: str) -> None:  # noqa: ANN401
+        self.node = node
+        self.runtime = runtime
+        self.kind, self._name = kind, name
+        self._runs: dict[bytes, _Run] = {}
+        self._send_feedback = log_on_error(runtime.errors, self._feedback)
         self._server = _Server(
-            runner.errors,
+            runtime.errors,
             node,
-            *action,
+            kind,
+            name,
             self._execute,
             callback_group=MutuallyExclusiveCallbackGroup(),
             cancel_callback=self._cancel,
@@ -89,81 +96,143 @@ class GoalServer:
             result_timeout=RESULT_TIMEOUT,
         )
 
-    def destroy(self) -> None:
-        """Destroy the action server."""
-        self._server.destroy()
+    # --- messages of the action ----------------------------------------------------------------
 
-    def _cancel(self, handle: Any) -> CancelResponse:  # noqa: ANN401
-        """Cancel a goal at once; one that has ended but is not yet told of it stays as it is."""
-        try:
-            ended = self._runner.has_ended(_key(handle))
-            if not ended:
-                self._runner.cancel(_key(handle))
-        except Exception as error:
-            self._runner.failed(f"cancel of {self._name}", error)
-            return CancelResponse.ACCEPT
-        return CancelResponse.REJECT if ended else CancelResponse.ACCEPT
+    def goal(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
+        """Return what a goal has the control logic do, or why it cannot be done."""
+        raise NotImplementedError
+
+    def feedback(self, request: Any, report: Report) -> Any:  # noqa: ANN401
+        """Return the message that tells how a goal goes."""
+        raise NotImplementedError
+
+    def result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
+        """Return the message that tells how a goal has ended, at that moment."""
+        raise NotImplementedError
+
+    # --- a goal, from its start to its end -----------------------------------------------------
 
     async def _execute(self, handle: Any) -> Any:  # noqa: ANN401
         """Carry out a goal and return its result."""
-        request = handle.request
-        job = self._job(request)
+        run = self._runs[_key(handle)] = _Run(handle)
         try:
-            update = await self._carried_out(handle, job)
+            self._start(run)
         except Exception as error:
-            update = self._runner.failed(self._name, error)
-        if update.report.outcome is GraspOutcome.FAILED:
-            self._logger.warning(f"{self._name}: {update.report.refusal.text}")
-        _finish(handle, update.report.outcome)
-        return self._result(request, update)
+            self._end(run, self._failed(self._name, error))
+        try:
+            report, result = await run.end
+        finally:
+            del self._runs[_key(handle)]
+        if report.outcome is GraspOutcome.FAILED:
+            self.node.get_logger().warning(f"{self._name}: {report.refusal.text}")
+        ends: dict[GraspOutcome, Callable[[], None]] = {
+            GraspOutcome.SUCCEEDED: handle.succeed,
+            GraspOutcome.CANCELED: handle.canceled,
+        }
+        ends.get(report.outcome, handle.abort)()
+        return result
 
-    def _job(self, request: Any) -> Job | Refusal:  # noqa: ANN401
+    def _start(self, run: _Run) -> None:
+        """Start a goal; the pressure is commanded at once, and feedback follows with each tick."""
+        if run.handle.is_cancel_requested:
+            self._end(run, GraspReport(GraspOutcome.CANCELED, _CANCELED_BEFORE))
+            return
+        goal = self._read(run.handle.request)
+        answer = goal if isinstance(goal, Refusal) else self._started(goal)
+        if isinstance(answer, Refusal):
+            self._end(run, GraspReport(GraspOutcome.FAILED, answer))
+        else:
+            run.goal = answer
+            self.runtime.publish()
+
+    def _read(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
         """Return what a goal has the control logic do; one that cannot be read is refused."""
         try:
-            return self._adapter.job(request)
+            return self.goal(request)
         except Exception as error:
-            self._runner.errors.note(f"a goal of {self._name}", error)
+            self.runtime.errors.note(f"a goal of {self._name}", error)
             return Refusal(Reason.INTERNAL_ERROR, f"the goal cannot be read: {error!r}")
 
-    def _result(self, request: Any, update: GoalUpdate) -> Any:  # noqa: ANN401
+    def _started(
+        self, goal: GraspGoal | ReleaseGoal
+    ) -> Grasp[WrapPlan] | Release[WrapPlan] | Refusal:
+        runtime = self.runtime
+        if runtime.loaded is None:
+            return Refusal(Reason.NOT_ACTIVE, runtime.not_configured)
+        if isinstance(goal, ReleaseGoal):
+            return runtime.control.start_release(runtime.now(), goal)
+        return runtime.control.start_grasp(runtime.now(), goal, runtime.loaded.planner)
+
+    def tick(self) -> None:
+        """Send feedback, and end the finished goals; never raises, never publishes a command."""
+        for run in list(self._runs.values()):
+            if run.goal is None or run.end.done():
+                continue
+            report = run.goal.report
+            if report.outcome is not GraspOutcome.RUNNING:
+                self._end(run, report)
+            elif run.told_at is None or report.elapsed - run.told_at >= FEEDBACK_PERIOD:
+                run.told_at = report.elapsed
+                self._send_feedback(run.handle, report)
+
+    def _feedback(self, handle: Any, report: Report) -> None:  # noqa: ANN401
+        handle.publish_feedback(self.feedback(handle.request, report))
+
+    def _cancel(self, handle: Any) -> CancelResponse:  # noqa: ANN401
+        """Cancel a goal at once; one that has ended but is not yet told of it stays as it is."""
+        run = self._runs.get(_key(handle))
+        if run is not None and run.end.done():
+            return CancelResponse.REJECT
+        if run is not None and run.goal is not None:
+            try:
+                self.runtime.control.cancel(self.runtime.now(), run.goal)
+                self.runtime.publish()
+            except Exception as error:
+                self._failed(f"cancel of {self._name}", error)
+        return CancelResponse.ACCEPT
+
+    def _end(self, run: _Run, report: Report) -> None:
+        """End a goal that has not ended; its result tells of this moment."""
+        if not run.end.done():
+            run.end.set_result((report, self._result(run.handle.request, report)))
+
+    def _result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
         """Return the result of a goal; without its figures if they cannot be computed."""
         try:
-            return self._adapter.result(request, update)
+            return self.result(request, report)
         except Exception as error:
-            self._runner.errors.note(f"the result of {self._name}", error)
-            result = self._kind.Result()
-            told = update.report.refusal.text or f"no figures, internal error: {error!r}"
-            outcome = update.report.outcome
+            self.runtime.errors.note(f"the result of {self._name}", error)
+            result = self.kind.Result()
+            success = report.outcome is GraspOutcome.SUCCEEDED
             values = {
-                "success": outcome is GraspOutcome.SUCCEEDED,
-                "reached_goal": outcome is GraspOutcome.SUCCEEDED,
-                "reason": int(update.report.refusal.reason),
-                "message": told,
+                "success": success,
+                "reached_goal": success,
+                "reason": int(report.refusal.reason),
+                "message": report.refusal.text or f"no figures, internal error: {error!r}",
             }
             for name in values.keys() & result.get_fields_and_field_types().keys():
                 setattr(result, name, values[name])
             return result
 
-    async def _carried_out(self, handle: Any, job: Job | Refusal) -> GoalUpdate:  # noqa: ANN401
-        if handle.is_cancel_requested:
-            return self._runner.canceled()
-        if isinstance(job, Refusal):
-            return self._runner.refused(job)
+    def _failed(self, where: str, error: Exception) -> Report:
+        """Log an exception, vent, and return the report of the goal that it ends."""
+        report_exception(self.runtime, where, error)
+        text = f"internal error in {where}: {type(error).__name__}: {error}"
+        return GraspReport(GraspOutcome.FAILED, Refusal(Reason.INTERNAL_ERROR, text))
 
-        def notify(update: GoalUpdate) -> None:
-            handle.publish_feedback(self._adapter.feedback(handle.request, update))
+    # --- end -----------------------------------------------------------------------------------
 
-        return await self._runner.run(_key(handle), job, notify)
+    @property
+    def is_running(self) -> bool:
+        """Whether a goal runs, or its result is not sent yet."""
+        return bool(self._runs)
+
+    def destroy(self) -> None:
+        """End the goals that still run, without feedback, and destroy the action server."""
+        for run in self._runs.values():
+            self._end(run, GraspReport(GraspOutcome.FAILED, _DESTROYED))
+        self._server.destroy()
 
 
 def _key(handle: Any) -> bytes:  # noqa: ANN401
     return bytes(handle.goal_id.uuid)
-
-
-def _finish(handle: Any, outcome: GraspOutcome) -> None:  # noqa: ANN401
-    """Give a goal the final state that belongs to its outcome."""
-    ends: dict[GraspOutcome, Callable[[], None]] = {
-        GraspOutcome.SUCCEEDED: handle.succeed,
-        GraspOutcome.CANCELED: handle.canceled,
-    }
-    ends.get(outcome, handle.abort)()

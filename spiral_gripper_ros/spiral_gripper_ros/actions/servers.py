@@ -3,16 +3,21 @@
 
 from __future__ import annotations
 
+import time
+
 from rclpy.executors import Executor
 from rclpy.node import Node
 
 from spiral_gripper_msgs.action import Grasp, Release
-from spiral_gripper_ros.actions.grasp import GraspAdapter
+from spiral_gripper_ros.actions.grasp import GraspServer
 from spiral_gripper_ros.actions.gripper_command_server import gripper_command_servers
-from spiral_gripper_ros.actions.release import ReleaseAdapter
-from spiral_gripper_ros.actions.runner import GoalRunner
+from spiral_gripper_ros.actions.release import ReleaseServer
 from spiral_gripper_ros.actions.server import GoalServer
 from spiral_gripper_ros.runtime.runtime import Runtime
+
+# How long a node that is stopped goes on, so that its goals' results are sent [s]: some rounds of
+# the executor and the way through the middleware, which take about a tenth of it.
+END_TIME = 0.2
 
 
 class GoalServers:
@@ -26,13 +31,16 @@ class GoalServers:
     """
 
     def __init__(self, node: Node, runtime: Runtime) -> None:
-        self._runner = GoalRunner(runtime)
-        runtime.on_published = self._runner.tick
-        self._servers = [
-            GoalServer(node, self._runner, (Grasp, "grasp"), GraspAdapter(runtime)),
-            GoalServer(node, self._runner, (Release, "release"), ReleaseAdapter(runtime)),
+        runtime.on_published = self._tick
+        self._servers: list[GoalServer] = [
+            GraspServer(node, runtime, Grasp, "grasp"),
+            ReleaseServer(node, runtime, Release, "release"),
+            *gripper_command_servers(node, runtime),
         ]
-        self._servers += gripper_command_servers(node, runtime, self._runner)
+
+    def _tick(self) -> None:
+        for server in self._servers:
+            server.tick()
 
     def end(self, executor: Executor) -> bool:
         """Let the goals of a node that is stopped send their results; return whether any ran.
@@ -42,10 +50,15 @@ class GoalServers:
         Args:
             executor: of the node; it must not be spinning.
         """
-        return self._runner.end(executor)
+        if not any(server.is_running for server in self._servers):
+            return False
+        self._tick()
+        deadline = time.monotonic() + END_TIME
+        while time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.1 * END_TIME)
+        return True
 
     def destroy(self) -> None:
         """Serve no longer."""
-        self._runner.destroy()
         for server in self._servers:
             server.destroy()

@@ -29,6 +29,7 @@ from spiral_gripper_ros.control.refusals import (
     stale_gravity,
     stale_radius,
 )
+from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import (
     NOT_REFUSED,
@@ -91,6 +92,7 @@ class GripControl(Generic[PlanT]):
         self._doubted_until = 0.0
         self._regime: WrapRegime | None = None
         self._grasp: Grasp[PlanT] | None = None  # that has not ended yet
+        self._releases: list[Release[PlanT]] = []  # likewise
         self._radius, self._client, self._gravity = Silence(), Silence(), Silence()
         self._gravity_at: float | None = None
         self._take_over = TakeOver()
@@ -259,7 +261,7 @@ class GripControl(Generic[PlanT]):
             self._replan_grasp()
         self._update_grasp()
 
-    # --- grasps ------------------------------------------------------------------------------
+    # --- goals -------------------------------------------------------------------------------
 
     def start_grasp(
         self, now: float, goal: GraspGoal, planner: Planner[PlanT]
@@ -311,10 +313,26 @@ class GripControl(Generic[PlanT]):
             self._target.resume()
         return refusal
 
-    def cancel_grasp(self, now: float, grasp: Grasp[PlanT] | None) -> None:
-        """End a grasp and let its policy act; one that has ended already stays as it ended."""
+    def start_release(self, now: float, goal: ReleaseGoal) -> Release[PlanT] | Refusal:
+        """Vent, and report when the pressure is gone.
+
+        Returns:
+            The release, or why not; then nothing has changed.
+        """
+        time = self._clock.advance(now)
+        if self._state is State.INACTIVE:
+            return self._refusal
+        self.release()
+        release: Release[PlanT] = Release(goal, time, self._limits)
+        self._releases.append(release)
+        return release
+
+    def cancel(self, now: float, goal: Grasp[PlanT] | Release[PlanT]) -> None:
+        """Cancel a goal; a grasp's policy acts. One that has ended stays as it ended."""
         self._clock.advance(now)
-        if grasp is self._grasp:
+        if isinstance(goal, Release):
+            goal.cancel()
+        elif goal is self._grasp:
             self._abort(GraspOutcome.CANCELED, GRASP_CANCELED)
 
     def _abort(self, outcome: GraspOutcome, refusal: Refusal) -> None:
@@ -345,6 +363,13 @@ class GripControl(Generic[PlanT]):
         if self._grasp is not None:
             self._grasp.update(self._clock.now, self.snapshot())
 
+    def _update_releases(self) -> None:
+        for release in self._releases:
+            release.update(self._clock.now, self.snapshot())
+        self._releases = [
+            release for release in self._releases if release.report.outcome is GraspOutcome.RUNNING
+        ]
+
     # --- output ------------------------------------------------------------------------------
 
     def command(self, now: float) -> float:
@@ -371,6 +396,7 @@ class GripControl(Generic[PlanT]):
             self._update_grasp()
             self._grasp.commanded(time, self._pressure, self._pressure_target)
             self._act_on_success(self._grasp)
+        self._update_releases()
         return self._pressure
 
     def snapshot(self) -> Snapshot[PlanT]:
