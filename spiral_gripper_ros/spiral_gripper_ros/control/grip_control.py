@@ -329,9 +329,9 @@ class GripControl(Generic[PlanT]):
 
     def cancel(self, now: float, goal: Grasp[PlanT] | Release[PlanT]) -> None:
         """Cancel a goal; a grasp's policy acts. One that has ended stays as it ended."""
-        self._clock.advance(now)
+        time = self._clock.advance(now)
         if isinstance(goal, Release):
-            goal.cancel()
+            goal.cancel(time)
         elif goal is self._grasp:
             self._abort(GraspOutcome.CANCELED, GRASP_CANCELED)
 

@@ -56,9 +56,10 @@ class Release(Generic[PlanT]):
             text = f"timeout must be a positive finite number, {value}"
             self._end(GraspOutcome.FAILED, Refusal(Reason.INVALID_REQUEST, text))
 
-    def cancel(self) -> None:
+    def cancel(self, now: float) -> None:
         """Stop waiting, if it has not ended; what is vented stays vented."""
         if self.report.outcome is GraspOutcome.RUNNING:
+            self.report = replace(self.report, elapsed=now - self._started)
             self._end(GraspOutcome.CANCELED, _CANCELED)
 
     def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
