@@ -50,13 +50,16 @@ class Bench:
     def tick(self, radius=None):
         self.now += TICK
         if radius is not None:
-            self.control.offer_radius(self.now, radius, self.planner)
+            self.radius(radius)
         measured = self.regulator.step(self.seen.pressure_command, TICK)
         if self.is_measured and measured is not None:
             self.control.offer_measured(self.now, measured)
         command = self.control.command(self.now)
         self.look()
         return command
+
+    def radius(self, radius):
+        return self.control.offer_radius(self.now, radius, self.planner)
 
     def look(self):
         seen, regime = self.seen, None

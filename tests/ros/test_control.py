@@ -11,7 +11,6 @@ from ros.fakes import RegulatorFault
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy
-from spiral_gripper_ros.control.refusals import RECONFIGURED
 from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, State
 
@@ -114,12 +113,6 @@ def test_a_reached_grasp_holds_through_a_fault_that_is_only_reported(holding):
     assert not holding.seen.wrapped  # its watchdog may have vented: nobody knows
 
 
-def test_an_absolute_sensor_is_told_by_its_value_when_vented(bench):
-    bench.regulator.fault = RegulatorFault.ABSOLUTE
-    bench.run(1.0)
-    assert "looks like an absolute pressure" in bench.seen.pressure_fault.text
-
-
 @pytest.mark.parametrize("pressure", [math.nan, -math.inf, 1.0e9])
 def test_an_impossible_measured_pressure_is_dropped_and_counted(holding, pressure):
     before = holding.seen
@@ -146,24 +139,6 @@ def test_what_is_tracked_is_wrapped_once_the_pressure_is_there(bench):
     assert bench.seen.wrapped
     bench.control.release()
     assert not bench.seen.wrapped
-
-
-def test_loading_another_gripper_vents_and_stays_vented_until_rearmed(bench):
-    bench.run(1.0, radius=0.02)
-    bench.control.release(RECONFIGURED)
-    assert set(bench.run(1.0, radius=0.02)) == {0.0}
-    assert (bench.state, bench.reason) == (State.RELEASED, Reason.RECONFIGURED)
-    assert bench.control.rearm() is None
-    assert bench.run(1.0, radius=0.02)[-1] == 5.0e4
-
-
-def test_loading_another_gripper_mends_no_fault_and_activates_nothing(bench):
-    bench.control.fail("boom")
-    bench.control.release(RECONFIGURED)
-    assert (bench.state, bench.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
-    bench.control.deactivate()
-    bench.control.release(RECONFIGURED)
-    assert (bench.state, bench.reason) == (State.INACTIVE, Reason.NOT_ACTIVE)
 
 
 @pytest.mark.parametrize("now", [math.nan, math.inf])

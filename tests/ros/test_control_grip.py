@@ -10,7 +10,7 @@ from ros.control_bench import LIMITS, SUCCEEDED, TICK, Bench
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import FaultPolicy, TimeoutPolicy
-from spiral_gripper_ros.control.states import Reason, Refusal, State
+from spiral_gripper_ros.control.states import Event, Reason, Refusal, State
 
 WRAP = 5.0e4  # of the bench's planner at 20 mm [Pa]
 
@@ -148,27 +148,6 @@ def test_a_measured_pressure_that_agrees_is_taken_over_and_stands(restarted):
     assert not restarted.seen.wrapped
 
 
-def test_from_a_pressure_taken_over_a_radius_ramps(restarted):
-    agree(restarted, 4.0e4)
-    commands = restarted.run(1.0, radius=0.02)
-    assert commands[0] >= 4.0e4
-    assert commands[-1] == WRAP
-    assert restarted.state is State.TRACKING
-
-
-def test_from_a_pressure_taken_over_a_goal_ramps(restarted):
-    agree(restarted, 4.0e4)
-    grasp = restarted.grasp()
-    assert restarted.tick() >= 4.0e4
-    assert restarted.end(grasp) == (SUCCEEDED, Reason.NONE)
-
-
-def test_a_bad_radius_leaves_a_pressure_that_was_taken_over(restarted):
-    agree(restarted, 4.0e4)
-    assert set(restarted.run(5.0, radius=1.0)) == {4.0e4}
-    assert restarted.state is State.TAKEN_OVER
-
-
 def test_nothing_is_started_before_the_pressure_is_known(restarted):
     control = restarted.control
     assert not control.offer_radius(restarted.now, 0.02, restarted.planner)
@@ -257,19 +236,16 @@ def test_a_pressure_that_was_measured_once_is_waited_for(restarted):
     assert not restarted.control.is_silent
 
 
-@pytest.mark.parametrize("act", ["release", "deactivate"])
-def test_whatever_vents_ends_the_wait_for_a_pressure(restarted, act):
-    getattr(restarted.control, act)()
+@pytest.mark.parametrize("event", [Event.RELEASE, Event.DEACTIVATE, Event.FAULT])
+def test_whatever_vents_ends_the_wait_for_a_pressure(restarted, event):
+    control = restarted.control
+    vents = {Event.RELEASE: control.release, Event.DEACTIVATE: control.deactivate}
+    vents.get(event, lambda: control.fail("broken"))()
+    state = restarted.state
     assert not restarted.control.is_silent
     restarted.control.offer_measured(restarted.now, 4.0e4)
     assert restarted.control.command(restarted.now) == 0.0
-
-
-def test_a_failure_ends_the_wait_for_a_pressure(restarted):
-    restarted.control.fail("broken")
-    assert not restarted.control.is_silent
-    restarted.control.offer_measured(restarted.now, 4.0e4)
-    assert restarted.state is State.FAULT
+    assert restarted.state is state
 
 
 # --- silence -------------------------------------------------------------------------------------

@@ -33,8 +33,6 @@ from spiral_gripper_ros.control.grasp import GraspOutcome
 from spiral_gripper_ros.control.limits import FaultPolicy, TimeoutPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 
-pytestmark = pytest.mark.slow
-
 VENTED = {State.INACTIVE, State.WAITING, State.VENTED, State.RELEASED, State.FAULT}
 ENDS = set(GraspOutcome) - {GraspOutcome.RUNNING}
 WHERE_LOST = {
@@ -329,6 +327,11 @@ def run(**profile):
     return GripMachine.tally
 
 
+def test_whatever_happens_for_a_while_what_must_hold_holds():
+    run(max_examples=12, stateful_step_count=30)
+
+
+@pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_whatever_happens_what_must_hold_holds_and_it_can_grip_again(capsys):
     GripMachine.tally.clear()
@@ -341,6 +344,7 @@ def test_whatever_happens_what_must_hold_holds_and_it_can_grip_again(capsys):
             sys.stdout.write("\n" + "\n".join(lines) + "\n")
 
 
+@pytest.mark.slow
 def test_the_machine_reaches_every_state_and_every_end_of_a_grasp():
     wanted = {f"state {state.name}" for state in set(State) - {State.TAKEN_OVER}} | {
         f"outcome {end.name}" for end in ENDS

@@ -4,7 +4,7 @@ import math
 import pytest
 from ros.fakes import FakePlan
 
-from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, impossible_goal
+from spiral_gripper_ros.control.grasp import Grasp, GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
 from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
 from spiral_gripper_ros.control.snapshot import Snapshot
@@ -31,26 +31,6 @@ def snapshot(command=0.0, target=5.0e4, radius=0.02):
         accepted=0,
         refused={},
     )
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, -1.0])
-def test_an_impossible_overpressure_is_named(bad):
-    refusal = impossible_goal(GraspGoal(0.02, overpressure=bad))
-    assert refusal.reason is Reason.INVALID_REQUEST
-    assert "overpressure must be a non-negative finite number" in refusal.text
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, -1.0, 0.0])
-def test_an_impossible_timeout_is_named(bad):
-    refusal = impossible_goal(GraspGoal(0.02, timeout=bad))
-    assert refusal.reason is Reason.INVALID_REQUEST
-    assert "timeout must be a positive finite number" in refusal.text
-
-
-def test_a_goal_may_leave_everything_to_the_parameters():
-    assert impossible_goal(GraspGoal(None)) is None
-    grasp = Grasp(GraspGoal(None), 0.0, snapshot(), LIMITS)
-    assert (grasp.timeout, grasp.abort_policy) == (3.0, AbortPolicy.VENT)
 
 
 def test_a_goal_comes_before_the_parameters():
@@ -113,16 +93,3 @@ def test_what_was_measured_before_the_command_arrived_does_not_count():
 def test_progress_is_the_commands_part_of_the_way(start, command, target, expected):
     grasp = Grasp(GraspGoal(0.02), 0.0, snapshot(command=start), LIMITS)
     assert grasp.progress(command, target) == pytest.approx(expected)
-
-
-def test_a_grasp_reports_how_far_it_is_and_keeps_how_it_ended():
-    grasp = Grasp(GraspGoal(0.02), 1.0, snapshot(), LIMITS)
-    grasp.update(1.5, snapshot(command=1.0e4))
-    report = grasp.report
-    assert (report.outcome, report.refusal) == (GraspOutcome.RUNNING, NOT_REFUSED)
-    assert (report.radius, report.plan) == (0.02, FakePlan(5.0e4))
-    assert (report.elapsed, report.progress) == (0.5, 0.2)
-    grasp.end(2.0, GraspOutcome.FAILED, FAILED)
-    final = grasp.report
-    assert (final.outcome, final.refusal, final.elapsed) == (GraspOutcome.FAILED, FAILED, 1.0)
-    assert (final.radius, final.progress) == (0.02, 0.2)
