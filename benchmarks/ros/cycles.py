@@ -35,9 +35,9 @@ from benchmarks.ros.grip_bank import GripBank
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.limits import AbortPolicy
-from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal, State
+from spiral_gripper_ros.control.target import LONGEST_STEP
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.planning.planner import WrapPlan
 from spiral_gripper_ros.simulation.regulator import (

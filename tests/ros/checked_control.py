@@ -12,8 +12,8 @@ from spiral_core import WrapRegime
 from spiral_gripper_ros.control.grasp import GraspOutcome
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, FaultPolicy, Limits
-from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.control.target import LONGEST_STEP
 
 # Half a second to the pressure of a wrap, so that a run of some ticks ends there.
 SANE = Limits(pressure_cap=9.0e4, pressure_rate_up=1.0e5)

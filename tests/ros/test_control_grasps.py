@@ -10,8 +10,8 @@ from ros.fakes import FakePlanner, regime_at
 from spiral_core import SolverError, WrapRegime
 from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.limits import AbortPolicy
-from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.control.target import LONGEST_STEP
 
 
 @pytest.mark.parametrize("policy", list(AbortPolicy))

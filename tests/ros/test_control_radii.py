@@ -14,8 +14,8 @@ from ros.fakes import FakePlanner
 from spiral_core import SolverError
 from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.limits import TimeoutPolicy
-from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.control.target import LONGEST_STEP
 from spiral_gripper_ros.control.timing import LONGEST_LEAP, MonotonicClock
 
 WRAP = 5.0e4  # of the bench's planner at 20 mm [Pa]

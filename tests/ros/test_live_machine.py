@@ -22,8 +22,8 @@ from visualization_msgs.msg import MarkerArray
 
 from spiral_gripper import load_gripper
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP
 from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.control.target import LONGEST_STEP
 from spiral_gripper_ros.parameters.table import PARAMETERS
 
 pytestmark = pytest.mark.slow

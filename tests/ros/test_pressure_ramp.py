@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.pressure_ramp import LONGEST_STEP, capped_pressure, ramped_pressure
+from spiral_gripper_ros.control.target import LONGEST_STEP, capped_pressure, ramped_pressure
 
 LIMITS = Limits(pressure_cap=1.0e5, pressure_rate_up=5.0e4, pressure_rate_down=2.0e5)
 ANY_FLOAT = st.floats(allow_nan=True, allow_infinity=True)

@@ -13,7 +13,6 @@ from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, impossible_goal
 from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
 from spiral_gripper_ros.control.pressure_monitor import PressureMonitor, impossible_pressure
-from spiral_gripper_ros.control.pressure_ramp import capped_pressure, ramped_pressure
 from spiral_gripper_ros.control.radius_gate import RadiusGate, impossible_radius
 from spiral_gripper_ros.control.refusals import (
     GRASP_CANCELED,
@@ -40,7 +39,12 @@ from spiral_gripper_ros.control.states import (
     Refusal,
     State,
 )
-from spiral_gripper_ros.control.target import Target, asks_above_cap
+from spiral_gripper_ros.control.target import (
+    Target,
+    asks_above_cap,
+    capped_pressure,
+    ramped_pressure,
+)
 from spiral_gripper_ros.control.timing import MonotonicClock, Silence, TakeOver
 
 # A gap between two commands in which a regulator's watchdog may vent [s], and how long afterwards a

@@ -26,8 +26,6 @@ _WORDS = {
     State.GRASPING: "grasping",
     State.TAKEN_OVER: "holding the measured pressure",
 }
-# States that only somebody's act ends: they cannot chatter, and the next line may come late.
-_LASTING = {State.INACTIVE, State.RELEASED, State.FAULT}
 # Reasons that a user caused, or that belong to normal operation.
 _EXPECTED = {
     Reason.NONE,
@@ -61,7 +59,8 @@ class EventLog:
         """Log what has changed since the last call, at a time [s] that never decreases."""
         pinned = snapshot.radius if snapshot.state is State.GRASPING else None
         grip = (snapshot.state, snapshot.refusal.reason, pinned)
-        if self._grip.is_due(now, grip, at_once=snapshot.state in _LASTING):
+        # A latched state cannot chatter, and the next line may come late.
+        if self._grip.is_due(now, grip, at_once=snapshot.state.is_latched):
             self._say_grip(snapshot)
         fault = snapshot.pressure_fault
         if self._fault.is_due(now, fault.reason):
