@@ -38,7 +38,7 @@ def found_of(client):
     ):
         for name, (kind,) in names(*end):
             infos = getattr(client, f"get_{ends}_info_by_topic")(name)
-            (info,) = [info for info in infos if info.node_name == NODE]
+            (info,) = [one for one in infos if (one.node_name, one.node_namespace) == end]
             lines.append(f"{what} {name} {kind} {quality(info.qos_profile)}")
     services = client.get_service_names_and_types_by_node(*end)
     lines += [f"serves {name} {kind}" for name, (kind,) in services]
