@@ -81,13 +81,13 @@ class Rig:
         self.node = GripperNode(
             namespace=f"/cycles_{seed}",
             parameter_overrides=[
-                Parameter("pressure_fault_policy", value="vent"),
-                Parameter("keep_alive_timeout", value=1.0),
-                Parameter("gravity_timeout", value=5.0),
+                Parameter("pressure.fault_policy", value="vent"),
+                Parameter("keep_alive.timeout", value=1.0),
+                Parameter("gravity.timeout", value=5.0),
                 Parameter("activation", value="take_over"),
-                Parameter("marker_rate", value=0.0),
-                Parameter("pressure_rate_up", value=1.0e5),  # a wrap within WRAP_TIME
-                Parameter("grip_radii", value=grip_radii),
+                Parameter("publish.marker_rate", value=0.0),
+                Parameter("pressure.rate_up", value=1.0e5),  # a wrap within WRAP_TIME
+                Parameter("grip.table_radii", value=grip_radii),
             ],
         )
         if grip_radii:
@@ -237,7 +237,7 @@ class Rig:
         self.run(RELEASE_TIME)
         if self._last[1] != 0.0:
             self._complain("inflated after a release")
-        self.node.set_parameters([Parameter("pressure_cap", value=math.nan)])
+        self.node.set_parameters([Parameter("pressure.cap", value=math.nan)])
 
     # --- what goes wrong -------------------------------------------------------------------------
 
@@ -296,7 +296,7 @@ class Rig:
     def cap_is_lowered(self) -> None:
         """Lower the cap, maybe below what the wrap needs."""
         cap = self.random.uniform(1.0e4, 9.0e4)
-        self.node.set_parameters([Parameter("pressure_cap", value=cap)])
+        self.node.set_parameters([Parameter("pressure.cap", value=cap)])
 
     def clock_leaps(self) -> None:
         """Let the clock leap forward or back."""
@@ -348,7 +348,7 @@ class Rig:
             ParameterValue(type=3, double_value=math.nan),
         )
         for value in values:
-            bad = ParameterMessage(name="grasp_timeout", value=value)
+            bad = ParameterMessage(name="grasp.timeout", value=value)
             request = SetParameters.Request(parameters=[bad, bad])
             answers = self.call("set_parameters", request).results
             if len(answers) != len(request.parameters) or any(a.successful for a in answers):

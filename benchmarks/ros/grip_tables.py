@@ -131,7 +131,7 @@ def main() -> None:
     parser.add_argument("grippers", nargs="*", default=["paper_design_70", "prototype_p1"])
     parser.add_argument("--objects", type=int, default=12, help="between the radii of the table")
     given = parser.parse_args()
-    (count,) = (int(str(spec.default)) for spec in PARAMETERS if spec.name == "grip_radii")
+    (count,) = (int(str(spec.default)) for spec in PARAMETERS if spec.name == "grip.table_radii")
     for name in given.grippers:
         gripper = load_gripper(name)
         table = refined_table(gripper, count, solve_figures)

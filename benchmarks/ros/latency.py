@@ -107,7 +107,7 @@ def _table(effort: NodeEffort, rows: list[tuple[str, ...]], values: dict[str, fl
         COLUMNS,
         tuple(rows),
         f"{effort.messages} changed radii at each rate, each answered with the pressure of its "
-        f"wrap; publish_rate 50 Hz. Node and echo take turns in {effort.windows} windows; best "
+        f"wrap; publish.rate 50 Hz. Node and echo take turns in {effort.windows} windows; best "
         "window: its median. The echo is a plain rclpy node that sends back what it gets, with the "
         f"same types. Medians: {ratios}. CPU: time of the process per radius, ticks included. "
         f"Load at the end: {os.getloadavg()[0]:.1f}.",

@@ -135,7 +135,7 @@ def are_isolated(probes: list[Probe], sweep: Sweep) -> bool:
     first, others = probes[0], probes[1:]
     measured = first.node.create_publisher(Float64, "measured_pressure", NEWEST)
     parameters = AsyncParameterClient(first.node, "spiral_gripper")
-    future = parameters.set_parameters([Parameter("publish_rate", value=20.0)])
+    future = parameters.set_parameters([Parameter("publish.rate", value=20.0)])
     first.spin_until(future.done, TIMEOUT)
     end = time.perf_counter() + TIMEOUT
     position = 0
@@ -152,10 +152,10 @@ def are_isolated(probes: list[Probe], sweep: Sweep) -> bool:
 
 
 def _rates(probes: list[Probe]) -> set[float]:
-    """Return the values of `publish_rate`."""
+    """Return the values of `publish.rate`."""
     found = set()
     for probe in probes:
-        future = AsyncParameterClient(probe.node, "spiral_gripper").get_parameters(["publish_rate"])
+        future = AsyncParameterClient(probe.node, "spiral_gripper").get_parameters(["publish.rate"])
         probe.spin_until(future.done, TIMEOUT)
         (value,) = future.result().values
         found.add(value.double_value if value.type == ParameterType.PARAMETER_DOUBLE else 0.0)

@@ -22,7 +22,7 @@ from spiral_gripper_ros.node.main import SWITCH_INTERVAL
 from spiral_gripper_ros.process.stop_signals import StopSignals
 
 MODULE = "benchmarks.ros.many_grippers"
-PARAMETERS = {**PROMPT, "pressure_fault_policy": "vent"}
+PARAMETERS = {**PROMPT, "pressure.fault_policy": "vent"}
 
 
 def main() -> None:

@@ -18,13 +18,13 @@ GRIPPER = "paper_design_70"
 # pressure, not the limits that a robot would set.
 PROMPT = {
     "gripper": GRIPPER,
-    "radius_hysteresis": 0.0,
-    "radius_rate_limit": 10.0,
-    "radius_jump_limit": 1.0,
-    "radius_timeout": 600.0,
-    "pressure_rate_up": 1.0e7,
-    "pressure_rate_down": 1.0e7,
-    "grip_ratio": 1.0,  # the answer that is waited for is that of the bare wrap
+    "radius.hysteresis": 0.0,
+    "radius.rate_limit": 10.0,
+    "radius.jump_limit": 1.0,
+    "radius.timeout": 600.0,
+    "pressure.rate_up": 1.0e7,
+    "pressure.rate_down": 1.0e7,
+    "grip.ratio": 1.0,  # the answer that is waited for is that of the bare wrap
 }
 
 

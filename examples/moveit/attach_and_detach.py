@@ -83,7 +83,9 @@ def main(radius: float, length: float) -> None:
                 PoseStamped, node, f"{NAMESPACE}/wrapped_object_pose", time_to_wait=5.0
             )
             if not found:
-                raise SystemExit("wrapped_object_pose is silent: set the node's robot_state_rate")
+                raise SystemExit(
+                    "wrapped_object_pose is silent: set the node's publish.robot_state_rate"
+                )
             apply(scene_with_attached(pose, radius, length))
             # Here the arm moves with the object.
         finally:

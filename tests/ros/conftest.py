@@ -144,14 +144,14 @@ def connection(shared):
 
 @pytest.fixture
 def grip(active, connection):
-    assert active.set_parameter("pressure_settle_time", 0.1).successful
+    assert active.set_parameter("pressure.settle_time", 0.1).successful
     connection.wait_until_active(PATIENCE)
     return connection
 
 
 @pytest.fixture
 def slow(active, grip):
-    assert active.set_parameter("pressure_rate_up", 500.0).successful
+    assert active.set_parameter("pressure.rate_up", 500.0).successful
     return grip
 
 

@@ -38,16 +38,16 @@ START_DEADLINE = DESIGN_DEADLINE = 600.0
 ASK_AGAIN = 5.0
 NODE = "spiral_gripper"
 # The node's rate in these tests: fast, so that they are.
-FAST_RAMP = {"pressure_rate_up": 2.0e6, "pressure_rate_down": 2.0e6}
+FAST_RAMP = {"pressure.rate_up": 2.0e6, "pressure.rate_down": 2.0e6}
 # Nor does a message grow old because the machine is slow; tests of the time-outs set their own.
 PATIENT = {
-    "radius_timeout": 600.0,
-    "measured_pressure_timeout": 600.0,
-    "grasp_timeout": 600.0,
+    "radius.timeout": 600.0,
+    "measured_pressure.timeout": 600.0,
+    "grasp.timeout": 600.0,
 }
 # The pressure is that of the bare wrap, which the core answers, and no grip is computed beside the
 # tests; those of the grip set their own.
-BARE = {"grip_ratio": 1.0, "grip_radii": 0}
+BARE = {"grip.ratio": 1.0, "grip.table_radii": 0}
 ALL = QoSProfile(depth=1000)
 ALL_AND_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -334,7 +334,7 @@ class Client(Node):
         self.wait_until(lambda: not any(self._listeners()), "the end of what listens")
         values = {spec.name: spec.default for spec in PARAMETERS if not spec.read_only}
         values.update(FAST_RAMP, **PATIENT, **BARE)
-        values["gravity"] = [9.80665, 0.0, 0.0]
+        values["gravity.vector"] = [9.80665, 0.0, 0.0]
         present = dict(zip(values, self.get_parameters_of_node(list(values)), strict=True))
         changed = {name: value for name, value in values.items() if value != present[name]}
         for name, result in zip(changed, self.set_parameters(changed), strict=True):

@@ -40,7 +40,7 @@ def test_wrap_wait_release(grip, curve):
 
 
 def test_a_measured_pressure_is_in_the_result(grip, active):
-    assert active.set_parameter("pressure_settle_time", 2.0).successful
+    assert active.set_parameter("pressure.settle_time", 2.0).successful
     active.regulator = lambda pressure: pressure
     active.wait_until(
         lambda: active.status is not None and active.status.measured_pressure, "measurement"
@@ -65,7 +65,7 @@ def test_polling_sees_the_way_to_the_target(slow, active):
 
     wait_until(lambda: is_done() or len(set(progress)) >= 3)
     assert slow.result() is None
-    assert active.set_parameter("pressure_rate_up", 2.0e6).successful
+    assert active.set_parameter("pressure.rate_up", 2.0e6).successful
     wait_until(is_done)
     assert progress == sorted(progress)
     assert slow.result().outcome is WrapOutcome.SUCCEEDED
@@ -136,7 +136,7 @@ def test_cancel_vents_or_holds(slow):
 
 def test_a_newer_wrap_takes_over(slow, active):
     slow.wrap(0.03, timeout=600.0)
-    assert active.set_parameter("pressure_rate_up", 2.0e6).successful
+    assert active.set_parameter("pressure.rate_up", 2.0e6).successful
     slow.wrap(RADIUS)
     result = slow.wait(PATIENCE)
     assert (result.outcome, result.object_radius) == (WrapOutcome.SUCCEEDED, RADIUS)

@@ -61,7 +61,7 @@ def test_ctrl_c_never_strikes_in_the_midst_of_rclpy(slow, active, monkeypatch):
 
 
 def test_a_node_that_was_killed_and_started_again_has_forgotten_the_wrap(namespace):
-    parameters = {**PATIENT, "pressure_rate_up": 500.0}
+    parameters = {**PATIENT, "pressure.rate_up": 500.0}
     with SpiralGripper(namespace, answer_timeout=PATIENCE) as gripper:
         with RunningNode(namespace, parameters) as first:
             gripper.wait_until_active(START_DEADLINE)

@@ -186,7 +186,7 @@ def test_a_followed_radius_that_was_capped_comes_back_with_the_next_radius_alone
     bench.control.reconfigure(replace(LIMITS, pressure_cap=cap))
     assert bench.tick() == cap
     bench.control.reconfigure(LIMITS)
-    assert set(bench.run(3.0)) == {cap}  # beyond radius_timeout: held
+    assert set(bench.run(3.0)) == {cap}  # beyond radius.timeout: held
     assert bench.run(2.0, radius=0.02)[-1] == before
 
 

@@ -166,7 +166,7 @@ def test_without_a_measured_pressure_it_starts_from_zero_after_the_time_out(rest
         restarted.tick()
         silent.append(restarted.control.is_silent)
     until = silent.index(False) * TICK
-    assert until == pytest.approx(5.0, abs=2.0 * TICK)  # longer than measured_pressure_timeout
+    assert until == pytest.approx(5.0, abs=2.0 * TICK)  # longer than measured_pressure.timeout
     assert restarted.seen.pressure_command == 0.0
     assert restarted.state is State.WAITING
 
@@ -195,7 +195,7 @@ def test_an_impossible_pressure_is_not_taken_over(restarted):
 @pytest.mark.parametrize(
     ("pressures", "why"),
     [
-        ((2.5e5,), "above pressure_cap"),
+        ((2.5e5,), "above pressure.cap"),
         ((101325.0,), "absolute"),
         ((-101325.0,), "below 0"),
         ((0.0, 6.275e4), "agree"),

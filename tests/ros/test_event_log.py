@@ -163,7 +163,7 @@ def test_what_bounds_the_commands_is_told_at_activation():
     )
     EventLog(notes).tell_limits(limits)
     expected = (
-        "active: at most 80 kPa, 50 kPa/s up, 300 kPa/s down, grip_ratio 1.15; when radii stop: "
+        "active: at most 80 kPa, 50 kPa/s up, 300 kPa/s down, grip.ratio 1.15; when radii stop: "
         "ramp_down, at a pressure fault: vent, when a grasp fails: hold"
     )
     assert notes.lines == [("info", expected)]

@@ -5,7 +5,7 @@ import pytest
 
 from spiral_gripper_ros.parameters.given import judge_given_parameters
 
-KNOWN = ["pressure_cap", "gripper"]
+KNOWN = ["pressure.cap", "gripper"]
 NODE = "/left/spiral_gripper"
 
 
@@ -31,13 +31,13 @@ def file_of(tmp_path, text):
     ],
 )
 def test_a_file_for_this_node_is_good(tmp_path, key):
-    path = file_of(tmp_path, f"{key}:\n  ros__parameters:\n    pressure_cap: 2.0e4\n")
+    path = file_of(tmp_path, f"{key}:\n  ros__parameters:\n    pressure.cap: 2.0e4\n")
     findings = judge("--params-file", str(path))
     assert findings.errors == findings.warnings == []
 
 
 def test_namespaces_may_be_nested(tmp_path):
-    text = "left:\n  spiral_gripper:\n    ros__parameters:\n      pressure_cap: 2.0e4\n"
+    text = "left:\n  spiral_gripper:\n    ros__parameters:\n      pressure.cap: 2.0e4\n"
     assert not judge("--params-file", str(file_of(tmp_path, text))).errors
 
 
@@ -45,7 +45,7 @@ def test_namespaces_may_be_nested(tmp_path):
     "key", ["/right/spiral_gripper", "spiral_gripper", "/left/other", "/*", "/left"]
 )
 def test_a_file_for_another_node_is_an_error(tmp_path, key):
-    path = file_of(tmp_path, f"{key}:\n  ros__parameters:\n    pressure_cap: 2.0e4\n")
+    path = file_of(tmp_path, f"{key}:\n  ros__parameters:\n    pressure.cap: 2.0e4\n")
     (error,) = judge("--params-file", str(path)).errors
     assert f"{path} has no parameters for {NODE}" in error
     assert "/" + key.strip("/") in error
@@ -65,7 +65,7 @@ def test_a_file_without_parameters_is_an_error(tmp_path, text):
 
 
 def test_a_foreign_name_in_a_section_for_every_node_is_a_warning(tmp_path):
-    text = "/**:\n  ros__parameters:\n    camera_frame: x\n    pressure_cap: 2.0e4\n"
+    text = "/**:\n  ros__parameters:\n    camera_frame: x\n    pressure.cap: 2.0e4\n"
     findings = judge("--params-file", str(file_of(tmp_path, text)))
     assert not findings.errors
     (warning,) = findings.warnings
@@ -77,7 +77,22 @@ def test_a_foreign_name_in_a_section_of_this_node_is_an_error(tmp_path):
     findings = judge("--params-file", str(file_of(tmp_path, text)))
     assert not findings.warnings
     (error,) = findings.errors
-    assert "did you mean pressure_cap?" in error
+    assert "did you mean pressure.cap?" in error
+
+
+@pytest.mark.parametrize(
+    ("values", "unknown"),
+    [
+        ("{pressure: {cap: 2.0e4}}", []),
+        ("{pressure.cap: 2.0e4}", []),
+        ("{pressure: {cpa: 2.0e4}, gripper: p1}", ["pressure.cpa"]),
+        ("{pressure: {cap: {deep: 1}}}", ["pressure.cap.deep"]),
+    ],
+)
+def test_names_in_namespaces_have_dots(tmp_path, values, unknown):
+    text = f"/**/spiral_gripper:\n  ros__parameters: {values}\n"
+    errors = judge("--params-file", str(file_of(tmp_path, text))).errors
+    assert [error.split(": ")[1].split(" is not")[0] for error in errors] == unknown
 
 
 def test_a_file_that_is_gone_is_an_error(tmp_path):
@@ -88,7 +103,7 @@ def test_a_file_that_is_gone_is_an_error(tmp_path):
 @pytest.mark.parametrize(
     ("rule", "count"),
     [
-        ("pressure_cap:=1.0", 0),
+        ("pressure.cap:=1.0", 0),
         ("use_sim_time:=true", 0),
         ("qos_overrides./x.publisher.depth:=1", 0),
         ("camera:=1", 1),

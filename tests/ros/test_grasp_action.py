@@ -27,14 +27,14 @@ def connection(shared):
 @pytest.fixture
 def goals(active, connection):
     """Goals to a freshly activated node that takes a wrap for reached soon after its command is."""
-    assert active.set_parameter("pressure_settle_time", 0.1).successful
+    assert active.set_parameter("pressure.settle_time", 0.1).successful
     return connection
 
 
 @pytest.fixture
 def slow(goals):
     """The same, but a wrap takes minutes."""
-    assert goals.client.set_parameter("pressure_rate_up", 500.0).successful
+    assert goals.client.set_parameter("pressure.rate_up", 500.0).successful
     return goals
 
 
@@ -93,7 +93,7 @@ def test_what_is_wrapped_is_held_and_no_radius_is_followed(goals):
 
 def test_a_measured_pressure_decides_when_it_is_known(goals):
     # What is measured here comes as late as this process is held up.
-    assert goals.client.set_parameter("pressure_settle_time", 2.0).successful
+    assert goals.client.set_parameter("pressure.settle_time", 2.0).successful
     measure(goals, ideal)
     status, result = goals.grasp(RADIUS).end()
     assert status == SUCCEEDED, result.message
@@ -102,8 +102,8 @@ def test_a_measured_pressure_decides_when_it_is_known(goals):
 
 
 def test_feedback_tells_the_way_to_the_target_and_is_not_too_much(goals, curve):
-    assert goals.client.set_parameter("pressure_rate_up", 5.0e4).successful
-    assert goals.client.set_parameter("pressure_settle_time", 1.0).successful
+    assert goals.client.set_parameter("pressure.rate_up", 5.0e4).successful
+    assert goals.client.set_parameter("pressure.settle_time", 1.0).successful
     goal = goals.grasp(RADIUS)
     _, result = goal.end()
     progress = [feedback.progress for feedback in goal.feedback]
@@ -148,7 +148,7 @@ def test_a_pressure_is_reached_within_ramp_and_cap_whatever_it_wraps(goals):
     assert (status.state, status.wrapped) == (State.GRASPING, False)
     assert not status.object_radius
     assert status.pressure_command == status.pressure_target == 3.0e4
-    assert goals.client.set_parameter("pressure_cap", 2.0e4).successful
+    assert goals.client.set_parameter("pressure.cap", 2.0e4).successful
     status = goals.client.wait_for_state(State.GRASPING, Reason.PRESSURE_CAP)
     goals.client.wait_until(lambda: goals.client.pressures[-1] == 2.0e4, "the cap")
     assert goals.grasp(RADIUS).end()[1].reason == Reason.PRESSURE_CAP
@@ -206,7 +206,7 @@ def test_cancel_with_the_policy_hold_leaves_the_pressure_as_it_is(slow):
 
 
 def test_the_parameter_says_what_a_failure_does_if_the_goal_does_not(slow):
-    assert slow.client.set_parameter("grasp_abort_policy", "hold").successful
+    assert slow.client.set_parameter("grasp.abort_policy", "hold").successful
     goal = started(slow.grasp(RADIUS))
     assert goal.cancel()
     assert goal.end()[1].pressure_command > 0.0
@@ -226,7 +226,7 @@ def test_a_goal_that_takes_too_long_fails_and_vents(slow):
 
 
 def test_without_a_timeout_the_parameter_counts(slow):
-    assert slow.client.set_parameter("grasp_timeout", 0.2).successful
+    assert slow.client.set_parameter("grasp.timeout", 0.2).successful
     refused(slow.grasp(RADIUS), Reason.GRASP_TIMEOUT)
 
 
@@ -244,7 +244,7 @@ def test_a_newer_goal_replaces_the_older(slow):
         lambda: list(slow.client.status.object_radius) == [0.025], "the newer goal"
     )
     assert slow.client.status.state == State.GRASPING
-    assert slow.client.set_parameter("pressure_rate_up", 2.0e6).successful
+    assert slow.client.set_parameter("pressure.rate_up", 2.0e6).successful
     assert second.end()[0] == SUCCEEDED
 
 
@@ -272,7 +272,7 @@ def test_another_gripper_ends_the_goal(slow):
 
 
 def test_a_node_that_is_stopped_ends_its_goal(client, namespace):
-    with RunningNode(namespace, {"pressure_rate_up": 500.0}) as node:
+    with RunningNode(namespace, {"pressure.rate_up": 500.0}) as node:
         client.wait_until_active()
         goals = Goals(client)
         goal = started(goals.grasp(RADIUS))
@@ -324,7 +324,7 @@ def test_a_goal_that_cannot_be_done_says_why_and_changes_nothing(goals, fields, 
 def test_a_refused_goal_leaves_the_running_one_alone(slow):
     first = started(slow.grasp(RADIUS))
     refused(slow.grasp(0.2), Reason.RADIUS_TOO_LARGE)
-    assert slow.client.set_parameter("pressure_rate_up", 2.0e6).successful
+    assert slow.client.set_parameter("pressure.rate_up", 2.0e6).successful
     assert first.end()[0] == SUCCEEDED
 
 

@@ -58,7 +58,7 @@ def facade(control_msgs):
 @pytest.fixture
 def active(facade):
     facade.restore()
-    assert facade.set_parameter("pressure_settle_time", 0.1).successful
+    assert facade.set_parameter("pressure.settle_time", 0.1).successful
     facade.log_start = len(facade.node.log())
     return facade
 
@@ -97,7 +97,7 @@ def test_both_actions_are_offered_and_the_log_says_so(active):
 
 
 def test_a_position_wraps_the_object_of_that_diameter(active, curve):
-    assert active.set_parameter("pressure_rate_up", 2.0e5).successful
+    assert active.set_parameter("pressure.rate_up", 2.0e5).successful
     goal = command(active, DIAMETER)
     status, result = goal.end()
     assert status == SUCCEEDED
@@ -126,7 +126,7 @@ def test_opening_releases_and_the_next_position_grips_again(active):
 
 
 def test_the_parameter_says_what_is_open(active):
-    assert active.set_parameter("gripper_command_open", 0.05).successful
+    assert active.set_parameter("gripper_cmd.open_position", 0.05).successful
     status, result = command(active, 0.06).end()
     assert (status, result.position) == (SUCCEEDED, 0.05)
     assert active.wait_for_state(State.RELEASED)
@@ -151,7 +151,7 @@ def test_what_cannot_be_gripped_is_refused_and_moves_nothing(active, position, m
 
 def test_a_command_that_is_canceled_holds_what_it_has(active):
     assert active.wrap(0.03).pressure_command > 0.0
-    assert active.set_parameter("pressure_rate_up", 500.0).successful
+    assert active.set_parameter("pressure.rate_up", 500.0).successful
     goal = command(active, 0.03)
     active.wait_for_state(State.GRASPING)
     assert goal.cancel()
@@ -171,7 +171,7 @@ def test_a_refused_command_does_not_deny_what_is_held(active):
 
 
 def test_opening_succeeds_in_a_fault_which_has_vented_already(active):
-    assert active.set_parameter("pressure_fault_policy", "vent").successful
+    assert active.set_parameter("pressure.fault_policy", "vent").successful
     active.regulator = lambda pressure: 0.0
     active.wait_until(
         lambda: active.status is not None and active.status.measured_pressure, "measurement"
@@ -183,7 +183,7 @@ def test_opening_succeeds_in_a_fault_which_has_vented_already(active):
 
 
 def test_a_command_is_replaced_like_a_grasp(active):
-    assert active.set_parameter("pressure_rate_up", 500.0).successful
+    assert active.set_parameter("pressure.rate_up", 500.0).successful
     goal = command(active, DIAMETER)
     active.wait_for_state(State.GRASPING)
     newer = active.grasps.grasp(0.025)
@@ -207,7 +207,7 @@ def test_opening_waits_until_the_measured_pressure_is_gone(active):
 
 
 def test_opening_fails_if_the_measured_pressure_stays(active):
-    assert active.set_parameter("grasp_timeout", 0.3).successful
+    assert active.set_parameter("grasp.timeout", 0.3).successful
     active.regulator = lambda pressure: 4.0e4
     active.wait_until(
         lambda: active.status is not None and active.status.measured_pressure, "measurement"
@@ -217,7 +217,7 @@ def test_opening_fails_if_the_measured_pressure_stays(active):
 
 def test_a_grasp_replaces_an_opening_that_waits(active):
     # So long after a wrap it is no fault, which would forbid the grasp, that the pressure stays.
-    assert active.set_parameter("pressure_settle_time", 60.0).successful
+    assert active.set_parameter("pressure.settle_time", 60.0).successful
     active.regulator = lambda pressure: pressure
     active.wait_until(
         lambda: active.status is not None and active.status.measured_pressure, "measurement"
@@ -265,7 +265,7 @@ def test_a_deactivation_ends_an_opening_that_waits(active):
 
 
 def test_a_joint_is_wrapped_and_opened_too(active):
-    assert active.set_parameter("pressure_rate_up", 2.0e5).successful
+    assert active.set_parameter("pressure.rate_up", 2.0e5).successful
     goal = joint_command(active, name=["grip"], position=[DIAMETER], effort=[100.0])
     status, result = goal.end()
     assert status == SUCCEEDED
@@ -294,7 +294,7 @@ def test_a_velocity_is_not_used_and_the_log_says_so(active):
 
 def test_one_name_has_the_type_that_the_parameter_says(control_msgs, namespace, capfd):
     del control_msgs
-    chosen = [Parameter("gripper_cmd_type", value="ParallelGripperCommand")]
+    chosen = [Parameter("gripper_cmd.type", value="ParallelGripperCommand")]
     node = GripperNode(namespace=namespace, parameter_overrides=chosen)
     node.destroy_node()
     log = capfd.readouterr().err

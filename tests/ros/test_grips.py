@@ -50,8 +50,8 @@ def known(node):
     return node
 
 
-def follow(node, radius, **parameters):
-    node.set_parameters([Parameter(name, value=value) for name, value in parameters.items()])
+def follow(node, radius, **ratio):
+    node.set_parameters([Parameter(f"grip.{name}", value=x) for name, x in ratio.items()])
     deadline = time.monotonic() + DEADLINE
     while True:
         deliver(node, "object_radius", Float64(data=radius))
@@ -64,14 +64,14 @@ def follow(node, radius, **parameters):
 
 
 def test_the_default_grip_stays_within_the_window(known):
-    seen = follow(known, 0.02, grip_ratio=1.2)
+    seen = follow(known, 0.02, ratio=1.2)
     assert seen.pressure_target == pytest.approx(1.05 * seen.plan.pressure, rel=1e-6)
     assert seen.wrapped
     (grip,) = known.told["wrap"].grip
     assert list(grip.onset_curling) == pytest.approx([seen.pressure_target])
     assert grip.holding_force_away > grip.holding_force_towards > 0.0
     assert not grip.payload_margin
-    known.set_parameters([Parameter("payload", value=1.0)])
+    known.set_parameters([Parameter("grip.payload", value=1.0)])
     known._timer.callback()
     (grip,) = known.told["wrap"].grip
     weight = grip.holding_force_down[0] - grip.payload_margin[0]
@@ -83,7 +83,7 @@ def test_the_default_grip_stays_within_the_window(known):
 def test_the_pressure_lies_within_the_window(known, onset, curling, part):
     tip = known.runtime.loaded.planner.plan(0.02).wrap.pressure
     widen(known, onset, curling)
-    seen = follow(known, 0.02, grip_ratio=1.0)
+    seen = follow(known, 0.02, ratio=1.0)
     assert seen.pressure_target == pytest.approx(part * tip, rel=1e-3)
     assert seen.plan.wrap.pressure == tip
     answer = answered(known)
@@ -93,7 +93,7 @@ def test_the_pressure_lies_within_the_window(known, onset, curling, part):
 def test_unless_told_a_ratio_the_node_commands_what_the_grip_recommends(known):
     tip = known.runtime.loaded.planner.plan(0.02).wrap.pressure
     widen(known, 0.98, 1.08)
-    known.set_parameters([Parameter("grip_ratio", value=math.nan)])
+    known.set_parameters([Parameter("grip.ratio", value=math.nan)])
     seen = follow(known, 0.02)
     assert seen.pressure_target == pytest.approx(1.03 * tip, rel=1e-3)
     assert answered(known).figures[0].pressure == seen.pressure_target
@@ -101,7 +101,7 @@ def test_unless_told_a_ratio_the_node_commands_what_the_grip_recommends(known):
 
 def test_a_small_tilt_leaves_the_window_known(known):
     widen(known, 0.98, 1.08)
-    before = follow(known, 0.02, grip_ratio=math.nan)
+    before = follow(known, 0.02, ratio=math.nan)
     tilt = math.radians(2.0)
     known.runtime.loaded.mount.want((9.80665 * math.cos(tilt), 9.80665 * math.sin(tilt), 0.0), 0.0)
     deadline = time.monotonic() + DEADLINE
@@ -182,7 +182,7 @@ def answered(node, **fields):
 
 
 def test_contact_and_effort_are_those_of_the_grip_once_it_is_known(known):
-    seen = follow(known, 0.02, grip_ratio=1.04)
+    seen = follow(known, 0.02, ratio=1.04)
     told = known.told["wrap"]
     assert told.plan[0].contact_length == told.grip[0].contact_length > 0.0
     planner = known.runtime.loaded.planner
@@ -203,7 +203,7 @@ def test_a_goals_feedback_says_how_long_the_tube_will_swing(known):
 def test_grips_are_solved_for_the_ramp_that_the_node_has(known, monkeypatch):
     asked = []
     monkeypatch.setattr(known.runtime.background, "solve_grip", lambda *asks: asked.append(asks))
-    known.set_parameters([Parameter("pressure_rate_up", value=2.0e4)])
+    known.set_parameters([Parameter("pressure.rate_up", value=2.0e4)])
     known.runtime._solve_grip(GripQuestion(known.runtime.loaded.gripper, 0.02), bool)
     assert asked[0][0].rate == 2.0e4
 
@@ -228,7 +228,8 @@ def test_past_the_loss_nothing_is_wrapped(known):
 
 def test_where_the_object_is_seen_the_regime_is_that_of_the_contact(known):
     runtime = known.runtime
-    seen = follow(known, 0.02, object_pose_timeout=600.0)
+    known.set_parameters([Parameter("object_pose.timeout", value=600.0)])
+    seen = follow(known, 0.02)
     assert not known.told["wrap"].regime_from_contact
     runtime.objects.offer((0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), runtime.now(), 0.0, 600.0)
     known._timer.callback()

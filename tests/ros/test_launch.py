@@ -302,10 +302,20 @@ def test_what_is_launched_is_installed_by_pip_and_by_colcon():
 # --- the sample parameters ---------------------------------------------------------------------
 
 
+def flat(values, prefix=""):
+    """The values of nested namespaces by their names with dots."""
+    parts = ((name, v if isinstance(v, dict) else {"": v}) for name, v in values.items())
+    return {
+        f"{prefix}{name}.{inner}".rstrip("."): value
+        for name, part in parts
+        for inner, value in part.items()
+    }
+
+
 def test_the_sample_parameters_are_the_nodes_defaults():
     content = read_yaml(SAMPLE)
     assert list(content) == ["/**/spiral_gripper"]
-    values = content["/**/spiral_gripper"]["ros__parameters"]
+    values = flat(content["/**/spiral_gripper"]["ros__parameters"])
     table = TABLES["spiral_gripper_node"]
     assert values
     for name, value in values.items():
@@ -317,15 +327,15 @@ def test_the_sample_parameters_are_the_nodes_defaults():
 def test_the_node_reads_a_parameters_file_in_any_namespace(client, namespace, tmp_path):
     file = tmp_path / "mine.yaml"
     sample = SAMPLE.read_text(encoding="utf-8")
-    changed = sample.replace("radius_timeout_policy: hold", "radius_timeout_policy: vent")
-    file.write_text(changed.replace("publish_rate: 50.0", "publish_rate: 20.0"), encoding="utf-8")
+    changed = sample.replace("timeout_policy: hold", "timeout_policy: vent")
+    file.write_text(changed.replace(" rate: 50.0", " rate: 20.0"), encoding="utf-8")
     command = [sys.executable, "-m", "spiral_gripper_ros.node.main", "--ros-args"]
     command += ["--params-file", str(file), "-r", f"__ns:={namespace}"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as node:
         try:
             client.wait_until_active()
-            assert client.get_parameter_of_node("radius_timeout_policy") == "vent"
-            assert client.get_parameter_of_node("publish_rate") == 20.0
+            assert client.get_parameter_of_node("radius.timeout_policy") == "vent"
+            assert client.get_parameter_of_node("publish.rate") == 20.0
         finally:
             node.terminate()
         assert node.wait(DEADLINE) == 0, node.stdout.read()

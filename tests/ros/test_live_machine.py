@@ -52,7 +52,7 @@ def parameters(draw):
     good = [st.just(spec.default if spec.default != () else [0.0, 0.0, -9.80665])]
     if spec.choices:
         good.append(st.sampled_from(spec.choices))
-    elif isinstance(spec.default, float) and spec.name != "publish_rate":
+    elif isinstance(spec.default, float) and spec.name != "publish.rate":
         good.append(st.floats(spec.low, spec.high))
     elif spec.name == "gripper":
         good.append(st.sampled_from(["prototype_p1", "prototype_p2", GRIPPER]))

@@ -17,7 +17,7 @@ PROGRAMS = {
     "simulated_regulator": "spiral_gripper_ros.simulation.main",
     "radius_source": "spiral_gripper_ros.simulation.main",
 }
-OF_NO_TYPE = Parameter(name="pressure_cap", value=ParameterValue(type=99))
+OF_NO_TYPE = Parameter(name="pressure.cap", value=ParameterValue(type=99))
 USABLE = Parameter(
     name="start_type_description_service",
     value=ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=False),

@@ -206,7 +206,7 @@ def test_the_object_appears_with_its_wrap_and_goes_with_it(active, display, grip
 
 
 def test_the_measured_tube_is_drawn_while_it_is_measured(active, display):
-    assert active.set_parameter("measured_pressure_timeout", 0.3).successful
+    assert active.set_parameter("measured_pressure.timeout", 0.3).successful
     active.regulator = lambda pressure: pressure
     display.wait_for("tube", "measured_tube", "straight_fiber", "state")
     assert "measured" in display.shown["state"].text
@@ -222,10 +222,10 @@ def test_deactivation_deletes_every_marker(active, display):
 
 
 def test_markers_come_at_their_rate_and_not_at_all_at_zero(active, display):
-    assert active.set_parameter("marker_rate", 50.0).successful
+    assert active.set_parameter("publish.marker_rate", 50.0).successful
     display.messages.clear()
     active.wait_until(lambda: len(display.messages) > 5, "markers")
-    assert active.set_parameter("marker_rate", 0.0).successful
+    assert active.set_parameter("publish.marker_rate", 0.0).successful
     display.wait_for()
     display.messages.clear()
     active.spin(0.3)
@@ -234,7 +234,7 @@ def test_markers_come_at_their_rate_and_not_at_all_at_zero(active, display):
 
 @pytest.mark.parametrize("rate", [5.0, 50.0])
 def test_markers_are_drawn_at_the_rate_of_the_parameter(node, rate):
-    assert node.set_parameters([Parameter("marker_rate", value=rate)])[0].successful
+    assert node.set_parameters([Parameter("publish.marker_rate", value=rate)])[0].successful
     drawing = [timer for timer in node.timers if timer.callback == node._display.draw]
     assert [timer.timer_period_ns for timer in drawing] == [1e9 / rate]
 

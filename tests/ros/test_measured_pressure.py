@@ -59,7 +59,7 @@ def wait_for_level(client, level):
 @pytest.fixture
 def tolerant(active):
     """A node that takes no difference of the measured pressure for a fault."""
-    assert active.set_parameter("pressure_tolerance", 5.0e4).successful
+    assert active.set_parameter("pressure.tolerance", 5.0e4).successful
     return active
 
 
@@ -145,7 +145,7 @@ def test_a_leak_is_reported_and_the_grip_is_kept(active):
 
 
 def test_a_leak_vents_if_that_is_the_policy(active):
-    assert active.set_parameter("pressure_fault_policy", "vent").successful
+    assert active.set_parameter("pressure.fault_policy", "vent").successful
     active.regulator = ideal
     active.wrap(RADIUS)
     active.regulator = leaking
@@ -159,7 +159,7 @@ def test_a_leak_vents_if_that_is_the_policy(active):
 
 
 def test_measured_pressure_that_stops_is_lost_and_the_command_counts_again(active):
-    assert active.set_parameter("measured_pressure_timeout", 0.3).successful
+    assert active.set_parameter("measured_pressure.timeout", 0.3).successful
     active.regulator = ideal
     active.wrap(RADIUS)
     active.wait_until(lambda: active.status.wrapped, "the wrap")
@@ -200,7 +200,7 @@ def test_a_pressure_beyond_the_description_has_no_shape(active, gripper):
 
 
 def test_a_wrap_that_the_measured_pressure_does_not_make_fails(tolerant):
-    assert tolerant.set_parameter("grasp_timeout", 4.0).successful
+    assert tolerant.set_parameter("grasp.timeout", 4.0).successful
     tolerant.regulator = leaking
     client = ActionClient(tolerant, Grasp, "grasp")
     assert client.wait_for_server(DEADLINE)

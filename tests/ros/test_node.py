@@ -84,7 +84,7 @@ def test_the_backbone_is_the_shape_at_the_commanded_pressure(active, curve):
 
 def test_the_command_rises_no_faster_than_its_rate(active):
     rate, publish_rate = 4.0e4, 50.0
-    active.set_parameter("pressure_rate_up", rate)
+    active.set_parameter("pressure.rate_up", rate)
     active.wrap(0.02)
     steps = np.diff([0.0, *active.pressures])
     assert steps.max() <= rate * 0.1 * (1.0 + 1e-9)
@@ -93,7 +93,7 @@ def test_the_command_rises_no_faster_than_its_rate(active):
 
 
 def test_the_regime_is_overhang_on_the_way_up(active):
-    active.set_parameter("pressure_rate_up", 1.0e5)
+    active.set_parameter("pressure.rate_up", 1.0e5)
     active.wrap(0.02)
     regimes = [s.regime for s in active.statuses if list(s.object_radius) == [0.02]]
     assert regimes[0] == GripStatus.REGIME_OVERHANG
@@ -110,7 +110,7 @@ def test_the_regime_is_overhang_on_the_way_up(active):
 )
 def test_a_bad_radius_is_refused_with_a_reason_and_not_followed(active, radius, reason):
     # So slow that the jump stays one however long the test takes.
-    active.set_parameter("radius_rate_limit", 1.0e-4)
+    active.set_parameter("radius.rate_limit", 1.0e-4)
     before = active.wrap(0.02)
     active.pressures.clear()
     active.send_radius(radius)
@@ -141,9 +141,9 @@ def test_the_refusal_names_the_nearest_radius_that_can_be_gripped(active, curve)
     [("hold", State.HOLDING), ("vent", State.VENTED), ("ramp_down", State.VENTED)],
 )
 def test_when_the_stream_stops_the_policy_decides(active, policy, state):
-    active.set_parameter("radius_timeout_policy", policy)
-    active.set_parameter("radius_timeout", 0.2)
-    active.set_parameter("pressure_rate_down", 2.0e5)
+    active.set_parameter("radius.timeout_policy", policy)
+    active.set_parameter("radius.timeout", 0.2)
+    active.set_parameter("pressure.rate_down", 2.0e5)
     held = active.wrap(0.02).pressure_command
     active.pressures.clear()
     status = active.wait_for_state(state, Reason.RADIUS_STALE)
@@ -153,7 +153,7 @@ def test_when_the_stream_stops_the_policy_decides(active, policy, state):
 
 
 def test_noise_within_the_hysteresis_does_not_move_the_command(active):
-    active.set_parameter("radius_hysteresis", 0.001)
+    active.set_parameter("radius.hysteresis", 0.001)
     pressure = active.wrap(0.02).pressure_command
     active.pressures.clear()
     noise = np.random.default_rng(1).uniform(-0.001, 0.001, 50)

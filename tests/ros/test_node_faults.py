@@ -133,7 +133,7 @@ def test_a_shape_that_raises_leaves_the_grip_and_calls_nothing_wrapped(node):
 @pytest.mark.parametrize("rate", [5e-324, 1e-10, 0.0, 50.0])
 def test_no_rate_of_the_markers_lets_go(node, rate):
     deliver(node, "object_radius", Float64(data=0.02))
-    (result,) = node.set_parameters([Parameter("marker_rate", value=rate)])
+    (result,) = node.set_parameters([Parameter("publish.marker_rate", value=rate)])
     assert result.successful
     assert node.runtime.errors.count == 0
     assert state_of(node) == (State.TRACKING, Reason.NONE)
@@ -189,7 +189,7 @@ def test_an_exception_in_a_service_vents_and_is_answered(node, service, act, cap
 def test_an_exception_when_a_parameter_takes_effect_vents_and_is_logged(node, capfd):
     deliver(node, "object_radius", Float64(data=0.02))
     node.runtime.control.reconfigure = lambda limits: 1 // 0
-    (result,) = node.set_parameters([Parameter("radius_timeout", value=2.0)])
+    (result,) = node.set_parameters([Parameter("radius.timeout", value=2.0)])
     assert result.successful
     assert state_of(node) == (State.FAULT, Reason.INTERNAL_ERROR)
     assert "Traceback" in capfd.readouterr().err

@@ -33,8 +33,8 @@ def test_every_parameter_is_declared_as_the_table_says(active):
 
 def test_what_the_node_dumps_loads_and_the_grip_is_kept(active):
     """As `ros2 param load` does: each value as YAML, read again, set by itself."""
-    assert active.set_parameter("radius_hysteresis", 1.0e-5).successful
-    assert active.set_parameter("gravity", [math.nan] * 3).successful
+    assert active.set_parameter("radius.hysteresis", 1.0e-5).successful
+    assert active.set_parameter("gravity.vector", [math.nan] * 3).successful
     names = [spec.name for spec in PARAMETERS if not spec.read_only]
     held = active.wrap(0.02).pressure_command
     active.forget()
@@ -61,24 +61,24 @@ def test_nothing_is_quoted_of_a_file_that_is_no_description(active, tmp_path):
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("radius_timeout", -1.0, "out of range"),
-        ("radius_timeout", math.nan, "out of range"),
-        ("radius_timeout", math.inf, "out of range"),
-        ("pressure_cap", -1.0, "from 0 to 1e+06"),
-        ("pressure_rate_up", 0.0, "out of range"),
-        ("backbone_points", 1, "out of range"),
-        ("radius_timeout_policy", "panic", "one of hold, vent, ramp_down"),
-        ("gravity", [0.0, 0.0], "3 finite numbers"),
-        ("gravity", [0.0, 0.0, math.nan], "3 finite numbers"),
-        ("gravity", [0.0, 0.0, -981.0], "norm at most"),
-        ("radius_timeout", "long", "type"),
+        ("radius.timeout", -1.0, "out of range"),
+        ("radius.timeout", math.nan, "out of range"),
+        ("radius.timeout", math.inf, "out of range"),
+        ("pressure.cap", -1.0, "from 0 to 1e+06"),
+        ("pressure.rate_up", 0.0, "out of range"),
+        ("publish.backbone_points", 1, "out of range"),
+        ("radius.timeout_policy", "panic", "one of hold, vent, ramp_down"),
+        ("gravity.vector", [0.0, 0.0], "3 finite numbers"),
+        ("gravity.vector", [0.0, 0.0, math.nan], "3 finite numbers"),
+        ("gravity.vector", [0.0, 0.0, -981.0], "norm at most"),
+        ("radius.timeout", "long", "type"),
         ("frame_id", "elsewhere", "read-only"),
         ("autostart", False, "read-only"),
         ("gripper", "no_such_gripper", "no gripper has this name"),
         ("gripper", "", "not empty"),
         ("gripper", "/dev/zero", "not a plain file"),
-        ("pressure_fault_policy", "panic", "one of report, vent"),
-        ("marker_rate", -1.0, "out of range"),
+        ("pressure.fault_policy", "panic", "one of report, vent"),
+        ("publish.marker_rate", -1.0, "out of range"),
     ],
 )
 def test_a_bad_value_is_refused_with_the_reason_and_changes_nothing(active, name, value, reason):
@@ -92,11 +92,11 @@ def test_a_bad_value_is_refused_with_the_reason_and_changes_nothing(active, name
 
 def test_the_cap_acts_at_once_and_cannot_exceed_the_grippers_limit(active, gripper):
     assert active.wrap(0.011).pressure_command > 6.0e4
-    assert active.set_parameter("pressure_cap", 6.0e4).successful
+    assert active.set_parameter("pressure.cap", 6.0e4).successful
     status = active.wait_for_state(State.HOLDING, Reason.PRESSURE_CAP)
     active.wait_until(lambda: active.pressures[-1] == 6.0e4, "the command at the cap")
     assert status.pressure_command <= 6.0e4
-    assert active.set_parameter("pressure_cap", 9.0e5).successful
+    assert active.set_parameter("pressure.cap", 9.0e5).successful
     status = active.wrap(0.011)
     told = active.wait_for_plan(0.011, status.pressure_target)
     margin = gripper.pressure_max - status.pressure_target
@@ -104,7 +104,7 @@ def test_the_cap_acts_at_once_and_cannot_exceed_the_grippers_limit(active, gripp
 
 
 def test_the_publish_rate_acts_at_once(active):
-    assert active.set_parameter("publish_rate", 200.0).successful
+    assert active.set_parameter("publish.rate", 200.0).successful
     active.hear_more()
     active.statuses.clear()
 
@@ -119,7 +119,7 @@ def test_the_publish_rate_acts_at_once(active):
 
 
 def test_the_number_of_poses_acts_with_the_next_shape(active):
-    assert active.set_parameter("backbone_points", 7).successful
+    assert active.set_parameter("publish.backbone_points", 7).successful
     active.wrap(0.02)
     active.wait_until(
         lambda: active.backbones and len(active.backbones[-1].poses) == 7, "a backbone of 7 poses"
@@ -128,7 +128,7 @@ def test_the_number_of_poses_acts_with_the_next_shape(active):
 
 def test_the_gravity_parameter_acts_at_once(active):
     before = active.wrap(0.02).pressure_command
-    assert active.set_parameter("gravity", [0.0, 0.0, -9.80665]).successful
+    assert active.set_parameter("gravity.vector", [0.0, 0.0, -9.80665]).successful
     active.wait_until(
         lambda: abs(active.wrap(0.02).pressure_command - before) > 100.0, "another pressure"
     )
@@ -144,18 +144,18 @@ def test_every_parameter_has_a_value_to_dump(active):
 
 def test_gravity_can_be_unset(active):
     before = active.wrap(0.02).pressure_command
-    assert active.set_parameter("gravity", [0.0, 0.0, -9.80665]).successful
+    assert active.set_parameter("gravity.vector", [0.0, 0.0, -9.80665]).successful
     active.wait_until(lambda: active.wrap(0.02).pressure_command != before, "another pressure")
-    assert active.set_parameter("gravity", [math.nan] * 3).successful
+    assert active.set_parameter("gravity.vector", [math.nan] * 3).successful
     active.wait_until(lambda: active.wrap(0.02).pressure_command == before, "the first pressure")
 
 
 def test_the_radius_limits_act_at_once(active):
-    active.set_parameter("radius_rate_limit", 1.0e-4)
+    active.set_parameter("radius.rate_limit", 1.0e-4)
     active.wrap(0.02)
     active.send_radius(0.03)
     active.wait_for_state(State.HOLDING, Reason.RADIUS_JUMP)
-    assert active.set_parameter("radius_jump_limit", 0.02).successful
+    assert active.set_parameter("radius.jump_limit", 0.02).successful
     active.wrap(0.03)
 
 

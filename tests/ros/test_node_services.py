@@ -226,7 +226,7 @@ def test_the_nearest_radius_is_named(active, curve):
 
 
 def test_a_lower_cap_counts_for_plans_too(active):
-    assert active.set_parameter("pressure_cap", 5.0e4).successful
+    assert active.set_parameter("pressure.cap", 5.0e4).successful
     answer = active.plan_wrap(0.011)
     assert answer.reason == Reason.PRESSURE_CAP
     assert "50000" in answer.message

@@ -42,8 +42,8 @@ def test_without_autostart_it_waits_for_its_manager(client, namespace):
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"radius_timeout": "-1.0"}, "radius_timeout"),
-        ({"gravity": "[1.0, 2.0]"}, "3 finite numbers"),
+        ({"radius.timeout": "-1.0"}, "radius.timeout"),
+        ({"gravity.vector": "[1.0, 2.0]"}, "3 finite numbers"),
         ({"gripper": "no_such_gripper"}, "no gripper has this name"),
         ({"griper": "prototype_p1"}, "did you mean gripper?"),
     ],
@@ -58,7 +58,7 @@ def test_a_start_that_cannot_be_ends_with_the_reason(client, namespace, paramete
 
 
 @pytest.mark.parametrize("program", [NODE, SIMULATOR])
-@pytest.mark.parametrize("arguments", [["-p", "pressure_cap:=20000.0"], ["--gripper", "p1"]])
+@pytest.mark.parametrize("arguments", [["-p", "pressure.cap:=20000.0"], ["--gripper", "p1"]])
 def test_an_argument_that_nobody_reads_ends_the_start(program, arguments):
     ended = run(program, *arguments)
     assert ended.returncode == 1
@@ -78,7 +78,7 @@ def test_ros_arguments_that_cannot_be_end_the_start_in_one_line(program, argumen
 
 def test_a_parameter_file_for_another_node_ends_the_start(tmp_path):
     path = tmp_path / "other.yaml"
-    path.write_text("/other:\n  ros__parameters:\n    pressure_cap: 20000.0\n")
+    path.write_text("/other:\n  ros__parameters:\n    pressure.cap: 20000.0\n")
     ended = run(NODE, "--ros-args", "--params-file", str(path))
     assert ended.returncode == 1
     assert "has no parameters for /spiral_gripper, only for /other" in ended.stderr
@@ -93,10 +93,10 @@ def test_a_parameter_file_that_is_missing_ends_the_start(tmp_path):
 
 def test_a_foreign_name_in_a_file_for_every_node_is_a_warning(client, namespace, tmp_path):
     path = tmp_path / "shared.yaml"
-    path.write_text("/**:\n  ros__parameters:\n    camera: x\n    radius_timeout: 7.0\n")
+    path.write_text("/**:\n  ros__parameters:\n    camera: x\n    radius.timeout: 7.0\n")
     with RunningNode(namespace, arguments=["--params-file", str(path)]) as node:
         client.wait_until_active()
-        assert client.get_parameter_of_node("radius_timeout") == 7.0
+        assert client.get_parameter_of_node("radius.timeout") == 7.0
         assert "camera is not a parameter of this node" in node.log()
 
 

@@ -89,7 +89,7 @@ def test_a_pose_within_the_limit_is_young_enough(age):
 )
 def test_any_other_age_is_refused(age, how):
     assert how in offered(age=age).problem
-    assert "object_pose_timeout" in offered(age=age).problem
+    assert "object_pose.timeout" in offered(age=age).problem
 
 
 def test_a_pose_that_grows_old_is_not_known_any_more():
@@ -221,8 +221,8 @@ def test_the_object_is_drawn_where_it_is_seen(node):
 def test_another_activation_remembers_no_pose(node):
     deliver(node, "object_pose", pose_message(node))
     assert node.runtime.seen_object() is not None
-    node.set_parameters([Parameter("object_pose_timeout", value=0.01)])
+    node.set_parameters([Parameter("object_pose.timeout", value=0.01)])
     assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
     assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
-    node.set_parameters([Parameter("object_pose_timeout", value=60.0)])
+    node.set_parameters([Parameter("object_pose.timeout", value=60.0)])
     assert node.runtime.seen_object() is None

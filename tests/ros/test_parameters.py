@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import math
+from operator import attrgetter
 
 import pytest
 
@@ -26,6 +27,13 @@ def test_names_are_unique_and_every_parameter_is_described():
         assert (spec.low is None) == (spec.high is None)
 
 
+def test_a_name_is_the_path_of_its_value():
+    values = GripperParameters()
+    for spec in PARAMETERS:
+        value = attrgetter(spec.name)(values)
+        assert value == spec.default or value != value, spec.name
+
+
 def test_the_defaults_are_accepted():
     assert GripperParameters.refusal(DEFAULTS) is None
 
@@ -44,9 +52,9 @@ def test_bounds_are_accepted_and_what_lies_outside_is_not(spec):
 @pytest.mark.parametrize(
     ("name", "policies"),
     [
-        ("radius_timeout_policy", TimeoutPolicy),
-        ("grasp_abort_policy", AbortPolicy),
-        ("pressure_fault_policy", FaultPolicy),
+        ("radius.timeout_policy", TimeoutPolicy),
+        ("grasp.abort_policy", AbortPolicy),
+        ("pressure.fault_policy", FaultPolicy),
     ],
 )
 def test_a_choice_that_is_none_names_those_there_are(name, policies):
@@ -71,7 +79,7 @@ def test_parameters_of_others_are_none_of_its_business():
 )
 def test_a_gravity_that_is_none_is_refused(gravity):
     assert gravity_problem(gravity) is not None
-    assert GripperParameters.refusal({"gravity": gravity}) is not None
+    assert GripperParameters.refusal({"gravity.vector": gravity}) is not None
 
 
 def test_weightlessness_is_a_gravity():
@@ -83,29 +91,31 @@ def test_weightlessness_is_a_gravity():
     [(math.nan, 1.0e5), (0.0, 0.0), (6.0e4, 6.0e4), (1.0e5, 1.0e5), (9.0e5, 1.0e5)],
 )
 def test_no_parameter_raises_the_cap_above_the_grippers_limit(parameter, expected):
-    values = GripperParameters(pressure_cap=parameter)
+    values = GripperParameters.from_names({"pressure.cap": parameter})
     assert values.limits(pressure_max=1.0e5).pressure_cap == expected
 
 
 def test_every_limit_comes_from_its_parameter():
-    values = GripperParameters(
-        pressure_rate_up=101.0,
-        pressure_rate_down=102.0,
-        radius_timeout=103.0,
-        radius_timeout_policy="vent",
-        radius_rate_limit=0.104,
-        radius_jump_limit=0.105,
-        radius_hysteresis=0.0106,
-        grasp_timeout=107.0,
-        grasp_abort_policy="hold",
-        measured_pressure_timeout=108.0,
-        pressure_settle_time=10.9,
-        pressure_tolerance=110.0,
-        pressure_fault_policy="vent",
-        grip_ratio=1.15,
-        keep_alive_timeout=116.0,
-        gravity_timeout=117.0,
-        gravity_timeout_policy="vent",
+    values = GripperParameters.from_names(
+        {
+            "pressure.rate_up": 101.0,
+            "pressure.rate_down": 102.0,
+            "radius.timeout": 103.0,
+            "radius.timeout_policy": "vent",
+            "radius.rate_limit": 0.104,
+            "radius.jump_limit": 0.105,
+            "radius.hysteresis": 0.0106,
+            "grasp.timeout": 107.0,
+            "grasp.abort_policy": "hold",
+            "measured_pressure.timeout": 108.0,
+            "pressure.settle_time": 10.9,
+            "pressure.tolerance": 110.0,
+            "pressure.fault_policy": "vent",
+            "grip.ratio": 1.15,
+            "keep_alive.timeout": 116.0,
+            "gravity.timeout": 117.0,
+            "gravity.timeout_policy": "vent",
+        }
     )
     assert values.limits(pressure_max=1.0e5) == Limits(
         pressure_cap=1.0e5,
@@ -171,4 +181,4 @@ def test_a_policy_must_be_one(field, names):
 
 
 def test_no_number_is_too_large_to_be_refused():
-    assert "publish_rate must be" in GripperParameters.refusal({"publish_rate": 10**400})
+    assert "publish.rate must be" in GripperParameters.refusal({"publish.rate": 10**400})

@@ -89,7 +89,7 @@ def test_the_measured_pressure_is_smoothed_and_has_an_age(bench):
 def test_a_pressure_that_stays_off_the_command_is_a_fault_until_it_is_back(bench, factor, reason):
     assert bench.run(1.0, factor * bench.command) == [Reason.NONE, reason]
     assert f"{factor * bench.command:.6g} Pa" in bench.monitor.fault.text
-    assert "pressure_tolerance 1000 Pa" in bench.monitor.fault.text
+    assert "pressure.tolerance 1000 Pa" in bench.monitor.fault.text
     assert bench.run(1.0, bench.command) == [reason, Reason.NONE]
 
 
@@ -174,7 +174,7 @@ def test_messages_that_stop_are_lost_after_the_timeout_and_found_again(bench):
     assert bench.monitor.measured(bench.now) is not None
     assert bench.run(0.03, None) == [Reason.NONE, Reason.PRESSURE_LOST]
     assert bench.monitor.measured(bench.now) is None
-    assert "measured_pressure_timeout" in bench.monitor.fault.text
+    assert "measured_pressure.timeout" in bench.monitor.fault.text
     assert bench.run(PERSISTENCE, bench.command) == [Reason.PRESSURE_LOST]
     assert bench.run(0.1, bench.command) == [Reason.PRESSURE_LOST, Reason.NONE]
 

@@ -12,7 +12,7 @@ def test_a_good_gripper_is_read_and_kept():
     proposed = ProposedGripper()
     assert proposed.refusal({"gripper": "prototype_p1"}) is None
     assert proposed.description.gripper.name == "prototype_p1"
-    assert proposed.refusal({"radius_timeout": 1.0}) is None
+    assert proposed.refusal({"radius.timeout": 1.0}) is None
     assert proposed.description is None
 
 

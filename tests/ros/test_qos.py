@@ -86,7 +86,7 @@ def test_a_regulator_is_told_when_a_node_is_killed(client, namespace, kind):
 
 def test_slow_commands_are_signs_of_life(client, namespace):
     regulator = Watchful(client, LivelinessPolicy.MANUAL_BY_TOPIC)
-    with RunningNode(namespace, {"publish_rate": 1.0}):
+    with RunningNode(namespace, {"publish.rate": 1.0}):
         client.wait_until_active()
         client.wait_until(lambda: regulator.alive, "the first sign of life")
         client.pressures.clear()

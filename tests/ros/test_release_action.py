@@ -26,7 +26,7 @@ def releases(shared):
 @pytest.fixture
 def holding(active, releases):
     """A node that holds an object, measured; what it then releases to is a `Release` client."""
-    assert active.set_parameter("pressure_settle_time", 0.1).successful
+    assert active.set_parameter("pressure.settle_time", 0.1).successful
     active.regulator = lambda pressure: pressure
     active.wrap(RADIUS)
     active.wait_until(lambda: active.status.measured_pressure and active.status.wrapped, "the wrap")
@@ -51,7 +51,7 @@ def test_a_release_ends_when_the_measured_pressure_is_gone(holding):
 
 
 def test_without_a_measured_pressure_it_is_gone_after_a_while(active, releases):
-    assert active.set_parameter("pressure_settle_time", 0.3).successful
+    assert active.set_parameter("pressure.settle_time", 0.3).successful
     active.wrap(RADIUS)
     status, result = releases.send(Release.Goal()).end()
     assert (status, len(result.measured_pressure)) == (SUCCEEDED, 0)
@@ -83,7 +83,7 @@ def test_a_release_whose_sensor_or_link_has_failed_is_vented_but_no_success(
     holding, reading, reason
 ):
     client = holding.client
-    limits = {"measured_pressure_timeout": 0.5, "pressure_settle_time": 0.1}
+    limits = {"measured_pressure.timeout": 0.5, "pressure.settle_time": 0.1}
     assert all(result.successful for result in client.set_parameters(limits))
     client.regulator = None if reading is None else lambda pressure: reading
     message = refused(holding.send(Release.Goal(timeout=[20.0])), reason)

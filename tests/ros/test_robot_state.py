@@ -31,7 +31,7 @@ def test_an_age_within_the_limit_is_young_enough(age):
 def test_any_other_age_is_refused(age):
     refusal = stale_estimate(age, 0.5)
     assert refusal.reason is Reason.RADIUS_STALE
-    assert "radius_age_limit" in refusal.text
+    assert "radius.age_limit" in refusal.text
 
 
 def test_a_fresh_estimate_is_followed(active):
@@ -89,7 +89,7 @@ def test_joint_and_object_are_told_while_the_rate_is_above_0(active):
     ]
     active.hear_more(5)
     assert not joints
-    assert active.set_parameter("robot_state_rate", 50.0).successful
+    assert active.set_parameter("publish.robot_state_rate", 50.0).successful
     active.wait_until(lambda: joints, "the joint")
     assert list(joints[-1].name) == ["spiral_gripper_opening"]
     assert list(joints[-1].position) == [0.1]  # open
@@ -101,7 +101,7 @@ def test_joint_and_object_are_told_while_the_rate_is_above_0(active):
     assert poses[-1].header.frame_id == "gripper_base"
     active.release()
     active.wait_until(lambda: joints[-1].position[0] == 0.1, "the opening")
-    assert active.set_parameter("robot_state_rate", 0.0).successful
+    assert active.set_parameter("publish.robot_state_rate", 0.0).successful
     active.spin(0.3)
     joints.clear()
     active.hear_more(10)

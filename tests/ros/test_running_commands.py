@@ -26,7 +26,7 @@ def ask(active, capsys):
         captured = capsys.readouterr()
         return code, captured.out, captured.err
 
-    assert active.set_parameter("pressure_settle_time", 0.1).successful
+    assert active.set_parameter("pressure.settle_time", 0.1).successful
     return asked
 
 
@@ -104,7 +104,7 @@ def test_a_release_whose_pressure_stays_is_exit_code_1(active, ask):
 
 
 def test_ctrl_c_cancels_the_grasp(active):
-    assert active.set_parameter("pressure_rate_up", 500.0).successful
+    assert active.set_parameter("pressure.rate_up", 500.0).successful
     with started("grasp", "--radius", "20 mm", "--namespace", active.get_namespace()) as grasp:
         active.wait_until(
             lambda: active.status.state == State.GRASPING and active.pressures[-1] > 0.0,

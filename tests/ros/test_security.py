@@ -34,7 +34,7 @@ MULTICAST = "239.255.0.1"
 # With it a node listens to /clock, as the policy lets every node.
 SIM_TIME = {"use_sim_time": True}
 # It publishes all it can then, but for /tf: tf2_msgs is not on PyPI.
-ALL_OUTPUTS = {"robot_state_rate": 10.0}
+ALL_OUTPUTS = {"publish.robot_state_rate": 10.0}
 
 
 def udp_addresses(process_id):

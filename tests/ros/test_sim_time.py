@@ -15,7 +15,7 @@ RADIUS = 0.02
 RATE = 4.0e4
 # A little more than the node's period, so that each step of the clock lets it tick.
 STEP = 25_000_000
-SIMULATED = {"use_sim_time": "true", "pressure_rate_up": RATE, "radius_timeout": 3600.0}
+SIMULATED = {"use_sim_time": "true", "pressure.rate_up": RATE, "radius.timeout": 3600.0}
 
 
 class SimulatedTime:
@@ -100,7 +100,7 @@ def simulated(node):
     client = node.client
     if client.lifecycle_state() == LifecycleState.PRIMARY_STATE_ACTIVE:
         assert client.transition("deactivate")
-    for name, value in (("radius_timeout", 3600.0), ("radius_timeout_policy", "hold")):
+    for name, value in (("radius.timeout", 3600.0), ("radius.timeout_policy", "hold")):
         assert client.set_parameter(name, value).successful
     node.set(node.now + 1_000_000_000)
     client.spin(0.1)
@@ -164,7 +164,7 @@ def test_a_clock_that_pauses_freezes_the_command_and_goes_on_without_a_jump(simu
 
 def test_a_radius_grows_old_in_simulated_time_only(simulated):
     client = simulated.client
-    assert client.set_parameter("radius_timeout", 0.2).successful
+    assert client.set_parameter("radius.timeout", 0.2).successful
     client.send_radius(RADIUS)
     client.wait_for_state(State.TRACKING)
     client.spin(0.5)

@@ -12,7 +12,7 @@ from ros.simulation_harness import (
 
 from spiral_gripper_ros.control.states import Reason, State
 
-PATIENT_NODE = {"radius_timeout": 600.0, "grasp_timeout": 600.0}
+PATIENT_NODE = {"radius.timeout": 600.0, "grasp.timeout": 600.0}
 # A node that a busy machine holds up for a moment is not taken for a dead one.
 PATIENT_REGULATOR = {"watchdog_timeout": 2.0}
 
@@ -36,7 +36,7 @@ def shared_loop():
 def loop(shared_loop):
     """The same, without a fault, holding the object."""
     shared_loop.inject("none")
-    assert shared_loop.set_parameter("pressure_fault_policy", "report").successful
+    assert shared_loop.set_parameter("pressure.fault_policy", "report").successful
     if shared_loop.status.state in (State.RELEASED, State.FAULT):
         shared_loop.wait_until(lambda: shared_loop.rearm().success, "the end of a fault")
     shared_loop.wait_until(lambda: is_held(shared_loop), "the object to be held")
@@ -95,7 +95,7 @@ def test_a_lost_link_is_noticed_and_the_regulator_vents_by_itself(loop):
 
 
 def test_a_link_that_comes_back_inflates_nothing_before_somebody_has_looked(loop):
-    assert loop.set_parameter("pressure_fault_policy", "vent").successful
+    assert loop.set_parameter("pressure.fault_policy", "vent").successful
     loop.inject("lost_link")
     loop.wait_for_state(State.FAULT, Reason.PRESSURE_LOST)
     loop.inject("none")
@@ -164,7 +164,7 @@ def test_everything_runs_in_simulated_time(namespace):
         "dropout_probability": 1.0,
     }
     node, simulator = closed_loop(
-        namespace, {**PATIENT_NODE, "use_sim_time": "true", "pressure_rate_up": 2.0e4}, simulated
+        namespace, {**PATIENT_NODE, "use_sim_time": "true", "pressure.rate_up": 2.0e4}, simulated
     )
     with node, simulator:
         observer.wait_until_active()

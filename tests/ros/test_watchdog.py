@@ -11,7 +11,7 @@ from spiral_gripper_ros.control.states import Reason
 
 def test_a_node_that_hangs_and_then_is_killed_is_survived_by_the_regulators_watchdog(namespace):
     observer = Observer(namespace)
-    node, simulator = closed_loop(namespace, {"radius_timeout": 600.0, "pressure_rate_up": 2.0e5})
+    node, simulator = closed_loop(namespace, {"radius.timeout": 600.0, "pressure.rate_up": 2.0e5})
 
     def wait_for_the_wrap(what):
         observer.wait_until(

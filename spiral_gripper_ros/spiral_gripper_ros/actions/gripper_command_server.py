@@ -41,7 +41,7 @@ def gripper_command_servers(node: Node, runtime: Runtime) -> list[GoalServer]:
     except ImportError:
         logger.info(f"{PACKAGE} is not installed: gripper_cmd is not offered")
         return servers
-    chosen = runtime.values.gripper_cmd_type
+    chosen = runtime.values.gripper_cmd.type
     names = {"gripper_cmd": chosen, "parallel_gripper_cmd": "ParallelGripperCommand"}
     if chosen == "ParallelGripperCommand":  # one name for one action
         del names["parallel_gripper_cmd"]
@@ -95,7 +95,7 @@ class _CommandServer(GoalServer):
         return contact_force(plan, planner, pressure)
 
     def _opening(self) -> float:
-        return self.runtime.values.gripper_command_open
+        return self.runtime.values.gripper_cmd.open_position
 
 
 class GripperCommandServer(_CommandServer):
@@ -131,7 +131,7 @@ class ParallelGripperCommandServer(_CommandServer):
         if len(request.command.velocity):
             self.node.get_logger().warning(
                 "parallel_gripper_cmd: velocity is not used; "
-                "pressure_rate_up and pressure_rate_down bound how fast the gripper moves"
+                "pressure.rate_up and pressure.rate_down bound how fast the gripper moves"
             )
         command = command_from_joint(request.command.position, request.command.effort)
         return command if isinstance(command, Refusal) else self._goal(command)

@@ -23,7 +23,7 @@ from spiral_gripper_ros.runtime.runtime import Runtime
 
 Report: TypeAlias = GraspReport[WrapPlan]
 
-# Feedback is for people and their displays: ten times a second, whatever publish_rate is [s].
+# Feedback is for people and their displays: ten times a second, whatever publish.rate is [s].
 FEEDBACK_PERIOD = 0.1
 # How long the result of a goal is kept for a client that asks late [s]. rclpy's 15 minutes would
 # let the list of goals, which is published at each change, grow to thousands.

@@ -213,7 +213,7 @@ class SpiralGripper:
     def keep_alive(self) -> None:
         """Tell the node that this client is alive.
 
-        With the node's parameter ``keep_alive_timeout`` a grip is vented unless this is called more
+        With the node's parameter ``keep_alive.timeout`` a grip is vented unless this is called more
         often than that.
         """
         self._alive.publish(Empty())
@@ -256,7 +256,7 @@ class SpiralGripper:
         """Start to go to a pressure, whatever it wraps: for a bench, a jog, a calibration.
 
         Args:
-            pressure: gauge [Pa], >= 0; the node refuses what is above ``pressure_cap``.
+            pressure: gauge [Pa], >= 0; the node refuses what is above ``pressure.cap``.
             timeout: longest time until it is reached [s], > 0; None: as the parameter says.
             abort_policy: as of :meth:`wrap`; so are the answer and the errors.
         """

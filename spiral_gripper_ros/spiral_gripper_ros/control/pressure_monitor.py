@@ -157,7 +157,7 @@ def _difference(pressure: float, low: float, high: float, tolerance: float, part
 
     ``part`` is the fraction of the tolerance that is allowed.
     """
-    allowed = f"(pressure_tolerance {tolerance:.6g} Pa)"
+    allowed = f"(pressure.tolerance {tolerance:.6g} Pa)"
     if pressure < low - part * tolerance:
         return Refusal(
             Reason.PRESSURE_LOW,
@@ -183,5 +183,5 @@ def _lost(limits: Limits, last_invalid: Refusal) -> Refusal:
     return Refusal(
         Reason.PRESSURE_LOST,
         f"no usable measured_pressure for more than {limits.measured_pressure_timeout:.3g} s "
-        f"(measured_pressure_timeout){cause(last_invalid)}",
+        f"(measured_pressure.timeout){cause(last_invalid)}",
     )

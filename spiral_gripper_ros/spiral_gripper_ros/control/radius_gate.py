@@ -101,11 +101,11 @@ def stale_estimate(age: float, limit: float) -> Refusal | None:
 
     Example:
         >>> stale_estimate(0.7, 0.5).text
-        'object_radius_stamped is 0.7 s old, more than radius_age_limit = 0.5 s'
+        'object_radius_stamped is 0.7 s old, more than radius.age_limit = 0.5 s'
         >>> stale_estimate(0.1, 0.5) is None
         True
     """
-    text = age_problem(STAMPED_RADIUS, age, "radius_age_limit", limit)
+    text = age_problem(STAMPED_RADIUS, age, "radius.age_limit", limit)
     return Refusal(Reason.RADIUS_STALE, text) if text else None
 
 

@@ -37,11 +37,11 @@ def stale_radius(age: float, limits: Limits, last: Refusal) -> Refusal:
     Example:
         >>> limits = Limits(pressure_cap=1.0e5)
         >>> stale_radius(1.5, limits, Refusal(Reason.NONE, "")).text
-        'no usable object_radius for 1.50 s (radius_timeout 1 s, policy hold)'
+        'no usable object_radius for 1.50 s (radius.timeout 1 s, policy hold)'
     """
     return Refusal(
         Reason.RADIUS_STALE,
-        f"no usable object_radius for {age:.2f} s (radius_timeout {limits.radius_timeout:.3g} s, "
+        f"no usable object_radius for {age:.2f} s (radius.timeout {limits.radius_timeout:.3g} s, "
         f"policy {limits.radius_timeout_policy.value}){cause(last)}",
     )
 
@@ -50,7 +50,7 @@ def lost_client(limits: Limits) -> Refusal:
     """Return that the client has given no sign of life for too long."""
     return Refusal(
         Reason.CLIENT_LOST,
-        f"no keep_alive for {limits.keep_alive_timeout:.3g} s (keep_alive_timeout): vented; call "
+        f"no keep_alive for {limits.keep_alive_timeout:.3g} s (keep_alive.timeout): vented; call "
         "rearm, or send a goal",
     )
 
@@ -59,7 +59,7 @@ def stale_gravity(age: float, limits: Limits) -> Refusal:
     """Return that no usable gravity has come for ``age`` [s]."""
     return Refusal(
         Reason.GRAVITY_STALE,
-        f"no usable gravity for {age:.2f} s (gravity_timeout {limits.gravity_timeout:.3g} s)",
+        f"no usable gravity for {age:.2f} s (gravity.timeout {limits.gravity_timeout:.3g} s)",
     )
 
 
@@ -100,7 +100,7 @@ def impossible_take_over(pressure: float, limits: Limits) -> Refusal | None:
     if ATMOSPHERE_AT_SEA[0] <= pressure <= ATMOSPHERE_AT_SEA[1]:
         why = f"looks absolute: {MUST_BE_GAUGE}"
     elif pressure > cap + tolerance:
-        why = f"is above pressure_cap {cap:.6g} Pa"
+        why = f"is above pressure.cap {cap:.6g} Pa"
     elif pressure < -tolerance:
         why = "is below 0 Pa"
     else:

@@ -211,7 +211,7 @@ def asks_above_cap(pressure: float, limits: Limits) -> Refusal | None:
     """Return that a pressure that is asked for [Pa] is above the cap, or None if it is not."""
     if pressure <= limits.pressure_cap:
         return None
-    text = f"pressure {pressure:.6g} Pa is above pressure_cap = {limits.pressure_cap:.6g} Pa"
+    text = f"pressure {pressure:.6g} Pa is above pressure.cap = {limits.pressure_cap:.6g} Pa"
     return Refusal(Reason.PRESSURE_CAP, text)
 
 
@@ -220,5 +220,5 @@ def _above_cap(pressure: float, overpressure: float, limits: Limits) -> Refusal:
     return Refusal(
         Reason.PRESSURE_CAP,
         f"the wrap needs {pressure:.6g} Pa{extra}, "
-        f"above pressure_cap = {limits.pressure_cap:.6g} Pa",
+        f"above pressure.cap = {limits.pressure_cap:.6g} Pa",
     )

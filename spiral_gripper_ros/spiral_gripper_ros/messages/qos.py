@@ -23,7 +23,7 @@ LATEST = QoSProfile(
 REQUESTS = QoSProfile(depth=200)
 # A regulator that requests liveliness is notified by the middleware when no command has come for
 # this time [s], whether the node was killed, hangs, was deactivated or its simulated clock stands
-# still: twice the period of the slowest publish_rate.
+# still: twice the period of the slowest publish.rate.
 COMMAND_LEASE = 2.0
 # Liveliness by topic: only a command counts as a sign of life, not a process that merely exists.
 # No deadline: an inactive node is silent on purpose, so that another may command, and a deadline

@@ -29,7 +29,7 @@ LONGEST_PERIOD = 3600.0
 
 
 class Display:
-    """Publishes ``markers`` at ``marker_rate`` while the node is active and somebody subscribes.
+    """Publishes ``markers`` at ``publish.marker_rate`` while active and somebody subscribes.
 
     Args:
         node: the ROS node that publishes.
@@ -47,7 +47,7 @@ class Display:
         self._robot = RobotState(node, runtime)
 
     def _start(self) -> None:
-        """Start to publish at the present ``marker_rate``; at 0 Hz delete the markers."""
+        """Start to publish at the present ``publish.marker_rate``; at 0 Hz delete the markers."""
         self._robot.start()
         self._stop_timer()
         if self._rate() > 0.0:
@@ -73,7 +73,7 @@ class Display:
             return
         message = scene_to_msg(
             self._scene(runtime.loaded, runtime.control.snapshot()),
-            points=runtime.values.backbone_points,
+            points=runtime.values.publish.backbone_points,
             lifetime=LIFETIME_PERIODS * self._period(),
             header=runtime.outputs.header(),
         )
@@ -112,7 +112,7 @@ class Display:
         return placement
 
     def _rate(self) -> float:
-        return self._runtime.values.marker_rate
+        return self._runtime.values.publish.marker_rate
 
     def _period(self) -> float:
         return min(1.0 / self._rate(), LONGEST_PERIOD)

@@ -27,6 +27,7 @@ from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.runtime.guards import guarded_transition, vent_on_error
 from spiral_gripper_ros.runtime.runtime import Runtime
 
+DISPLAY_RATES = {"publish.marker_rate", "publish.robot_state_rate"}
 NODE_NAME = "spiral_gripper"
 SHUT_DOWN = "the node has been shut down by its lifecycle: start it anew"
 
@@ -142,14 +143,14 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         """Let changed parameters take effect at once."""
         runtime = self.runtime
         runtime.values = self._declared.values()
-        if "gravity" in names:
+        if "gravity.vector" in names:
             runtime.use_gravity(plan="gripper" not in names)
         if "gripper" in names:
             runtime.load_another(self._proposed.description)
         runtime.use_limits()
-        if "publish_rate" in names and runtime.is_active:
+        if "publish.rate" in names and runtime.is_active:
             self._start_timers()
-        elif runtime.is_active and not names.isdisjoint({"marker_rate", "robot_state_rate"}):
+        elif runtime.is_active and names & DISPLAY_RATES:
             self._display.start()
         runtime.clock.guard()
 
@@ -159,7 +160,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     def _start_timers(self) -> None:
         self._stop_timers()
-        period = 1.0 / self.runtime.values.publish_rate
+        period = 1.0 / self.runtime.values.publish.rate
         tick = vent_on_error(self.runtime, self._on_tick)
         self._timer = self.create_timer(period, tick, clock=self.runtime.clock.clock)
         self.runtime.is_active = True

@@ -93,7 +93,7 @@ class Inputs:
         runtime = self._runtime
         if not runtime.is_active:
             return
-        limit = runtime.values.radius_age_limit
+        limit = runtime.values.radius.age_limit
         refusal = stale_estimate(self._age(message.header.stamp), limit)
         if refusal is None:
             self.hear_radius(Float64(data=message.radius))
@@ -111,19 +111,19 @@ class Inputs:
         if runtime.loaded is None:
             return
         gravity, stamp = vector_from_msg(message.vector), message.header.stamp
-        frame, limit = runtime.values.frame_id, "radius_age_limit"
+        frame, limit = runtime.values.frame_id, "radius.age_limit"
         age = 0.0 if stamp == Time() else self._age(stamp)
         problem = (
             frame_problem("gravity", message, frame)
             or gravity_problem(gravity)
-            or age_problem("gravity", min(age, 0.0), limit, runtime.values.radius_age_limit)
+            or age_problem("gravity", min(age, 0.0), limit, runtime.values.radius.age_limit)
         )
         if problem:
             runtime.control.refuse(Refusal(Reason.GRAVITY_INVALID, problem))
             return
         runtime.control.hear_gravity(runtime.now(), age)
         runtime.gravity = gravity
-        runtime.loaded.mount.want(gravity, runtime.values.gravity_hysteresis)
+        runtime.loaded.mount.want(gravity, runtime.values.gravity.hysteresis)
 
     def _hear_object_pose(self, message: PoseStamped) -> None:
         """Note where the object is; what is commanded does not depend on it."""
@@ -141,7 +141,7 @@ class Inputs:
             (turn.x, turn.y, turn.z, turn.w),
             seen_at=runtime.now() - age,
             age=age,
-            limit=runtime.values.object_pose_timeout,
+            limit=runtime.values.object_pose.timeout,
         )
 
     def _age(self, stamp: Any) -> float:  # noqa: ANN401

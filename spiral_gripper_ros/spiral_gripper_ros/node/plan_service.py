@@ -232,7 +232,7 @@ def _capped(pressure: float, context: PlanContext) -> float:
     """Return ``pressure`` [Pa] if the node would command it."""
     cap = context.limits.pressure_cap
     if not pressure <= cap:
-        text = f"needs {pressure:.6g} Pa, above pressure_cap = {cap:.6g} Pa"
+        text = f"needs {pressure:.6g} Pa, above pressure.cap = {cap:.6g} Pa"
         raise _RefusedError(Refusal(Reason.PRESSURE_CAP, text))
     return pressure
 

@@ -23,7 +23,7 @@ LONGEST_PERIOD = 3600.0
 
 
 class RobotState:
-    """Publishes at ``robot_state_rate`` while the node is active; at 0 Hz nothing.
+    """Publishes at ``publish.robot_state_rate`` while the node is active; at 0 Hz nothing.
 
     ``/tf`` needs tf2_msgs: without it the frames are left out.
 
@@ -43,7 +43,7 @@ class RobotState:
     def start(self) -> None:
         """Publish from now on, at the present rate."""
         self.stop()
-        rate = self._runtime.values.robot_state_rate
+        rate = self._runtime.values.publish.robot_state_rate
         if rate > 0.0:
             self._connect()
             clock = self._runtime.clock.clock
@@ -95,7 +95,7 @@ class RobotState:
     def _joint(self, loaded: LoadedGripper, header: Any) -> JointState:  # noqa: ANN401
         runtime, seen = self._runtime, self._runtime.control.snapshot()
         pressure = seen.pressure_command if seen.measured is None else seen.measured.pressure
-        opening = runtime.values.gripper_command_open
+        opening = runtime.values.gripper_cmd.open_position
         position = wrapped_diameter(pressure, opening, loaded.planner)
         state = JointState(header=header, name=[opening_joint(header.frame_id)])
         state.position = [position if math.isfinite(position) else opening]

@@ -116,7 +116,7 @@ class Services:
             planner=loaded.planner,
             gripper=loaded.gripper,
             limits=runtime.limits,
-            points=runtime.values.backbone_points,
+            points=runtime.values.publish.backbone_points,
             header=runtime.outputs.header(),
             is_wanted=lambda: runtime.loaded is loaded and not runtime.background.has_ended,
             table_grip=loaded.table_grip,

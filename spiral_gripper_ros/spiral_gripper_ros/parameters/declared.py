@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -17,17 +17,14 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from spiral_gripper_ros.parameters.spec import (
-    Parameters,
     ParameterSpec,
+    ParametersT,
     ParameterValue,
     may_be_unset,
 )
 
 # A vector that is not set: files and `ros2 param` can read and write this value.
 UNSET_VECTOR = (math.nan, math.nan, math.nan)
-
-
-ParametersT = TypeVar("ParametersT", bound=Parameters)
 
 
 class DeclaredParameters(Generic[ParametersT]):
@@ -65,8 +62,8 @@ class DeclaredParameters(Generic[ParametersT]):
 
     def values(self) -> ParametersT:
         """Return the value of every parameter."""
-        return self._kind(
-            **{
+        return self._kind.from_names(
+            {
                 spec.name: _plain_value(self._node.get_parameter(spec.name).value)
                 for spec in self._table
             }

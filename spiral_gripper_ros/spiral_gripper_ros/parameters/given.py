@@ -46,8 +46,8 @@ def judge_given_parameters(
 
     Example:
         >>> given = ["--ros-args", "-p", "presure_cap:=2e4"]
-        >>> judge_given_parameters(given, ["/spiral_gripper"], ["pressure_cap"]).errors
-        ['presure_cap is not a parameter of this node; did you mean pressure_cap?']
+        >>> judge_given_parameters(given, ["/spiral_gripper"], ["pressure.cap"]).errors
+        ['presure_cap is not a parameter of this node; did you mean pressure.cap?']
     """
     findings = Findings()
     for option, value in _options(args):
@@ -104,10 +104,18 @@ def _sections(content: Any, prefix: str) -> Iterator[tuple[str, list[str]]]:  # 
         return
     for key, value in content.items():
         if key == _PARAMETERS:
-            names = [str(name) for name in value] if isinstance(value, Mapping) else []
-            yield prefix or "/", names
+            yield prefix or "/", list(_names(value))
         else:
             yield from _sections(value, f"{prefix}/{str(key).strip('/')}")
+
+
+def _names(values: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401
+    """Return the names of parameters, those of nested namespaces with dots."""
+    for name, value in values.items() if isinstance(values, Mapping) else ():
+        if isinstance(value, Mapping):
+            yield from _names(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}"
 
 
 def _applies(pattern: str, nodes: Sequence[str]) -> bool:
@@ -121,7 +129,7 @@ def _part(part: str) -> str:
 
 
 def _unknown(names: Sequence[str], known: Collection[str]) -> list[str]:
-    """Return a line for each name that is not known; names with a dot are rclpy's groups."""
+    """Return a line for each name that is not known."""
     problems = []
     for name in names:
         if name in known or name == "use_sim_time" or name.startswith("qos_overrides"):

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from enum import Enum
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias, TypeVar
 
 from spiral_core.errors import InvalidInputError
 
 ParameterValue: TypeAlias = bool | int | float | str | tuple[float, ...]
+ParametersT = TypeVar("ParametersT", bound="Parameters")
 
 # Fastest acceleration that is still believed to be gravity plus the arm's own motion [m/s^2]:
 # twice what arms of this payload reach.
@@ -26,7 +27,7 @@ class ParameterSpec:
     """One parameter: type, default and allowed values.
 
     Args:
-        name: as ``ros2 param`` knows it.
+        name: as ``ros2 param`` knows it, with its namespaces: "pressure.cap".
         default: its type is the parameter's type; () is an array of floats that is not set.
         description: what it does, with its unit.
         low, high: bounds of a number, both allowed; a default of NaN allows NaN too: not set.
@@ -47,7 +48,8 @@ class ParameterSpec:
 class Parameters:
     """Values of the parameters of a node, each within its range.
 
-    Its subclasses are the tables of parameters: each field is made by :func:`parameter`.
+    Its subclasses are the tables of parameters: each field is made by :func:`parameter`, or has
+    another table as its factory, whose ``NAMESPACE`` is the field's name.
 
     Raises:
         InvalidInputError: a value is not what its parameter may be.
@@ -55,24 +57,50 @@ class Parameters:
     Example:
         >>> @dataclass(frozen=True, slots=True)
         ... class Leak(Parameters):
-        ...     leak_time: float = parameter(0.2, "Time constant [s].", 0.01, 100.0)
-        >>> Leak().leak_time, Leak.specs()[0].high
-        (0.2, 100.0)
-        >>> Leak.refusal({"leak_time": float("nan")})
-        'leak_time must be a number from 0.01 to 100, got nan'
+        ...     NAMESPACE = "leak."
+        ...     time: float = parameter(0.2, "Time constant [s].", 0.01, 100.0)
+        >>> @dataclass(frozen=True, slots=True)
+        ... class Valve(Parameters):
+        ...     leak: Leak = field(default_factory=Leak)
+        >>> Valve.from_names({"leak.time": 0.1}).leak.time, Valve.specs()[0].name
+        (0.1, 'leak.time')
+        >>> Valve.refusal({"leak.time": float("nan")})
+        'leak.time must be a number from 0.01 to 100, got nan'
     """
 
+    # What ROS has before the names of the fields.
+    NAMESPACE: ClassVar[str] = ""
+
     def __post_init__(self) -> None:
-        for spec in self.specs():
-            value = getattr(self, spec.name)
+        for one in fields(self):
+            if one.default_factory is not MISSING:
+                continue
+            spec, value = self._spec(one), getattr(self, one.name)
             requirement = unmet_requirement(spec, value)
             if requirement is not None:
                 raise InvalidInputError(spec.name, value, requirement)
 
     @classmethod
     def specs(cls) -> tuple[ParameterSpec, ...]:
-        """Return the specification of each parameter."""
-        return tuple(ParameterSpec(one.name, **one.metadata) for one in fields(cls))
+        """Return the specification of each parameter, those of namespaces included."""
+        specs: list[ParameterSpec] = []
+        for one in fields(cls):
+            kind: Any = one.default_factory
+            specs += [cls._spec(one)] if kind is MISSING else kind.specs()
+        return tuple(specs)
+
+    @classmethod
+    def from_names(cls: type[ParametersT], values: Mapping[str, ParameterValue]) -> ParametersT:
+        """Return the parameters with some values, by name; names of others are ignored."""
+        given: dict[str, Any] = {}
+        for one in fields(cls):
+            kind: Any = one.default_factory
+            name = cls.NAMESPACE + one.name
+            if kind is not MISSING:
+                given[one.name] = kind.from_names(values)
+            elif name in values:
+                given[one.name] = values[name]
+        return cls(**given)
 
     @classmethod
     def refusal(cls, proposed: Mapping[str, ParameterValue]) -> str | None:
@@ -80,12 +108,15 @@ class Parameters:
 
         Names of other parameters are not judged.
         """
-        own = {one.name for one in fields(cls)}
         try:
-            cls(**{name: value for name, value in proposed.items() if name in own})
+            cls.from_names(proposed)
         except InvalidInputError as error:
             return str(error)
         return None
+
+    @classmethod
+    def _spec(cls, one: Field[Any]) -> ParameterSpec:
+        return ParameterSpec(cls.NAMESPACE + one.name, **one.metadata)
 
 
 def parameter(

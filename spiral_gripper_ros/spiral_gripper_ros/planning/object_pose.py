@@ -75,7 +75,7 @@ class ObjectWatch:
             ((0.0, 0.0, 1.0), None)
         """
         problem = _pose_problem(center, quaternion) or age_problem(
-            "object_pose", age, "object_pose_timeout", limit
+            "object_pose", age, "object_pose.timeout", limit
         )
         if problem:
             self.refuse(problem)

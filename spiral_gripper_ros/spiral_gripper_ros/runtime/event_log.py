@@ -113,7 +113,7 @@ class EventLog:
         """Log what bounds the commands from now on, and what happens when inputs stop."""
         up, down = 1e-3 * limits.pressure_rate_up, 1e-3 * limits.pressure_rate_down
         ratio = limits.grip_ratio
-        grip = "recommended pressure" if ratio is None else f"grip_ratio {ratio:.4g}"
+        grip = "recommended pressure" if ratio is None else f"grip.ratio {ratio:.4g}"
         self._logger.info(
             f"active: at most {1e-3 * limits.pressure_cap:.4g} kPa, {up:.4g} kPa/s up, "
             f"{down:.4g} kPa/s down, {grip}; when radii stop: "

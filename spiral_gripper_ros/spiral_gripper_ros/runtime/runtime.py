@@ -87,7 +87,7 @@ class Runtime:
         Raises:
             SpiralError: the description cannot be used, or the gripper cannot coil.
         """
-        self.gravity = self.values.gravity
+        self.gravity = self.values.gravity.vector
         self.control.forget_gravity()
         self.loaded = LoadedGripper.ready(
             self.values.gripper, self.gravity, self.background.gravity
@@ -122,7 +122,7 @@ class Runtime:
 
     def use_gravity(self, *, plan: bool) -> None:
         """Take gravity from the parameter; ``plan``: have the gripper planned for at once."""
-        self.gravity = self.values.gravity
+        self.gravity = self.values.gravity.vector
         if plan and self.loaded is not None:
             self.loaded.mount.want(gravity_or_own(self.gravity, self.loaded.gripper), 0.0)
             self.control.forget_gravity()
@@ -152,13 +152,13 @@ class Runtime:
 
     def seen_object(self) -> SeenObject | None:
         """Return where the object is, if that is known and young enough."""
-        return self.objects.seen(self.now(), self.values.object_pose_timeout)
+        return self.objects.seen(self.now(), self.values.object_pose.timeout)
 
     def follow_grips(self) -> None:
         """Have grips solved in the background; plan again with those that are ready."""
         if self.loaded is None:
             return
-        count, radius = self.values.grip_radii, self.control.snapshot().radius
+        count, radius = self.values.grip.table_radii, self.control.snapshot().radius
         if self.loaded.follow_grips(self.now(), count, radius, self.seen_object()):
             self.control.replan(self.loaded.planner)
 
@@ -254,12 +254,12 @@ class Runtime:
         told = (
             *(self.is_active, snapshot.plan, snapshot.pressure_target, seen_object),
             *(None if grip is None else grip.computed_at, loaded.is_regime_from_contact),
-            *(loaded.planner.radius_range, self.limits.pressure_cap, self.values.payload),
+            *(loaded.planner.radius_range, self.limits.pressure_cap, self.values.grip.payload),
         )
         if moved or measured_moved or told != self._wrap_told:
             self._wrap_told = told
             self.outputs.publish("wrap", self._wrap(loaded, grip, now, header))
-        points = self.values.backbone_points
+        points = self.values.publish.backbone_points
         if moved:
             self.outputs.publish_shape("backbone", loaded.shape, points, header)
         if measured_moved:
@@ -286,7 +286,7 @@ class Runtime:
     def _grip_to_msg(
         self, answer: GripAnswer | None, loaded: LoadedGripper, payload: float | None = None
     ) -> list[Grip]:
-        own = None if math.isnan(self.values.payload) else self.values.payload
+        own = None if math.isnan(self.values.grip.payload) else self.values.grip.payload
         mass = own if payload is None else payload
         return grip_to_msg(answer, self.now(), mass, loaded.mount.gravity)
 
@@ -302,7 +302,7 @@ class Runtime:
 
     def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
         """Return the grip for the ramp that the node has now; called in the background."""
-        rate = self.values.pressure_rate_up
+        rate = self.values.pressure.rate_up
         return self.background.solve_grip(replace(question, rate=rate), is_wanted)
 
     def _limits(self) -> Limits:

@@ -64,7 +64,7 @@ timeout_option: Callable[[Decorated], Decorated] = click.option(
     type=NUMBER,
     metavar="SECONDS",
     callback=_positive,
-    help="Time limit.  [default: the node's grasp_timeout]",
+    help="Time limit.  [default: the node's grasp.timeout]",
 )
 overpressure_option: Callable[[Decorated], Decorated] = click.option(
     "--overpressure",
@@ -136,7 +136,7 @@ def plan(
 @click.option(
     "--on-failure",
     type=click.Choice(("vent", "hold")),
-    help="What to do with the pressure after a failure.  [default: the node's grasp_abort_policy]",
+    help="What to do with the pressure after a failure.  [default: the node's grasp.abort_policy]",
 )
 @namespace_option
 @output_options
