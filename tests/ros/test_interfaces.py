@@ -28,9 +28,16 @@ def quality(qos):
     return " ".join(words).lower()
 
 
-def found_of(client):
-    """Return a line for each topic, service and action of the node, with types and qualities."""
+def found_of(client, node):
+    """Return a line for each topic, service and action of the node, with types and qualities.
+
+    The middleware tells others no depth: that is the one of the same node in this process.
+    """
     end = (NODE, client.get_namespace())
+    depths = {
+        one.topic.strip("/"): one.qos_profile.depth
+        for one in (*node.publishers, *node.subscriptions)
+    }
     lines = []
     for what, names, ends in (
         ("publishes", client.get_publisher_names_and_types_by_node, "publishers"),
@@ -39,7 +46,8 @@ def found_of(client):
         for name, (kind,) in names(*end):
             infos = getattr(client, f"get_{ends}_info_by_topic")(name)
             (info,) = [one for one in infos if (one.node_name, one.node_namespace) == end]
-            lines.append(f"{what} {name} {kind} {quality(info.qos_profile)}")
+            depth = depths.get(name.rpartition("/")[2])
+            lines.append(f"{what} {name} {kind} {quality(info.qos_profile)} depth {depth}")
     services = client.get_service_names_and_types_by_node(*end)
     lines += [f"serves {name} {kind}" for name, (kind,) in services]
     actions = get_action_server_names_and_types_by_node(client, *end)
@@ -56,14 +64,14 @@ def definitions():
         yield "\n".join([f"{path.parent.name}/{path.name}", *(f"  {x}" for x in lines if x)])
 
 
-def test_the_interfaces_are_those_on_record(active):
+def test_the_interfaces_are_those_on_record(active, node):
     parameters = [
         f"parameter {one.name} {type(one.default).__name__} {one.default!r} "
         + (" | ".join(one.choices) if one.low is None else f"{one.low:g} to {one.high:g}")
         + (" read-only" if one.read_only else "")
         for one in PARAMETERS
     ]
-    lines = [line.rstrip() for line in (*found_of(active), *parameters)]
+    lines = [line.rstrip() for line in (*found_of(active, node), *parameters)]
     found = "\n".join([*lines, "", *definitions(), ""])
     if os.environ.get("RECORD_INTERFACES"):
         RECORD.write_text(found, encoding="utf-8")
