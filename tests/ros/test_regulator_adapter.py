@@ -14,19 +14,23 @@ from spiral_gripper_ros.regulators.adapter import (
     VENT_ATTEMPTS,
     Link,
     RegulatorAdapter,
-    require_representable,
 )
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import LinkError, Reading
 from spiral_gripper_ros.regulators.message_field import MessageField, message_type
+from spiral_gripper_ros.regulators.modbus_device import ModbusDevice
 from spiral_gripper_ros.regulators.parameters import (
     RegulatorParameters,
-    modbus_device,
     pressure_scale,
     require_timely,
-    serial_device,
 )
-from spiral_gripper_ros.regulators.pressure_scale import UNITS, PressureScale, Reference
+from spiral_gripper_ros.regulators.pressure_scale import (
+    UNITS,
+    PressureScale,
+    Reference,
+    require_representable,
+)
+from spiral_gripper_ros.regulators.serial_device import SerialDevice
 
 NAN, INF = math.nan, math.inf
 AIR = 101325.0
@@ -252,10 +256,10 @@ def test_times_that_would_let_the_watchdog_vent_between_exchanges_are_refused(na
 
 def test_a_set_point_that_its_format_cannot_hold_is_refused_at_start():
     with pytest.raises(InvalidInputError, match="command_format"):
-        modbus_device(DEFAULTS)  # 3e5 Pa in 16 bits
-    modbus_device(replace(DEFAULTS, command_unit="hPa")).close()
+        ModbusDevice(DEFAULTS)  # 3e5 Pa in 16 bits
+    ModbusDevice(replace(DEFAULTS, command_unit="hPa")).close()
     with pytest.raises(InvalidInputError, match="command_scale"):
-        serial_device(replace(DEFAULTS, command_scale=1.0e9))
+        SerialDevice(replace(DEFAULTS, command_scale=1.0e9))
     with pytest.raises(InvalidInputError, match="measured_scale"):
         pressure_scale(replace(DEFAULTS, measured_scale=0.0), "measured")
 

@@ -21,19 +21,23 @@ from spiral_gripper_ros.regulators.line_protocol import (
     set_point_line,
 )
 from spiral_gripper_ros.regulators.modbus_device import (
-    FORMATS,
     ModbusDevice,
-    RegisterMap,
     number_from_registers,
     register_count,
     registers_from_number,
 )
+from spiral_gripper_ros.regulators.parameters import FORMATS, RegulatorParameters
 from spiral_gripper_ros.regulators.serial_device import RECONNECT_PERIOD, SerialDevice
 
 WATCHDOG = 0.3
 TIMEOUT = 0.1
+TIMES = {"device_timeout": TIMEOUT, "watchdog_timeout": WATCHDOG}
 # Long against what a busy machine makes of one exchange; failures are quick all the same.
 PATIENCE = 240.0
+
+
+def on_port(port):
+    return SerialDevice(RegulatorParameters(port=port, **TIMES))
 
 
 @pytest.fixture
@@ -45,7 +49,7 @@ def line():
 
 @pytest.fixture
 def serial(line):
-    device = SerialDevice(line.port, 115200, TIMEOUT, WATCHDOG)
+    device = on_port(line.port)
     yield device
     device.close()
 
@@ -58,8 +62,8 @@ def server():
 
 
 def modbus(server, **layout):
-    layout = {"command": 3, "command_format": "uint16", **layout}
-    return ModbusDevice("127.0.0.1", server.port, 1, TIMEOUT, RegisterMap(**layout))
+    address = {"host": "127.0.0.1", "tcp_port": server.port, "command_register": 3}
+    return ModbusDevice(RegulatorParameters(**address, **TIMES, pressure_limit=1.0e3, **layout))
 
 
 def until_answered(device, number):
@@ -157,7 +161,7 @@ def test_no_good_answer_is_a_link_error_in_time_and_the_next_good_one_is_heard(l
 def test_a_device_that_is_unplugged_is_a_link_error_and_found_again_at_its_port(tmp_path):
     port, first = tmp_path / "port", LineDevice()
     port.symlink_to(first.port)
-    device = SerialDevice(str(port), 115200, TIMEOUT, WATCHDOG)
+    device = on_port(str(port))
     until_answered(device, 1.0e4)
     first.close()
     with pytest.raises(LinkError, match="port"):
@@ -177,7 +181,7 @@ def test_a_device_that_is_unplugged_is_a_link_error_and_found_again_at_its_port(
 
 
 def test_a_port_that_is_none_says_so_each_time():
-    device = SerialDevice("/dev/no_such_port", 115200, TIMEOUT, WATCHDOG)
+    device = on_port("/dev/no_such_port")
     for _ in range(3):
         with pytest.raises(LinkError, match="no_such_port"):
             device.exchange(0.0)
@@ -185,7 +189,7 @@ def test_a_port_that_is_none_says_so_each_time():
 
 def test_two_adapters_do_not_share_a_port(line, serial):
     until_answered(serial, 1.0e4)
-    second = SerialDevice(line.port, 115200, TIMEOUT, WATCHDOG)
+    second = on_port(line.port)
     with pytest.raises(LinkError, match="exclusively lock"):
         second.exchange(2.0e4)
 
@@ -218,7 +222,7 @@ def test_a_number_that_its_format_cannot_hold_is_never_wrapped_around(kind, numb
 
 
 def test_a_set_point_is_written_the_heartbeat_counts_and_the_pressure_is_read(server):
-    device = modbus(server, measured=10, measured_format="float32", heartbeat=20)
+    device = modbus(server, measured_register=10, measured_format="float32", heartbeat_register=20)
     server.registers[10], server.registers[11] = struct.unpack(">HH", struct.pack(">f", 1.25))
     assert until_answered(device, 400.4) == Reading(1.25)
     assert server.written[-2:] == [(3, [400]), (20, [1])]
@@ -228,14 +232,14 @@ def test_a_set_point_is_written_the_heartbeat_counts_and_the_pressure_is_read(se
 
 
 def test_input_registers_are_read_where_they_are(server):
-    device = modbus(server, measured=10, measured_format="int16", measured_is_input=True)
+    device = modbus(server, measured_register=10, measured_format="int16", measured_table="input")
     server.registers[10] = 65535
     assert until_answered(device, 1.0) == Reading(-1.0)
     device.close()
 
 
 def test_a_nan_in_the_registers_is_passed_on_to_who_refuses_it(server):
-    device = modbus(server, measured=10, measured_format="float32")
+    device = modbus(server, measured_register=10, measured_format="float32")
     server.registers.update({10: 0x7FC0, 11: 0})
     assert math.isnan(until_answered(device, 1.0).number)
     device.close()
@@ -254,7 +258,7 @@ def test_an_exception_of_the_device_is_a_link_error(server):
 
 
 def test_a_device_that_hangs_is_a_link_error_in_time_and_late_answers_are_dropped(server):
-    device = modbus(server, measured=10, measured_format="uint16")
+    device = modbus(server, measured_register=10, measured_format="uint16")
     server.registers[10] = 1
     assert until_answered(device, 1.0) == Reading(1.0)
     server.delay = 3.0 * TIMEOUT
@@ -266,7 +270,7 @@ def test_a_device_that_hangs_is_a_link_error_in_time_and_late_answers_are_droppe
 
 
 def test_the_whole_exchange_has_one_time_limit(server):
-    device = modbus(server, measured=10, measured_format="uint16", heartbeat=20)
+    device = modbus(server, measured_register=10, measured_format="uint16", heartbeat_register=20)
     until_answered(device, 1.0)
     server.delay = 0.6 * TIMEOUT  # each answer is in time, three are not
     with pytest.raises(LinkError, match=r"no answer within|timed out"):

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum
 
-from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.pressure_monitor import impossible_pressure
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import LinkError, PressureDevice
@@ -112,30 +111,3 @@ class RegulatorAdapter:
             self.problem = error.problem
         elif not now - self._answered < self._link_timeout:
             self.link, self.problem = Link.LOST, error.problem
-
-
-def require_representable(
-    name: str, scale: PressureScale, pressure_limit: float, span: tuple[float, float]
-) -> None:
-    """Refuse a scale whose set-points do not fit into a device's numbers.
-
-    Args:
-        name: of the parameter that gives the device's numbers.
-        scale: how the device states a set-point.
-        pressure_limit: largest gauge pressure that is passed on [Pa].
-        span: smallest and largest number of the device.
-
-    Raises:
-        InvalidInputError: 0 Pa or ``pressure_limit`` is beyond them.
-
-    Example:
-        >>> require_representable("command_format", PressureScale("hPa"), 1e5, (0, 65535))
-    """
-    for pressure in (0.0, pressure_limit):
-        number = scale.to_device(pressure)
-        if not span[0] <= number <= span[1]:
-            requirement = (
-                f"a format of {span[0]:g} to {span[1]:g} that holds {pressure:g} Pa; "
-                "choose another format, command_unit, command_scale or pressure_limit"
-            )
-            raise InvalidInputError(name, number, requirement)

@@ -22,11 +22,11 @@ import binascii
 import re
 from dataclasses import dataclass
 
-from spiral_core.errors import InvalidInputError
-
 SEQUENCE_END = 65536
 # Longer than any line of the protocol: longer input without a line end is dropped.
 LINE_LENGTH_MAX = 80
+# Set-points with more digits are too long for a line.
+NUMBERS = (-1.0e9, 1.0e9)
 STATES = ("ok", "watchdog", "refused", "fault")
 _NUMBER = r"[+-]?\d+(?:\.\d*)?"
 _SET_POINT = re.compile(rf"S (\d{{1,5}}) ({_NUMBER}) (\d{{1,6}})")
@@ -138,16 +138,6 @@ class LineBuffer:
     def clear(self) -> None:
         """Forget what has come of a line that is not complete."""
         self._rest = b""
-
-
-def require_line_number(name: str, number: float) -> None:
-    """Refuse a set-point with more digits than a line holds.
-
-    Raises:
-        InvalidInputError: it is beyond +-1e9.
-    """
-    if not abs(number) <= 1.0e9:
-        raise InvalidInputError(name, number, "such that set-points are within +-1e9")
 
 
 def _line(body: str) -> bytes:

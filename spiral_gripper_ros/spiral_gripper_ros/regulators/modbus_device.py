@@ -6,20 +6,17 @@ from __future__ import annotations
 import socket
 import struct
 import time
-from dataclasses import dataclass
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.regulators.device import LinkError, Reading
+from spiral_gripper_ros.regulators.parameters import (
+    FORMATS,
+    NO_REGISTER,
+    RegulatorParameters,
+    pressure_scale,
+)
+from spiral_gripper_ros.regulators.pressure_scale import require_representable
 
-# Formats of a number in registers: the struct code, and the range.
-FORMATS: dict[str, tuple[str, tuple[float, float]]] = {
-    "int16": ("h", (-(2.0**15), 2.0**15 - 1.0)),
-    "uint16": ("H", (0.0, 2.0**16 - 1.0)),
-    "int32": ("i", (-(2.0**31), 2.0**31 - 1.0)),
-    "uint32": ("I", (0.0, 2.0**32 - 1.0)),
-    "float32": ("f", (-3.4e38, 3.4e38)),
-}
-NO_REGISTER = -1
 HEARTBEAT_END = SEQUENCE_END = 65536
 # Functions of the protocol (Modbus application protocol V1.1b3), and what marks an exception.
 READ_HOLDING, READ_INPUT, WRITE_MULTIPLE, EXCEPTION = 3, 4, 16, 0x80
@@ -27,28 +24,6 @@ READ_HOLDING, READ_INPUT, WRITE_MULTIPLE, EXCEPTION = 3, 4, 16, 0x80
 # unit.
 HEADER = struct.Struct(">HHHB")
 LENGTH_MAX = 254
-
-
-@dataclass(frozen=True, slots=True)
-class RegisterMap:
-    """The register addresses of a device, counted from 0; -1 is none.
-
-    Args:
-        command: first register of the set-point.
-        command_format, measured_format: a key of ``FORMATS``.
-        measured: first register of the measured pressure.
-        measured_is_input: whether that is an input register (function 4) or a holding one (3).
-        heartbeat: holding register that counts up with each exchange.
-        low_word_first: order of the words of 32-bit numbers.
-    """
-
-    command: int
-    command_format: str
-    measured: int = NO_REGISTER
-    measured_format: str = "float32"
-    measured_is_input: bool = False
-    heartbeat: int = NO_REGISTER
-    low_word_first: bool = False
 
 
 def registers_from_number(number: float, kind: str, *, low_word_first: bool) -> list[int]:
@@ -98,34 +73,35 @@ class ModbusDevice:
     share one time-out. A name of a host is resolved until the first connection; its address stays.
 
     Args:
-        host: name or address.
-        port: TCP port.
-        unit: the device's unit identifier.
-        timeout: longest time for an exchange [s].
-        registers: where things stand.
+        values: address, time-out and registers; addresses of registers count from 0.
+
+    Raises:
+        InvalidInputError: the format does not hold every set-point.
     """
 
-    def __init__(
-        self, host: str, port: int, unit: int, timeout: float, registers: RegisterMap
-    ) -> None:
-        self._name, self._address = f"{host}:{port}", (host, port)
-        self._unit, self._timeout, self._map = unit, timeout, registers
+    def __init__(self, values: RegulatorParameters) -> None:
+        scale, (_, span) = pressure_scale(values, "command"), FORMATS[values.command_format]
+        require_representable("command_format", scale, values.pressure_limit, span)
+        self._values, self._timeout = values, values.device_timeout
+        self._name = f"{values.host}:{values.tcp_port}"
+        self._address = (values.host, values.tcp_port)
+        self._low_word_first = values.word_order == "little"
         self._socket: socket.socket | None = None
         self._deadline = 0.0
         self._beat = self._sequence = 0
 
     def exchange(self, number: float) -> Reading:
         """Write the set-point and the heartbeat, and read the measured pressure."""
-        layout = self._map
+        values = self._values
         words = registers_from_number(
-            number, layout.command_format, low_word_first=layout.low_word_first
+            number, values.command_format, low_word_first=self._low_word_first
         )
         self._deadline = time.monotonic() + self._timeout
         try:
-            self._write(layout.command, words)
-            if layout.heartbeat != NO_REGISTER:
+            self._write(values.command_register, words)
+            if values.heartbeat_register != NO_REGISTER:
                 self._beat = (self._beat + 1) % HEARTBEAT_END
-                self._write(layout.heartbeat, [self._beat])
+                self._write(values.heartbeat_register, [self._beat])
             return self._reading()
         except OSError as error:
             self.close()
@@ -145,35 +121,28 @@ class ModbusDevice:
         )
 
     def _reading(self) -> Reading:
-        layout = self._map
-        if layout.measured == NO_REGISTER:
+        register, kind = self._values.measured_register, self._values.measured_format
+        if register == NO_REGISTER:
             return Reading()
-        count = register_count(layout.measured_format)
-        function = READ_INPUT if layout.measured_is_input else READ_HOLDING
-        answer = self._answer(function, layout.measured, struct.pack(">H", count))
+        count = register_count(kind)
+        function = READ_INPUT if self._values.measured_table == "input" else READ_HOLDING
+        answer = self._answer(function, register, struct.pack(">H", count))
         if len(answer) != 1 + 2 * count or answer[0] != 2 * count:
-            raise OSError(f"register {layout.measured}: not {count} registers")
+            raise OSError(f"register {register}: not {count} registers")
         words = list(struct.unpack(f">{count}H", answer[1:]))
-        return Reading(
-            number_from_registers(
-                words, layout.measured_format, low_word_first=layout.low_word_first
-            )
-        )
+        return Reading(number_from_registers(words, kind, low_word_first=self._low_word_first))
 
     def _answer(self, function: int, register: int, content: bytes) -> bytes:
         """Send a request; return what follows the function in its answer."""
-        connection = self._connected()
+        connection, own = self._connected(), self._values.unit_id
         self._sequence = (self._sequence + 1) % SEQUENCE_END
         request = struct.pack(">BH", function, register) + content
-        header = HEADER.pack(self._sequence, 0, 1 + len(request), self._unit)
+        header = HEADER.pack(self._sequence, 0, 1 + len(request), own)
         connection.settimeout(self._remaining())
         connection.sendall(header + request)
         sequence, zero, length, unit = HEADER.unpack(self._received(connection, HEADER.size))
-        if (sequence, zero, unit) != (
-            self._sequence,
-            0,
-            self._unit,
-        ) or not 3 <= length <= LENGTH_MAX:
+        is_answer = (sequence, zero, unit) == (self._sequence, 0, own)
+        if not (is_answer and 3 <= length <= LENGTH_MAX):
             raise OSError(f"register {register}: not an answer to the request")
         answered, *rest = self._received(connection, length - 1)
         if answered == function | EXCEPTION:

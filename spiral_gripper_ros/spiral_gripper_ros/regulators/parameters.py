@@ -9,19 +9,19 @@ from typing import Any, Final
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.parameters.spec import Parameters, parameter
-from spiral_gripper_ros.regulators.adapter import require_representable
-from spiral_gripper_ros.regulators.line_protocol import require_line_number
-from spiral_gripper_ros.regulators.modbus_device import (
-    FORMATS,
-    NO_REGISTER,
-    ModbusDevice,
-    RegisterMap,
-)
 from spiral_gripper_ros.regulators.pressure_scale import UNITS, PressureScale, Reference
-from spiral_gripper_ros.regulators.serial_device import SerialDevice
 
 TOPIC, SERIAL, MODBUS = "topic", "serial", "modbus"
 NONE = "none"
+NO_REGISTER = -1
+# Formats of a number in registers: the struct code, and the range.
+FORMATS: dict[str, tuple[str, tuple[float, float]]] = {
+    "int16": ("h", (-(2.0**15), 2.0**15 - 1.0)),
+    "uint16": ("H", (0.0, 2.0**16 - 1.0)),
+    "int32": ("i", (-(2.0**31), 2.0**31 - 1.0)),
+    "uint32": ("I", (0.0, 2.0**32 - 1.0)),
+    "float32": ("f", (-3.4e38, 3.4e38)),
+}
 
 
 _fixed = partial(parameter, read_only=True)
@@ -151,38 +151,3 @@ def require_timely(values: RegulatorParameters) -> None:
     if timeout > 0.5 * watchdog:
         requirement = f"at most {0.5 * watchdog:g} s, half of watchdog_timeout"
         raise InvalidInputError("device_timeout", timeout, requirement)
-
-
-def serial_device(values: RegulatorParameters) -> SerialDevice:
-    """Return the device on a serial line that checked values describe."""
-    scale, limit = pressure_scale(values, "command"), values.pressure_limit
-    for pressure in (0.0, limit):
-        require_line_number("command_scale", scale.to_device(pressure))
-    return SerialDevice(
-        port=values.port,
-        baud_rate=values.baud_rate,
-        timeout=values.device_timeout,
-        watchdog=values.watchdog_timeout,
-    )
-
-
-def modbus_device(values: RegulatorParameters) -> ModbusDevice:
-    """Return the Modbus device that checked values describe."""
-    kind = values.command_format
-    limit, (_, span) = values.pressure_limit, FORMATS[kind]
-    require_representable("command_format", pressure_scale(values, "command"), limit, span)
-    return ModbusDevice(
-        host=values.host,
-        port=values.tcp_port,
-        unit=values.unit_id,
-        timeout=values.device_timeout,
-        registers=RegisterMap(
-            command=values.command_register,
-            command_format=kind,
-            measured=values.measured_register,
-            measured_format=values.measured_format,
-            measured_is_input=values.measured_table == "input",
-            heartbeat=values.heartbeat_register,
-            low_word_first=values.word_order == "little",
-        ),
-    )

@@ -79,3 +79,30 @@ class PressureScale:
 
     def _zero(self) -> float:
         return self.ambient_pressure if self.reference is Reference.ABSOLUTE else 0.0
+
+
+def require_representable(
+    name: str, scale: PressureScale, pressure_limit: float, span: tuple[float, float]
+) -> None:
+    """Refuse a scale whose set-points are beyond a device's numbers.
+
+    Args:
+        name: of the parameter that is to be changed.
+        scale: how the device states a set-point.
+        pressure_limit: largest gauge pressure that is passed on [Pa].
+        span: smallest and largest number of the device.
+
+    Raises:
+        InvalidInputError: 0 Pa or ``pressure_limit`` is beyond them.
+
+    Example:
+        >>> require_representable("command_format", PressureScale("hPa"), 1e5, (0, 65535))
+    """
+    for pressure in (0.0, pressure_limit):
+        number = scale.to_device(pressure)
+        if not span[0] <= number <= span[1]:
+            requirement = (
+                f"such that {pressure:g} Pa is a number from {span[0]:g} to {span[1]:g}; "
+                "choose another format, command_unit, command_scale or pressure_limit"
+            )
+            raise InvalidInputError(name, number, requirement)

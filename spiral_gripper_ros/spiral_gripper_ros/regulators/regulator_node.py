@@ -18,17 +18,16 @@ from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.regulators.adapter import Link, RegulatorAdapter
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import PressureDevice
+from spiral_gripper_ros.regulators.modbus_device import ModbusDevice
 from spiral_gripper_ros.regulators.parameters import (
     MODBUS,
-    NONE,
     SERIAL,
     RegulatorParameters,
-    modbus_device,
     pressure_scale,
     require_timely,
-    serial_device,
 )
-from spiral_gripper_ros.regulators.topic_device import NumberTopic, TopicDevice
+from spiral_gripper_ros.regulators.serial_device import SerialDevice
+from spiral_gripper_ros.regulators.topic_device import TopicDevice
 
 REGULATOR_NODE = "regulator"
 DIAGNOSTICS_PERIOD = 1.0
@@ -57,11 +56,10 @@ class RegulatorNode(Node):  # type: ignore[misc]
         self.values = declared.values()
         require_timely(self.values)
         timeout = self.values.watchdog_timeout
-        command_scale = pressure_scale(self.values, "command")
         self.adapter = RegulatorAdapter(
             CommandWatch(self.values.pressure_limit, timeout),
-            self._device(command_scale.to_device(0.0)),
-            command_scale,
+            self._device(),
+            pressure_scale(self.values, "command"),
             pressure_scale(self.values, "measured"),
             timeout,
         )
@@ -73,22 +71,12 @@ class RegulatorNode(Node):  # type: ignore[misc]
         self.create_timer(1.0 / self.values.rate, self._exchange, clock=steady)
         self.create_timer(DIAGNOSTICS_PERIOD, self._diagnose, clock=steady)
 
-    def _device(self, vented: float) -> PressureDevice:
-        values = self.values
-        if values.device == SERIAL:
-            return serial_device(values)
-        if values.device == MODBUS:
-            return modbus_device(values)
-
-        def topic(side: str, length: int = 0) -> NumberTopic:
-            name, kind, field = (
-                getattr(values, f"{side}_{part}") for part in ("topic", "type", "field")
-            )
-            return NumberTopic(name, kind, field, length)
-
-        measured = None if values.measured_topic == NONE else topic("measured")
-        command = topic("command", values.command_length)
-        return TopicDevice(self, command, measured, vented, values.watchdog_timeout)
+    def _device(self) -> PressureDevice:
+        if self.values.device == SERIAL:
+            return SerialDevice(self.values)
+        if self.values.device == MODBUS:
+            return ModbusDevice(self.values)
+        return TopicDevice(self, self.values)
 
     def _on_command(self, message: Float64) -> None:
         if self.adapter.watch.offer(time.monotonic(), message.data) and message.data == 0.0:

@@ -10,6 +10,7 @@ from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.regulators.device import LinkError, Reading
 from spiral_gripper_ros.regulators.line_protocol import (
     LINE_LENGTH_MAX,
+    NUMBERS,
     SEQUENCE_END,
     LineBuffer,
     Measurement,
@@ -17,6 +18,8 @@ from spiral_gripper_ros.regulators.line_protocol import (
     measurement_from_line,
     set_point_line,
 )
+from spiral_gripper_ros.regulators.parameters import RegulatorParameters, pressure_scale
+from spiral_gripper_ros.regulators.pressure_scale import require_representable
 
 # A port that could not be opened is tried again after this time [s].
 RECONNECT_PERIOD = 0.5
@@ -32,16 +35,15 @@ class SerialDevice:
     """A serial port, opened when it is needed, and again after it has failed.
 
     Args:
-        port: such as "/dev/ttyACM0".
-        baud_rate: bits per second.
-        timeout: longest time for an answer [s].
-        watchdog: silence after which the device vents [s]; sent with each set-point.
+        values: port, times and scale; the watchdog's time is sent with each set-point.
 
     Raises:
-        InvalidInputError: pyserial is not installed.
+        InvalidInputError: pyserial is not installed, or a line does not hold every set-point.
     """
 
-    def __init__(self, port: str, baud_rate: int, timeout: float, watchdog: float) -> None:
+    def __init__(self, values: RegulatorParameters) -> None:
+        scale = pressure_scale(values, "command")
+        require_representable("command_scale", scale, values.pressure_limit, NUMBERS)
         try:
             import serial
         except ModuleNotFoundError:
@@ -50,8 +52,9 @@ class SerialDevice:
             )
             raise InvalidInputError("device", "serial", requirement) from None
         self._serial = serial
-        self._address, self._baud_rate = port, baud_rate
-        self._timeout, self._watchdog_ms = timeout, max(1, round(1.0e3 * watchdog))
+        self._address, self._baud_rate = values.port, values.baud_rate
+        self._timeout = values.device_timeout
+        self._watchdog_ms = max(1, round(1.0e3 * values.watchdog_timeout))
         self._port: Any = None
         self._tried, self._problem = -RECONNECT_PERIOD, ""
         self._sequence = 0

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
@@ -15,6 +15,7 @@ from spiral_gripper_ros.control.radius_gate import age_problem
 from spiral_gripper_ros.messages.conversions import stamp_age
 from spiral_gripper_ros.regulators.device import LinkError, Reading
 from spiral_gripper_ros.regulators.message_field import MessageField, message_type
+from spiral_gripper_ros.regulators.parameters import NONE, RegulatorParameters, pressure_scale
 
 # Reliable, and only for who listens now: a latched set-point is no sign of life.
 SET_POINTS = QoSProfile(depth=1)
@@ -22,57 +23,35 @@ SET_POINTS = QoSProfile(depth=1)
 ACKNOWLEDGE_TIMEOUT = 0.5
 
 
-class NumberTopic(NamedTuple):
-    """Where a number is in a topic.
-
-    Args:
-        name: of the topic.
-        type: of its messages, such as "std_msgs/msg/Float64".
-        field: path of the number.
-        length: elements of its array; 0: up to the index.
-    """
-
-    name: str
-    type: str
-    field: str
-    length: int = 0
-
-
 class TopicDevice:
     """Publishes set-points for a driver, and hears what it measures.
 
     Args:
         node: publishes and subscribes.
-        command: the driver's set-point.
-        measured: what it measures, or None.
-        vented: number of 0 Pa; other elements of an array hold it.
-        oldest: age by its stamp above which a measurement is not used [s].
+        values: names and types of the topics, and where their numbers are.
 
     Raises:
         InvalidInputError: a type is not installed, or has no such number.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        command: NumberTopic,
-        measured: NumberTopic | None,
-        vented: float,
-        oldest: float,
-    ) -> None:
-        self._node, self._vented, self._oldest = node, vented, oldest
-        kind = message_type("command_type", command.type)
-        self._command = MessageField("command_field", kind, command.field, command.length)
-        self._publisher = node.create_publisher(kind, command.name, SET_POINTS)
+    def __init__(self, node: Node, values: RegulatorParameters) -> None:
+        self._node, self._oldest = node, values.watchdog_timeout
+        # Other elements of an array hold it.
+        self._vented = pressure_scale(values, "command").to_device(0.0)
+        kind = message_type("command_type", values.command_type)
+        self._command = MessageField(
+            "command_field", kind, values.command_field, values.command_length
+        )
+        self._publisher = node.create_publisher(kind, values.command_topic, SET_POINTS)
         if self._publisher.topic_name == node.resolve_topic_name("pressure_command"):
             requirement = "another topic than pressure_command, which the adapter hears"
-            raise InvalidInputError("command_topic", command.name, requirement)
+            raise InvalidInputError("command_topic", values.command_topic, requirement)
         self._reading = Reading()
-        if measured is not None:
-            kind = message_type("measured_type", measured.type)
-            self._measured = MessageField("measured_field", kind, measured.field)
+        if values.measured_topic != NONE:
+            kind = message_type("measured_type", values.measured_type)
+            self._measured = MessageField("measured_field", kind, values.measured_field)
             node.create_subscription(
-                kind, measured.name, self._on_measured, qos_profile_sensor_data
+                kind, values.measured_topic, self._on_measured, qos_profile_sensor_data
             )
 
     def exchange(self, number: float) -> Reading:
