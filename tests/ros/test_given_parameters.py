@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters given at start that nobody has."""
 
+import re
+
 import pytest
+from repo.source_tree import ROOT
 
 from spiral_gripper_ros.parameters.given import judge_given_parameters
+from spiral_gripper_ros.parameters.table import PARAMETERS
 
 KNOWN = ["pressure.cap", "gripper"]
 NODE = "/left/spiral_gripper"
@@ -93,6 +97,14 @@ def test_names_in_namespaces_have_dots(tmp_path, values, unknown):
     text = f"/**/spiral_gripper:\n  ros__parameters: {values}\n"
     errors = judge("--params-file", str(file_of(tmp_path, text))).errors
     assert [error.split(": ")[1].split(" is not")[0] for error in errors] == unknown
+
+
+def test_the_file_on_the_page_has_names_of_the_node(tmp_path):
+    page = (ROOT / "docs/node_parameters.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    args = ["--ros-args", "--params-file", str(file_of(tmp_path, text))]
+    findings = judge_given_parameters(args, [NODE], [spec.name for spec in PARAMETERS])
+    assert findings.errors == findings.warnings == []
 
 
 def test_a_file_that_is_gone_is_an_error(tmp_path):

@@ -19,6 +19,10 @@ LATEST = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
+# For who listens now: a command or a set-point that was latched before is no sign of life.
+UNLATCHED = QoSProfile(depth=1)
+# Reliable, so that subscribers of either kind hear it; a late one has the next in a moment.
+MEASUREMENTS = QoSProfile(depth=5)
 # Requests wait their turn: 20 goals at once must not push each other out, as with a depth of 10.
 REQUESTS = QoSProfile(depth=200)
 # A regulator that requests liveliness is notified by the middleware when no command has come for

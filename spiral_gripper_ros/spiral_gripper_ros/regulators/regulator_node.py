@@ -9,10 +9,10 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
+from spiral_gripper_ros.messages.qos import MEASUREMENTS, UNLATCHED
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.regulators.adapter import Link, RegulatorAdapter
@@ -33,9 +33,6 @@ REGULATOR_NODE = "regulator"
 DIAGNOSTICS_PERIOD = 1.0
 # Texts of one level are logged no more often than this [s]: a figure in them may change always.
 LOG_PERIOD = 5.0
-# A command counts when it comes: one that was latched before is no sign that anybody commands.
-COMMANDS = QoSProfile(depth=1)
-MEASUREMENTS = QoSProfile(depth=5)
 
 
 class RegulatorNode(Node):  # type: ignore[misc]
@@ -66,7 +63,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         self._told, self._told_at = (b"", ""), 0.0
         self._measured = self.create_publisher(Float64, "measured_pressure", MEASUREMENTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_subscription(Float64, "pressure_command", self._on_command, COMMANDS)
+        self.create_subscription(Float64, "pressure_command", self._on_command, UNLATCHED)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / self.values.rate, self._exchange, clock=steady)
         self.create_timer(DIAGNOSTICS_PERIOD, self._diagnose, clock=steady)

@@ -8,17 +8,16 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.control.radius_gate import age_problem
 from spiral_gripper_ros.messages.conversions import stamp_age
+from spiral_gripper_ros.messages.qos import UNLATCHED
 from spiral_gripper_ros.regulators.device import LinkError, Reading
 from spiral_gripper_ros.regulators.message_field import MessageField, message_type
 from spiral_gripper_ros.regulators.parameters import NONE, RegulatorParameters, pressure_scale
 
-# Reliable, and only for who listens now: a latched set-point is no sign of life.
-SET_POINTS = QoSProfile(depth=1)
 # How long a set-point may take to be acknowledged before the topic is closed [s].
 ACKNOWLEDGE_TIMEOUT = 0.5
 
@@ -42,7 +41,7 @@ class TopicDevice:
         self._command = MessageField(
             "command_field", kind, values.command_field, values.command_length
         )
-        self._publisher = node.create_publisher(kind, values.command_topic, SET_POINTS)
+        self._publisher = node.create_publisher(kind, values.command_topic, UNLATCHED)
         if self._publisher.topic_name == node.resolve_topic_name("pressure_command"):
             requirement = "another topic than pressure_command, which the adapter hears"
             raise InvalidInputError("command_topic", values.command_topic, requirement)

@@ -8,11 +8,11 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
+from spiral_gripper_ros.messages.qos import MEASUREMENTS, UNLATCHED
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.simulation.pacing import RateGate
 from spiral_gripper_ros.simulation.regulator import (
@@ -23,11 +23,6 @@ from spiral_gripper_ros.simulation.regulator import (
 
 REGULATOR_NODE = "simulated_regulator"
 DIAGNOSTICS_RATE = 1.0
-# Reliable, so that subscribers of either kind hear it.
-MEASUREMENTS = QoSProfile(depth=5)
-# A command counts when it comes: one that was latched before the regulator was there is no sign
-# that anybody commands now.
-COMMANDS = QoSProfile(depth=1)
 
 
 def injection_service(fault: Fault) -> str:
@@ -55,7 +50,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         self._measuring, self._diagnosing = RateGate(), RateGate()
         self._measured = self.create_publisher(Float64, "measured_pressure", MEASUREMENTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_subscription(Float64, "pressure_command", self._on_command, COMMANDS)
+        self.create_subscription(Float64, "pressure_command", self._on_command, UNLATCHED)
         for fault in Fault:
             name = f"~/{injection_service(fault)}"
             self.create_service(Trigger, name, self._injecting(fault))

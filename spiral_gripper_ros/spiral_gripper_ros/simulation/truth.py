@@ -8,19 +8,17 @@ from typing import Any
 
 from geometry_msgs.msg import PoseArray
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64, String
 
 from spiral_core.rod.state import RodState
 from spiral_gripper_ros.messages.conversions import backbone_to_msg
+from spiral_gripper_ros.messages.qos import MEASUREMENTS
 from spiral_gripper_ros.simulation.simulated_gripper import Grip, SimulatedGripper
 
 BACKBONE_POINTS = 50
 # What the pressure must change by for the shape to be solved anew [Pa]: its tip moves by some
 # micrometers then.
 FINEST = 1.0
-# The newest is what counts; a subscriber that comes late has the next one in a moment.
-TRUTH = QoSProfile(depth=5)
 
 
 class Truth:
@@ -36,10 +34,10 @@ class Truth:
         self._solved_pressure, self._solved_grip = math.nan, Grip.UNKNOWN
         self._solved_radius: float | None = None
         self._solved_shape: RodState | None = None
-        self._pressure = node.create_publisher(Float64, "simulated/pressure", TRUTH)
-        self._radius = node.create_publisher(Float64, "simulated/object_radius", TRUTH)
-        self._grip = node.create_publisher(String, "simulated/grip", TRUTH)
-        self._backbone = node.create_publisher(PoseArray, "simulated/backbone", TRUTH)
+        self._pressure = node.create_publisher(Float64, "simulated/pressure", MEASUREMENTS)
+        self._radius = node.create_publisher(Float64, "simulated/object_radius", MEASUREMENTS)
+        self._grip = node.create_publisher(String, "simulated/grip", MEASUREMENTS)
+        self._backbone = node.create_publisher(PoseArray, "simulated/backbone", MEASUREMENTS)
 
     def publish(self, pressure: float, radius: float | None, header: Any) -> None:  # noqa: ANN401
         """Publish the present state.
