@@ -18,6 +18,7 @@ from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float32, Float64
 
 from spiral_gripper_ros.messages.qos import COMMAND, LATEST
+from spiral_gripper_ros.regulators.adapter import Link
 from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
 from spiral_gripper_ros.regulators.regulator_node import REGULATOR_NODE, RegulatorNode
 
@@ -311,6 +312,33 @@ def test_a_measurement_that_is_stale_or_has_lost_its_driver_is_dropped(namespace
         assert gripper.measured == []
         assert process.stop() == 0, process.log()
     driver.destroy_node()
+
+
+def test_a_driver_that_is_slower_than_the_exchanges_stays_wrong_until_it_is_right(
+    namespace, gripper
+):
+    values = {"measured_topic": "valve/pressure", "watchdog_timeout": 60.0}
+    values |= {"measured_type": "sensor_msgs/msg/FluidPressure", "device_timeout": 10.0}
+    values["measured_field"] = "fluid_pressure"
+    given = [Parameter(name, value=value) for name, value in values.items()]
+    node = RegulatorNode(namespace=namespace, parameter_overrides=given)
+    gripper.create_subscription(Float64, "regulator/set_point", lambda message: None, 10)
+
+    def is_connected():
+        node._exchange()
+        return node.adapter.link is Link.UP
+
+    gripper.wait_until(is_connected, "the driver")
+    message = FluidPressure(fluid_pressure=4.0e4)
+    for age, level in ((100.0, DiagnosticStatus.ERROR), (0.0, DiagnosticStatus.OK)):
+        message.header.stamp = (node.get_clock().now() - Duration(seconds=age)).to_msg()
+        deliver(node, "pressure", message)
+        levels = []
+        for _ in range(3):
+            node._exchange()
+            levels.append(node._state()[0])
+        assert levels == [level] * 3
+    node.destroy_node()
 
 
 def test_a_latched_command_is_not_taken_for_a_new_one(namespace, gripper, line):

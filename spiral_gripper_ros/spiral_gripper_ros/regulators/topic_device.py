@@ -56,9 +56,11 @@ class TopicDevice:
     def exchange(self, number: float) -> Reading:
         """Publish a set-point; return what has come since the last call.
 
-        A measurement that comes without a driver is dropped: it is none of the next driver's.
+        A measurement that comes without a driver is dropped: it is none of the next driver's. What
+        was wrong with the last one stands until another comes.
         """
-        reading, self._reading = self._reading, Reading()
+        reading = self._reading
+        self._reading = Reading(problem=reading.problem)
         message = self._command.message(number, self._vented)
         if hasattr(message, "header"):
             message.header.stamp = self._node.get_clock().now().to_msg()
