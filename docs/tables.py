@@ -26,6 +26,7 @@ def tables() -> dict[str, str]:
     return {
         "fields": _fields(),
         "transitions": _transitions(),
+        "laws": _laws(),
         "node_parameters": _parameters(PARAMETERS),
         "regulator_parameters": _parameters(REGULATOR_PARAMETERS),
         "simulated_regulator_parameters": _parameters(SimulatedRegulatorParameters.specs()),
@@ -61,6 +62,9 @@ def _transitions() -> str:
             names = f"every state but {' and '.join(others)}" if others else "every state"
         rows.append((event, names, new, command))
     return _table(("event", "from", "to", "command"), rows)
+def _laws() -> str:
+    rows = [(f"`{law}`", ", ".join(f"`{name}`" for name in constants_of(law))) for law in LAWS]
+    return _table(("law", "constants"), rows)
 
 
 def _parameters(specs: Sequence[ParameterSpec]) -> str:

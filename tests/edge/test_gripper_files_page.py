@@ -12,7 +12,7 @@ from spiral_core import OneFamily, SingleFiber
 from spiral_core.wrap.gripper import FIBER_STIFFNESS
 from spiral_gripper import DescriptionError, available_grippers, load_description
 from spiral_gripper.files.description import parse_description
-from spiral_gripper.files.fields import FIELDS, LAWS, constants_of
+from spiral_gripper.files.fields import FIELDS
 from spiral_gripper.files.units import Dimension, parse_quantity
 
 pytestmark = pytest.mark.long
@@ -267,14 +267,6 @@ def test_other_defaults_are_stated_in_words():
     without = {name for name, row in ROWS.items() if row[3] == "" and row[1] == "no"}
     assert without == {name for name in FIELDS if name.startswith("measured.")}
     assert all(row[3] == "" for name, row in ROWS.items() if row[1] != "no")
-
-
-def test_laws_and_their_constants():
-    stated = {
-        codes(law)[0]: tuple(codes(constants))
-        for law, constants in table_after("Laws and their constants")
-    }
-    assert stated == {law: constants_of(law) for law in LAWS}
 
 
 EXAMPLE_FIELDS = {
