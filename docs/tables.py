@@ -62,6 +62,8 @@ def _transitions() -> str:
             names = f"every state but {' and '.join(others)}" if others else "every state"
         rows.append((event, names, new, command))
     return _table(("event", "from", "to", "command"), rows)
+
+
 def _laws() -> str:
     rows = [(f"`{law}`", ", ".join(f"`{name}`" for name in constants_of(law))) for law in LAWS]
     return _table(("law", "constants"), rows)

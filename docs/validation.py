@@ -41,9 +41,9 @@ the code disagree.
 
 The paper is N. K. Uppalapati, G. Krishnan, "Towards Pneumatic Spiral Grippers: Modeling and Design
 Considerations", Soft Robotics 5(6), 2018, doi 10.1089/soro.2017.0144. Its figures are quoted
-from its text; its measured data are not available to us. Prototypes: `config/prototype_p1.yaml`
-(β = 50°), `config/prototype_p2.yaml` (60°), `config/paper_design_70.yaml` (70°): the rubber's
-constants in them are a starting point, not a calibration.
+from its text; its measured data are not available to us. Grippers: `prototype_p1` (β =
+50°), `prototype_p2` (60°), `paper_design_70` (70°): the rubber's constants in their files are a
+starting point, not a calibration.
 """
 EXAMPLE = Path(__file__).parents[1] / "examples" / "paper_design.py"
 PAPER_LENGTH = 0.361

@@ -47,7 +47,9 @@ def check_package(name: str, install: Path, root: Path) -> None:
 
 def check_files(root: Path) -> None:
     """Check that description files, launch and other shared files, and executables are there."""
-    shipped = sorted(path.name for path in (root / "config").glob("*.yaml"))
+    shipped = sorted(
+        path.name for path in (root / "spiral_gripper/spiral_gripper/config").glob("*.yaml")
+    )
     folder = resources.files("spiral_gripper") / "config"
     found = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
     require(shipped != [] and found == shipped, f"description files: {found}, not {shipped}")

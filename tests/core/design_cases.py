@@ -22,7 +22,7 @@ PAPER_EXAMPLE = DesignRequirement(
     pressure_max=110.316e3,
     strain_max=0.3,
 )
-# Bore diameter and wall in 1/32 in; the sizes of config/tubing/natural_latex.yaml.
+# Bore diameter and wall in 1/32 in; the sizes of the shipped natural_latex.
 SIZES = (
     (4, 1.0), (6, 1.0), (6, 1.5), (8, 1.0), (8, 1.5), (8, 2.0), (10, 1.0),
     (10, 1.5), (10, 2.0), (12, 1.0), (12, 1.5), (12, 2.0), (16, 1.0), (16, 2.0),

@@ -10,7 +10,7 @@ from spiral_core import MooneyRivlin, PressureLaw
 from spiral_gripper import DescriptionError, available_grippers, load_description, load_gripper
 from spiral_gripper.files.catalog import find_description
 
-CONFIG = Path(__file__).parents[2] / "config"
+CONFIG = Path(__file__).parents[2] / "spiral_gripper/spiral_gripper/config"
 SHIPPED = ("paper_design_70", "prototype_p1", "prototype_p2")
 
 
