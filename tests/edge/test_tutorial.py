@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-import runpy
 import shlex
 import shutil
 from pathlib import Path
@@ -89,8 +88,3 @@ def test_the_tutorials_files_are_the_examples() -> None:
         if not line.startswith("#")
     ][:2]
     assert f"```\n{first}\n{second}\n```" in page
-
-
-def test_the_table_of_scatter_is_computed() -> None:
-    table = runpy.run_path(str(ROOT / "docs" / "scatter.py"))["table"]()
-    assert table in (ROOT / "docs" / "building.md").read_text(encoding="utf-8")
