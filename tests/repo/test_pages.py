@@ -59,6 +59,9 @@ def test_every_link_leads_to_a_file_and_its_heading(path):
             continue
         linked = path.parent / target if target else path
         assert linked.exists(), target
+        if path in PAGES:  # Sphinx links to files, and among pages to its own only
+            assert linked.is_file(), target
+            assert linked.suffix != ".md" or DOCS in linked.resolve().parents, target
         if anchor:
             assert anchor in anchors(linked), f"{target}#{anchor}"
 
