@@ -189,10 +189,40 @@ def test_each_set_of_fibers_moves_as_the_table_says(motion, fields):
     assert ("coiled at rest" in motion) == (rest.torsion != 0.0)
 
 
-@pytest.mark.parametrize(("fields", "reason"), table_after("Fibers that contradict each other"))
-def test_contradictory_fibers_are_refused_as_the_table_says(fields, reason):
+COIL = "alpha: 88 deg, beta: 60 deg"
+TWO = "single_angles: [0 deg, 0 deg]"
+THREE = "single_angles: [0 deg, 0 deg, 0 deg], single_positions: [0 deg, 120 deg, 240 deg]"
+CONTRADICTIONS = [
+    ("alpha: 60 deg, beta: 60 deg", "angles of two families that cross"),
+    ("alpha: 40 deg, beta: -40 deg", "a pair that extends under pressure"),
+    ("alpha: 40 deg, beta: none", "a family with which pressure extends the tube"),
+    (
+        f"{COIL}, single_angles: [60 deg]",
+        "at another angle than the wound families, or left out",
+    ),
+    (
+        f"{COIL}, single_angles: [0 deg, 10 deg]",
+        "at one angle: fibers that cross leave no uniform shape",
+    ),
+    (
+        f"{COIL}, {TWO}, single_positions: [0 deg, 180 deg]",
+        "two fibers 0.1 to 170 degrees apart",
+    ),
+    (
+        f"{COIL}, {THREE}",
+        "at most 2: three hold the section on all sides",
+    ),
+    (
+        f"alpha: 90 deg, beta: none, {TWO}, single_positions: [0 deg, 60 deg]",
+        "a thin wall and at most one fiber with one family",
+    ),
+]
+
+
+@pytest.mark.parametrize(("fields", "reason"), CONTRADICTIONS)
+def test_contradictory_fibers_are_refused_with_the_reason(fields, reason):
     with pytest.raises(DescriptionError, match="must be") as caught:
-        read(with_fibers(*codes(fields)))
+        read(with_fibers(f"fibers: {{{fields}}}"))
     assert reason in str(caught.value)
 
 
