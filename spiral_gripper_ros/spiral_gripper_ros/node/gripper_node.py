@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lifecycle node: transitions, parameters, the timer of the control loop.
 
-``docs/node.md`` states the node's contract. :mod:`spiral_gripper_ros.control` decides the command;
+``docs/safety.md`` states its contract. :mod:`spiral_gripper_ros.control` decides the command;
 :mod:`spiral_gripper_ros.runtime.runtime` publishes it.
 """
 
