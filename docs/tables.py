@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from spiral_gripper.files.fields import FIELDS, LAWS, constants_of
+from spiral_gripper.files.units import Dimension
 from spiral_gripper_ros.control.states import TRANSITIONS, State
 from spiral_gripper_ros.parameters.spec import ParameterSpec
 from spiral_gripper_ros.parameters.table import PARAMETERS
@@ -27,6 +28,7 @@ def tables() -> dict[str, str]:
         "fields": _fields(),
         "transitions": _transitions(),
         "laws": _laws(),
+        "quantities": _quantities(),
         "node_parameters": _parameters(PARAMETERS),
         "regulator_parameters": _parameters(REGULATOR_PARAMETERS),
         "simulated_regulator_parameters": _parameters(SimulatedRegulatorParameters.specs()),
@@ -55,18 +57,29 @@ def _transitions() -> str:
     for (state, event), (new, rule) in TRANSITIONS.items():
         sources.setdefault((event.value, new.name, rule.value), []).append(state)
     rows = []
-    for (event, new, command), states in sources.items():
+    for (happens, target, command), states in sources.items():
         names = ", ".join(state.name for state in State if state in states)
         if len(states) >= len(State) - 2:
             others = [state.name for state in State if state not in states]
             names = f"every state but {' and '.join(others)}" if others else "every state"
-        rows.append((event, names, new, command))
+        rows.append((happens, names, target, command))
     return _table(("event", "from", "to", "command"), rows)
 
 
 def _laws() -> str:
     rows = [(f"`{law}`", ", ".join(f"`{name}`" for name in constants_of(law))) for law in LAWS]
     return _table(("law", "constants"), rows)
+
+
+def _quantities() -> str:
+    """Return what the quantities of a gripper file are written like."""
+    used = {field.dimension for field in FIELDS.values()}
+    rows = [
+        (kind.quantity, f"`{kind.example}`", ", ".join(f"`{unit}`" for unit in kind.usual_units))
+        for kind in Dimension
+        if kind in used
+    ]
+    return _table(("quantity", "written as", "usual units"), rows)
 
 
 def _parameters(specs: Sequence[ParameterSpec]) -> str:
