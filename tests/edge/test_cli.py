@@ -57,10 +57,14 @@ def test_no_command_shows_the_help(capsys: pytest.CaptureFixture[str], group: li
     assert "\nCommands:\n" in said
 
 
-def test_options_have_the_cores_defaults() -> None:
-    from spiral_core.wrap.gripper import DEFAULT_TURNS
+def test_options_have_the_cores_defaults_and_limits() -> None:
+    from spiral_core.wrap.gripper import DEFAULT_TURNS, FRICTION_MAX
+    from spiral_gripper.files.description import GRAVITY_MAX
 
     assert types.DEFAULT_TURNS == DEFAULT_TURNS
+    assert types.FRICTION.convert("10", None, None) == FRICTION_MAX
+    assert types.FRICTION.most == "10"
+    assert types.ACCELERATION.most == f"{GRAVITY_MAX:g} m/s^2"
 
 
 class Terminal(io.StringIO):

@@ -129,7 +129,7 @@ def test_misuse_is_answered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     broken.write_text("{}\n", encoding="utf-8")
     for extra, text in (
         (["--results", str(broken)], "line 1 must be an outcome of a study"),
-        (["--friction", "-1"], "--friction must be from 0 to 10"),
+        (["--friction", "-1"], "at least 0 and at most 10"),
         (["--gravity-direction", "0", "0", "0"], "must not all be zero"),
     ):
         assert run([*SWEEP, *extra]) == 2

@@ -145,13 +145,13 @@ def test_no_node_is_exit_code_2_and_says_how_to_start_one(monkeypatch, capsys, a
     ("arguments", "kind"),
     [
         (["plan"], "--radius"),
-        (["plan", "--radius", "-20 mm"], "must be positive, got -20 mm"),
+        (["plan", "--radius", "-20 mm"], "must be above 0, got '-20 mm'"),
         (["plan", "--radius", "20"], "unit"),
-        (["grasp", "--overpressure", "-1 kPa"], "must not be negative, got -1 kPa"),
+        (["grasp", "--overpressure", "-1 kPa"], "must be at least 0, got '-1 kPa'"),
         (["grasp", "--timeout", "nan"], "--timeout"),
-        (["release", "--timeout", "-1"], "must be positive, got -1"),
+        (["release", "--timeout", "-1"], "must be above 0, got '-1'"),
         (["status", "--namespace", "a b"], "--namespace"),
-        (["watch", "--duration", "0"], "must be positive"),
+        (["watch", "--duration", "0"], "must be above 0"),
     ],
 )
 def test_what_cannot_be_is_refused_before_anything_is_sent(capsys, arguments, kind):

@@ -138,7 +138,7 @@ def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulati
         (["--namespace", "1st"], "beginning with a digit"),
         (["--namespace", ""], "--namespace"),
         (["--namespace", "a" * 151], "at most 150"),
-        (["--duration", "-1"], "must be positive"),
+        (["--duration", "-1"], "must be above 0"),
         (["--fault", "typhoon"], "stuck_valve"),
     ],
 )

@@ -75,7 +75,7 @@ DRAWS_MAX: Final = 100_000
 )
 @click.option(
     "--section-length",
-    type=QuantityType("LENGTH", most="10 m"),
+    type=QuantityType("LENGTH", above=0.0, most="10 m"),
     help="Unstretched length of the measured section. [default: the tube's length]",
 )
 @click.option("--ignore", "ignored", multiple=True, metavar="HEADING", help="Column to ignore.")

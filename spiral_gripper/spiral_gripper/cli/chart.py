@@ -14,8 +14,8 @@ from spiral_gripper.cli.output import print_json, write_picture
 from spiral_gripper.cli.types import (
     FIBER_ANGLE,
     LENGTH,
-    NUMBER,
     PRESSURE,
+    QuantityType,
     gripper_argument,
     mount_options,
     output_options,
@@ -38,7 +38,7 @@ def chart() -> None:
 @turns_option
 @click.option(
     "--stretch-max",
-    type=NUMBER,
+    type=QuantityType(above=1.0),
     default=1.5,
     show_default=True,
     help="Largest stretch of the tube.",
@@ -59,8 +59,6 @@ def design_space(
     for any material. --beta may be repeated.
     """
     _require_output(as_json, plot)
-    if not stretch_max > 1.0:
-        raise click.UsageError(f"--stretch-max {stretch_max:g} is not above 1, the tube at rest")
     from spiral_core.design.charts import design_space as curves_of
 
     description = described(gripper)

@@ -14,8 +14,8 @@ from spiral_gripper.cli.output import print_json, print_rows, write_picture
 from spiral_gripper.cli.requirement import gravity_from
 from spiral_gripper.cli.types import (
     FORCE,
+    FRICTION,
     MASS,
-    NUMBER,
     PRESSURE,
     gripper_argument,
     mount_options,
@@ -155,7 +155,7 @@ def wrap(
 @place_options
 @click.option(
     "--friction",
-    type=NUMBER,
+    type=FRICTION,
     metavar="MU",
     help="Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
 )
@@ -214,8 +214,6 @@ def grip(
     """
     if (radius is None) == (profile is None):
         raise click.UsageError("give either --radius or --profile")
-    if friction is not None and not 0.0 <= friction <= 10.0:
-        raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
     from spiral_gripper.reports.grip.document import GripQuestion, solve_question
     from spiral_gripper.reports.grip.rows import GRIP, grip_as_dict, print_forces
 

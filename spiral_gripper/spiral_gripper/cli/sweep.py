@@ -15,6 +15,7 @@ from spiral_gripper.cli.group import Group
 from spiral_gripper.cli.output import print_json, write_picture
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
 from spiral_gripper.cli.types import (
+    FRICTION,
     LENGTH,
     NUMBER,
     Decorated,
@@ -182,7 +183,7 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
 @click.option(
     "--friction",
     "frictions",
-    type=NUMBER,
+    type=FRICTION,
     multiple=True,
     metavar="MU",
     help="Friction coefficient of tube and object; by default each gripper file's, or 0.3.",
@@ -220,8 +221,6 @@ def grips(
     --radius, --friction and --gravity-direction may be repeated. Forces are those at each grip's
     recommended pressure after slow closing. Ctrl-C prints the grips that are done; exit code 1.
     """
-    if any(not 0.0 <= friction <= 10.0 for friction in frictions):
-        raise click.UsageError("--friction must be from 0 to 10")
     from spiral_core.grip.grip import GripOutcome, grip_cases, solve_cases
     from spiral_core.wrap.gripper import STANDARD_GRAVITY
     from spiral_gripper.cli.gripper import described

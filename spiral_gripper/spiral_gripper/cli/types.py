@@ -40,37 +40,57 @@ class TypedValue(NamedTuple):
 
 
 class QuantityType(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
-    """A number with its unit, converted to SI.
+    """A number, with its unit if it has a dimension, converted to SI; nan and inf are refused.
 
     Args:
-        dimension: name of a :class:`spiral_gripper.Dimension`.
-        most: the largest value accepted, such as "10 m"; the value must then also be positive.
+        dimension: name of a :class:`spiral_gripper.Dimension`; empty for a plain number.
+        above: the value must be above this, in SI.
+        least: the smallest value accepted, in SI.
+        most: the largest value accepted, such as "10 m".
     """
 
-    def __init__(self, dimension: str, most: str | None = None) -> None:
+    def __init__(
+        self,
+        dimension: str = "",
+        *,
+        above: float = -math.inf,
+        least: float = -math.inf,
+        most: str = "",
+    ) -> None:
         self.dimension = dimension
-        self.most = most
-        self.name = dimension.lower()
+        self.above, self.least, self.most = above, least, most
+        self.name = dimension.lower() or "number"
 
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
         """Return the value in SI, or fail with a message that states the requirement."""
         from spiral_core import InvalidInputError
-        from spiral_gripper.files.units import Dimension, parse_quantity
 
-        if isinstance(value, float):
-            return value
+        if isinstance(value, (float, int)):
+            return float(value)
         try:
-            converted = parse_quantity(value, Dimension[self.dimension])
+            converted = self._parsed(value)
         except InvalidInputError as error:
             self.fail(f"it must be {error.requirement}, got {value!r}", param, ctx)
         _note(converted, str(value), self.dimension, param, ctx)
-        if self.most is not None and not 0.0 < converted <= parse_quantity(
-            self.most, Dimension[self.dimension]
-        ):
-            self.fail(f"it must be above 0 and at most {self.most}, got {value!r}", param, ctx)
+        most = self._parsed(self.most) if self.most else math.inf
+        if not (self.above < converted and self.least <= converted <= most):
+            bounds = (
+                (f"above {self.above:g}", self.above > -math.inf),
+                (f"at least {self.least:g}", self.least > -math.inf),
+                (f"at most {self.most}", self.most),
+            )
+            requirement = " and ".join(text for text, bounds_it in bounds if bounds_it)
+            self.fail(f"it must be {requirement}, got {value!r}", param, ctx)
         return converted
+
+    def _parsed(self, value: object) -> float:
+        from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
+
+        if self.dimension:
+            return parse_quantity(value, Dimension[self.dimension])
+        return parse_number(str(value))
 
 
 class FiberAngle(QuantityType):
@@ -87,28 +107,6 @@ class FiberAngle(QuantityType):
             requirement = fiber_angle_requirement(angle, str(value))
             self.fail(f"it must be {requirement}, got {value!r}", param, ctx)
         return angle
-
-
-class Number(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
-    """A plain finite number; nan and inf, which ``float`` reads, are refused."""
-
-    name = "number"
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Return the number, or fail with a message that states the requirement."""
-        from spiral_core import InvalidInputError
-        from spiral_gripper.files.units import parse_number
-
-        if isinstance(value, (float, int)):
-            return float(value)
-        try:
-            converted = parse_number(str(value))
-        except InvalidInputError as error:
-            self.fail(f"it must be {error.requirement}, got {value!r}", param, ctx)
-        _note(converted, str(value), "", param, ctx)
-        return converted
 
 
 class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
@@ -233,12 +231,14 @@ LENGTH: Final = QuantityType("LENGTH")
 PRESSURE: Final = QuantityType("PRESSURE")
 FIBER_ANGLE: Final = FiberAngle("ANGLE")
 SINGLE_FIBER_ANGLE: Final = QuantityType("ANGLE")
-ACCELERATION: Final = QuantityType("ACCELERATION")
-MASS: Final = QuantityType("MASS", most="1000 kg")
-FORCE: Final = QuantityType("FORCE", most="1000 kN")
-TIME: Final = QuantityType("TIME", most="600 s")
-PRESSURE_RATE: Final = QuantityType("PRESSURE_RATE", most="1000 bar/s")
-NUMBER: Final = Number()
+ACCELERATION: Final = QuantityType("ACCELERATION", least=0.0, most="10000 m/s^2")
+MASS: Final = QuantityType("MASS", above=0.0, most="1000 kg")
+FORCE: Final = QuantityType("FORCE", above=0.0, most="1000 kN")
+TIME: Final = QuantityType("TIME", above=0.0, most="600 s")
+PRESSURE_RATE: Final = QuantityType("PRESSURE_RATE", above=0.0, most="1000 bar/s")
+NUMBER: Final = QuantityType()
+POSITIVE_NUMBER: Final = QuantityType(above=0.0)
+FRICTION: Final = QuantityType(least=0.0, most="10")
 FIGURE_FILE: Final = Suffixed(FIGURE_SUFFIXES)
 REPORT_FILE: Final = Suffixed(REPORT_SUFFIXES)
 YAML_FILE: Final = Suffixed((".yaml",), new=True)

@@ -11,8 +11,8 @@ import click
 from spiral_gripper.cli.gripper import described, mounted, require_pressure
 from spiral_gripper.cli.output import print_json, print_rows, say_written, write_picture
 from spiral_gripper.cli.types import (
+    FRICTION,
     LENGTH,
-    NUMBER,
     PRESSURE,
     PRESSURE_RATE,
     TIME,
@@ -51,7 +51,7 @@ ANIMATION_SUFFIXES = (".gif",)
 )
 @click.option(
     "--friction",
-    type=NUMBER,
+    type=FRICTION,
     metavar="MU",
     help="Friction coefficient; by default the gripper file's, or 0.3.",
 )
@@ -103,8 +103,6 @@ def close(
     one holds. Ctrl-C ends the computation and prints what has been computed. Exit code 1: not all
     that was asked for was computed.
     """
-    if friction is not None and not 0.0 <= friction <= 10.0:
-        raise click.UsageError(f"--friction must be from 0 to 10, got {typed('friction')}")
     if animate is not None and animate.suffix.lower() not in ANIMATION_SUFFIXES:
         raise click.UsageError(f"--animate writes .gif files, got {animate.name}")
     if animate is not None and not os.access(animate.parent, os.W_OK):

@@ -14,41 +14,22 @@ from spiral_gripper.cli.output import waiting
 from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import require_namespace
 from spiral_gripper.cli.types import (
-    LENGTH,
     MASS,
-    NUMBER,
-    PRESSURE,
+    POSITIVE_NUMBER,
     Decorated,
+    QuantityType,
     output_options,
-    typed,
     units_option,
 )
 
 SIDE = "tools.commands"
+_RADIUS = QuantityType("LENGTH", above=0.0)
 
 
 def _namespace(context: click.Context, parameter: click.Parameter, value: str) -> str:
     """Return a checked namespace."""
     del context, parameter
     require_namespace(value)
-    return value
-
-
-def _positive(context: click.Context, parameter: click.Parameter, value: float | None) -> Any:  # noqa: ANN401
-    """Return a positive number, or None if it is not given."""
-    del context
-    if value is not None and not 0.0 < value < math.inf:
-        raise click.BadParameter(f"it must be positive, got {typed(str(parameter.name))}")
-    return value
-
-
-def _not_negative(
-    context: click.Context, parameter: click.Parameter, value: float | None
-) -> float | None:
-    """Return a number that is not negative, or None."""
-    del context
-    if value is not None and not 0.0 <= value < math.inf:
-        raise click.BadParameter(f"it must not be negative, got {typed(str(parameter.name))}")
     return value
 
 
@@ -61,15 +42,13 @@ namespace_option: Callable[[Decorated], Decorated] = click.option(
 )
 timeout_option: Callable[[Decorated], Decorated] = click.option(
     "--timeout",
-    type=NUMBER,
+    type=POSITIVE_NUMBER,
     metavar="SECONDS",
-    callback=_positive,
     help="Time limit.  [default: the node's grasp.timeout]",
 )
 overpressure_option: Callable[[Decorated], Decorated] = click.option(
     "--overpressure",
-    type=PRESSURE,
-    callback=_not_negative,
+    type=QuantityType("PRESSURE", least=0.0),
     help="Pressure to add to the pressure of the wrap.  [default: what the node recommends]",
 )
 
@@ -84,21 +63,17 @@ def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
 
 
 @click.command()
-@click.option(
-    "--radius", type=LENGTH, required=True, callback=_positive, help="Radius of the object."
-)
+@click.option("--radius", type=_RADIUS, required=True, help="Radius of the object.")
 @overpressure_option
 @click.option(
     "--payload",
     type=MASS,
-    callback=_positive,
     help="Mass of the object; whether it is held is computed, which takes some seconds.",
 )
 @click.option(
     "--friction",
-    type=NUMBER,
+    type=POSITIVE_NUMBER,
     metavar="MU",
-    callback=_positive,
     help="Friction coefficient of tube and object. [default: the node's]",
 )
 @namespace_option
@@ -127,8 +102,7 @@ def plan(
 @click.command()
 @click.option(
     "--radius",
-    type=LENGTH,
-    callback=_positive,
+    type=_RADIUS,
     help="Radius of the object.  [default: the one that the node follows]",
 )
 @overpressure_option
@@ -185,9 +159,8 @@ def status(namespace: str, as_json: bool) -> int:
 @click.command()
 @click.option(
     "--duration",
-    type=NUMBER,
+    type=POSITIVE_NUMBER,
     metavar="SECONDS",
-    callback=_positive,
     help="Time after which to end.  [default: at Ctrl-C]",
 )
 @namespace_option

@@ -9,12 +9,10 @@ import re
 import click
 
 from spiral_gripper.cli.ros.side import load_ros_side
-from spiral_gripper.cli.types import LENGTH, NUMBER, units_option
+from spiral_gripper.cli.types import POSITIVE_NUMBER, QuantityType, units_option
 
 FAULTS = ("none", "leak", "stuck_valve", "lost_link")
 DEFAULT_GRIPPER = "paper_design_70"
-# What the simulator takes [m].
-RADIUS_MAX, NOISE_MAX = 1.0, 0.1
 # DDS's names have at most 255 characters; those of our topics and services need their part.
 NAMESPACE_LENGTH_MAX = 150
 _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?")
@@ -24,14 +22,18 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
 @click.argument("gripper", metavar="[GRIPPER]", default=DEFAULT_GRIPPER)
 @click.option(
     "--radius",
-    type=LENGTH,
+    type=QuantityType("LENGTH", above=0.0, most="1 m"),
     help="Radius of the object.  [default: the middle of the gripper's range]",
 )
-@click.option("--noise", type=LENGTH, help="Standard deviation of the radius estimates.")
+@click.option(
+    "--noise",
+    type=QuantityType("LENGTH", least=0.0, most="0.1 m"),
+    help="Standard deviation of the radius estimates.",
+)
 @click.option("--fault", type=click.Choice(FAULTS), default="none", help="Fault of the regulator.")
 @click.option(
     "--duration",
-    type=NUMBER,
+    type=POSITIVE_NUMBER,
     metavar="SECONDS",
     help="Time after which to end.  [default: at Ctrl-C]",
 )
@@ -50,9 +52,8 @@ def simulate(
     GRIPPER is the name of a shipped gripper or the path of a description file. Ctrl-C vents the
     gripper and ends node and simulation. The exit code is 0 if both ended as they should, 1 if not.
     """
-    _check(radius, noise, namespace)
-    if duration is not None and not duration > 0.0:
-        raise click.BadParameter("it must be positive", param_hint="--duration")
+    if namespace is not None:
+        require_namespace(namespace)
     from spiral_gripper.files.description import load_gripper
 
     load_gripper(gripper)  # a bad description is refused before anything is started
@@ -75,24 +76,8 @@ def simulate(
 )
 def inject(fault: str, namespace: str) -> int:
     """Set the FAULT of the regulator in the simulation of a namespace; none removes the fault."""
-    _check(None, None, namespace)
+    require_namespace(namespace)
     return int(load_ros_side("tools.injection").inject(namespace, fault))
-
-
-def _check(radius: float | None, noise: float | None, namespace: str | None) -> None:
-    """Refuse what neither ROS 2 nor the simulator takes.
-
-    Raises:
-        click.BadParameter: the radius, the noise or the namespace cannot be.
-    """
-    if radius is not None and not 0.0 < radius <= RADIUS_MAX:
-        raise click.BadParameter(
-            f"it must be above 0 m and at most {RADIUS_MAX:g} m", param_hint="--radius"
-        )
-    if noise is not None and not 0.0 <= noise <= NOISE_MAX:
-        raise click.BadParameter(f"it must be from 0 to {NOISE_MAX:g} m", param_hint="--noise")
-    if namespace is not None:
-        require_namespace(namespace)
 
 
 def require_namespace(namespace: str) -> None:
