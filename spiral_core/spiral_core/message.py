@@ -68,6 +68,9 @@ class Message(str):
         message.template, message.parts = template, parts
         return message
 
+    def __str__(self) -> str:
+        return self  # str() would forget the parts
+
     def __reduce__(self) -> tuple[Any, ...]:
         return Message, (self.template, *self.parts)
 

@@ -134,6 +134,7 @@ def test_a_message_keeps_its_quantities_wherever_it_travels() -> None:
     error = pickle.loads(pickle.dumps(NotGrippableError(0.05, reason, -0.004, 0.01234567)))
     said = str(error)
     assert isinstance(said, Message)
+    assert str(said) is said
     digits = said.told(lambda q: q.text(1.0e3, f"milli{q.unit}", 3))
     assert digits == (
         "an object of radius 50 millim cannot be gripped: above 1e+08 milliPa; "

@@ -208,7 +208,7 @@ grippable radius is 3.782 cm
         for one in values
         if one.dimension
     }
-    message = str(error)
+    message: object = error
     if isinstance(error, InvalidInputError):
         for one in givens.get(error.field, ()):
             if one.value == error.value:

@@ -188,11 +188,11 @@ def shown(
     return Quantity(value, unit, rounded).text(factor, name, digits)
 
 
-def shown_message(text: str, typed: Mapping[Quantity, str] = MappingProxyType({})) -> str:
-    """Return a message of the mechanics with its quantities in the units they are shown in.
+def shown_message(said: object, typed: Mapping[Quantity, str] = MappingProxyType({})) -> str:
+    """Return what the mechanics say with its quantities in the units they are shown in.
 
     Args:
-        text: any text; only a :class:`spiral_core.message.Message` has quantities.
+        said: a text or an error; only a :class:`spiral_core.message.Message` has quantities.
         typed: quantities that are written as they were typed.
 
     Example:
@@ -200,6 +200,7 @@ def shown_message(text: str, typed: Mapping[Quantity, str] = MappingProxyType({}
         ...     print(shown_message(Message("at most {}", Quantity(6894.757, "Pa"))))
         at most 1 psi
     """
+    text = str(said)
     if not isinstance(text, Message):
         return text
     return text.told(lambda q: typed.get(q) or shown(q.value, q.unit, rounded=q.rounded))

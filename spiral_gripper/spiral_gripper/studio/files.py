@@ -42,7 +42,5 @@ class FileFolder:
         try:
             self._use(text)
         except SpiralError as error:
-            lines = "\n".join(
-                f"- {line.strip()}" for line in shown_message(str(error)).splitlines()
-            )
+            lines = "\n".join(f"- {line.strip()}" for line in shown_message(error).splitlines())
             self._said.content = f"**Not used:**\n\n{lines}"

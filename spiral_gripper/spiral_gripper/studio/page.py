@@ -150,7 +150,7 @@ class Page:
             try:
                 self._session.update(self._controls.settings())
             except SpiralError as error:
-                self._words.content = f"**There is no such gripper.** {shown_message(str(error))}"
+                self._words.content = f"**There is no such gripper.** {shown_message(error)}"
                 return
             self._refresh()
 
@@ -173,7 +173,7 @@ class Page:
             try:
                 state = session.shape()
             except SpiralError as error:
-                self._words.content = f"**No shape.** {shown_message(str(error))}"
+                self._words.content = f"**No shape.** {shown_message(error)}"
                 return
             self._draw(session, state, answer)
             self._words.content = self._said(session, state)
@@ -254,7 +254,7 @@ class Page:
                 self._play_closing(closing)
                 self._set_pressure(closing.course.pressures[-1])
         except SpiralError as error:
-            self._words.content = f"**No closing.** {shown_message(str(error))}"
+            self._words.content = f"**No closing.** {shown_message(error)}"
             return
         except StoppedError:
             pass
@@ -313,6 +313,6 @@ class Page:
                     suffix, write = EXPORTS[kind]
                     content = write(self._session)
             except SpiralError as error:
-                self._words.content = f"**No {kind}.** {shown_message(str(error))}"
+                self._words.content = f"**No {kind}.** {shown_message(error)}"
                 return
             self._server.send_file_download(f"{name}.{suffix}", content, save_immediately=True)

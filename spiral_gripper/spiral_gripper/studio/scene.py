@@ -117,9 +117,7 @@ def _turned_to(axis: Array) -> Array:
     return turn / size if size > 1e-6 else np.array((0.0, 1.0, 0.0, 0.0))
 
 
-def node_values(
-    gripper: Gripper, pressure: float, state: RodState | RodState, coloring: str
-) -> Array | None:
+def node_values(gripper: Gripper, pressure: float, state: RodState, coloring: str) -> Array | None:
     """Return what colors the nodes (n,): one of :data:`COLORINGS`; None for one color.
 
     Args:
@@ -130,8 +128,6 @@ def node_values(
             from the straight fiber, which does not stretch), bending moment [N m].
     """
     if coloring == "contact force":
-        if not isinstance(state, RodState):
-            return np.zeros(len(state.positions))
         pressed: Array = state.normal_forces.sum(axis=0)
         return pressed
     moment: Array = np.linalg.norm(state.moments[:, 1:], axis=1)

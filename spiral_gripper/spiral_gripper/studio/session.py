@@ -157,7 +157,7 @@ class Session:
         known = self.answer if self.current else None
         return None if known is None else known.contact_at(self.settings.pressure)
 
-    def shown(self) -> RodState | RodState:
+    def shown(self) -> RodState:
         """Return the shape to show: in contact where that is known, else the free coil."""
         point = self.contact()
         return self.shape() if point is None else point.state

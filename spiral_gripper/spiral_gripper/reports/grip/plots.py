@@ -108,7 +108,7 @@ def _accuracy(grip: Grip) -> str:
     try:
         return str(refine(grip))
     except SpiralError as error:
-        return f"twice the elements give no grip: {shown_message(str(error))}"
+        return f"twice the elements give no grip: {shown_message(error)}"
 
 
 def draw_forces(axes: Axes, grip: Grip) -> None:
