@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report on a calibration: lines of text, in the units shown."""
+"""A calibration as a table of fields, and the reasons to doubt it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, Final
 
 from spiral_core import (
     Calibration,
-    CrossValidation,
     FittedQuantity,
-    LawChoice,
+    Interval,
     RadiusPressure,
     Reading,
     weak_directions,
@@ -19,6 +19,10 @@ from spiral_core import (
 from spiral_core.calibration.regression import Scatter
 from spiral_gripper.bench.measurements import Measurements
 from spiral_gripper.files.shown import number, shown, shown_message
+from spiral_gripper.reports.fields import Field, Rows
+
+if TYPE_CHECKING:
+    from spiral_gripper.bench.run import CalibrationResult
 
 _UNIT_OF_QUANTITY = {
     FittedQuantity.BENDING_STIFFNESS.value: "N m^2",
@@ -28,30 +32,6 @@ _UNIT_OF_QUANTITY = {
 }
 # A limit of pressure past this many times the readings' is no figure of the actuator.
 _BEYOND_READINGS = 10.0
-
-
-def report_lines(
-    choice: LawChoice, level: float, cross_validation: CrossValidation | None
-) -> list[str]:
-    """Return the report on the best fit of a choice, and how the other laws compare.
-
-    Args:
-        choice: the fits.
-        level: confidence level of the intervals, in (0, 1).
-        cross_validation: leave-one-out errors of the best fit, if they were asked for.
-    """
-    best = choice.best
-    lines = [
-        f"law: {best.model.fitted_law.__name__}",
-        f"readings: {len(best.readings)}, degrees of freedom: {best.degrees_of_freedom}",
-        *_value_lines(best, level),
-        *_correlation_lines(best),
-        f"residuals: {best.error_scale:.3g} times the stated errors",
-        _stability_line(best),
-    ]
-    if cross_validation is not None:
-        lines.append(_cross_validation_line(cross_validation))
-    return lines + _comparison_lines(choice)
 
 
 def warnings_of(calibration: Calibration) -> list[str]:
@@ -122,123 +102,139 @@ def _places(measurements: Sequence[Measurements]) -> list[str]:
     return [f"{one.source}:{line}" for one in measurements for line in one.lines]
 
 
-def radius_lines(results: Sequence[RadiusPressure], level: float) -> list[str]:
-    """Return the pressure for each radius with its uncertainty.
+def interval_text(
+    value: float, interval: Interval, unit: str, level: float, digits: int = 4
+) -> str:
+    """Return a figure in SI with its interval, in the unit that is shown.
 
     Example:
         >>> from spiral_core import Interval
-        >>> result = RadiusPressure(0.021, 47.2e3, 0.9e3, *[Interval(45.3e3, 49.1e3)] * 2)
-        >>> radius_lines([result], 0.95)
-        ['21 mm: 47.2 kPa, 95 % interval 45.3 to 49.1 kPa']
+        >>> interval_text(47.2e3, Interval(45.3e3, 49.1e3), "Pa", 0.95)
+        '47.2 kPa, 95 % interval 45.3 to 49.1 kPa'
     """
-    lines = []
-    for one in results:
-        low, high = number(one.interval.low, "Pa"), shown(one.interval.high, "Pa")
+    low, high = number(interval.low, unit, digits), shown(interval.high, unit, digits)
+    return f"{shown(value, unit, digits)}, {100.0 * level:.4g} % interval {low} to {high}"
+
+
+def radius_rows(result: CalibrationResult) -> Rows:
+    """Return the pressure for each radius with its uncertainty."""
+    rows = []
+    for one in result.pressures:
+        text = interval_text(one.pressure, one.interval, "Pa", result.level)
         failed = f" ({one.failed_draws:.0%} of draws cannot grip it)" if one.failed_draws else ""
-        lines.append(
-            f"{shown(one.radius, 'm')}: {shown(one.pressure, 'Pa')}, "
-            f"{100.0 * level:.4g} % interval {low} to {high}{failed}"
-        )
-    return lines
+        rows.append((shown(one.radius, "m"), f"{text}{failed}"))
+    return rows
 
 
-def calibration_as_dict(
-    choice: LawChoice, level: float, cross_validation: CrossValidation | None
-) -> dict[str, Any]:
-    """Return the report on the best fit for programs, in SI."""
-    best = choice.best
-    values = {
+def _values(result: CalibrationResult) -> dict[str, Any]:
+    best = result.choice.best
+    return {
         name: {
             "value": best.value(name),
-            "standard_error": float(best.standard_errors[best.index(name)]),
-            "interval": list(best.interval(name, level)),
+            "standard_error": best.standard_errors[best.index(name)],
+            "interval": best.interval(name, result.level),
         }
         for name in best.names
     }
-    fits = zip(choice.calibrations, choice.weights, strict=True)
-    return {
-        "law": best.model.fitted_law.__name__,
-        "readings": len(best.readings),
-        "degrees_of_freedom": best.degrees_of_freedom,
-        "level": level,
-        "values": values,
-        "correlation": best.correlation.tolist(),
-        "error_scale": best.error_scale,
-        "standardized_residuals": best.standardized_residuals.tolist(),
-        "outliers": list(best.outliers),
-        "left_out": list(best.excluded),
-        "pressure_limit": best.actuation.pressure_limit,
-        "stretch_limit": best.actuation.stretch_limit,
-        "leave_one_out_error": None if cross_validation is None else cross_validation.error,
-        "laws": [
-            {
-                "law": one.model.fitted_law.__name__,
-                "aicc": one.information_criterion,
-                "bic": one.bayesian_criterion,
-                "weight": weight,
-            }
-            for one, weight in fits
-        ],
-        "failures": [{"law": name, "reason": reason} for name, reason in choice.failures],
-    }
 
 
-def _value_lines(calibration: Calibration, level: float) -> list[str]:
-    lines = []
-    for name in calibration.names:
-        unit = _UNIT_OF_QUANTITY.get(name, "Pa")
-        interval = calibration.interval(name, level)
-        value, high = (shown(x, unit, 5) for x in (calibration.value(name), interval.high))
-        low = number(interval.low, unit, 5)
-        lines.append(f"{name}: {value}, {100.0 * level:.4g} % interval {low} to {high}")
-    return lines
-
-
-def _stability_line(calibration: Calibration) -> str:
-    """Return how far the fitted actuator can be used; no pressure is stated far past the data."""
-    actuation = calibration.actuation
-    limit = actuation.pressure_limit
-    beyond = limit > _BEYOND_READINGS * max(reading.pressure for reading in calibration.readings)
-    reason = f"stretch {actuation.stretch_limit:.4f}: {actuation.limit.value}"
-    if beyond:
-        return f"stable at all pressures near the readings; far above them it ends at {reason}"
-    return f"stable up to: {shown(limit, 'Pa')}, {reason}"
-
-
-def _correlation_lines(calibration: Calibration) -> list[str]:
-    correlation = calibration.correlation
-    names = calibration.names
+def _value_rows(result: CalibrationResult) -> Rows:
     return [
-        f"correlation of {names[i]} and {names[k]}: {correlation[i, k]:+.4f}"
-        for i in range(len(names))
-        for k in range(i + 1, len(names))
+        (
+            name,
+            interval_text(
+                one["value"], one["interval"], _UNIT_OF_QUANTITY.get(name, "Pa"), result.level, 5
+            ),
+        )
+        for name, one in _values(result).items()
     ]
 
 
-def _cross_validation_line(result: CrossValidation) -> str:
-    missed = (
-        f"; not predicted: {', '.join(shown(p, 'Pa') for p in result.not_predicted)}"
-        if result.not_predicted
-        else ""
-    )
-    return (
-        f"leave-one-out error: {result.error_scale:.3g} times the stated errors (rms), "
-        f"{result.share_of_largest:.2%} of the largest reading{missed}"
-    )
+def _correlation_rows(result: CalibrationResult) -> Rows:
+    best = result.choice.best
+    pairs = combinations(enumerate(best.names), 2)
+    return [
+        (f"correlation of {first} and {second}", f"{best.correlation[i, k]:+.4f}")
+        for (i, first), (k, second) in pairs
+    ]
 
 
-def _comparison_lines(choice: LawChoice) -> list[str]:
-    """Return one line for each law that was compared; none if there was only one."""
-    if len(choice.calibrations) + len(choice.failures) < 2:
+def _stable(result: CalibrationResult) -> Rows:
+    """Return how far the fitted actuator can be used; no pressure is stated far past the data."""
+    best = result.choice.best
+    actuation = best.actuation
+    limit = actuation.pressure_limit
+    reason = f"stretch {actuation.stretch_limit:.4f}: {actuation.limit.value}"
+    if limit > _BEYOND_READINGS * max(reading.pressure for reading in best.readings):
+        near = "at all pressures near the readings; far above them it ends at"
+        return [("stable", f"{near} {reason}")]
+    return [("stable up to", f"{shown(limit, 'Pa')}, {reason}")]
+
+
+def _left_out(result: CalibrationResult) -> str | None:
+    found = result.cross_validation
+    if found is None:
+        return None
+    text = (
+        f"{found.error_scale:.3g} times the stated errors (rms), "
+        f"{found.share_of_largest:.2%} of the largest reading"
+    )
+    missed = ", ".join(shown(pressure, "Pa") for pressure in found.not_predicted)
+    return f"{text}; not predicted: {missed}" if missed else text
+
+
+def _laws(result: CalibrationResult) -> list[dict[str, Any]]:
+    choice = result.choice
+    return [
+        {
+            "law": one.model.fitted_law.__name__,
+            "aicc": one.information_criterion,
+            "bic": one.bayesian_criterion,
+            "weight": weight,
+        }
+        for one, weight in zip(choice.calibrations, choice.weights, strict=True)
+    ]
+
+
+def _compared(result: CalibrationResult) -> Rows:
+    """Return a row for each law that was compared; none if there was only one."""
+    laws, failures = _laws(result), result.choice.failures
+    if len(laws) + len(failures) < 2:
         return []
-    lines = ["laws compared (lower AICc is better):"]
-    for one, weight in zip(choice.calibrations, choice.weights, strict=True):
-        criterion = one.information_criterion
-        written = "too few readings" if math.isinf(criterion) else f"{criterion:.2f}"
-        lines.append(
-            f"  {one.model.fitted_law.__name__}: AICc {written}, weight {weight:.2f}, "
-            f"BIC {one.bayesian_criterion:.2f}"
-        )
-    for name, reason in choice.failures:
-        lines.append(f"  {name}: not fitted: {shown_message(reason)}")
-    return lines
+    rows = [("laws compared (lower AICc is better)", "")]
+    for one in laws:
+        few = math.isinf(one["aicc"])
+        criterion = "too few readings" if few else f"{one['aicc']:.2f}"
+        text = f"AICc {criterion}, weight {one['weight']:.2f}, BIC {one['bic']:.2f}"
+        rows.append((f"  {one['law']}", text))
+    return rows + [
+        (f"  {name}", f"not fitted: {shown_message(reason)}") for name, reason in failures
+    ]
+
+
+CALIBRATION: Final = (
+    Field("law", "law", "choice.best.model.fitted_law.__name__", "{}"),
+    Field("readings", "readings", lambda r: len(r.choice.best.readings), lambda r: (
+        f"{len(r.choice.best.readings)}, degrees of freedom: {r.choice.best.degrees_of_freedom}"
+    )),
+    Field("degrees_of_freedom", "", "choice.best.degrees_of_freedom"),
+    Field("level", "", "level"),
+    Field("values", "", _values, _value_rows),
+    Field("correlation", "", "choice.best.correlation", _correlation_rows),
+    Field("error_scale", "residuals", "choice.best.error_scale",
+          "{:.3g} times the stated errors"),
+    Field("standardized_residuals", "", "choice.best.standardized_residuals"),
+    Field("outliers", "", "choice.best.outliers"),
+    Field("left_out", "", "choice.best.excluded"),
+    Field("pressure_limit", "", "choice.best.actuation.pressure_limit", _stable),
+    Field("stretch_limit", "", "choice.best.actuation.stretch_limit"),
+    Field("leave_one_out_error", "leave-one-out error", lambda r: (
+        r.cross_validation and r.cross_validation.error
+    ), _left_out),
+    Field("laws", "", _laws, _compared),
+    Field("failures", "", lambda r: [
+        {"law": name, "reason": reason} for name, reason in r.choice.failures
+    ]),
+    Field("warnings", "", "warnings"),
+    Field("pressures", "", "pressures"),
+)  # fmt: skip

@@ -76,6 +76,7 @@ class CalibrationResult:
         warnings: reasons to doubt the fit, a sentence each.
         pressures: the pressure for each radius that can be gripped.
         refusals: why another radius cannot, a sentence each.
+        level: confidence level of the intervals, in (0, 1).
     """
 
     choice: LawChoice
@@ -83,6 +84,7 @@ class CalibrationResult:
     warnings: tuple[str, ...]
     pressures: tuple[RadiusPressure, ...]
     refusals: tuple[SpiralError, ...]
+    level: float
 
 
 def load_files(
@@ -152,7 +154,9 @@ def calibrate_gripper(
         )
     pressures, refusals = _pressures(choice, options)
     warnings += rival_warnings(pressures)
-    return CalibrationResult(choice, _cross_validation(best), tuple(warnings), pressures, refusals)
+    return CalibrationResult(
+        choice, _cross_validation(best), tuple(warnings), pressures, refusals, options.level
+    )
 
 
 def measured_curve(

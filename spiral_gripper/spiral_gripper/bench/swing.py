@@ -1,30 +1,46 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A free swing of the tip: from its CSV file to the damping, as text and as plain data."""
+"""A free swing of the tip: from its CSV file to the damping, as a table of fields."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.regression import Scatter
 from spiral_gripper.bench.measurements import COLUMNS, swing_readings
 from spiral_gripper.bench.options import CalibrationOptions
+from spiral_gripper.bench.report import interval_text
 from spiral_gripper.files.description import GripperDescription
-from spiral_gripper.files.shown import number, shown
+from spiral_gripper.files.shown import shown
 from spiral_gripper.files.table import read_table_file
+from spiral_gripper.reports.fields import Field, Rows
 
 # Larger swings, as a fraction of the length, decay otherwise than small ones.
 LARGE_SWING = 0.15
 UNITS = {"retardation_time": "s", "air": "1"}
 
 
+class SolvedSwing(NamedTuple):
+    """A free swing, fitted.
+
+    Attributes:
+        fit: of the damping.
+        length: of the tube [m].
+        level: confidence level of the intervals, in (0, 1).
+    """
+
+    fit: SwingFit
+    length: float
+    level: float
+
+
 def fit_free_swing(
     description: GripperDescription,
     path: Path,
     options: CalibrationOptions,
-) -> SwingFit:
+) -> SolvedSwing:
     """Return the damping of a gripper from a file of its free swing.
 
     Args:
@@ -44,25 +60,15 @@ def fit_free_swing(
         told = f"a swing {shown(max(places) - min(places), 'm', 3)} wide"
         requirement = f"at most twice the tube's length, {shown(length, 'm', 3)}: check the unit"
         raise InvalidInputError("displacement", told, requirement)
-    return fit_swing(swing, readings, air=options.fixed.get("air"))
+    fit = fit_swing(swing, readings, air=options.fixed.get("air"))
+    return SolvedSwing(fit, length, options.level)
 
 
-def swing_lines(fit: SwingFit, length: float, level: float) -> list[str]:
-    """Return the report on a free swing; ``length`` is the tube's [m]."""
-    lines = [f"free swing of {fit.frequency:.3g} Hz, {shown(fit.amplitude, 'm', 3)} at first"]
-    for name, value in zip(fit.names, fit.values, strict=True):
-        unit, (low, high) = UNITS[name], fit.interval(name, level)
-        told = f"{shown(float(value), unit, 4)}, {100.0 * level:.4g} % interval"
-        lines.append(f"{name}: {told} {number(low, unit, 4)} to {shown(high, unit, 4)}")
-    lines.append(f"residuals: {fit.error_scale:.3g} times the stated errors")
-    return lines + [f"warning: {text}" for text in swing_warnings(fit, length)]
-
-
-def swing_warnings(fit: SwingFit, length: float) -> list[str]:
+def _warnings(solved: SolvedSwing) -> list[str]:
     """Return the reasons to doubt a fit, a sentence each."""
-    found = []
-    if fit.amplitude > LARGE_SWING * length:
-        most = shown(LARGE_SWING * length, "m", 2)
+    found, fit = [], solved.fit
+    if fit.amplitude > LARGE_SWING * solved.length:
+        most = shown(LARGE_SWING * solved.length, "m", 2)
         found.append(f"the swing is large: leave out what comes before it is below {most}")
     if fit.scatter is not Scatter.AS_STATED:
         scale = f"the residuals are {fit.error_scale:.3g} times the stated errors"
@@ -75,21 +81,32 @@ def swing_warnings(fit: SwingFit, length: float) -> list[str]:
     return found
 
 
-def swing_as_dict(fit: SwingFit, length: float, level: float) -> dict[str, Any]:
-    """Return the report on a free swing for programs, in SI."""
+def _values(solved: SolvedSwing) -> dict[str, Any]:
+    fit = solved.fit
     return {
-        "values": {
-            name: {"value": float(value), "interval": list(fit.interval(name, level))}
-            for name, value in zip(fit.names, fit.values, strict=True)
-        },
-        "level": level,
-        "frequency": fit.frequency,
-        "amplitude": fit.amplitude,
-        "readings": len(fit.residuals),
-        "degrees_of_freedom": fit.degrees_of_freedom,
-        "error_scale": fit.error_scale,
-        "warnings": swing_warnings(fit, length),
+        name: {"value": float(value), "interval": fit.interval(name, solved.level)}
+        for name, value in zip(fit.names, fit.values, strict=True)
     }
+
+
+def _value_rows(solved: SolvedSwing) -> Rows:
+    return [
+        (name, interval_text(one["value"], one["interval"], UNITS[name], solved.level))
+        for name, one in _values(solved).items()
+    ]
+
+
+SWING: Final = (
+    Field("values", "", _values),
+    Field("level", "", "level"),
+    Field("frequency", lambda s: f"free swing of {s.fit.frequency:.3g} Hz", "fit.frequency",
+          lambda s: f"{shown(s.fit.amplitude, 'm', 3)} at first"),
+    Field("amplitude", "", "fit.amplitude", _value_rows),
+    Field("readings", "", lambda s: len(s.fit.residuals)),
+    Field("degrees_of_freedom", "", "fit.degrees_of_freedom"),
+    Field("error_scale", "residuals", "fit.error_scale", "{:.3g} times the stated errors"),
+    Field("warnings", "", _warnings, lambda s: [("warning", text) for text in _warnings(s)]),
+)  # fmt: skip
 
 
 def _measured_swing(description: GripperDescription, pressure: float) -> Swing:

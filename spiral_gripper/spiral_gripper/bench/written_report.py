@@ -6,14 +6,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from spiral_gripper.bench.report import radius_lines, report_lines
+from spiral_gripper.bench.report import CALIBRATION, radius_rows
 from spiral_gripper.bench.residual_plot import pressure_figure, residual_figure
 from spiral_gripper.bench.run import CalibrationResult
-from spiral_gripper.reports.page import Page, Rows
+from spiral_gripper.reports.fields import rows_of
+from spiral_gripper.reports.page import Page
 
 
 def write_calibration_report(
-    result: CalibrationResult, refusals: Sequence[str], name: str, level: float, path: Path
+    result: CalibrationResult, refusals: Sequence[str], name: str, path: Path
 ) -> None:
     """Write what a calibration found; the suffix decides the format (.md, .html).
 
@@ -21,7 +22,6 @@ def write_calibration_report(
         result: of the calibration.
         refusals: why a radius cannot be gripped, a sentence each.
         name: of the gripper.
-        level: confidence level of the intervals.
         path: the file.
 
     Raises:
@@ -29,19 +29,12 @@ def write_calibration_report(
     """
     best = result.choice.best
     page = Page(f"Calibration of {name}")
-    page.table(
-        ("quantity", "value"), _rows(report_lines(result.choice, level, result.cross_validation))
-    )
+    page.table(("quantity", "value"), rows_of(CALIBRATION, result))
     if result.pressures:
-        page.table(("object radius", "pressure"), _rows(radius_lines(result.pressures, level)))
+        page.table(("object radius", "pressure"), radius_rows(result))
     page.items([*(f"warning: {warning}" for warning in result.warnings), *refusals])
     page.picture("readings and residuals", residual_figure(best, name))
-    band = pressure_figure(best, name, level)
+    band = pressure_figure(best, name, result.level)
     if band is not None:
         page.picture("pressure against object radius", band)
     page.write(path)
-
-
-def _rows(lines: Sequence[str]) -> Rows:
-    """Return report lines, each a quantity and its value, as rows of a table."""
-    return [(line.partition(": ")[0].strip(), line.partition(": ")[2]) for line in lines]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from spiral_gripper.cli.output import print_json, say_written, write_picture
+from spiral_gripper.cli.output import print_json, print_lines, say_written, write_picture
 from spiral_gripper.cli.types import (
     LENGTH,
     REPORT_FILE,
@@ -174,7 +174,7 @@ def calibrate(
     if report is not None:
         from spiral_gripper.bench.written_report import write_calibration_report
 
-        write_calibration_report(result, refusals, name, stated.level, report)
+        write_calibration_report(result, refusals, name, report)
         say_written(report)
     if not no_save:
         from spiral_gripper.bench.calibrated_file import write_calibrated_description
@@ -193,24 +193,17 @@ def _calibrate(
     as_json: bool,
 ) -> CalibrationResult:
     """Fit and print; radii that cannot be gripped do not stop the rest."""
+    from spiral_gripper.bench.report import CALIBRATION, radius_rows
     from spiral_gripper.bench.run import calibrate_gripper
+    from spiral_gripper.reports.fields import document_of, rows_of
 
-    result, level = calibrate_gripper(description, measurements, options), options.level
+    result = calibrate_gripper(description, measurements, options)
     if as_json:
-        from spiral_gripper.bench.report import calibration_as_dict
-
-        document = calibration_as_dict(result.choice, level, result.cross_validation)
         refusals = [_told(error) for error in result.refusals]
-        answers = {"pressures": result.pressures, "refusals": refusals}
-        print_json({**document, "warnings": result.warnings, **answers})
+        print_json({**document_of(CALIBRATION, result), "refusals": refusals})
         return result
-    from spiral_gripper.bench.report import radius_lines, report_lines
-
-    click.echo("\n".join(report_lines(result.choice, level, result.cross_validation)))
-    for warning in result.warnings:
-        click.echo(f"warning: {warning}")
-    for line in radius_lines(result.pressures, level):
-        click.echo(line)
+    warnings = [("warning", warning) for warning in result.warnings]
+    print_lines([*rows_of(CALIBRATION, result), *warnings, *radius_rows(result)])
     return result
 
 
@@ -246,19 +239,14 @@ def _fit_swing(
     as_json: bool,
 ) -> int:
     """Fit the damping to a free swing and print it."""
-    from spiral_gripper.bench.swing import (
-        fit_free_swing,
-        require_one_file,
-        swing_as_dict,
-        swing_lines,
-    )
+    from spiral_gripper.bench.swing import SWING, fit_free_swing, require_one_file
+    from spiral_gripper.reports.fields import document_of, rows_of
 
-    fit = fit_free_swing(description, require_one_file(files), options)
-    length, level = description.gripper.tube.length, options.level
+    solved = fit_free_swing(description, require_one_file(files), options)
     if as_json:
-        print_json(swing_as_dict(fit, length, level))
+        print_json(document_of(SWING, solved))
     else:
-        click.echo("\n".join(swing_lines(fit, length, level)))
+        print_lines(rows_of(SWING, solved))
     return 0
 
 

@@ -31,6 +31,11 @@ def print_rows(title: str, rows: list[tuple[str, str]]) -> None:
     Console().print(row_table(title, rows))
 
 
+def print_lines(rows: list[tuple[str, str]]) -> None:
+    """Print names and figures, a line each."""
+    click.echo("\n".join(f"{name}: {text}".rstrip() for name, text in rows))
+
+
 @contextmanager
 def waiting(text: str, *, quiet: bool = False) -> Iterator[None]:
     """Say on standard error what the block waits for and, on a terminal, for how long."""

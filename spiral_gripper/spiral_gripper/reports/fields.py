@@ -24,8 +24,9 @@ class Field(NamedTuple):
         key: in JSON; empty for what only people see.
         label: of the row; empty for what only programs see.
         get: dotted name of the attribute, or a function of the result.
-        show: the figure's SI unit, or a function from the result to the row's text; a row without
-            text is left out. It may return several rows, names and texts.
+        show: the figure's SI unit; or the row's text, with a place in braces for each figure; or a
+            function from the result to that text, or to several rows. A row whose text is None is
+            left out.
     """
 
     key: str
@@ -42,7 +43,11 @@ class Field(NamedTuple):
         if not isinstance(self.show, str):
             return self.show(result)
         value = self.value(result)
-        figures = value if isinstance(value, tuple) else () if value is None else (value,)
+        if value is None:
+            return ""
+        figures = value if hasattr(value, "__len__") and not isinstance(value, str) else (value,)
+        if "{" in self.show:
+            return self.show.format(*figures)
         return ", ".join(shown(float(figure), self.show) for figure in figures)
 
 

@@ -162,10 +162,6 @@ def _stable(solved: SolvedShape) -> str:
     return "yes, certified" if solved.state.stable else "no"
 
 
-def _stretch(shape: UnloadedShape) -> str:
-    return "" if shape.stretch is None else f"{shape.stretch:.5g}"
-
-
 SHAPE: Final = (
     Field("gripper", "", "gripper.name"),
     Field("pressure", "", "pressure"),
@@ -175,9 +171,7 @@ SHAPE: Final = (
         f"{solved.unloaded_shape.curvature:.4g}, {solved.unloaded_shape.torsion:.4g} /m"
     )),
     Field("torsion", "", "unloaded_shape.torsion"),
-    Field("stretch", "stretch", "unloaded_shape.stretch", lambda solved: (
-        _stretch(solved.unloaded_shape)
-    )),
+    Field("stretch", "stretch", "unloaded_shape.stretch", "{:.5g}"),
     Field("backbone_length", "length", "unloaded_shape.backbone_length", "m"),
     Field("status", "", "state.status"),
     Field("stable", "stable", "state.stable", _stable),
@@ -194,9 +188,7 @@ COIL: Final = (
     Field("turns_required", "", "gripper.turns_required"),
     Field("gripper_length_needed", "  gripper length they need", "wrap.gripper_length_needed", "m"),
     Field("object_length_needed", "  object length they cover", "wrap.object_length_needed", "m"),
-    Field("stretch", "  stretch", "wrap.unloaded_shape.stretch", lambda solved: (
-        _stretch(solved.wrap.unloaded_shape)
-    )),
+    Field("stretch", "  stretch", "wrap.unloaded_shape.stretch", "{:.5g}"),
     Field("snap_pressures", lambda solved: "tube snaps on the way at" if solved.snaps else "",
           "snaps", "Pa"),
     Field("stable", "", "wrap.state.stable"),
@@ -205,12 +197,10 @@ WRAP: Final = (
     Field("gripper", "", "gripper.name"),
     Field("object_radius", "object radius", "radius", "m"),
     Field("pressure", "tip criterion", "wrap.pressure", "Pa"),
-    Field("", "  it assumes", lambda _: ASSUMED, lambda _: ASSUMED),
+    Field("", "  it assumes", lambda _: ASSUMED, "{}"),
     *COIL,
     Field("object_center", "object's middle at (x, y, z)", "placement.center", "m"),
-    Field("object_axis", "along", "placement.axis", lambda solved: (
-        "({:.3f}, {:.3f}, {:.3f})".format(*solved.placement.axis)
-    )),
+    Field("object_axis", "along", "placement.axis", "({:.3f}, {:.3f}, {:.3f})"),
     Field("largest_gap", "free coil off the object by up to", "placement.largest_gap", "m"),
     Field("radius_range", "radii it knows a pressure for", "radius_range", lambda solved: (
         shown_range(*solved.radius_range)
@@ -228,7 +218,7 @@ COVERED: Final = (
 PROFILE: Final = (
     *COVERED,
     Field("", "tip criterion (of the thinnest place)", "wrap.pressure", "Pa"),
-    Field("", "  it assumes", lambda _: ASSUMED, lambda _: ASSUMED),
+    Field("", "  it assumes", lambda _: ASSUMED, "{}"),
     Field("", "pressure of the mean radius", "wrap.pressure_of_mean", "Pa"),
     Field("", "pressure of the thickest place", "wrap.pressure_of_thickest", "Pa"),
     Field("", "", "wrap.stations", lambda solved: [

@@ -314,9 +314,7 @@ CLOSE: Final = (
     Field("object_radius", "", "question.radius"),
     Field("rate", "", "question.rate"),
     Field("pressure", "pressure", "pressure", lambda s: f"to {shown(s.pressure, 'Pa')}"),
-    Field("friction", "friction coefficient", "closing.setup.obstacle.friction", lambda s: (
-        f"{s.closing.setup.obstacle.friction:.3g}"
-    )),
+    Field("friction", "friction coefficient", "closing.setup.obstacle.friction", "{:.3g}"),
     Field("complete", "", "complete", _ended),
     Field("time_to_touch", "touches after", "closing.time_to_touch", lambda s: (
         _seconds(s.closing.time_to_touch)
@@ -331,7 +329,7 @@ CLOSE: Final = (
         _with_spread(s.closing.contact_fractions[-1], s.spread and s.spread.contact_fraction,
                      _percent)
     )),
-    Field("turns", "turns", "closing.point.turns", lambda s: f"{s.closing.point.turns:.2f}"),
+    Field("turns", "turns", "closing.point.turns", "{:.2f}"),
     Field("normal_force", "presses with", "closing.point.normal_force", _presses),
     Field("holding_forces", "", lambda s: {o.pull.name.lower(): o.force for o in s.forces}, _held),
     Field("orderly", "", "orderly"),

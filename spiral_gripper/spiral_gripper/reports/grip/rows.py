@@ -365,7 +365,7 @@ _CLOSED: Final = (
         _radius,
     ),
     Field("friction", "friction coefficient", "grip.setup.obstacle.friction"),
-    Field("closing", "how it closes", "grip.setup.closing", lambda s: s.grip.setup.closing.value),
+    Field("closing", "how it closes", "grip.setup.closing", "{.value}"),
     Field(
         "falls_by_choice",
         "upright, without pressure",
@@ -400,7 +400,7 @@ _AT: Final = (
         "",
         lambda s: f"at {shown(s.point.pressure, 'Pa')}",
         "point.regime",
-        lambda s: s.point.regime.value,
+        "{.value}",
     ),
     Field(
         "",
@@ -427,7 +427,7 @@ _PLACE: Final = (
         "object_axis",
         "along",
         "grip.setup.axis",
-        lambda s: "({:.3f}, {:.3f}, {:.3f})".format(*s.grip.setup.axis),
+        "({:.3f}, {:.3f}, {:.3f})",
     ),
     Field("object_orientation", "", "grip.setup.obstacle.orientation"),
 )
