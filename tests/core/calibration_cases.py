@@ -8,6 +8,7 @@ import numpy as np
 
 from spiral_core import (
     Actuator,
+    BendReading,
     ExtensionReading,
     FiberAngles,
     FreeActuation,
@@ -16,6 +17,7 @@ from spiral_core import (
     NeoHookean,
     PressureLaw,
     Tube,
+    TwistReading,
     Yeoh,
 )
 
@@ -42,7 +44,8 @@ def spiral(material):
 
 def extensions(truth, pressures, error=2.0e-4, noise=None, pressure_noise=0.0):
     """Return readings of a 100 mm section; ``noise`` is the generator of the random errors."""
-    actuation = FreeActuation(truth)
+    uniform = truth.pressure_law is PressureLaw.UNIFORM
+    actuation = FreeActuation(truth if uniform else truth.without_single_fibers())
     readings = []
     for pressure in pressures:
         true_pressure, mistake = pressure, 0.0
@@ -52,6 +55,25 @@ def extensions(truth, pressures, error=2.0e-4, noise=None, pressure_noise=0.0):
         extension = 0.1 * (actuation.stretch_from_pressure(true_pressure) - 1.0) + mistake
         readings.append(ExtensionReading(pressure, extension, 0.1, error, pressure_noise))
     return readings
+
+
+def bends(truth, pressures, noise=None, error=0.02):
+    """Return bend angles of the finished actuator."""
+    shapes = [FreeActuation(truth).unloaded_shape(pressure) for pressure in pressures]
+    mistakes = np.zeros(len(shapes)) if noise is None else noise.standard_normal(len(shapes))
+    return [
+        BendReading(p, x.curvature * x.backbone_length + error * off, TUBE.length, error)
+        for p, x, off in zip(pressures, shapes, mistakes.tolist(), strict=True)
+    ]
+
+
+def twists(truth, pressures):
+    """Return twists of a straight section, to 0.01 rad."""
+    shapes = [FreeActuation(truth).unloaded_shape(pressure) for pressure in pressures]
+    return [
+        TwistReading(p, x.torsion * x.backbone_length, TUBE.length, 0.01)
+        for p, x in zip(pressures, shapes, strict=True)
+    ]
 
 
 def start_from(truth, factor=1.4):

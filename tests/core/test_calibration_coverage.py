@@ -4,8 +4,6 @@
 ``benchmarks/calibration_coverage.py`` runs the same study with more laws and more tests.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from core.calibration_cases import LAWS, PRESSURES, actuator, extensions
@@ -55,16 +53,6 @@ def test_intervals_of_few_readings_with_noisy_pressures_are_right_too():
     # Of 100 tests, 95 % +- 3 standard deviations of such a share.
     (share,) = share_of_hits(truth, readings, 100)
     assert 0.885 <= share <= 1.0
-
-
-def test_interval_of_a_robust_fit_is_that_of_the_others():
-    truth = actuator(LAWS[0])
-    readings = extensions(truth, PRESSURES, noise=np.random.default_rng(3))
-    spoiled = [*readings[:5], replace(readings[5], extension=0.05), *readings[6:]]
-    fit = calibrate(CalibrationModel(truth), spoiled, robust=True)
-    others = calibrate(CalibrationModel(truth), [*readings[:5], *readings[6:]])
-    assert fit.excluded == (5,)
-    assert fit.interval("c1") == pytest.approx(others.interval("c1"), rel=1e-6)
 
 
 def test_a_level_of_one_or_zero_is_refused():

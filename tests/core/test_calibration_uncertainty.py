@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.calibration_cases import LAWS, PRESSURES, TUBE, extensions, spiral
+from core.calibration_cases import LAWS, PRESSURES, bends, extensions, spiral
 
 from spiral_core import (
-    BendReading,
     CalibrationModel,
     CurvatureForm,
     InvalidInputError,
@@ -71,12 +70,7 @@ def test_the_interval_covers_what_the_readings_cannot_tell_apart(truth_form):
     known = replace(spiral(NeoHookean(c1=145.0e3)), curvature_form=fitted_form)
     truth = replace(known, curvature_form=truth_form)
     gripper = gripper_from_actuator("g", truth, density=950.0, pressure_max=110.0e3)
-    noise, shape = np.random.default_rng(5), gripper.unloaded_shape
-    readings = []
-    for pressure in PRESSURES:
-        bend = shape(pressure).curvature * shape(pressure).backbone_length
-        bend += 0.05 * noise.standard_normal()
-        readings.append(BendReading(pressure, bend, TUBE.length, 0.05))
+    readings = bends(truth, PRESSURES, np.random.default_rng(5), error=0.05)
     fit = calibrate(CalibrationModel(known, gripper=gripper), readings)
     (result,) = pressure_uncertainty(fit, (0.02,))
     true = WrapCurve(gripper).pressure_from_radius(0.02)
