@@ -3,17 +3,19 @@
 
 Nothing of ``spiral_core`` is used. The equations of a rod, seen from its material frame,
 
-    p' = R e_x,   q' = q (u, 0) / 2,   n' = -w,   m' = -u x m - e_x x (R^T n),   u = u* + K^-1 m,
+    p' = R v,   q' = q (u, 0) / 2,   n' = -w,   m' = -u x m - v x (R^T n),   u = u* + K^-1 m,
 
-are integrated from the tip, where n and m are known, to the base by scipy's DOP853. The unknown is
-the tip's rotation; it is found by Newton's method so that the base comes out as the identity. Many
-rods are integrated as one system, each with the three perturbed copies that its Jacobian needs.
+with v = e_x, or (u - u*, v - e_x) = K^-1 (m, R^T n) where K is (6, 6), are integrated from the tip,
+where n and m are known, to the base by scipy's DOP853. The unknown is the tip's rotation; it is
+found by Newton's method so that the base comes out as the identity. Many rods are integrated as one
+system, each with the three perturbed copies that its Jacobian needs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -30,6 +32,7 @@ PERTURBATION = 1e-8
 # Longest Newton step [rad]: a guess is near, and more would leave the equilibrium that was meant.
 LONGEST_STEP = 0.3
 TANGENT = np.array([1.0, 0.0, 0.0])
+EPSILON = 1e-13
 
 
 @dataclass(frozen=True)
@@ -37,11 +40,12 @@ class Rods:
     """B rods at once; a profile is (B, 3) or a function of s / L giving (B, 3)."""
 
     lengths: Array  # (B,)
-    stiffness: Profile  # diagonal of K: torsion, bending about y, bending about z; or K (B, 3, 3)
+    stiffness: Profile  # K (B, 3, 3), of twist and bending about y and z, or K (B, 6, 6)
     rest_strain: Profile
     distributed: Profile  # base frame
     tip_force: Array  # (B, 3) base frame
     tip_moment: Array  # (B, 3) base frame
+    breaks: tuple[float, ...] = ()  # s / L at which a profile jumps
 
 
 @dataclass(frozen=True)
@@ -100,13 +104,11 @@ def continue_from_rest(rods: Rods, steps: int, sites: Array) -> Shapes:
     tips = Rotation.from_rotvec(rods.rest_strain * rods.lengths[:, None]).as_quat()
     shapes = None
     for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
-        loaded = Rods(
-            rods.lengths,
-            rods.stiffness,
-            rods.rest_strain,
-            fraction * rods.distributed,
-            fraction * rods.tip_force,
-            fraction * rods.tip_moment,
+        loaded = replace(
+            rods,
+            distributed=fraction * rods.distributed,
+            tip_force=fraction * rods.tip_force,
+            tip_moment=fraction * rods.tip_moment,
         )
         shapes = shoot(loaded, tips, sites)
         tips = shapes.orientations[:, -1]
@@ -127,16 +129,17 @@ def _integrate(rods: Rods, tips: Rotation, copies: int, sites: Array) -> Array:
         y = flat.reshape(count, 13)
         q, m, n = y[:, 3:7], y[:, 7:10], y[:, 10:13]
         k = at(rods.stiffness, x)
-        u = at(rods.rest_strain, x)
-        u = u + (m / k if k.ndim == 2 else np.linalg.solve(k, m[:, :, None])[:, :, 0])
+        local = _rotate(q * np.array([-1.0, -1.0, -1.0, 1.0]), n)
+        inner = np.column_stack((m, local))[:, : k.shape[1]]
+        strains = np.linalg.solve(k, inner[:, :, None])[:, :, 0]
+        u = at(rods.rest_strain, x) + strains[:, :3]
+        v = np.tile(TANGENT, (count, 1))
+        v[:, : strains.shape[1] - 3] += strains[:, 3:]
         out = np.empty_like(y)
-        out[:, :3] = _rotate(q, np.broadcast_to(TANGENT, (count, 3)))
+        out[:, :3] = _rotate(q, v)
         out[:, 3:6] = 0.5 * (q[:, 3:] * u + _cross(q[:, :3], u))
         out[:, 6] = -0.5 * np.einsum("ij,ij->i", q[:, :3], u)
-        local = _rotate(q * np.array([-1.0, -1.0, -1.0, 1.0]), n)
-        out[:, 7:10] = -_cross(u, m)
-        out[:, 8] += local[:, 2]
-        out[:, 9] -= local[:, 1]
+        out[:, 7:10] = -_cross(u, m) - _cross(v, local)
         out[:, 10:13] = -at(rods.distributed, x)
         return (lengths * out).ravel()
 
@@ -144,13 +147,22 @@ def _integrate(rods: Rods, tips: Rotation, copies: int, sites: Array) -> Array:
     start[:, 3:7] = tips.as_quat()
     start[:, 7:10] = tips.inv().apply(np.repeat(rods.tip_moment, copies, axis=0))
     start[:, 10:13] = np.repeat(rods.tip_force, copies, axis=0)
-    solution = solve_ivp(
-        slope, (1.0, 0.0), start.ravel(), method="DOP853", rtol=1e-11, atol=1e-13,
-        t_eval=np.sort(sites)[::-1],
-    )  # fmt: skip
-    if not solution.success:
-        raise ArithmeticError(solution.message)
-    return np.transpose(solution.y.reshape(count, 13, -1)[:, :10, ::-1], (0, 2, 1))
+    ends = (1.0, *sorted(rods.breaks, reverse=True), 0.0)
+    found = []
+    for high, low in pairwise(ends):
+        # A profile that jumps at an end is asked just inside of it.
+        solution = solve_ivp(
+            lambda x, y, low=low, high=high: slope(min(max(x, low + EPSILON), high - EPSILON), y),
+            (high, low), start.ravel(), method="DOP853", rtol=1e-11, atol=1e-13,
+            t_eval=np.unique((*(x for x in sites if low <= x <= high), low, high))[::-1],
+        )  # fmt: skip
+        if not solution.success:
+            raise ArithmeticError(solution.message)
+        start = solution.y[:, -1]
+        found += zip(solution.t, solution.y.T, strict=True)
+    at_sites = dict(found)
+    states = np.array([at_sites[x] for x in np.sort(sites)])
+    return np.transpose(states.reshape(len(sites), count, 13)[:, :, :10], (1, 0, 2))
 
 
 def _cross(a: Array, b: Array) -> Array:

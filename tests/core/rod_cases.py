@@ -1,22 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rods that several tests use: the paper's tube, random gripper-sized rods, straight rods."""
+"""The free rods of the tests, and their images: mirrored, rolled about the tube, scaled."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from spiral_core import Rod, RodLoad, Section
 
+Array = np.ndarray
 INNER_RADIUS = 4.7625e-3
 OUTER_RADIUS = INNER_RADIUS + 0.794e-3
 AREA = math.pi * (OUTER_RADIUS**2 - INNER_RADIUS**2)
 SECOND_MOMENT = math.pi / 4.0 * (OUTER_RADIUS**4 - INNER_RADIUS**4)
-DENSITY = 950.0
-GRAVITY = 9.80665
-WEIGHT = DENSITY * GRAVITY * AREA  # [N/m]
+WEIGHT = 950.0 * 9.80665 * AREA  # [N/m], of the paper's tube: 0.24
+HELIX = (-9.0, 0.0, 18.0)
 
 
 @dataclass(frozen=True)
@@ -56,3 +58,140 @@ def random_direction(rng: np.random.Generator) -> tuple[float, float, float]:
 def straight_rod(length: float = 0.5, bending: float = 2.0e-4, torsional: float = 1.3e-4) -> Rod:
     """Return a rod without rest strain."""
     return Rod(length, Section.inextensible(bending, torsional))
+
+
+def helix_rod(section: Section | Callable[[Array], Array]) -> Rod:
+    """Return a helix of a section."""
+    return Rod(0.36, section, rest_strain=HELIX)
+
+
+def six(strength: float) -> Section:
+    """Return a full stiffness: of a rod as soft in stretch as coils and bellows are."""
+    bending = np.array(((3e-4, 2e-5, -1e-5), (2e-5, 2e-4, 3e-5), (-1e-5, 3e-5, 4e-4)))
+    stretch = np.array(((1.0, 0.05, -0.1), (0.05, 0.5, 0.04), (-0.1, 0.04, 0.8)))
+    between = strength * np.array(((8, 2, -3), (2, -3, 4), (-5, 2, 3))) * 1e-3
+    return Section(np.block([[bending, between], [between.T, stretch]]))
+
+
+# Twist and bending coupled as much as they may be, and two unlike bendings.
+COUPLED = Section.inextensible(bending=6.0e-4, torsional=5.0e-4, sideways=2.0e-4, coupling=4.0e-4)
+VARIED_LOAD = RodLoad(
+    lambda s: np.column_stack((0.2 + 0.3 * np.cos(8.0 * s), 0.3 * s, -0.2 + s * s)),
+    tip_force=(0.01, -0.02, 0.015),
+)
+VARIED = Rod(
+    0.4,
+    Section.varying(
+        lambda s: 2.5e-4 * (1.0 + 0.4 * np.sin(9.0 * s)), lambda s: 1.7e-4 * (1.0 - 0.9 * s)
+    ),
+    rest_strain=lambda s: np.column_stack(
+        (-12.0 + 9.0 * s, 4.0 * np.sin(7.0 * s), 22.0 - 25.0 * s)
+    ),
+)
+VARIED_COUPLING = Rod(
+    0.36,
+    Section.varying(
+        lambda s: 0.0006 * (1.0 - 0.8 * s),
+        lambda s: 0.0005 * (1.0 + s),
+        sideways=lambda s: 0.0002 * (1.0 + 2.0 * s),
+        coupling=lambda s: 0.0004 * np.cos(9.0 * s),
+    ),
+    rest_strain=lambda s: np.column_stack((-9.0 + 12.0 * s, 5.0 * s, 18.0 - 20.0 * s)),
+)
+SIX_LOAD = RodLoad((2e-3, 1e-3, -8e-3), (2e-3, 3e-3, -1e-3), (2e-4, -1e-4, 3e-4))
+
+
+def two_tubes(near: float, far: float, at: float = 0.131) -> Rod:
+    """Return a rod of two tubes of these bending stiffnesses, and of other rest strains."""
+    return Rod(
+        0.36,
+        Section.varying(
+            lambda s: np.where(s < at, near, far), lambda s: 0.66 * np.where(s < at, near, far)
+        ),
+        rest_strain=lambda s: np.where(s[:, None] < at, (-13.5, 0.0, 21.0), (4.0, 0.0, -10.0)),
+        breaks=(at,),
+    )
+
+
+RODS = {
+    "weight": gripper_rod(gravity=(0.3, 0.8, -0.52)),
+    "tip force": gripper_rod(gravity=(0.0, 0.0, 0.0), tip_force=(0.03, -0.04, 0.05)),
+    "tip moment": gripper_rod(tip_moment=(5e-4, 1e-3, -2.5e-4)),
+    "weight and force": gripper_rod(
+        length=0.5, gravity=(0.3, -0.8, 0.52), tip_force=(0.02, 0.01, 0.0)
+    ),
+    "coupled": Case(helix_rod(COUPLED), RodLoad((0.07, 0.19, -0.12), (0.004, -0.006, 0.003))),
+    "coupled, straight": Case(
+        Rod(0.36, COUPLED), RodLoad((0.24, 0.0, 0.0), (0.004, -0.006, 0.003))
+    ),
+    "varied": Case(VARIED, replace(VARIED_LOAD, tip_moment=(3e-4, 2e-4, -5e-4))),
+    "varied, no moment": Case(VARIED, VARIED_LOAD),
+    "varied coupling": Case(VARIED_COUPLING, RodLoad((0.1, 0.15, -0.1))),
+    "two tubes": Case(two_tubes(2.5e-4, 5e-3), RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))),
+    "stretching": Case(Rod(0.5, six(1.0), rest_strain=(2.0, 1.0, -4.0)), SIX_LOAD),
+    "stretching, otherwise": Case(
+        Rod(0.5, six(-0.6), rest_strain=(2.0, 1.0, -4.0)), RodLoad(tip_force=(8e-3, 0.0, 3e-3))
+    ),
+}
+
+
+def stiffness_at(section: Section | Callable[[Array], Array], sites: Array) -> Array:
+    """Return a section's matrices at sites, (n, 3, 3) or (n, 6, 6)."""
+    given = section(sites) if callable(section) else np.tile(section.stiffness, (len(sites), 1, 1))
+    if not callable(section) and np.ndim(section.stiffness) == 1:
+        given = given[:, 0]
+    return given[:, :, None] * np.eye(3) if given.ndim == 2 else given
+
+
+@dataclass(frozen=True)
+class Image:
+    """Other base axes and units: places become ``scale`` times ``turn`` times places."""
+
+    turn: Array
+    scale: float = 1.0
+    stiffer: float = 1.0
+
+    @property
+    def axial(self) -> Array:
+        """What strains and moments are turned by."""
+        return np.linalg.det(self.turn) * self.turn
+
+    def of(self, case: Case) -> Case:
+        """Return the image of a rod, its stiffness times ``stiffer``, under the image of a load."""
+        rod, load, a = case.rod, case.load, self.scale
+        force = self.stiffer / a**2 * self.turn
+
+        def vectors(given: tuple[float, ...] | Callable[[Array], Array], by: Array):
+            if callable(given):
+                return lambda s: given(s / a) @ by.T
+            return tuple((by @ given).tolist())
+
+        def section(sites: Array) -> Array:
+            full = stiffness_at(rod.section, sites / a)
+            both = np.zeros((6, 6))
+            both[:3, :3], both[3:, 3:] = self.axial, self.turn / a
+            both = both[: full.shape[1], : full.shape[1]]
+            turned = self.stiffer * both @ full @ both.T
+            return np.where(np.abs(turned) < 1e-14 * np.abs(full).max(), 0.0, turned)
+
+        return Case(
+            Rod(
+                a * rod.length,
+                section if callable(rod.section) else Section(section(np.zeros(1))[0]),
+                rest_strain=vectors(rod.rest_strain, self.axial / a),
+                breaks=tuple(a * at for at in rod.breaks),
+            ),
+            RodLoad(
+                vectors(load.distributed, force / a),
+                vectors(load.tip_force, force),
+                vectors(load.tip_moment, self.stiffer / a * self.axial),
+            ),
+        )
+
+
+IMAGES = {
+    "mirrored": Image(np.diag((1.0, 1.0, -1.0))),
+    "rolled": Image(Rotation.from_rotvec((0.4, 0.0, 0.0)).as_matrix()),
+    "rolled far": Image(Rotation.from_rotvec((2.9, 0.0, 0.0)).as_matrix()),
+    "larger": Image(np.eye(3), scale=2.5, stiffer=12.0),
+}

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from core.rod_cases import six
 
 from spiral_core import (
     UNDAMPED,
@@ -34,6 +35,7 @@ SLENDER = Inertia(mass=0.0283, rotary=0.0283 * 1e-8)
 TUBE = Inertia(mass=0.0283, rotary=0.0283 * 1.3e-5)
 STRAIGHT = RodProblem(Rod(LENGTH, SECTION, radius=5e-3))
 HELIX = RodProblem(Rod(LENGTH, SECTION, radius=5e-3, rest_strain=(8.0, 0.0, 40.0)))
+COUPLED = replace(STRAIGHT, rod=Rod(LENGTH, six(1.0)))
 WEIGHT = RodLoad(distributed=(0.0, 0.0, -0.0283 * 9.81))
 
 
@@ -181,10 +183,9 @@ def test_the_base_takes_the_change_of_momentum() -> None:
         ({"longest_step": math.inf}, "longest_step"),
         ({"problem": lambda time: None}, "problem"),
         ({"problem": lambda time: HELIX if time else STRAIGHT, "elements": 12}, None),
-        (
-            {"problem": lambda t: replace(STRAIGHT, base=Free() if t else Clamped())},
-            "problem",
-        ),
+        ({"problem": lambda t: replace(STRAIGHT, base=Free() if t else Clamped())}, "problem"),
+        ({"problem": lambda t: COUPLED}, r"section.*couple bending with stretch"),
+        ({"problem": lambda t: COUPLED if t else STRAIGHT}, r"section.*couple bending with"),
     ],
 )
 def test_bad_input_is_named(given: dict[str, object], field: str | None) -> None:

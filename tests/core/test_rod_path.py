@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from core.rod_cases import Case, gripper_rod, random_direction
 
-from spiral_core import InvalidInputError, Rod, RodLoad, Section, solve_rod
+from spiral_core import Rod, RodLoad, Section, solve_rod
 from spiral_core.rod.batch import solve_rods
 from spiral_core.rod.equilibria import find_equilibria
 from spiral_core.rod.path import RodEvent, follow_path
@@ -56,9 +56,11 @@ def test_a_fold_is_located_and_releases_energy() -> None:
     assert [s.folds for s in path.states] == [
         1 if i == int(fold.position) + 1 else 0 for i in range(STATIONS)
     ]
-    assert path.states[-1].energy == pytest.approx(
-        solve_rod(SNAPPING.rod, SNAPPING.load, elements=COUNT).energy, rel=1e-6
-    )
+    # The loading path passes the same fold; from its end nothing snaps.
+    alone = solve_rod(SNAPPING.rod, SNAPPING.load, elements=COUNT)
+    assert alone.folds == 1
+    assert path.states[-1].energy == pytest.approx(alone.energy, rel=1e-6)
+    assert solve_rod(SNAPPING.rod, SNAPPING.load, start=alone).folds == 0
 
 
 @pytest.mark.parametrize("zooms", [1, 2])
@@ -104,16 +106,6 @@ def test_there_and_back_is_a_hysteresis() -> None:
         np.testing.assert_allclose(a.positions, b.positions, atol=1e-9)
 
 
-def test_stations_are_checked() -> None:
-    case = gripper_rod()
-    with pytest.raises(InvalidInputError) as caught:
-        follow_path([], case.load)
-    assert caught.value.field == "rods"
-    with pytest.raises(InvalidInputError) as caught:
-        follow_path([case.rod, case.rod], [case.load])
-    assert caught.value.field == "loads"
-
-
 def test_several_stable_states_are_found_and_ordered() -> None:
     """Between the folds of a snap there are two stable states at least."""
     path = follow_path(ramp(SNAPPING), SNAPPING.load, elements=COUNT)
@@ -126,14 +118,6 @@ def test_several_stable_states_are_found_and_ordered() -> None:
     assert [s.energy for s in again] == [s.energy for s in states]
     for a, b in pairwise(states):
         assert np.abs(a.positions - b.positions).max() > 1e-4 * rod.length
-
-
-@pytest.mark.parametrize("starts", [0, -1, True, 2.5])
-def test_bad_numbers_of_starts_are_refused(starts: object) -> None:
-    case = gripper_rod()
-    with pytest.raises(InvalidInputError) as caught:
-        find_equilibria(case.rod, case.load, starts=starts)  # type: ignore[arg-type]
-    assert caught.value.field == "starts"
 
 
 def test_a_batch_is_its_rods_bit_by_bit_and_in_threads() -> None:
@@ -163,15 +147,3 @@ def test_a_batch_is_its_rods_bit_by_bit_and_in_threads() -> None:
         assert batch.energies[i] == pytest.approx(state.energy, rel=1e-12)
         assert batch.folds[i] == state.folds
         assert batch.statuses[i] is state.status
-
-
-@pytest.mark.parametrize(
-    ("field", "index", "value"),
-    [("lengths", 0, -1.0), ("bending", 1, np.nan), ("rest_strains", 3, (1.0, 2.0))],
-)
-def test_a_batch_refuses_bad_columns_by_name(field: str, index: int, value: object) -> None:
-    data: list[object] = [0.3, 2.7e-4, 1.8e-4, (0.0, 0.0, 20.0), (0.2, 0.0, 0.0)]
-    data[index] = value
-    with pytest.raises(InvalidInputError) as caught:
-        solve_rods(*data, elements=20)  # type: ignore[arg-type]
-    assert caught.value.field == field
