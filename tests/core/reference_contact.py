@@ -2,7 +2,7 @@
 """Closed forms of rods in contact. Nothing of ``spiral_core`` is used.
 
 ``rho`` is the distance of the centerline from the cylinder's axis, ``r_o`` the rod's radius.
-``test_reference_contact.py`` checks each formula against the equations it solves.
+``test_contact_closed_forms.py`` finds the solver to converge to each of them.
 """
 
 from __future__ import annotations
@@ -96,26 +96,6 @@ def thick_capstan_exponent(friction: float, rho: float, r_o: float) -> float:
     """
     a, b = r_o / rho, (rho - r_o) / rho
     return (math.sqrt(1.0 + 4.0 * friction**2 * a * b) - 1.0) / (2.0 * friction * a)
-
-
-def holding_overhang(friction: float, rho: float, short: float) -> float:
-    """Return the longest overhang [m] that holds a flexible thin rope hanging ``short`` behind."""
-    ratio = math.exp(friction * math.pi)
-    return ratio * short + rho * 2.0 * friction / (1.0 + friction**2) * (ratio + 1.0)
-
-
-def thick_holding_overhang(friction: float, rho: float, r_o: float, short: float) -> float:
-    """Return the same for a flexible rope of radius r_o whose surface is what friction holds.
-
-    With T = w rho y, q = w p and the angle phi from the light side, balance along and across reads
-    y' = mu b p + cos(phi), a mu p' = y - p + sin(phi); the solution without a boundary layer is
-    A cos(phi) + B sin(phi) + K exp(lambda phi), and likewise for p.
-    """
-    a, b, mu = r_o / rho, 1.0 - r_o / rho, friction
-    rows = [[0, 1, -mu * b, 0], [-1, 0, 0, -mu * b], [-1, 0, 1, a * mu], [0, -1, -a * mu, 1]]
-    first = np.linalg.solve(rows, [1.0, 0.0, 0.0, 1.0])[0]
-    grown = (short / rho - first) * math.exp(math.pi * thick_capstan_exponent(mu, rho, r_o))
-    return rho * (grown - first)
 
 
 def lift_off_angle(bending: float, rho: float, tension: float) -> float:

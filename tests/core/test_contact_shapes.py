@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every shape's gradient and Hessian are the derivatives of its distance."""
+"""Every shape's gradient and Hessian are the derivatives of its distance; alike ones agree."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from core.contact_paths import ROUND, SPAN, round_distance
 
 from spiral_core import (
     Capsule,
     Cone,
     Cylinder,
-    InvalidInputError,
     Obstacle,
     Plane,
     Profile,
+    RodLoad,
+    RodProblem,
     SignedDistance,
     Sphere,
 )
+from spiral_core.rod.contact.shapes import Shape
+from spiral_core.rod.contact.solve import solve_contact
 
 
 def _egg(points):
@@ -65,35 +70,46 @@ def test_an_obstacle_stands_along_its_axis():
         np.testing.assert_allclose(third, np.array(axis) / np.linalg.norm(axis), atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: Cylinder(-1.0),
-        lambda: Cylinder(math.nan),
-        lambda: Profile((0.0, 0.0), (1.0, 1.0)),
-        lambda: Profile((0.0, 1.0), (1.0,)),
-        lambda: Obstacle(Plane(), friction=-0.1),
-        lambda: Obstacle(Plane(), friction=math.nan),
-        lambda: Obstacle.along(Plane(), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        lambda: Obstacle(Plane(), orientation=(0.0, 0.0, 0.0, 2.0)),
-    ],
-)
-def test_bad_values_are_refused(make):
-    with pytest.raises(InvalidInputError):
-        make()
+WEIGHT = RodLoad((0.0, 0.02, -0.5))
 
 
-def test_a_profile_builds_its_spline_once(monkeypatch):
-    import scipy.interpolate
+def on(shape: Shape, friction: float = 0.0, axis: tuple[float, float, float] = (0.2, 1.0, 0.1)):
+    """Return the rod that hangs over a shape whose axis lies across below it."""
+    obstacle = Obstacle.along(shape, (0.2, 0.0, -0.07), axis, friction)
+    return RodProblem(SPAN, WEIGHT, obstacles=(obstacle,))
 
-    built = []
-    spline = scipy.interpolate.CubicSpline
-    monkeypatch.setattr(
-        scipy.interpolate,
-        "CubicSpline",
-        lambda *args, **kw: built.append(args) or spline(*args, **kw),
+
+ALIKE = {
+    "profile, cylinder": (Profile((-0.1, 0.0, 0.1), 3 * (ROUND,)), Cylinder(ROUND)),
+    "profile, cone": (Profile((-0.1, 0.1), (0.01, 0.05)), Cone(ROUND, 0.2)),
+    "cone, cylinder": (Cone(ROUND, 0.0), Cylinder(ROUND)),
+    "capsule, cylinder": (Capsule(ROUND, 2.0), Cylinder(ROUND)),
+    "capsule, sphere": (Capsule(ROUND, 1e-12), Sphere(ROUND)),
+    "signed distance, cylinder": (SignedDistance(round_distance, ROUND), Cylinder(ROUND)),
+}
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("name", ALIKE)
+def test_alike_shapes_hold_the_rod_alike(name: str, friction: float) -> None:
+    smooth = (solve_contact(on(shape), elements=40) for shape in ALIKE[name])
+    one, other = (
+        # What falls off the smooth ball stays away from the rough one.
+        solve_contact(replace(on(shape, friction), load=RodLoad((0.0, 0.02, -0.6))), start=state)
+        for shape, state in zip(ALIKE[name], smooth, strict=True)
     )
-    shape = Profile([0.0, 0.0123, 0.031], [0.02, 0.0217, 0.019])
-    for _ in range(3):
-        shape.distance(np.array([[0.03, 0.0, 0.01]]))
-    assert len(built) == 1
+    assert (one.contact_lengths[0] > 0.0) == (name != "capsule, sphere")
+    # A user's shape has its Hessian by differences, so that the path takes other steps.
+    np.testing.assert_allclose(one.positions, other.positions, atol=1e-6 * SPAN.length)
+    largest = np.abs(other.contact_forces).max()
+    np.testing.assert_allclose(one.contact_forces, other.contact_forces, atol=1e-4 * largest)
+
+
+def test_large_sphere_is_a_plane() -> None:
+    """Its height above the plane is x^2 / 2 ROUND: 8e-7 m at the tip."""
+    far = 1e5
+    sphere = RodProblem(SPAN, WEIGHT, obstacles=(Obstacle(Sphere(far), (0, 0, -0.05 - far)),))
+    plane = RodProblem(SPAN, WEIGHT, obstacles=(Obstacle(Plane(), (0.0, 0.0, -0.05)),))
+    one, other = (solve_contact(problem, elements=40) for problem in (sphere, plane))
+    assert other.contact_lengths[0] > 0.02
+    np.testing.assert_allclose(one.positions, other.positions, atol=2e-6)
