@@ -180,7 +180,7 @@ def test_an_object_in_the_way_of_the_hanging_tube_is_refused_by_name() -> None:
 
 
 def test_a_grip_is_judged_where_the_tube_rests() -> None:
-    setup = lay_into_coil(gripper(), 0.02)
+    setup = lay_into_coil(gripper(), 0.02, elements=40)
     pressure = 1.15 * setup.tip_pressure
     moving = close_on(setup, PressureCourse.ramp(2e4, pressure, 0.02))
     last = moving.frames[-1]
@@ -199,7 +199,7 @@ def test_a_grip_is_judged_where_the_tube_rests() -> None:
 
 def test_no_tube_rests_before_it_is_wrapped_at_the_final_pressure() -> None:
     """Slow enough, a tube that still closes has no part above 2 % of its length per second."""
-    setup = lay_into_coil(gripper(), 0.02)
+    setup = lay_into_coil(gripper(), 0.02, elements=40)
     pressure = 1.15 * setup.tip_pressure
     slow = close_on(setup, PressureCourse.ramp(pressure / 12.0, pressure, 0.5))
     speeds = [np.abs(frame.velocities).max() for frame in slow.frames if frame.time > 11.0]
@@ -220,14 +220,14 @@ def test_a_disorderly_closing_scatters_and_an_orderly_one_does_not() -> None:
 
 
 def laid(gravity: tuple[float, float, float]) -> GripSetup:
-    return lay_into_coil(replace(gripper(), gravity=gravity), 0.02)
+    return lay_into_coil(replace(gripper(), gravity=gravity), 0.02, elements=40)
 
 
 def under_the_tip(gap: float) -> GripSetup:
     """Return a cylinder straight under the hanging tube, crosswise."""
     reach = LENGTH + 0.02 + gripper().tube.outer_radius + gap
     obstacle = Obstacle.along(Cylinder(0.02), (reach, 0.0, 0.0), (0.0, 0.0, 1.0), 0.3)
-    return GripSetup(gripper(), obstacle)
+    return GripSetup(gripper(), obstacle, elements=40)
 
 
 RAMP = PressureCourse((0.0, 0.1, 0.2), (0.0, 5e4, 5e4))

@@ -14,7 +14,6 @@ from spiral_core import (
     Closing,
     FiberAngles,
     GripSetup,
-    GripWindow,
     NeoHookean,
     NotGrippableError,
     Tube,
@@ -50,31 +49,52 @@ def test_a_refusal_says_that_friction_is_the_cause() -> None:
     assert "friction" not in str(error.value)
 
 
-def test_the_radii_that_are_held_end_where_contact_ends() -> None:
-    gripper = replace(load_gripper("prototype_p1"), pressure_max=50e3)
-    ((low, high),), curve = held_radii(gripper), WrapCurve(gripper)
-    assert low == curve.radius_min
-    assert 1.02 * low < high < 0.6 * curve.radius_max
-    for radius, held in (
-        (low, True),
-        (0.5 * (low + high), True),
-        (high, True),
-        (1.01 * high, False),
-    ):
-        assert (grip_window(lay_into_coil(gripper, radius)).onset_wrap is not None) is held
+def windows_that_hold(
+    monkeypatch: pytest.MonkeyPatch, ranges: list[tuple[float, float]]
+) -> list[float]:
+    """Let grips on radii within the ranges be wrapped; return the list of those that are tried."""
+    tried: list[float] = []
+
+    def window(setup: GripSetup, **_: object) -> SimpleNamespace:
+        radius = setup.obstacle.shape.feature_radius
+        tried.append(radius)
+        if not any(low <= radius <= high for low, high in ranges):
+            raise NotGrippableError(radius, "nothing is", -1.0, None)
+        return SimpleNamespace(onset_wrap=5e4)
+
+    monkeypatch.setattr(places, "grip_window", window)
+    return tried
+
+
+@pytest.mark.parametrize(
+    "ranges",
+    [
+        [(0.0, 1.0)],
+        [(0.0, 0.021)],
+        [(0.0123, 0.0217)],
+        [(0.0, 0.0117), (0.0203, 0.0261)],
+        [(0.0131, 0.0177), (0.0222, 1.0)],
+    ],
+)
+def test_the_radii_that_are_held_end_where_contact_ends(
+    monkeypatch: pytest.MonkeyPatch, ranges: list[tuple[float, float]]
+) -> None:
+    """Every end is held, and next to it, by a percent, is what is not held or was not tried."""
+    tried = windows_that_hold(monkeypatch, ranges)
+    found = held_radii(load_gripper("paper_design_70"))
+    least, most = min(tried), max(tried)
+    assert len(found) == len(ranges)
+    for (low, high), (begin, end) in zip(found, ranges, strict=True):
+        assert max(begin, least) <= low <= max(1.01 * begin, least)
+        assert min(end / 1.01, most) <= high <= min(end, most)
+    assert len(tried) < 60
 
 
 def test_no_radius_is_tried_that_a_closed_coil_has_no_hole_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     gripper = replace(load_gripper("paper_design_70"), pressure_max=200e3)
-    tried: list[float] = []
-
-    def fail(setup: GripSetup, **_: object) -> GripWindow:
-        tried.append(setup.obstacle.shape.feature_radius)
-        raise NotGrippableError(tried[-1], "nothing is", -1.0, None)
-
-    monkeypatch.setattr(places, "grip_window", fail)
+    tried = windows_that_hold(monkeypatch, [])
     assert held_radii(gripper) == ()
     assert min(tried) == 0.1 * gripper.tube.outer_radius > 10.0 * WrapCurve(gripper).radius_min
     assert max(tried) == WrapCurve(gripper).radius_max

@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import cache
 from multiprocessing import get_context
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from spiral_core import (
     Pull,
     PullEnd,
     grip_cases,
+    grip_window,
     lay_into_coil,
     misplacements,
     place_mount,
@@ -124,37 +126,53 @@ def test_a_mount_whose_force_is_not_known_is_the_worst(monkeypatch: pytest.Monke
     assert place_mount(setup(), aim=MountAim.FORCE).score == -math.inf
 
 
-def test_a_search_never_ends_below_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def paraboloid(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Let the score of a place be lower with the square of its distance from a top."""
+
+    def with_top(shift: tuple[float, float, float], tilt: tuple[float, float]) -> None:
+        monkeypatch.setattr(places, "grip_window", lambda setup: flat(1.0))
+        top = place_mount(setup(), shift, tilt).setup
+
+        def window(there: GripSetup) -> SimpleNamespace:
+            off = np.subtract(there.obstacle.position, top.obstacle.position) / 0.005
+            turned = (there.axis - top.axis) / 0.17
+            return flat(1.0 - 0.01 * float(off @ off + turned @ turned))
+
+        monkeypatch.setattr(places, "grip_window", window)
+
+    def flat(score: float) -> SimpleNamespace:
+        """Return a window of a relative width."""
+        loss = (1.0 + 0.5 * score) / (1.0 - 0.5 * score)
+        return SimpleNamespace(onset_wrap=1.0, loss=loss, top=9.0)
+
+    return with_top
+
+
+def test_a_search_never_ends_below_its_start(paraboloid: Callable[..., None]) -> None:
     """On a score that is a paraboloid the compass search comes within its last step of the top."""
-    top = np.array((0.006, -0.004, 0.003, 0.1, -0.12))
-
-    def placed(there: GripSetup, place: np.ndarray, aim: MountAim) -> places.Mount:
-        miss = (place - top) / np.array((0.005, 0.005, 0.005, 0.17, 0.17))
-        score = -float(miss @ miss) if aim is MountAim.WINDOW else 0.0
-        return places.Mount(tuple(place[:3]), tuple(place[3:]), there, None, score)
-
-    monkeypatch.setattr(places, "_placed", placed)
-    monkeypatch.setattr(places, "place_mount", lambda s, aim: placed(s, np.zeros(5), aim))
+    shift, tilt = (0.006, -0.004, 0.003), (0.1, -0.12)
+    paraboloid(shift, tilt)
     best = search_mount(setup(), most_tries=500)
-    assert np.abs(np.asarray(best.shift) - top[:3]).max() < 0.25 * 0.2 * 0.025
-    assert np.abs(np.asarray(best.tilt) - top[3:]).max() < 0.25 * math.radians(10.0)
+    assert np.abs(np.subtract(best.shift, shift)).max() < 0.25 * 0.2 * 0.025
+    assert np.abs(np.subtract(best.tilt, tilt)).max() < 0.25 * math.radians(10.0)
     tries: list[tuple[int, int]] = []
-    search_mount(setup(), most_tries=7, progress=lambda done, total: tries.append((done, total)))
+    few = search_mount(
+        setup(), most_tries=7, progress=lambda done, total: tries.append((done, total))
+    )
     assert tries[-1] == (7, 7)
+    assert place_mount(setup()).score < few.score < best.score
 
 
-def test_a_search_on_a_real_grip_takes_the_best_place_it_tried() -> None:
-    """Where it begins, along the cylinder both ways, which changes nothing, and away and back."""
-    step = 0.2 * 0.025
-    places = [place_mount(setup(), (0.0, away, 0.0)) for away in (0.0, step, -step)]
-    scores = [place.score for place in places]
-    assert len(set(scores)) == 3
-    best = search_mount(setup(), most_tries=5)
-    # Along the cylinder the score changes in its ninth digit, and so do the places tried after it.
-    assert best.score == pytest.approx(max(scores), rel=1e-4)
-    assert best.score > scores[0]
-    assert best.shift[1] == pytest.approx((0.0, step, -step)[int(np.argmax(scores))])
-    assert best.window is not None
+def test_a_place_scores_the_width_of_its_window() -> None:
+    mount = place_mount(setup(), (0.0, 1e-3, 0.0))
+    window = grip_window(mount.setup)
+    end = window.top if window.loss is None else window.loss
+    assert mount.window is not None
+    assert mount.score == pytest.approx(
+        2.0 * (end / window.onset_wrap - 1) / (end / window.onset_wrap + 1)
+    )
+    assert "kPa" in repr(mount)
 
 
 @contextmanager
@@ -193,15 +211,15 @@ def test_a_study_gives_the_same_on_any_executor(
     assert "too thick" in outcomes[1].refusal
 
 
-def test_misplacements_are_judged_each_way() -> None:
-    places = misplacements(setup(), shift=2e-3, tilt=0.03)
-    assert len(places) == 11
-    assert places[0].shift == (0.0, 0.0, 0.0)
-    assert places[0].window is not None
-    assert places[1].shift[0] == 2e-3 == -places[2].shift[0]
-    assert places[-1].tilt == (0.0, -0.03)
-    assert all(math.isfinite(place.score) for place in places)
-    assert "kPa" in repr(places[0])
+def test_misplacements_are_judged_each_way(paraboloid: Callable[..., None]) -> None:
+    paraboloid((0.001, 0.0, 0.0), (0.0, 0.01))
+    found = misplacements(setup(), shift=2e-3, tilt=0.03)
+    places = [(*place.shift, *place.tilt) for place in found]
+    steps = [sign * row for row in np.diag((2e-3, 2e-3, 2e-3, 0.03, 0.03)) for sign in (1.0, -1.0)]
+    np.testing.assert_allclose(places, [np.zeros(5), *steps], atol=1e-15)
+    assert [place.score for place in found] == [
+        place_mount(setup(), place.shift, place.tilt).score for place in found
+    ]
 
 
 def test_a_place_inside_the_tube_scores_nothing() -> None:

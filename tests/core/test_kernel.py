@@ -59,7 +59,7 @@ def test_a_changed_kernel_recompiles_the_kernels_that_call_it(tmp_path: Path) ->
 def test_kernels_read_only_files_that_the_digest_covers() -> None:
     """A kernel that read a constant or called a kernel of another file could be stale."""
     covered = {str(path) for path in KERNEL_FILES}
-    checked = 0
+    checked = set()
     for path in Path(spiral_core.__file__).parent.rglob("*.py"):
         source = path.read_text()
         if path.name == "kernel.py" or "numerics.kernel import" not in source:
@@ -78,8 +78,8 @@ def test_kernels_read_only_files_that_the_digest_covers() -> None:
         for value in vars(import_module(module)).values():
             if not isinstance(value, Dispatcher) or value.py_func.__module__ != module:
                 continue
-            checked += 1
+            checked.add(path)
             for name in origins.keys() & set(value.py_func.__code__.co_names):
                 origin = Path(str(import_module(str(origins[name])).__file__))
                 assert str(origin) in covered, f"{module}.{value.py_func.__name__} reads {name}"
-    assert checked > 100
+    assert {path.name for path in checked} >= {"_element.py", "_newton.py", "_kernels.py"}
