@@ -149,15 +149,6 @@ def test_pressure_rises_all_along_the_branch(
     assert np.diff(pressures[:-20]).min() > 0.0
 
 
-def test_mirror_image_has_the_same_branch() -> None:
-    case = actuator(80.0, 55.0, SOFTENING)
-    one, other = (
-        FreeActuation(each)
-        for each in (case, dataclasses.replace(case, fibers=case.fibers.mirrored()))
-    )
-    assert (one.stretch_limit, one.limit) == (other.stretch_limit, other.limit)
-
-
 def test_pair_that_shortens_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="extends under pressure"):
         FreeActuation(actuator(50.0, -50.0))

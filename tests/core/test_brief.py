@@ -4,20 +4,15 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-import pytest
-from core.gripper_cases import paper_gripper
 
 from spiral_core import (
     Rod,
     RodLoad,
     RodStatus,
     Section,
-    WrapCurve,
-    pressure_range,
     solve_rod,
 )
 from spiral_core.brief import brief_repr
-from spiral_core.rod.path import follow_path
 
 STATE = solve_rod(
     Rod(0.3, Section.inextensible(3e-4, 2e-4), rest_strain=(0.0, 0.0, 5.0)), RodLoad()
@@ -50,17 +45,3 @@ def test_each_kind_of_field_is_short() -> None:
     assert len(repr(many)) < 200
     assert "numbers=(1,)" in repr(Held((1.0,), "", RodStatus.CONVERGED, 0.0, None))
     assert "numbers=<9 of int>" in repr(Held((0,) * 9, "", RodStatus.CONVERGED, 0.0, None))
-
-
-@pytest.fixture(scope="module")
-def curve() -> WrapCurve:
-    return WrapCurve(paper_gripper("P1"))
-
-
-def test_results_are_readable(curve: WrapCurve) -> None:
-    wrap = curve.wrap_for_radius(0.012)
-    path = follow_path([Rod(0.3, Section.inextensible(3e-4, 2e-4))] * 2, RodLoad())
-    for value in (STATE, path, wrap, wrap.coil, curve.gripper, pressure_range(curve.gripper, 3)):
-        assert len(repr(value)) < 500, value
-        assert repr(value).startswith(f"{type(value).__name__}(")
-    assert "object_radius=0.012" in repr(wrap)

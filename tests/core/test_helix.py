@@ -10,7 +10,7 @@ from core.actuator_cases import repeatable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_core import Helix, InvalidInputError
+from spiral_core import Helix
 
 
 @repeatable
@@ -46,24 +46,3 @@ def test_nothing_fits_a_coil_filled_by_its_tube() -> None:
 def test_huge_and_tiny_rates_neither_overflow_nor_vanish() -> None:
     assert Helix(1e200, 1e200).radius == pytest.approx(0.5e-200)
     assert Helix(1e-200, 0.0).radius == pytest.approx(1e200)
-
-
-@pytest.mark.parametrize("curvature", [0.0, -1.0, math.nan, math.inf])
-def test_curvature_must_be_positive(curvature: float) -> None:
-    with pytest.raises(InvalidInputError, match="curvature must be a positive"):
-        Helix(curvature, 10.0)
-
-
-@pytest.mark.parametrize("torsion", [math.nan, math.inf])
-def test_torsion_must_be_finite(torsion: float) -> None:
-    with pytest.raises(InvalidInputError, match="torsion"):
-        Helix(20.0, torsion)
-
-
-@pytest.mark.parametrize(
-    ("method", "value"),
-    [("turns", -0.1), ("length_for_turns", -1.0), ("object_length", -1.0), ("object_radius", 0.0)],
-)
-def test_counts_and_lengths_must_not_be_negative(method: str, value: float) -> None:
-    with pytest.raises(InvalidInputError):
-        getattr(Helix(20.0, 10.0), method)(value)

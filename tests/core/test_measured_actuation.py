@@ -68,26 +68,6 @@ def test_it_ends_where_the_data_end():
             actuation.unloaded_shape(bad)
 
 
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        ("pressures", (0.0, 2.0e4)),
-        ("pressures", (1.0, 2.0e4, 4.0e4, 6.0e4)),
-        ("pressures", (0.0, 2.0e4, 2.0e4, 6.0e4)),
-        ("pressures", (0.0, 2.0e4, math.nan, 6.0e4)),
-        ("curvatures", (0.0, 8.0, 7.0, 30.0)),
-        ("curvatures", (-1.0, 8.0, 9.0, 30.0)),
-        ("curvatures", (0.0, 8.0, 9.0)),
-        ("torsions", (0.0, math.inf, 9.0, 10.0)),
-        ("backbone_length", 0.0),
-    ],
-)
-def test_data_that_make_no_curve_are_refused(field, value):
-    with pytest.raises(InvalidInputError) as caught:
-        MeasuredActuation(**(GOOD | {field: value}))
-    assert caught.value.field == field
-
-
 def test_the_rest_of_the_chain_does_not_see_a_difference():
     lawful = gripper_from_actuator("lawful", spiral(LAWS[0]), density=950.0, pressure_max=110.0e3)
     pressures = np.linspace(0.0, 110.0e3, 45)

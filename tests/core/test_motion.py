@@ -205,12 +205,3 @@ def test_a_motion_that_cannot_go_on_says_so() -> None:
     motion = solve_motion(jumps, TUBE, (0.0, 0.04, 0.1), elements=8)
     assert motion.status is MotionStatus.STALLED
     assert len(motion.frames) == 2
-
-
-@pytest.mark.parametrize("make", [lambda: Inertia(0.0, 1.0), lambda: Inertia(1.0, -1.0),
-                                  lambda: Damping(-1.0), lambda: Damping(0.0, math.nan),
-                                  lambda: Damping(drag_rate=-1.0),
-                                  lambda: Inertia.round(1100.0, 1e-3, 1e-3)])  # fmt: skip
-def test_inertia_and_damping_refuse_what_is_not_physical(make) -> None:
-    with pytest.raises(InvalidInputError):
-        make()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -15,15 +16,18 @@ from hypothesis import strategies as st
 
 from spiral_core import (
     ActuationLimit,
+    ActuationLimitError,
     Actuator,
     CurvatureForm,
     FiberAngles,
     FreeActuation,
     Gent,
     HyperelasticLaw,
+    InvalidInputError,
     MooneyRivlin,
     NeoHookean,
     PressureLaw,
+    UnloadedShape,
     Yeoh,
     pressure_from_stretch,
     unloaded_shape_from_stretch,
@@ -60,6 +64,13 @@ LAWS: list[HyperelasticLaw] = [
     Yeoh(c1=145.0e3, c2=-30.0e3, c3=3.0e3),
     GENT,
 ]
+# One actuator for each kind of limit.
+ENDS = {
+    ActuationLimit.FIBER_LOCKING: HARD["fiber locking"],
+    ActuationLimit.VOLUME_MAXIMUM: actuator(70.0, -65.0),
+    ActuationLimit.LIMIT_POINT: HARD["limit point"],
+    ActuationLimit.MATERIAL_LIMIT: HARD["elastomer's limit"],
+}
 EPSILON = 2.0**-52
 # From rest, over the branch, to its end.
 FRACTIONS = (1e-9, 1e-4, *np.linspace(0.01, 0.99, 8), 1 - 1e-4, 1 - 1e-9, 1.0)
@@ -143,3 +154,41 @@ def test_the_limit_point_is_where_the_pressure_is_largest() -> None:
         actuation.actuator, fibers=actuation.actuator.fiber_pair.mirrored()
     )
     assert FreeActuation(mirrored).stretch_limit == actuation.stretch_limit
+
+
+@pytest.mark.parametrize("limit", ENDS)
+def test_limit_is_reached_and_not_passed(limit: ActuationLimit) -> None:
+    actuation = FreeActuation(ENDS[limit])
+    assert actuation.limit is limit
+    top = actuation.pressure_limit
+    assert actuation.stretch_from_pressure(top) == actuation.stretch_limit
+    assert actuation.pressure_from_stretch(actuation.stretch_limit) == top
+    assert actuation.unloaded_shape(top).stretch == actuation.stretch_limit
+    above = math.nextafter(top, math.inf)
+    for past in (above, 2.0 * top, 1e300):
+        with pytest.raises(ActuationLimitError) as caught:
+            actuation.unloaded_shape(past)
+        assert (caught.value.limit, caught.value.quantity) == (limit, "pressure")
+        assert (caught.value.value, caught.value.bound) == (past, top)
+    with pytest.raises(ActuationLimitError) as caught:
+        actuation.pressure_from_stretch(math.nextafter(actuation.stretch_limit, 9.0))
+    assert (caught.value.limit, caught.value.quantity) == (limit, "stretch")
+    assert actuation.unloaded_shape(0.0) == UnloadedShape(0.0, 0.0, PAPER_TUBE.length, 1.0)
+    # Below it the stretch rises with pressure.
+    pressures = [*np.linspace(0.0, 0.999 * top, 400), *(top * (1 - np.logspace(-4, -9)))]
+    stretches = [actuation.stretch_from_pressure(float(p)) for p in pressures]
+    assert np.all(np.diff(stretches) > 0.0)
+
+
+def test_what_is_no_actuator_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="an Actuator"):
+        FreeActuation(PAPER_TUBE)  # type: ignore[arg-type]
+
+
+def test_values_compare_and_pickle() -> None:
+    actuation = FreeActuation(actuator())
+    copy = pickle.loads(pickle.dumps(actuation))
+    assert copy == actuation == FreeActuation(actuator())
+    assert copy != FreeActuation(actuator(beta=50.0))
+    assert copy.unloaded_shape(55.0e3) == actuation.unloaded_shape(55.0e3)
+    assert hash(copy) == hash(actuation)
