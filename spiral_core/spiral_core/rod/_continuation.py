@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod._algebra import Array
+from spiral_core.rod._algebra import Array, turn_nodes
 from spiral_core.rod._elimination import scales_of
 from spiral_core.rod._newton import (
     CONVERGED,
@@ -39,7 +39,6 @@ from spiral_core.rod._turns import (
     largest_turn,
     resample,
     turn_about_base_axis,
-    turn_nodes,
 )
 from spiral_core.rod.types import DEFAULT_TOLERANCE
 

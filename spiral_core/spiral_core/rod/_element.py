@@ -262,6 +262,30 @@ def frame_derivatives(x: Vec, w_u: Vec, w_uu: Mat, h: float) -> tuple[Vec, Mat, 
 
 
 @inlined
+def rotation_derivatives(x: Vec, w: float, g_x: Vec, h_x: Mat) -> tuple[Vec, Vec, Mat, Mat, Mat]:
+    """Return g0, g1, H00, H01, H11 of a function of x by the rotations eta of both nodes.
+
+    ``g_x`` and ``h_x`` are its derivatives by x, and dx/deta_1 = A1 = (w + [x]) / 2, A0 = -A1^T.
+    """
+    h_skew = matmul_skew(h_x, x)
+    p1 = matscale(0.5, matadd(matscale(w, h_x), h_skew))
+    p0 = matscale(0.5, matadd(matscale(w, h_x), matscale(-1.0, h_skew)))
+    skew_p1 = skew_matmul(x, p1)
+    # Second derivatives of x itself.
+    bow = -0.25 * dot(g_x, x)
+    bowed = diagonal(bow, bow, bow)
+    gx_x = outer(g_x, x)
+    twist = matscale(0.25, matadd(matscale(w, skew(g_x)), matadd(gx_x, transpose(gx_x))))
+    h00 = matadd(matscale(0.5, matadd(matscale(w, p0), skew_matmul(x, p0))), bowed)
+    h11 = matadd(matscale(0.5, matadd(matscale(w, p1), matscale(-1.0, skew_p1))), bowed)
+    h01 = matadd(matadd(matscale(-0.5, matadd(matscale(w, p1), skew_p1)), bowed), twist)
+    turned = cross(x, g_x)
+    g0 = scale(-0.5, add(scale(w, g_x), turned))
+    g1 = scale(0.5, add(scale(w, g_x), scale(-1.0, turned)))
+    return g0, g1, h00, h01, h11
+
+
+@inlined
 def load_derivatives(
     u: Vec, y: Vec, jc: Mat, a0: Vec, a1: Vec, h: float
 ) -> tuple[Vec, Vec, Mat, Mat]:
@@ -283,11 +307,7 @@ def element_derivatives(
     w_u, w_uu, jc, y = strain_derivatives(u, a0, a1, section, h)
     g_x, h_x, cf, s = frame_derivatives(x, w_u, w_uu, h)
     q0, q1, load0, load1 = load_derivatives(u, y, jc, a0, a1, h)
-    # Chain through x(eta0, eta1): A1 = (w + [x]) / 2, A0 = -A1^T.
-    h_skew = matmul_skew(h_x, x)
-    p1 = matscale(0.5, matadd(matscale(w, h_x), h_skew))
-    p0 = matscale(0.5, matadd(matscale(w, h_x), matscale(-1.0, h_skew)))
-    skew_p1 = skew_matmul(x, p1)
+    t0, t1, x00, x01, x11 = rotation_derivatives(x, w, g_x, h_x)
     soft, quarter = compliance_of(section.stiffness), 0.25 * h * h * h / 12.0
     ky, kz = quarter * soft.y, quarter * soft.z
     bend = 0.5 * s * w
@@ -295,32 +315,19 @@ def element_derivatives(
     pull1 = pushed_back(load1, x, w, cf, bend, 1.0)
     cross01 = pushed_back(load1, x, w, cf, bend, -1.0)
     cross10 = pushed_back(load0, x, w, cf, bend, 1.0)
-    # Second derivatives of x itself.
-    bow = -0.25 * dot(g_x, x)
-    gx_x = outer(g_x, x)
-    twist = matscale(0.25, matadd(matscale(w, skew(g_x)), matadd(gx_x, transpose(gx_x))))
     h00 = matadd(
-        matadd(matscale(0.5, matadd(matscale(w, p0), skew_matmul(x, p0))), diagonal(bow, bow, bow)),
+        x00,
         matadd(
             matadd(rotated_load_hessian(q0, a0), load_pair(ky, kz, a0, a0)),
             matadd(pull0, transpose(pull0)),
         ),
     )
     h11 = matadd(
-        matadd(
-            matscale(0.5, matadd(matscale(w, p1), matscale(-1.0, skew_p1))),
-            diagonal(bow, bow, bow),
-        ),
+        x11,
         matadd(
             matadd(rotated_load_hessian(q1, a1), load_pair(ky, kz, a1, a1)),
             matadd(pull1, transpose(pull1)),
         ),
     )
-    h01 = matadd(
-        matadd(matscale(-0.5, matadd(matscale(w, p1), skew_p1)), diagonal(bow, bow, bow)),
-        matadd(matadd(twist, load_pair(ky, kz, a0, a1)), matadd(cross01, transpose(cross10))),
-    )
-    turned = cross(x, g_x)
-    g0 = add(scale(-0.5, add(scale(w, g_x), turned)), cross(q0, a0))
-    g1 = add(scale(0.5, add(scale(w, g_x), scale(-1.0, turned))), cross(q1, a1))
-    return g0, g1, h00, h01, h11
+    h01 = matadd(x01, matadd(load_pair(ky, kz, a0, a1), matadd(cross01, transpose(cross10))))
+    return add(t0, cross(q0, a0)), add(t1, cross(q1, a1)), h00, h01, h11

@@ -7,10 +7,17 @@ from typing import NamedTuple
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod._algebra import Array, dot, quaternion_at, to_material, vector_at
+from spiral_core.rod._algebra import (
+    Array,
+    dot,
+    quaternion_at,
+    to_material,
+    turn_nodes,
+    vector_at,
+)
 from spiral_core.rod._elimination import Pass, Scales, back_substitute, newton_pass, scales_of
 from spiral_core.rod._system import Ending, Solution, System
-from spiral_core.rod._turns import copy_nodes, turn_nodes
+from spiral_core.rod._turns import copy_nodes
 
 # Outcomes of `minimize` and of the paths; `RodStatus` gives them names and advice.
 CONVERGED = 0

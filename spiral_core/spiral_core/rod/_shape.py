@@ -13,6 +13,7 @@ from spiral_core.rod._algebra import (
     add,
     cross,
     dot,
+    normalized,
     quaternion_at,
     scale,
     to_base,
@@ -55,9 +56,7 @@ def arc_shortening(square: float) -> float:
 @compiled
 def middle(q0: Quat, q1: Quat) -> Quat:
     """Return the orientation halfway between q0 and q1."""
-    s = (q0[0] + q1[0], q0[1] + q1[1], q0[2] + q1[2], q0[3] + q1[3])
-    c = 1.0 / math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + s[3] * s[3])
-    return (c * s[0], c * s[1], c * s[2], c * s[3])
+    return normalized((q0[0] + q1[0], q0[1] + q1[1], q0[2] + q1[2], q0[3] + q1[3]))
 
 
 @compiled

@@ -15,21 +15,9 @@ from spiral_core.rod._algebra import (
     rotated,
     scale,
     to_base,
-    vector_at,
 )
 from spiral_core.rod._element import section_of
 from spiral_core.rod._system import System
-
-
-@compiled
-def turn_nodes(q: Array, step: Array, fraction: float, turned: Array) -> None:
-    """Write into ``turned`` the nodes of q, the free ones turned by ``fraction`` of their step."""
-    for k in range(4):
-        turned[0, k] = q[0, k]
-    for i in range(step.shape[0]):
-        r = rotated(quaternion_at(q, i + 1), scale(fraction, vector_at(step, i)))
-        for k in range(4):
-            turned[i + 1, k] = r[k]
 
 
 @compiled

@@ -1,37 +1,76 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact and friction at the nodes: the unknowns, and what an obstacle adds to a Newton step."""
+"""Contact and friction at the nodes: the unknowns, and what an obstacle adds to a Newton step.
+
+Derived in ``docs/derivations/contact.md``, sections 3 and 4; its symbols are used here. With gap g,
+normal N, normal force lambda and slip s of the contact point from its anchor:
+
+- contact, softly: lambda sigma = mu, with the slack sigma = g (an interior-point method), or
+  sharply: either g = 0 or lambda = 0 (an active-set method); in either, a step changes the gap by
+  a compliance times the change of lambda, which vanishes at the solution;
+- friction: tau = mu_f lambda s / w, with w = eps / (1 - |s| / (4 eps)) while the node sticks,
+  |s| < 2 eps, and w = |s| when it slides: Coulomb's law with an elastic slip eps that is a
+  millionth of the rod's radius at the end. The equation w tau = mu_f lambda s is linearized in both
+  tau and s, and symmetrized, as for the total variation (Chan, Golub, Mulet, SIAM J. Sci. Comput.
+  20, 1999): it converges from afar and never is indefinite.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod.contact._algebra import in_space, matrices
-from spiral_core.rod.contact._laws import (
-    ACTIVE,
-    RESULTS,
-    SLIP,
-    STICK_SLIPS,
-    STICKS,
-    TARGET,
-    TAU,
-    contact_step,
-    contact_terms,
-    take_step,
+from spiral_core.rod._algebra import (
+    Array,
+    Mat,
+    Vec,
+    add,
+    add_matrix,
+    add_vector,
+    diagonal,
+    dot,
+    in_space,
+    matadd,
+    matmul,
+    matmul_skew,
+    matmul_t,
+    matrices,
+    matrix_at,
+    matscale,
+    matsubtract,
+    matvec,
+    matvec_t,
+    outer,
+    put_matrix,
+    put_vector,
+    quaternion_at,
+    scale,
+    skew,
+    skew_matmul,
+    subtract,
+    to_base,
+    to_material_matrix,
+    transpose,
+    vector_at,
+    with_transpose,
 )
 from spiral_core.rod.contact.obstacles import Obstacle, frame_of, seen_from
-from spiral_core.rod.types import Array
+
+# A node sticks while its slip is below this many elastic slips.
+STICK_SLIPS = 2.0
+# A step goes at most this fraction of the way to where a slack or a normal force vanishes.
+TO_BOUNDARY = 0.99
+TINY = 1e-300
 
 
-@dataclass(slots=True, eq=False)
-class Iterate:
+class Iterate(NamedTuple):
     """The unknowns: orientations, positions, mean forces; per obstacle and node, the contact's.
 
-    Args:
+    Attributes:
         q: (N + 1, 4).
         p: (N + 1, 3) [m].
         n: (N, 3) [N].
@@ -49,7 +88,7 @@ class Iterate:
 
     def copy(self) -> Iterate:
         """Return an independent copy."""
-        return Iterate(*(getattr(self, name).copy() for name in self.__slots__))
+        return Iterate(*(array.copy() for array in self))
 
 
 def empty(count: int, obstacles: int, q: Array, p: Array) -> Iterate:
@@ -64,6 +103,20 @@ def empty(count: int, obstacles: int, q: Array, p: Array) -> Iterate:
     )
 
 
+class Nodal(NamedTuple):
+    """What acts at the nodes: loads, contact, inertia; by rotation in the material frame and place.
+
+    Attributes:
+        gradient: (N + 1, 6) of the energy.
+        drive: (N + 1, 6) gradient that drives the step: with the contacts' own eliminated.
+        tangent: (N + 1, 6, 6) Hessian.
+    """
+
+    gradient: Array
+    drive: Array
+    tangent: Array
+
+
 class NodalTerms(Protocol):
     """What a step in time adds to the energy, a sum over the nodes."""
 
@@ -71,11 +124,10 @@ class NodalTerms(Protocol):
         """Add the gradient (N + 1, 6) and Hessian (N + 1, 6, 6) at x to the given ones."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Anchors:
+class Anchors(NamedTuple):
     """Where friction measures slip from, for each obstacle and node.
 
-    Args:
+    Attributes:
         points: (m, N + 1, 3) anchors in the base frame [m].
         arms: (m, N + 1, 3) contact points seen from the node, in its material frame [m].
         lever: distance of contact points from the rod's axis [m].
@@ -104,11 +156,10 @@ class Reach:
         return bool(np.any(moves > self.limits**2))
 
 
-@dataclass(frozen=True, slots=True)
-class Law:
+class Law(NamedTuple):
     """How contact is treated in one pass.
 
-    Args:
+    Attributes:
         sharp: active set instead of interior point.
         barrier: mu of the interior point [N m].
         slip: elastic slip of friction [m].
@@ -123,6 +174,256 @@ class Law:
     stiffness: float
     compliance: float
     coupled: bool
+
+
+class Surface(NamedTuple):
+    """One obstacle as the nodes see it.
+
+    Attributes:
+        obstacle: its number.
+        friction: mu_f.
+        touchable: (N + 1,) whether a node may touch it.
+        gap: (N + 1,) g [m].
+        normal: (N + 1, 3) N.
+        bend: (N + 1, 3, 3) Hessian d'' of the distance [1/m].
+    """
+
+    obstacle: int
+    friction: float
+    touchable: NDArray[np.bool_]
+    gap: Array
+    normal: Array
+    bend: Array
+
+
+class Touch(NamedTuple):
+    """What the laws give at each node.
+
+    A step dx of the node changes lambda by -(excess + stiffness N.dp).
+
+    Attributes:
+        active: (N + 1,) whether it touches.
+        sticks: (N + 1,) whether it would stick.
+        stiffness: (N + 1,) of the normal force [N/m].
+        excess: (N + 1,) [N].
+        tau: (N + 1, 3) friction [N].
+        target: (N + 1, 3) what friction is to become, mu_f lambda s / w [N].
+        heading: (N + 1, 3) s / w.
+        grip: (N + 1, 3, 6) derivative of friction by the node's step.
+        slip: (N + 1, 3) s [m].
+        changes: (2, N + 1) steps of normal force and slack.
+    """
+
+    active: NDArray[np.bool_]
+    sticks: NDArray[np.bool_]
+    stiffness: Array
+    excess: Array
+    tau: Array
+    target: Array
+    heading: Array
+    grip: Array
+    slip: Array
+    changes: Array
+
+
+def no_touch(nodes: int) -> Touch:
+    """Return the laws' results before any."""
+    off, vector = np.zeros(nodes, dtype=np.bool_), (nodes, 3)
+    return Touch(
+        active=off,
+        sticks=off.copy(),
+        stiffness=np.zeros(nodes),
+        excess=np.zeros(nodes),
+        tau=np.zeros(vector),
+        target=np.zeros(vector),
+        heading=np.zeros(vector),
+        grip=np.zeros((nodes, 3, 6)),
+        slip=np.zeros(vector),
+        changes=np.empty((2, nodes)),
+    )
+
+
+@compiled
+def normal_terms(law: Law, surface: Surface, x: Iterate, e: int, touch: Touch, at: Nodal) -> None:
+    """Add the normal force of a node to its gradient, what drives the step, and its Hessian."""
+    force, slack = x.normal[surface.obstacle, e], x.slack[surface.obstacle, e]
+    gap, normal = surface.gap[e], vector_at(surface.normal, e)
+    if law.sharp:
+        active = force > law.stiffness * gap
+        stiffness = 1.0 / law.compliance if active else 0.0
+        excess = gap / law.compliance if active else force
+    else:
+        active = force > law.stiffness * slack
+        # A pair lambda sigma of an impact is stiffer than positions resolve without the compliance.
+        width = slack + law.compliance * force
+        stiffness = force / width
+        excess = (force * gap - law.barrier) / width
+    touch.active[e], touch.stiffness[e], touch.excess[e] = active, stiffness, excess
+    add_vector(at.gradient[e], 3, scale(-force, normal))
+    add_vector(at.drive[e], 3, scale(excess - force, normal))
+    bent = matscale(-force, matrix_at(surface.bend, e))
+    add_matrix(at.tangent[e], 3, 3, matadd(matscale(stiffness, outer(normal, normal)), bent))
+
+
+@compiled
+def friction_law(slip: Vec, tau: Vec, limit: float, elastic: float) -> tuple[bool, Vec, Vec, Mat]:
+    """Return whether a node sticks, tau within the limit, s / w and the derivative by the slip."""
+    norm = math.sqrt(dot(tau, tau))
+    tau = scale(limit / max(norm, limit, TINY), tau)
+    size = math.sqrt(dot(slip, slip))
+    sticks = size < STICK_SLIPS * elastic
+    yielded = 1.0 - 0.25 * min(size / elastic, STICK_SLIPS)
+    width = elastic / yielded if sticks else size
+    rate = 0.25 / yielded**2 if sticks else 1.0
+    along = outer(scale(1.0 / max(limit, TINY), tau), scale(1.0 / max(size, TINY), slip))
+    softened = matscale(-0.5 * rate, with_transpose(along))
+    grip = matscale(limit / width, matadd(diagonal(1.0, 1.0, 1.0), softened))
+    return sticks, tau, scale(1.0 / width, slip), grip
+
+
+@compiled
+def friction_terms(
+    law: Law, surface: Surface, x: Iterate, anchors: Anchors, e: int, touch: Touch, at: Nodal
+) -> None:
+    """Add the friction of a node.
+
+    Friction acts where the rod touches now; what slips is the point that touched before. Coupled,
+    friction follows the normal force and the normal's direction within the step: the derivative is
+    complete, and not symmetric.
+    """
+    j, lever, mu = surface.obstacle, anchors.lever, surface.friction
+    normal, bend = vector_at(surface.normal, e), matrix_at(surface.bend, e)
+    q = quaternion_at(x.q, e)
+    turn = transpose(to_material_matrix(q))
+    arm, anchor = vector_at(anchors.arms[j], e), vector_at(anchors.points[j], e)
+    away = add(subtract(vector_at(x.p, e), anchor), to_base(q, arm))
+    outward = dot(normal, away)
+    slip = subtract(away, scale(outward, normal))
+    tau = vector_at(x.friction[j], e)
+    tau = subtract(tau, scale(dot(normal, tau), normal))
+    limit = mu * max(x.normal[j, e], 0.0)
+    sticks, tau, heading, grip = friction_law(slip, tau, limit, law.slip)
+    target = scale(limit, heading)
+    # What a step moves in the tangent plane: the point that touches, and the one that touched.
+    plane = matsubtract(diagonal(1.0, 1.0, 1.0), outer(normal, normal))
+    here = scale(-lever, matvec_t(turn, normal))
+    pushed_turn, pushed = matmul(plane, matscale(-1.0, matmul_skew(turn, here))), plane
+    moved_turn, moved = pushed_turn, pushed
+    if law.coupled:
+        moved_turn = matmul(plane, matscale(-1.0, matmul_skew(turn, arm)))
+        moved = matmul(plane, matsubtract(plane, matscale(outward, bend)))
+    grip_turn, grip_move = matmul(grip, moved_turn), matmul(grip, moved)
+    gradient, drive, tangent = at.gradient[e], at.drive[e], at.tangent[e]
+    couple = matvec_t(pushed_turn, tau)
+    add_vector(gradient, 0, couple)
+    add_vector(gradient, 3, matvec(pushed, tau))
+    add_vector(drive, 0, matvec_t(pushed_turn, target))
+    add_vector(drive, 3, matvec(pushed, target))
+    add_matrix(tangent, 0, 0, matmul_t(pushed_turn, grip_turn))
+    add_matrix(tangent, 0, 3, matmul_t(pushed_turn, grip_move))
+    add_matrix(tangent, 3, 0, matmul(pushed, grip_turn))
+    add_matrix(tangent, 3, 3, matmul(pushed, grip_move))
+    if law.coupled:
+        pull_turn, pull = matvec_t(pushed_turn, heading), matvec(pushed, heading)
+        add_vector(drive, 0, scale(-touch.excess[e] * mu, pull_turn))
+        add_vector(drive, 3, scale(-touch.excess[e] * mu, pull))
+        add_matrix(tangent, 0, 3, matscale(-touch.stiffness[e] * mu, outer(pull_turn, normal)))
+        add_matrix(tangent, 3, 3, matscale(-touch.stiffness[e] * mu, outer(pull, normal)))
+        # What turning the rod, and the normal, does to friction and its couple.
+        add_matrix(tangent, 0, 0, skew(couple))
+        add_matrix(tangent, 0, 3, matscale(lever, matmul_t(turn, skew_matmul(tau, bend))))
+        add_matrix(tangent, 3, 3, matscale(-1.0, outer(normal, matvec(bend, tau))))
+    touch.sticks[e] = sticks
+    put_vector(touch.tau[e], 0, tau)
+    put_vector(touch.target[e], 0, target)
+    put_vector(touch.heading[e], 0, heading)
+    put_vector(touch.slip[e], 0, slip)
+    put_matrix(touch.grip[e], 0, 0, grip_turn)
+    put_matrix(touch.grip[e], 0, 3, grip_move)
+
+
+@compiled
+def contact_terms(
+    law: Law, surface: Surface, x: Iterate, anchors: Anchors, touch: Touch, at: Nodal
+) -> None:
+    """Add one obstacle's terms at all nodes that may touch it."""
+    for e in range(len(surface.gap)):
+        if surface.touchable[e]:
+            normal_terms(law, surface, x, e, touch, at)
+            if surface.friction > 0.0:
+                friction_terms(law, surface, x, anchors, e, touch, at)
+
+
+@compiled
+def contact_step(
+    law: Law, surface: Surface, x: Iterate, touch: Touch, step: Array
+) -> tuple[float, float]:
+    """Write the steps of normal forces and slacks that go with a step (N + 1, 6) of the nodes.
+
+    Returns how much of the step slacks and forces allow.
+    """
+    force, slack = x.normal[surface.obstacle], x.slack[surface.obstacle]
+    primal = dual = TINY
+    for e in range(len(surface.gap)):
+        touchable = 1.0 if surface.touchable[e] else 0.0
+        approach = 0.0
+        for i in range(3):
+            approach += surface.normal[e, i] * step[e, 3 + i]
+        pressed = -(touch.excess[e] + touch.stiffness[e] * approach) * touchable
+        opened = (approach + surface.gap[e] - slack[e] + law.compliance * pressed) * touchable
+        touch.changes[0, e], touch.changes[1, e] = pressed, opened
+        if not law.sharp and surface.touchable[e]:
+            primal = max(primal, -opened / slack[e])
+            dual = max(dual, -pressed / max(force[e], TINY))
+    return min(1.0, TO_BOUNDARY / primal), min(1.0, TO_BOUNDARY / dual)
+
+
+@compiled
+def take_step(
+    law: Law, surface: Surface, x: Iterate, touch: Touch, step: Array, primal: float, dual: float
+) -> None:
+    """Take the fractions ``primal`` of the slacks' step and ``dual`` of the forces'."""
+    j, mu = surface.obstacle, surface.friction
+    for e in range(len(surface.gap)):
+        x.normal[j, e] += dual * touch.changes[0, e]
+        x.slack[j, e] += primal * touch.changes[1, e]
+        if mu > 0.0:
+            for i in range(3):
+                new = touch.target[e, i]
+                for k in range(6):
+                    new += touch.grip[e, i, k] * step[e, k]
+                if law.coupled:
+                    new += mu * touch.changes[0, e] * touch.heading[e, i]
+                old = touch.tau[e, i]
+                x.friction[j, e, i] = old + dual * (new - old)
+
+
+@compiled
+def contact_residual(
+    law: Law, surface: Surface, x: Iterate, touch: Touch, length: float, force: float, pair: float
+) -> float:
+    """Return how far contact and friction are from holding, as a fraction of length and force.
+
+    ``pair`` is the product of a slack and a force that counts as one.
+    """
+    worst: float = 0.0
+    for e in range(len(surface.gap)):
+        if not surface.touchable[e]:
+            continue
+        gap, pressed = surface.gap[e], x.normal[surface.obstacle, e]
+        slack, active = x.slack[surface.obstacle, e], touch.active[e]
+        if law.sharp:
+            broken = abs(gap) / length if active else abs(pressed) / force
+            broken = max(broken, -gap / length, -pressed / force)
+        else:
+            broken = max(abs(gap - slack) / length, pressed * slack / pair)
+        if active:
+            for i in range(3):
+                broken = max(broken, abs(touch.tau[e, i] - touch.target[e, i]) / force)
+        if broken != broken:
+            return np.nan
+        worst = max(worst, broken)
+    return worst
 
 
 def distances(obstacle: Obstacle, points: Array, radius: float) -> tuple[Array, Array, Array]:
@@ -181,41 +482,6 @@ def carried(
     return Anchors(points, arms, lever)
 
 
-@compiled
-def contact_residual(
-    sharp: bool,
-    touchable: Array,
-    gaps: Array,
-    rows: Array,
-    forces: Array,
-    slacks: Array,
-    length: float,
-    force: float,
-    pair: float,
-) -> float:
-    """Return how far contact and friction are from holding, as a fraction of length and force.
-
-    ``pair`` is the product of a slack and a force that counts as one.
-    """
-    worst: float = 0.0
-    for e in range(len(gaps)):
-        if touchable[e] == 0.0:
-            continue
-        active = rows[e, ACTIVE] > 0.0
-        if sharp:
-            broken = abs(gaps[e]) / length if active else abs(forces[e]) / force
-            broken = max(broken, -gaps[e] / length, -forces[e] / force)
-        else:
-            broken = max(abs(gaps[e] - slacks[e]) / length, forces[e] * slacks[e] / pair)
-        for i in range(3):
-            off = abs(rows[e, TAU + i] - rows[e, TARGET + i]) / force
-            broken = max(broken, off if active else 0.0)
-        if broken != broken:
-            return np.nan
-        worst = max(worst, broken)
-    return worst
-
-
 class Contact:
     """One obstacle's terms at an iterate."""
 
@@ -225,66 +491,47 @@ class Contact:
         j: int,
         obstacle: Obstacle,
         radius: float,
-        touchable: Array,
+        touchable: NDArray[np.bool_],
         anchors: Anchors,
     ) -> None:
         self.x, self.j, self.anchors, self.touchable = x, j, anchors, touchable
         self.gap, self.normal, self.bend = distances(obstacle, x.p, radius)
-        self.mu = obstacle.friction
         self.rubs = obstacle.friction > 0.0
-        self.rows, self.changes = np.zeros((len(x.p), RESULTS)), np.empty((2, len(x.p)))
+        self.surface = Surface(j, obstacle.friction, touchable, self.gap, self.normal, self.bend)
+        self.touch = no_touch(len(x.p))
 
-    def add(self, law: Law, true: Array, drive: Array, tangent: Array) -> None:
+    def add(self, law: Law, nodal: Nodal) -> None:
         """Add to the gradient, to what drives the step, and to the Hessian."""
-        x, j, anchors = self.x, self.j, self.anchors
         self.law = law
-        numbers = (law.sharp, law.barrier, law.slip, law.stiffness, law.compliance, law.coupled)
-        contact_terms(
-            np.array((*numbers, self.mu, anchors.lever)), self.touchable, self.gap, self.normal,
-            self.bend, x.q, x.p, anchors.arms[j], anchors.points[j], x.normal[j], x.slack[j],
-            x.friction[j], self.rows, true, drive, tangent,
-        )  # fmt: skip
+        contact_terms(law, self.surface, self.x, self.anchors, self.touch, nodal)
 
     @property
     def active(self) -> NDArray[np.bool_]:
         """Whether a node touches (N + 1,)."""
-        active: NDArray[np.bool_] = self.rows[:, ACTIVE] > 0.0
-        return active
+        return self.touch.active
 
     @property
     def sticks(self) -> NDArray[np.bool_]:
         """Whether a node touches and sticks (N + 1,)."""
-        sticks: NDArray[np.bool_] = self.active & (self.rows[:, STICKS] > 0.0)
+        sticks: NDArray[np.bool_] = self.touch.active & self.touch.sticks
         return sticks
 
     @property
     def slip(self) -> Array:
         """Slip of the contact points since the increment began (N + 1, 3) [m]."""
-        return self.rows[:, SLIP:]
+        return self.touch.slip
 
     def fractions(self, step: Array) -> tuple[float, float]:
         """Take a Newton step (N + 1, 6) and return how much of it slacks and forces allow."""
-        x, j = self.x, self.j
-        return contact_step(
-            self.law.sharp, self.law.compliance, self.touchable, self.gap, self.normal, self.rows,
-            step, x.normal[j], x.slack[j], self.changes,
-        )  # fmt: skip
+        return contact_step(self.law, self.surface, self.x, self.touch, step)
 
-    def update(self, coupled: bool, step: Array, primal: float, dual: float) -> None:
+    def update(self, step: Array, primal: float, dual: float) -> None:
         """Write the contact's part of the step into the iterate."""
-        x, j = self.x, self.j
-        take_step(
-            self.mu, coupled, primal, dual, self.changes, self.rows, step, x.normal[j],
-            x.slack[j], x.friction[j],
-        )  # fmt: skip
+        take_step(self.law, self.surface, self.x, self.touch, step, primal, dual)
 
     def residual(self, length: float, force: float, pair: float) -> float:
         """Return how far the contact's laws are from holding, as a fraction of length and force.
 
         ``pair`` is the product of a slack and a force that counts as one [N m].
         """
-        x, j = self.x, self.j
-        return contact_residual(
-            self.law.sharp, self.touchable, self.gap, self.rows, x.normal[j], x.slack[j], length,
-            force, pair,
-        )  # fmt: skip
+        return contact_residual(self.law, self.surface, self.x, self.touch, length, force, pair)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core.rod.contact._algebra import matrices, turn_between, turned
+from spiral_core.rod._algebra import matrices, turn_between, turned
 from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, distances
 from spiral_core.rod.contact._mesh import Arrays, between, last_slip
 from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
@@ -215,9 +215,11 @@ def _change(first: Arrays, last: Arrays) -> Array:
     bending, length = first.bending, first.length
     force = bending / length**2
     parts = [
-        (last.own - first.own)[:, (0, 3)] / bending,
-        (last.own[:, 4, :2] - first.own[:, 4, :2]) * (length / bending),
-        (last.half - first.half) / force,
+        (last.elements.stiffness - first.elements.stiffness) / bending,
+        (last.elements.compliance - first.elements.compliance) / bending,
+        (last.elements.rest - first.elements.rest) * (length / bending),
+        (last.elements.rest_slope - first.elements.rest_slope) * (length / bending),
+        (last.elements.half_load - first.elements.half_load) / force,
         (last.nodal - first.nodal) / np.repeat((force * length, force), 3),
         (last.end_positions - first.end_positions) / length,
         last.end_orientations - first.end_orientations,
@@ -237,12 +239,12 @@ def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
         return x
     ratio = min(2.0, (at - here.at) / (here.at - before.at))
     x.q[:] = turned(x.q, ratio * turn_between(before.x.q, here.x.q))
-    x.p += ratio * (here.x.p - before.x.p)
-    x.n += ratio * (here.x.n - before.x.n)
+    x.p[:] += ratio * (here.x.p - before.x.p)
+    x.n[:] += ratio * (here.x.n - before.x.n)
     grown = here.x.normal + ratio * (here.x.normal - before.x.normal)
     kept = np.maximum(grown, 0.1 * here.x.normal)
     x.normal[:] = np.where(here.x.normal > 0.0, kept, here.x.normal)
-    x.friction += ratio * (here.x.friction - before.x.friction)
+    x.friction[:] += ratio * (here.x.friction - before.x.friction)
     return x
 
 
@@ -302,7 +304,7 @@ def slide(
 def pushed_aside(here: Point, fraction: float) -> Iterate:
     """Return the rod moved by a fraction of its length: off a saddle, where it cannot rest."""
     x, s = here.x.copy(), here.arrays.arc_lengths / here.arrays.length
-    x.p += (
+    x.p[:] += (
         fraction
         * here.arrays.length
         * (s * (1.6 - s))[:, None]
@@ -316,7 +318,7 @@ def push_direction(arrays: Arrays) -> Array:
 
     It is made of the rest moment, so that a mirrored rod is pushed to the mirrored side.
     """
-    twist, *bending = arrays.own[:, 4, 0].mean(axis=0).tolist()
+    twist, *bending = arrays.elements.rest.mean(axis=0).tolist()
     size = math.hypot(*bending)
     if not size > 0.0:
         return np.array((0.0, INWARDS, ALONG))

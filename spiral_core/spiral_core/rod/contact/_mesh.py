@@ -12,9 +12,10 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
+from spiral_core.rod._algebra import quaternions_between
 from spiral_core.rod._profiles import section_samples, vector_samples
 from spiral_core.rod._system import discrete_strain_scale
-from spiral_core.rod.contact._algebra import blended, free_between, total_force
+from spiral_core.rod.contact._element import Elements
 from spiral_core.rod.contact.obstacles import Obstacle, obstacle_between
 from spiral_core.rod.contact.problem import UPRIGHT, Clamped, End, Guided, Pinned, RodProblem
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, Section, section_parts
@@ -35,9 +36,7 @@ ON_A_NODE = 1e-9
 # Properties are looked at this fraction of an element inside of its ends, since they may jump.
 INSIDE = 1e-9
 # What is blended as it is between two problems.
-LINEAR = (
-    "own", "half", "nodal", "arc_lengths", "end_positions", "rest_energy", "bending", "lever",
-)  # fmt: skip
+LINEAR = ("nodal", "arc_lengths", "end_positions", "rest_energy", "bending", "lever")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,8 +44,7 @@ class Arrays:
     """A rod problem on N elements.
 
     Args:
-        own: (N, 7, 3, 3), what :func:`~spiral_core.rod.contact._element.element` takes.
-        half: (N, 3) half the load of each element [N].
+        elements: the elements and the load on each.
         nodal: (N + 1, 6) moments [N m] and forces [N] at the nodes, base frame.
         arc_lengths: (N + 1,) [m].
         end_free: (2, 6, 6) projections onto the free motions of the two ends: rotation in the
@@ -61,8 +59,7 @@ class Arrays:
         pieces: elements between one place where something jumps and the next.
     """
 
-    own: Array
-    half: Array
+    elements: Elements
     nodal: Array
     arc_lengths: Array
     end_free: Array
@@ -78,7 +75,7 @@ class Arrays:
     @property
     def count(self) -> int:
         """Number of elements."""
-        return len(self.half)
+        return len(self.elements.steps)
 
     @property
     def length(self) -> float:
@@ -93,12 +90,19 @@ class Arrays:
     @property
     def force_scale(self) -> float:
         """What a small force is small to: EI/L^2 or the sum of the loads [N]."""
-        return max(self.bending / self.length**2, total_force(self.half, self.nodal))
+        return max(self.bending / self.length**2, total_force(self.elements.half_load, self.nodal))
 
 
 def last_slip(arrays: Arrays) -> float:
     """Return the elastic slip of friction in a solution [m]."""
     return LAST_SLIP * max(arrays.radius, 1e-3 * arrays.length)
+
+
+def node_lengths(arc_lengths: Array) -> Array:
+    """Return the length that each node stands for (N + 1,) [m]."""
+    steps = np.diff(arc_lengths)
+    lengths: Array = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+    return lengths
 
 
 def smallest_arc(problem: RodProblem) -> float:
@@ -167,15 +171,15 @@ def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arra
     rod = problem.rod
     steps = np.diff(nodes)
     sites = nodes[:-1, None] + steps[:, None] * np.array((INSIDE, 0.5, 1.0 - INSIDE))
-    own, rest_energy, bending = _elements(rod, sites, steps)
+    elements, rest_energy, bending = _elements(rod, sites, steps)
     weight = vector_samples("distributed", problem.load.distributed, sites.ravel())
     mean = _simpson(weight.reshape(-1, 3, 3))
     ends = [_end(problem.base), _end(problem.tip)]
-    half, nodal = 0.5 * steps[:, None] * mean, _nodal(problem, nodes)
-    _stiffen(own, TENSION * total_force(half, nodal) * steps**2 - 0.1 * bending)
+    half_load, nodal = 0.5 * steps[:, None] * mean, _nodal(problem, nodes)
+    stiffer = TENSION * total_force(half_load, nodal) * steps**2 - 0.1 * bending
+    flexibility = _flexibility(elements.stiffness, stiffer)
     return Arrays(
-        own=own,
-        half=half,
+        elements=elements._replace(half_load=half_load, flexibility=flexibility),
         nodal=nodal,
         arc_lengths=nodes,
         end_free=np.array([end[0] for end in ends]),
@@ -197,17 +201,39 @@ def between(first: Arrays, last: Arrays, at: float) -> Arrays:
     linear: dict[str, Any] = {
         name: (1.0 - at) * getattr(first, name) + at * getattr(last, name) for name in LINEAR
     }
-    if not np.array_equal(first.own[:, 2], last.own[:, 2]):
-        stiffness = (1.0 - at) * np.linalg.inv(first.own[:, 2]) + at * np.linalg.inv(last.own[:, 2])
-        linear["own"][:, 2] = np.linalg.inv(stiffness)
+    pairs = zip(first.elements, last.elements, strict=True)
+    elements = Elements(*((1.0 - at) * one + at * other for one, other in pairs))
+    soft, other = first.elements.flexibility, last.elements.flexibility
+    if not np.array_equal(soft, other):
+        stiffness = (1.0 - at) * np.linalg.inv(soft) + at * np.linalg.inv(other)
+        elements = elements._replace(flexibility=np.linalg.inv(stiffness))
     obstacles = zip(first.obstacles, last.obstacles, strict=True)
     return replace(
         last,
+        elements=elements,
         end_free=np.array([*map(free_between, first.end_free, last.end_free, (at, at))]),
-        end_orientations=blended(first.end_orientations, last.end_orientations, at),
+        end_orientations=quaternions_between(first.end_orientations, last.end_orientations, at),
         obstacles=tuple(obstacle_between(x, y, at) for x, y in obstacles),
         **linear,
     )
+
+
+def free_between(first: Array, last: Array, at: float) -> Array:
+    """Return the free motions of an end of one kind; the line of a guided one turns."""
+    if np.array_equal(first, last) or round(np.trace(first)) != round(np.trace(last)):
+        return last
+    lines = [free[3:, np.argmax(np.diag(free)[3:]) + 3] for free in (first, last)]
+    lines = [line / np.sqrt(line @ line) for line in lines]
+    line = (1.0 - at) * lines[0] + at * (lines[1] if lines[0] @ lines[1] >= 0.0 else -lines[1])
+    free = last.copy()
+    free[3:, 3:] = np.outer(line, line) / (line @ line)
+    return free
+
+
+def total_force(half_load: Array, nodal: Array) -> float:
+    """Return the sum of the sizes of all loads on elements and nodes [N]."""
+    parts = (np.sqrt(np.sum(force * force, axis=1)) for force in (2.0 * half_load, nodal[:, 3:]))
+    return float(sum(np.sum(part) for part in parts))
 
 
 def _sites(problem: RodProblem) -> list[float]:
@@ -234,11 +260,11 @@ def _nodes(problem: RodProblem, pieces: tuple[int, ...]) -> Array:
     return np.append(np.concatenate(parts), problem.rod.length)
 
 
-def _elements(rod: Rod, sites: Array, steps: Array) -> tuple[Array, float, float]:
-    """Return the elements, the energy that they leave out and the least bending stiffness."""
+def _elements(rod: Rod, sites: Array, steps: Array) -> tuple[Elements, float, float]:
+    """Return elements without load, the energy that they leave out, the least bending stiffness."""
     count = len(steps)
     if isinstance(rod.section, Section):
-        parts = [np.tile(part, (3, 1, 1)) for part in rod.section.parts]
+        parts = [np.tile(part, (3 * count, 1, 1)) for part in rod.section.parts]
     else:
         given = section_samples(rod, sites.ravel())
         parts = [*section_parts(given[:, :, None] * np.eye(3) if given.ndim == 2 else given)]
@@ -246,22 +272,24 @@ def _elements(rod: Rod, sites: Array, steps: Array) -> tuple[Array, float, float
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(count, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
     seen = rest * strain_scales(angles)[:, :, None]
-    moment = np.einsum("nkij,nkj->nki", np.broadcast_to(stiffness, (count, 3, 3, 3)), seen)
+    moment = np.einsum("nkij,nkj->nki", stiffness, seen)
     mean = _simpson(stiffness)
-    own = np.zeros((count, 7, 3, 3))
-    own[:, 0] = mean
-    own[:, 1] = (stiffness[:, 2] - stiffness[:, 0]) / steps[:, None, None]
-    own[:, 2] = np.linalg.inv(mean)
-    own[:, 3] = _simpson(compliance)
-    own[:, 4, 0] = _simpson(moment)
-    own[:, 4, 1] = (moment[:, 2] - moment[:, 0]) / steps[:, None]
-    own[:, 4, 2, 0] = steps
-    if coupling.any():
-        own[:, 5] = _simpson(coupling)
-        own[:, 6, 0] = _simpson(np.sum(coupling * seen[:, :, :, None], axis=2))
+    coupled = np.sum(coupling * seen[:, :, :, None], axis=2)  # B^T u*
+    elements = Elements(
+        steps=steps,
+        stiffness=mean,
+        stiffness_slope=(stiffness[:, 2] - stiffness[:, 0]) / steps[:, None, None],
+        flexibility=np.zeros_like(mean),
+        compliance=_simpson(compliance),
+        coupling=_simpson(coupling),
+        rest=_simpson(moment),
+        rest_slope=(moment[:, 2] - moment[:, 0]) / steps[:, None],
+        rest_stretch=_simpson(coupled),
+        half_load=np.zeros((count, 3)),
+    )
     energy = 0.5 * float(steps @ _simpson(np.einsum("nki,nki->nk", moment, seen)))
     bending = float(np.linalg.eigvalsh(mean[:, 1:, 1:]).min())
-    return own, energy, bending
+    return elements, energy, bending
 
 
 @compiled
@@ -274,16 +302,15 @@ def strain_scales(angles: Array) -> Array:
     return scales
 
 
-def _stiffen(own: Array, added: Array) -> None:
-    """Add to the stiffness (n,) [N m^2] of what bends inside of elements, where that is positive.
+def _flexibility(stiffness: Array, added: Array) -> Array:
+    """Return K^-1 of what bends inside of elements, stiffer by (n,) [N m^2] where that is positive.
 
     Under a tension F the curve that an element relaxes into has a potential energy as if its
     bending stiffness were F h^2 / 10 larger. Elements shorter than sqrt(EI / 3F) are left alone.
     """
-    long = added > 0.0
-    if long.any():
-        across = added[long, None, None] * np.diag((0.0, 1.0, 1.0))
-        own[long, 2] = np.linalg.inv(own[long, 0] + across)
+    across = np.maximum(added, 0.0)[:, None, None] * np.diag((0.0, 1.0, 1.0))
+    flexibility: Array = np.linalg.inv(stiffness + across)
+    return flexibility
 
 
 def _nodal(problem: RodProblem, nodes: Array) -> Array:

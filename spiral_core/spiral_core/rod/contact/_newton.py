@@ -1,30 +1,60 @@
 # SPDX-License-Identifier: Apache-2.0
 """Newton's method for a rod with obstacles, from one state to the equilibrium next to it.
 
-First quickly, with the contacts that the start has; if that does not settle within a few passes,
-from the start again by an interior-point method, whose barrier sinks as the iteration converges.
+One pass assembles the elements, condenses their forces and eliminates the nodes from base to tip.
+Unknowns are a rotation and a displacement per node and a force per element. With D the element's
+compliance to its force (and a little more, which keeps D positive where the rod is rigid), and r
+the mismatch of its chord, the force's step is D^-1 (r + B dx); what is left of the element is
+H + B^T D^-1 B between its two nodes. The blocks that the elimination divides by are the pivots of
+the Hessian.
+
+The iteration goes on quickly at first, with the contacts that the start has; if that does not
+settle within a few passes, from the start again by an interior-point method, whose barrier sinks as
+the iteration converges.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from spiral_core.rod.contact._algebra import matrices, skews, turn_nodes
+from spiral_core.numerics.kernel import compiled
+from spiral_core.rod._algebra import (
+    Array,
+    block_at,
+    diagonal,
+    matmul,
+    matrices,
+    matscale,
+    matsubtract,
+    matvec,
+    put_matrix,
+    put_vector,
+    quaternion_at,
+    scale,
+    skews,
+    smallest_pivot_and_inverse,
+    transpose,
+    turn_nodes,
+    vector_at,
+)
 from spiral_core.rod.contact._contact import (
+    TINY,
     Anchors,
     Contact,
     Iterate,
     Law,
+    Nodal,
     NodalTerms,
     Reach,
     widen,
 )
-from spiral_core.rod.contact._elimination import assemble, eliminate
-from spiral_core.rod.contact._laws import TINY
+from spiral_core.rod.contact._element import Elements, mixed_element, section_at
 from spiral_core.rod.contact._mesh import Arrays, last_slip
-from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
+from spiral_core.rod.types import DEFAULT_TOLERANCE
 
 # Outcomes.
 CONVERGED, ITERATION_LIMIT, NOT_FINITE, UNSTABLE = range(4)
@@ -61,6 +91,320 @@ BLOCKED = 0.2
 LENGTH_WEIGHT = 10.0
 # A coil bears more inside than its loads: this part counts as a load, its imbalance is rounding.
 ROUNDED = 0.1
+# Where the columns of an eliminated node and of the next one begin.
+HERE, NEXT = 0, 6
+
+
+class Assembled(NamedTuple):
+    """The elements at an iterate.
+
+    Attributes:
+        hessians: (N, 9, 9) by rotations of both nodes and force.
+        gradients: (N, 9) likewise.
+        chord: (N, 3) mismatch of the chords [m].
+        moments: (N + 1, 3) internal moment in the material frame [N m].
+    """
+
+    hessians: Array
+    gradients: Array
+    chord: Array
+    moments: Array
+
+
+class Bearing(NamedTuple):
+    """How the nodes are held, and what keeps their elimination regular.
+
+    Attributes:
+        end_free: (2, 6, 6) projections onto the ends' free motions.
+        compliance: (N,) added to the elements' own [m/N].
+        unit: length in whose units displacements are eliminated [m].
+    """
+
+    end_free: Array
+    compliance: Array
+    unit: float
+
+
+class Step(NamedTuple):
+    """A Newton step, and the gradient that it started from.
+
+    Attributes:
+        nodes: (N + 1, 6) rotation in the material frame [rad] and displacement [m].
+        forces: (N, 3) change of n [N].
+        gradient: (N + 1, 6), before the ends are held.
+    """
+
+    nodes: Array
+    forces: Array
+    gradient: Array
+
+
+def no_elements(count: int) -> Assembled:
+    """Return room for so many assembled elements."""
+    return Assembled(
+        np.empty((count, 9, 9)),
+        np.empty((count, 9)),
+        np.empty((count, 3)),
+        np.empty((count + 1, 3)),
+    )
+
+
+def no_step(count: int) -> Step:
+    """Return a step of zero for so many elements."""
+    return Step(np.zeros((count + 1, 6)), np.zeros((count, 3)), np.zeros((count + 1, 6)))
+
+
+@compiled
+def assemble(x: Iterate, elements: Elements, found: Assembled) -> float:
+    """Write the elements at an iterate; return their energy and that of their load [J]."""
+    energy = 0.0
+    for e in range(x.n.shape[0]):
+        n, half_load = vector_at(x.n, e), vector_at(elements.half_load, e)
+        q0, q1 = quaternion_at(x.q, e), quaternion_at(x.q, e + 1)
+        d = mixed_element(q0, q1, n, half_load, section_at(elements, e))
+        gradient, hessian = found.gradients[e], found.hessians[e]
+        put_vector(gradient, 0, d.g0)
+        put_vector(gradient, 3, d.g1)
+        put_vector(gradient, 6, d.gn)
+        put_matrix(hessian, 0, 0, d.h00)
+        put_matrix(hessian, 0, 3, d.h01)
+        put_matrix(hessian, 0, 6, d.h0n)
+        put_matrix(hessian, 3, 0, transpose(d.h01))
+        put_matrix(hessian, 3, 3, d.h11)
+        put_matrix(hessian, 3, 6, d.h1n)
+        put_matrix(hessian, 6, 0, transpose(d.h0n))
+        put_matrix(hessian, 6, 3, transpose(d.h1n))
+        put_matrix(hessian, 6, 6, d.hnn)
+        energy += d.energy
+        for i in range(3):
+            before, after = n[i] + half_load[i], n[i] - half_load[i]
+            energy += after * x.p[e + 1, i] - before * x.p[e, i]
+            found.chord[e, i] = d.gn[i] + x.p[e + 1, i] - x.p[e, i]
+        put_vector(found.moments[e], 0, scale(-1.0, d.g0))
+        put_vector(found.moments[e + 1], 0, d.g1)
+    return energy
+
+
+@compiled
+def factor(block: Array, order: Array, exchange: bool) -> float:
+    """Replace a block (6, 6) by its LU factors and return the smallest pivot.
+
+    Without ``exchange`` of rows the elimination stops at a pivot that is not positive.
+    """
+    smallest: float = np.inf
+    for k in range(6):
+        best = k
+        if exchange:
+            for i in range(k + 1, 6):
+                if abs(block[i, k]) > abs(block[best, k]):
+                    best = i
+            for j in range(6):
+                block[k, j], block[best, j] = block[best, j], block[k, j]
+        order[k] = best
+        pivot: float = abs(block[k, k]) if exchange else block[k, k]
+        if not pivot > 0.0:
+            return pivot
+        smallest = min(smallest, pivot)
+        for i in range(k + 1, 6):
+            block[i, k] /= block[k, k]
+            for j in range(k + 1, 6):
+                block[i, j] -= block[i, k] * block[k, j]
+    return smallest
+
+
+@compiled
+def solve_factored(block: Array, order: Array, rhs: Array) -> None:
+    """Solve block x = rhs (6, 7) in place with the factors of :func:`factor`."""
+    for i in range(6):
+        k = int(order[i])
+        for c in range(7):
+            rhs[i, c], rhs[k, c] = rhs[k, c], rhs[i, c]
+    for i in range(6):
+        for k in range(i):
+            for c in range(7):
+                rhs[i, c] -= block[i, k] * rhs[k, c]
+    for j in range(6):
+        i = 5 - j
+        for k in range(i + 1, 6):
+            for c in range(7):
+                rhs[i, c] -= block[i, k] * rhs[k, c]
+        for c in range(7):
+            rhs[i, c] /= block[i, i]
+
+
+@compiled
+def condense(
+    hess: Array, mismatch: Array, compliance: float, unit: float, pull: Array, whole: Array
+) -> float:
+    """Eliminate an element's force: pull = D^-1 [B | r], whole = H + B^T D^-1 [B | r].
+
+    ``pull`` (3, 13) and ``whole`` (12, 13) over rotation and displacement, in units of ``unit``, of
+    both nodes. By a displacement B is the negative unit matrix at the first node, the unit one at
+    the second. Returns the smallest pivot of D.
+    """
+    rigid = diagonal(compliance, compliance, compliance)
+    pivot, soft = smallest_pivot_and_inverse(matsubtract(rigid, block_at(hess, 6, 6)))
+    if not pivot > 0.0:
+        return pivot
+    put_matrix(pull, 0, 0, matmul(soft, block_at(hess, 6, 0)))
+    put_matrix(pull, 0, 3, matscale(-unit, soft))
+    put_matrix(pull, 0, 6, matmul(soft, block_at(hess, 6, 3)))
+    put_matrix(pull, 0, 9, matscale(unit, soft))
+    turned = matvec(soft, (mismatch[0], mismatch[1], mismatch[2]))
+    for i in range(3):
+        pull[i, 12] = turned[i]
+    for i in range(3):
+        for k in range(13):
+            whole[3 + i, k] = -unit * pull[i, k]
+            whole[9 + i, k] = unit * pull[i, k]
+            whole[i, k] = 0.0
+            whole[6 + i, k] = 0.0
+            for j in range(3):
+                whole[i, k] += hess[6 + j, i] * pull[j, k]
+                whole[6 + i, k] += hess[6 + j, 3 + i] * pull[j, k]
+        for k in range(3):
+            whole[i, k] += hess[i, k]
+            whole[i, 6 + k] += hess[i, 3 + k]
+            whole[6 + i, k] += hess[3 + i, k]
+            whole[6 + i, 6 + k] += hess[3 + i, 3 + k]
+    return pivot
+
+
+@compiled
+def hold_columns(system: Array, first: int, free: Array) -> None:
+    """Keep the free motions of a node in six columns."""
+    for i in range(6):
+        row = np.zeros(6)
+        for j in range(6):
+            for k in range(6):
+                row[k] += system[i, first + j] * free[j, k]
+        for k in range(6):
+            system[i, first + k] = row[k]
+
+
+@compiled
+def hold(system: Array, free: Array) -> None:
+    """Keep the free motions F of an end in its rows [block | coupling | rhs] (6, 13).
+
+    The block becomes F block F + s (1 - F) with s its largest diagonal entry.
+    """
+    scale = 0.0
+    for i in range(6):
+        scale = max(scale, abs(system[i, i]))
+    hold_columns(system, HERE, free)
+    row = np.empty(6)
+    for k in range(13):
+        for i in range(6):
+            row[i] = 0.0
+            for j in range(6):
+                row[i] += free[i, j] * system[j, k]
+        for i in range(6):
+            system[i, k] = row[i]
+            if k < 6:
+                system[i, k] += scale * ((1.0 if i == k else 0.0) - free[i, k])
+
+
+@compiled
+def back_substitute(gains: Array, pulls: Array, unit: float, step: Step) -> None:
+    """Write the steps of nodes and forces from the eliminated rows."""
+    nodes, forces = step.nodes, step.forces
+    count = forces.shape[0]
+    for e in range(count - 1, -1, -1):
+        for i in range(6):
+            nodes[e, i] = -gains[e, i, 6]
+            for k in range(6):
+                nodes[e, i] -= gains[e, i, k] * nodes[e + 1, k]
+        for i in range(3):
+            forces[e, i] = pulls[e, i, 12]
+            for k in range(6):
+                forces[e, i] += pulls[e, i, k] * nodes[e, k] + pulls[e, i, 6 + k] * nodes[e + 1, k]
+    for e in range(count + 1):
+        for i in range(3, 6):
+            nodes[e, i] *= unit
+
+
+@compiled
+def eliminate(
+    x: Iterate,
+    elements: Elements,
+    found: Assembled,
+    nodal: Nodal,
+    bearing: Bearing,
+    exchange: bool,
+    step: Step,
+) -> float:
+    """Write a Newton step from the assembled elements and what acts at the nodes.
+
+    Rows may be exchanged in a block (``exchange``) where the system is not symmetric. Returns the
+    smallest pivot.
+    """
+    count, unit, gradient = x.n.shape[0], bearing.unit, step.gradient
+    pulls, gains = np.empty((count, 3, 13)), np.empty((count, 6, 7))
+    whole, system = np.zeros((12, 13)), np.zeros((6, 13))
+    carried, block, last = np.zeros((6, 7)), np.empty((6, 6)), np.empty((6, 7))
+    order = np.empty(6)
+    smallest = np.inf
+    # One by one: numba's assignment of arrays takes seconds to compile.
+    for e in range(count + 1):
+        for i in range(6):
+            gradient[e, i] = nodal.drive[e, i]
+    for e in range(count + 1):
+        for i in range(6):
+            weight = unit if i > 2 else 1.0
+            for k in range(6):
+                system[i, k] = carried[i, k]
+                system[i, k] += nodal.tangent[e, i, k] * weight * (unit if k > 2 else 1.0)
+                system[i, 6 + k] = 0.0
+            system[i, 12] = carried[i, 6] + nodal.drive[e, i] * weight
+        if e < count:
+            pivot = condense(
+                found.hessians[e], found.chord[e], bearing.compliance[e], unit, pulls[e], whole
+            )
+            if not pivot > 0.0:
+                return pivot
+            for i in range(3):
+                half_load = elements.half_load[e, i]
+                before, after = x.n[e, i] + half_load, x.n[e, i] - half_load
+                turn, end = found.gradients[e, i], found.gradients[e, 3 + i]
+                gradient[e, i] += turn
+                gradient[e, 3 + i] -= before
+                gradient[e + 1, i] += end
+                gradient[e + 1, 3 + i] += after
+                whole[i, 12] += turn
+                whole[3 + i, 12] -= unit * before
+                whole[6 + i, 12] += end
+                whole[9 + i, 12] += unit * after
+            for i in range(6):
+                for k in range(13):
+                    system[i, k] += whole[i, k]
+        if e == 0:
+            hold(system, bearing.end_free[0])
+        if e == count:
+            hold(system, bearing.end_free[1])
+        if e == count - 1:
+            hold_columns(system, NEXT, bearing.end_free[1])
+        for i in range(6):
+            for k in range(6):
+                block[i, k] = system[i, k]
+            for k in range(7):
+                last[i, k] = system[i, 6 + k]
+        pivot = factor(block, order, exchange)
+        smallest = min(smallest, pivot)
+        if not pivot > 0.0:
+            return pivot
+        solve_factored(block, order, last)
+        if e < count:
+            for i in range(6):
+                for k in range(7):
+                    gains[e, i, k] = last[i, k]
+                    carried[i, k] = whole[6 + i, 6 + k]
+                for j in range(6):
+                    for k in range(7):
+                        carried[i, k] -= system[j, 6 + i] * last[j, k]
+    for i in range(6):
+        step.nodes[count, i] = -last[i, 6]
+    back_substitute(gains, pulls, unit, step)
+    return smallest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,6 +432,13 @@ class Solution:
     contacts: tuple[Contact, ...]
 
 
+def bearing_of(arrays: Arrays) -> Bearing:
+    """Return how the nodes of a problem are held."""
+    lengths = np.diff(arrays.arc_lengths)
+    compliance = CHORD_COMPLIANCE * lengths**3 / (12.0 * arrays.bending)
+    return Bearing(arrays.end_free, compliance, arrays.step)
+
+
 class Newton:
     """One solve of a problem, from an iterate that is changed in place."""
 
@@ -110,21 +461,16 @@ class Newton:
             compliance=CONTACT_COMPLIANCE / own,
             coupled=False,
         )
-        self.compliance = (
-            CHORD_COMPLIANCE * np.diff(arrays.arc_lengths) ** 3 / (12.0 * arrays.bending)
-        )
+        self.bearing = bearing_of(arrays)
         self.mass = np.array((h * h, h * h, h * h, 1.0, 1.0, 1.0))
         self.rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
         self.touchable, self.shift, self.polished = self._hold_ends(), 0.0, False
-        self.step, self.force_step = np.zeros((count + 1, 6)), np.zeros((count, 3))
-        self.gradient, self.chord = np.zeros((count + 1, 6)), np.zeros((count, 3))
-        self.moments = np.zeros((count + 1, 3))
-        self.hessians, self.gradients = np.empty((count, 9, 9)), np.empty((count, 9))
+        self.step, self.elements = no_step(count), no_elements(count)
 
-    def _hold_ends(self) -> Array:
-        """Put the ends where they are held; return 1 for nodes that may touch (N + 1,)."""
+    def _hold_ends(self) -> NDArray[np.bool_]:
+        """Put the ends where they are held; return which nodes may touch (N + 1,)."""
         arrays, x = self.arrays, self.x
-        free = np.ones(arrays.count + 1)
+        free = np.ones(arrays.count + 1, dtype=np.bool_)
         for side, node in ((0, 0), (1, -1)):
             hold = arrays.end_free[side]
             if not hold[:3, :3].any():
@@ -156,7 +502,7 @@ class Newton:
             elif not lost:
                 primal, dual = self._advance(solution, max_move)
                 if self.law.sharp:
-                    self.law = replace(self.law, stiffness=QUICK_STIFFNESS * self.first.stiffness)
+                    self.law = self.law._replace(stiffness=QUICK_STIFFNESS * self.first.stiffness)
                 else:
                     blocked = blocked + 1 if min(primal, dual) < BLOCKED else 0
                     blocked = self._sink(min(primal, dual), blocked, first)
@@ -173,38 +519,35 @@ class Newton:
         if not (last and self.shift == 0.0 and solution.residual < self.tolerance):
             return False
         again, self.polished = self.polished, True
-        still = float(np.abs(self.step[:, 3:]).max()) < LAST_MOVE * self.arrays.length
+        still = float(np.abs(self.step.nodes[:, 3:]).max()) < LAST_MOVE * self.arrays.length
         return again or still or any(contact.active.any() for contact in solution.contacts)
 
     def _couple(self, solution: Solution) -> None:
         """Let friction follow the normal force in the next pass, near the end and in motion."""
         near = solution.residual < COUPLING_RESIDUAL or self.added is not None
         last = self.law.slip == self.last_slip and self.shift == 0.0
-        self.law = replace(self.law, coupled=self.rubs and near and last)
+        self.law = self.law._replace(coupled=self.rubs and near and last)
 
     def _certified(self, solution: Solution) -> Solution:
         """Return the solution with the smallest pivot of its symmetric Hessian."""
         if not self.law.coupled:
             return solution
-        self.law = replace(self.law, coupled=False)
-        drive, tangent = self._loads()
+        self.law = self.law._replace(coupled=False)
+        nodal = self._loads()
         for contact in solution.contacts:
-            contact.add(self.law, drive.copy(), drive, tangent)
-        step, force = self.step.copy(), self.force_step.copy()
-        pivot = self._eliminate(drive, tangent)
-        self.step[:], self.force_step[:] = step, force
-        return replace(solution, pivot=pivot)
+            contact.add(self.law, nodal)
+        return replace(solution, pivot=self._eliminate(nodal, no_step(self.arrays.count)))
 
     def _first_guess(self, solution: Solution) -> tuple[float, float, float]:
         """Return width [m], barrier [N m] and slip [m] with which a thorough iteration begins."""
         length = self.arrays.length
         reach = 0.0
         for contact in solution.contacts:
-            moved = np.einsum("ni,ni->n", contact.normal, self.step[:, 3:])
+            moved = np.einsum("ni,ni->n", contact.normal, self.step.nodes[:, 3:])
             reach = max(reach, float(-((contact.gap + moved) * self.touchable).min()))
         width = min(max(reach, 1e-5 * length), 0.05 * length)
         barrier = 0.01 * self.force * width * min(1.0, max(solution.residual, 0.1))
-        move = float(np.sqrt(np.max(np.sum(self.step[:, 3:] ** 2, axis=1))))
+        move = float(np.sqrt(np.max(np.sum(self.step.nodes[:, 3:] ** 2, axis=1))))
         slip = max(0.1 * min(move, 0.01 * length), 10.0 * self.last_slip)
         for contact in solution.contacts:
             if contact.rubs:
@@ -214,9 +557,9 @@ class Newton:
 
     def _restart(self, start: Iterate, width: float, barrier: float, slip: float) -> None:
         """Go back to the start, with a wide barrier."""
-        for name in Iterate.__slots__:
-            getattr(self.x, name)[:] = getattr(start, name)
-        self.law = replace(self.first, sharp=False, barrier=barrier, slip=slip)
+        for array, before in zip(self.x, start, strict=True):
+            array[:] = before
+        self.law = self.first._replace(sharp=False, barrier=barrier, slip=slip)
         widen(self.x, self.arrays.obstacles, self.arrays.radius, width, self.law.barrier)
 
     def _sink(self, fraction: float, blocked: int, first: tuple[float, float, float]) -> int:
@@ -226,59 +569,52 @@ class Newton:
         law = self.law
         if blocked == 2:
             width = min(3.0 * first[0], 0.1 * self.arrays.length)
-            self.law = replace(law, barrier=10.0 * mean)
+            self.law = law._replace(barrier=10.0 * mean)
             widen(self.x, self.arrays.obstacles, self.arrays.radius, width, self.law.barrier)
             return 0
         barrier = max(self.last_barrier, mean * max(0.02, (1.0 - fraction) ** 2))
         slip = law.slip
         if fraction > 0.3:
             slip = max(self.last_slip, slip * max(0.1, 1.0 - fraction))
-        self.law = replace(law, barrier=barrier, slip=slip)
+        self.law = law._replace(barrier=barrier, slip=slip)
         return blocked
 
     def _pass(self) -> Solution:
         """Assemble and eliminate at the iterate; a Hessian that is not positive is shifted."""
         arrays, x, law = self.arrays, self.x, self.law
-        drive, tangent = self._loads()
-        true = drive.copy()
+        nodal = self._loads()
         contacts = tuple(
             Contact(x, j, obstacle, arrays.radius, self.touchable, self.anchors)
             for j, obstacle in enumerate(arrays.obstacles)
         )
         for contact in contacts:
-            contact.add(law, true, drive, tangent)
-        energy = assemble(
-            x.q, x.p, x.n, arrays.half, arrays.own, self.hessians, self.gradients, self.chord,
-            self.moments,
-        )  # fmt: skip
+            contact.add(law, nodal)
+        energy = assemble(x, arrays.elements, self.elements)
         unit, diagonal = self.force / arrays.length / arrays.count, np.arange(6)
         self.shift = 0.1 * self.shift if self.shift > 1e-2 * unit else 0.0
         while True:
-            shifted = tangent
+            shifted = nodal
             if self.shift:
-                shifted = tangent.copy()
-                shifted[:, diagonal, diagonal] += self.shift * self.mass
-            pivot = self._eliminate(drive, shifted)
+                shifted = nodal._replace(tangent=nodal.tangent.copy())
+                shifted.tangent[:, diagonal, diagonal] += self.shift * self.mass
+            pivot = self._eliminate(shifted, self.step)
             done = pivot > 0.0 or not np.isfinite(pivot) or (law.sharp and contacts)
             if done or self.shift > 1e9 * unit:
                 break
             self.shift = max(10.0 * self.shift, 1e-2 * unit)
-        gradient = self.gradient - drive + true
+        gradient = self.step.gradient - nodal.drive + nodal.gradient
         residual = self._residual(gradient, contacts)
         return Solution(
-            UNSTABLE, 0, energy, residual, pivot, gradient, self.moments.copy(), contacts
+            UNSTABLE, 0, energy, residual, pivot, gradient, self.elements.moments.copy(), contacts
         )
 
-    def _eliminate(self, drive: Array, tangent: Array) -> float:
-        """Write the steps that a gradient and a Hessian at the nodes give; return the pivot."""
-        arrays = self.arrays
-        return eliminate(
-            self.hessians, self.gradients, self.x.n, arrays.half, self.chord, self.compliance,
-            drive, tangent, arrays.end_free, arrays.step, self.law.coupled, self.step,
-            self.force_step, self.gradient,
-        )  # fmt: skip
+    def _eliminate(self, nodal: Nodal, step: Step) -> float:
+        """Write the step that the elements and what acts at the nodes give; return the pivot."""
+        exchange = self.law.coupled
+        elements = self.arrays.elements
+        return eliminate(self.x, elements, self.elements, nodal, self.bearing, exchange, step)
 
-    def _loads(self) -> tuple[Array, Array]:
+    def _loads(self) -> Nodal:
         """Return gradient and Hessian of loads at the nodes and of what is added."""
         arrays, x, count = self.arrays, self.x, self.arrays.count
         gradient, tangent = np.zeros((count + 1, 6)), np.zeros((count + 1, 6, 6))
@@ -293,7 +629,7 @@ class Newton:
         tangent[:, 3 + diagonal, 3 + diagonal] += neutral / arrays.length**2
         if self.added is not None:
             self.added.add(x, gradient, tangent)
-        return gradient, tangent
+        return Nodal(gradient, gradient.copy(), tangent)
 
     def _residual(self, gradient: Array, contacts: tuple[Contact, ...]) -> float:
         """Return the largest imbalance that is not a reaction at an end."""
@@ -305,7 +641,7 @@ class Newton:
         worst = [
             float(np.abs(inner[:, :3]).max()) / max(self.moment, force * self.arrays.step),
             float(np.abs(inner[:, 3:]).max()) / force,
-            float(np.abs(self.chord).max()) / length,
+            float(np.abs(self.elements.chord).max()) / length,
         ]
         pair = 2.0 * self.last_barrier / self.tolerance
         worst += [contact.residual(length, force, pair) for contact in contacts]
@@ -313,7 +649,7 @@ class Newton:
 
     def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
         """Take as much of the step as rotations, moves and the barrier allow."""
-        x, step = self.x, self.step
+        x, step = self.x, self.step.nodes
         turn = float(np.abs(step[:, :3]).max())
         move = float(np.sqrt(np.max(np.sum(step[:, 3:] ** 2, axis=1))))
         limit = min(1.0, MAX_ROTATION / max(turn, TINY), max_move / max(move, TINY))
@@ -321,9 +657,9 @@ class Newton:
         for contact in solution.contacts:
             near, far = contact.fractions(step)
             primal, dual = min(primal, near), min(dual, far)
-        turn_nodes(x.q, 0.5 * primal * step[:, :3])
-        x.p += primal * step[:, 3:]
-        x.n += dual * self.force_step
+        turn_nodes(x.q, step, primal, x.q)
+        x.p[:] += primal * step[:, 3:]
+        x.n[:] += dual * self.step.forces
         for contact in solution.contacts:
-            contact.update(self.law.coupled, step, primal, dual)
+            contact.update(step, primal, dual)
         return primal, dual

@@ -10,9 +10,9 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod.contact._algebra import matrices
+from spiral_core.rod._algebra import matrices
+from spiral_core.rod.contact._contact import TINY
 from spiral_core.rod.contact._increments import Point, gaps_at
-from spiral_core.rod.contact._laws import TINY
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
 from spiral_core.rod.state import RodEvent, RodState, RodStatus, SelfContact
@@ -48,7 +48,7 @@ def state_from_point(point: Point, iterations: int, status: RodStatus | None = N
         arc_lengths=arrays.arc_lengths,
         positions=x.p,
         orientations=x.q,
-        forces=_nodal_forces(x.n, arrays.half),
+        forces=_nodal_forces(x.n, arrays.elements.half_load),
         moments=moments,
         strains=np.empty((0, 3)),
         contact_forces=contact_forces,
@@ -116,7 +116,8 @@ def _held_inside(arrays: Arrays, gaps: Array) -> bool:
 def _pulled_too_hard(arrays: Arrays, n: Array) -> bool:
     """Return whether an element bends inside as its force does not let it: take more elements."""
     square = np.sum(n * n, axis=1) * np.diff(arrays.arc_lengths) ** 4
-    soft = np.maximum(arrays.own[:, 2, 1, 1], arrays.own[:, 2, 2, 2])
+    soft = arrays.elements.flexibility
+    soft = np.maximum(soft[:, 1, 1], soft[:, 2, 2])
     return bool((square * soft**2 > MOST_TENSION**2).any())
 
 

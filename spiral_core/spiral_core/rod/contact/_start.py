@@ -10,7 +10,17 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod.contact._algebra import blended, matrices, rotation
+from spiral_core.rod._algebra import (
+    TANGENT,
+    cross,
+    dot,
+    matrices,
+    normalized,
+    quaternion_product,
+    quaternions_between,
+    to_base,
+    vector_at,
+)
 from spiral_core.rod.contact._contact import Iterate, carried, empty
 from spiral_core.rod.contact._increments import Point
 from spiral_core.rod.contact._mesh import Arrays
@@ -47,17 +57,16 @@ def straight(problem: RodProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
     count = arrays.count
     points = origin + arrays.arc_lengths[:, None] * along
     x = empty(count, len(arrays.obstacles), np.tile(q, (count + 1, 1)), points)
-    own = arrays.own.copy()
-    own[:, 4, :2] = own[:, 6] = 0.0
-    orientations = arrays.end_orientations.copy()
+    none, orientations = np.zeros((count, 3)), arrays.end_orientations.copy()
     positions = arrays.end_positions.copy()
     if not isinstance(tip, Free):
         positions[1] = points[-1]
         orientations[1] = q
     first = replace(
         arrays,
-        own=own,
-        half=np.zeros_like(arrays.half),
+        elements=arrays.elements._replace(
+            rest=none, rest_slope=none, rest_stretch=none, half_load=none
+        ),
         nodal=np.zeros_like(arrays.nodal),
         end_orientations=orientations,
         end_positions=positions,
@@ -72,12 +81,13 @@ def loaded(arrays: Arrays, first: Arrays, x: Iterate) -> Arrays:
     A column that its loads bend to no side has a trace of the rest strain, or without one bends
     towards the y axis of its sections: that decides to which side it buckles, not rounding.
     """
-    own = first.own.copy()
+    elements = first.elements._replace(half_load=arrays.elements.half_load)
     if _is_column(arrays, x):
-        moment = arrays.own[:, 4, 0] if arrays.own[:, 4, 0].any() else np.array([TOWARDS_Y])
+        rest = arrays.elements.rest
+        moment = rest if rest.any() else np.tile(TOWARDS_Y, (arrays.count, 1))
         scale = arrays.bending / arrays.length / np.sqrt(np.sum(moment**2, axis=1)).max()
-        own[:, 4, 0] = TRACE * scale * moment
-    return replace(arrays, own=own, rest_energy=first.rest_energy)
+        elements = elements._replace(rest=TRACE * scale * moment)
+    return replace(arrays, elements=elements, rest_energy=first.rest_energy)
 
 
 def _is_column(arrays: Arrays, straight: Iterate) -> bool:
@@ -86,8 +96,8 @@ def _is_column(arrays: Arrays, straight: Iterate) -> bool:
         return False
     along = matrices(straight.q[:1])[0][:, 0]
     forces = arrays.nodal[:, 3:].copy()
-    forces[1:] += arrays.half
-    forces[:-1] += arrays.half
+    forces[1:] += arrays.elements.half_load
+    forces[:-1] += arrays.elements.half_load
     axial = forces @ along
     sideways = np.abs(forces - np.outer(axial, along)).sum()
     sideways += np.abs(arrays.nodal[:, :3]).sum() / arrays.length
@@ -159,10 +169,10 @@ def unsolved(arrays: Arrays, x: Iterate) -> Point:
 
 def halved(here: Point, arrays: Arrays) -> Iterate:
     """Return a frictionless state's unknowns on elements half as long, those of ``arrays``."""
-    old, half, count = here.x, here.arrays.half, arrays.count
+    old, half, count = here.x, here.arrays.elements.half_load, arrays.count
     x = empty(count, len(arrays.obstacles), np.empty((count + 1, 4)), np.empty((count + 1, 3)))
     x.q[::2], x.p[::2] = old.q, old.p
-    x.q[1::2] = blended(old.q[:-1], old.q[1:], 0.5)
+    x.q[1::2] = quaternions_between(old.q[:-1], old.q[1:], 0.5)
     legs = np.sqrt(np.sum(np.diff(old.p, axis=0) ** 2, axis=1))[:, None]
     tangents = matrices(old.q)[:, :, 0]
     x.p[1::2] = 0.5 * (old.p[:-1] + old.p[1:]) + 0.125 * legs * (tangents[:-1] - tangents[1:])
@@ -185,26 +195,15 @@ def _carried(first: Array, directions: Array) -> Array:
     That takes its x axis to the next of the unit vectors ``directions`` (n, 3).
     """
     q = np.empty((len(directions), 4))
-    b, turn, matrix = first.copy(), np.empty(4), np.empty((3, 3))
+    here = (first[0], first[1], first[2], first[3])
     for e in range(len(directions)):
-        rotation(b, matrix)
-        turn[3] = 1.0
-        for i in range(3):
-            k, m = (i + 1) % 3, (i + 2) % 3
-            turn[3] += matrix[i, 0] * directions[e, i]
-            turn[i] = matrix[k, 0] * directions[e, m] - matrix[m, 0] * directions[e, k]
-        if turn[3] < 1e-9:  # opposite: half a turn about an axis across, the section's own
-            turn[3] = 0.0
-            for i in range(3):
-                turn[i] = matrix[i, 1]
-        size = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
-        for i in range(3):
-            k, m = (i + 1) % 3, (i + 2) % 3
-            q[e, i] = (turn[3] * b[i] + turn[i] * b[3] + turn[k] * b[m] - turn[m] * b[k]) / size
-        q[e, 3] = turn[3] * b[3] - turn[0] * b[0] - turn[1] * b[1] - turn[2] * b[2]
-        q[e, 3] /= size
-        size = math.sqrt(q[e, 0] ** 2 + q[e, 1] ** 2 + q[e, 2] ** 2 + q[e, 3] ** 2)
+        tangent, direction = to_base(here, TANGENT), vector_at(directions, e)
+        x, y, z = cross(tangent, direction)
+        w = 1.0 + dot(tangent, direction)
+        if w < 1e-9:  # opposite: half a turn about an axis across, the section's own
+            x, y, z = to_base(here, (0.0, 1.0, 0.0))
+            w = 0.0
+        here = normalized(quaternion_product((x, y, z, w), here))
         for i in range(4):
-            q[e, i] /= size
-            b[i] = q[e, i]
+            q[e, i] = here[i]
     return q

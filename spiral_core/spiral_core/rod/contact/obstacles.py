@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod._algebra import matrices, quaternions_between
 from spiral_core.rod.contact.shapes import Array, Range, Shape
 from spiral_core.rod.types import Vector
 from spiral_core.validation import require_finite, require_unit_vector, require_vector
@@ -79,8 +80,6 @@ class Obstacle:
 
 def frame_of(obstacle: Obstacle) -> Array:
     """Return the rotation matrix (3, 3) from the obstacle's frame to the base frame."""
-    from spiral_core.rod.contact._algebra import matrices  # compiled
-
     frame: Array = matrices(np.array([obstacle.orientation]))[0]
     return frame
 
@@ -95,10 +94,8 @@ def obstacle_between(first: Obstacle, last: Obstacle, at: float) -> Obstacle:
     """Return an obstacle between two poses."""
     if first == last:
         return last
-    from spiral_core.rod.contact._algebra import blended  # compiled
-
     x, y, z = (1.0 - at) * np.array(first.position) + at * np.array(last.position)
-    turn = blended(np.array([first.orientation]), np.array([last.orientation]), at)[0]
+    turn = quaternions_between(np.array([first.orientation]), np.array([last.orientation]), at)[0]
     orientation = (float(turn[0]), float(turn[1]), float(turn[2]), float(turn[3]))
     friction = (1.0 - at) * first.friction + at * last.friction
     return replace(last, position=(x, y, z), orientation=orientation, friction=friction)

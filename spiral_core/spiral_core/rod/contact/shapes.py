@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.contact._algebra import around_axis
+from spiral_core.rod._algebra import around_axis
 from spiral_core.validation import require_finite, require_positive
 
 if TYPE_CHECKING:

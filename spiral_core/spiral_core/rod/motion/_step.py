@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.rod.contact._algebra import composed, matrices, node_lengths, turned
+from spiral_core.rod._algebra import composed, matrices, turned
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._increments import Point, largest_moves, moved_fraction
-from spiral_core.rod.contact._mesh import Arrays, last_slip
+from spiral_core.rod.contact._mesh import Arrays, last_slip, node_lengths
 from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.motion._terms import (
@@ -157,7 +157,7 @@ def _predicted(here: Moment, arrays: Arrays, duration: float) -> Iterate:
     """Return the state expected at the end of the step."""
     x = _taken_along(here.point, arrays)
     still = here.touches[:, None]
-    x.p += np.where(still, 0.0, duration * (here.rate + 0.5 * duration * here.mean)[:, :3])
+    x.p[:] += np.where(still, 0.0, duration * (here.rate + 0.5 * duration * here.mean)[:, :3])
     spin = _spin(here)
     x.q[:] = turned(x.q, np.where(still, 0.0, duration * spin))
     return x

@@ -7,19 +7,35 @@ their inertia is diagonal. Derived in ``docs/derivations/motion.md``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.rod.contact._algebra import matrices, node_lengths
-from spiral_core.rod.contact._contact import Iterate
-from spiral_core.rod.contact._elimination import newton_pass
-from spiral_core.rod.contact._laws import TINY
-from spiral_core.rod.contact._mesh import Arrays
-from spiral_core.rod.motion._kernels import add_step_terms, remembered_strains
+from spiral_core.numerics.kernel import compiled
+from spiral_core.rod._algebra import (
+    TANGENT,
+    Array,
+    add,
+    cross,
+    dot,
+    matrices,
+    matrix_at,
+    matvec,
+    matvec_t,
+    quaternion_at,
+    scale,
+    subtract,
+    to_material,
+    vector_at,
+)
+from spiral_core.rod._element import element_frame
+from spiral_core.rod.contact._contact import TINY, Iterate
+from spiral_core.rod.contact._element import Elements
+from spiral_core.rod.contact._mesh import Arrays, node_lengths
+from spiral_core.rod.contact._newton import assemble, no_elements
 from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Damping, Inertia
-from spiral_core.rod.types import Array
 
 
 def coordinates(x: Iterate) -> Array:
@@ -44,8 +60,7 @@ def strains(x: Iterate, arrays: Arrays, elastic: Arrays) -> Array:
     .. math:: w = \tfrac{h^2}{12} (K (s \times u) + w \times s + K'^T s), \quad
         u - K^{-1} w, \quad s - K^{-1} (u \times w + K' K^{-1} w)
     """
-    steps = np.diff(arrays.arc_lengths)
-    return remembered_strains(x.q, x.n, arrays.half, steps, arrays.own, elastic.own)
+    return remembered_strains(x, arrays.elements, elastic.elements)
 
 
 def stiffened(arrays: Arrays, ratio: Array, strain: Array) -> Arrays:
@@ -58,13 +73,18 @@ def stiffened(arrays: Arrays, ratio: Array, strain: Array) -> Arrays:
         ratio: for each element.
         strain: mean strains and slopes (N, 6).
     """
-    own = arrays.own.copy()
-    every = ratio[:, :, None]
-    own[:, 4, :2] += every * np.einsum("nkij,nj->nki", own[:, :2], strain[:, :3])
-    own[:, 4, 1] -= ratio * np.einsum("nij,nj->ni", own[:, 0], strain[:, 3:])
-    own[:, :2] *= 1.0 + every[:, None]
-    own[:, 2] /= 1.0 + every
-    return replace(arrays, own=own)
+    old, every = arrays.elements, 1.0 + ratio[:, :, None]
+    rest = np.einsum("nij,nj->ni", old.stiffness, strain[:, :3])
+    slope = np.einsum("nij,nj->ni", old.stiffness_slope, strain[:, :3])
+    slope -= np.einsum("nij,nj->ni", old.stiffness, strain[:, 3:])
+    elements = old._replace(
+        stiffness=every * old.stiffness,
+        stiffness_slope=every * old.stiffness_slope,
+        flexibility=old.flexibility / every,
+        rest=old.rest + ratio * rest,
+        rest_slope=old.rest_slope + ratio * slope,
+    )
+    return replace(arrays, elements=elements)
 
 
 def drag_factor(speed: Array, diameter: float, air: float) -> Array:
@@ -75,11 +95,10 @@ def drag_factor(speed: Array, diameter: float, air: float) -> Array:
     return np.where(speed > 0.0, factor, 0.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StepTerms:
+class StepTerms(NamedTuple):
     """A quadratic about targets: w/2 (y - z)^2 and (p - r) . A (p - r) / 2.
 
-    Args:
+    Attributes:
         weight: w (N + 1, 9) [N/m, N m].
         target: z (N + 1, 9).
         drag: A (N + 1, 3, 3) [N/m].
@@ -93,7 +112,69 @@ class StepTerms:
 
     def add(self, x: Iterate, gradient: Array, tangent: Array) -> None:
         """Add gradient and Hessian at x, by rotations in the material frame and displacements."""
-        add_step_terms(x.q, x.p, self.weight, self.target, self.drag, self.rest, gradient, tangent)
+        add_step_terms(x, self, gradient, tangent)
+
+
+@compiled
+def add_step_terms(x: Iterate, terms: StepTerms, gradient: Array, tangent: Array) -> None:
+    """Add a step's inertia and drag to gradient (n, 6) and Hessian (n, 6, 6) of every node."""
+    for n in range(x.p.shape[0]):
+        for i in range(3):
+            gradient[n, 3 + i] += terms.weight[n, i] * (x.p[n, i] - terms.target[n, i])
+            tangent[n, 3 + i, 3 + i] += terms.weight[n, i]
+            for k in range(3):
+                gradient[n, 3 + i] += terms.drag[n, i, k] * (x.p[n, k] - terms.rest[n, k])
+                tangent[n, 3 + i, 3 + k] += terms.drag[n, i, k]
+        turn = quaternion_at(x.q, n)
+        for axis in range(1, 3):
+            first = 3 * axis
+            kept = (terms.target[n, first], terms.target[n, first + 1], terms.target[n, first + 2])
+            seen = scale(terms.weight[n, first], to_material(turn, kept))
+            ahead, behind = (axis + 1) % 3, (axis + 2) % 3
+            # e x b, the unit vector e along the axis
+            gradient[n, ahead] += seen[behind]
+            gradient[n, behind] -= seen[ahead]
+            for i in range(3):
+                tangent[n, i, i] += seen[axis]
+                tangent[n, axis, i] -= 0.5 * seen[i]
+                tangent[n, i, axis] -= 0.5 * seen[i]
+
+
+@compiled
+def remembered_strains(x: Iterate, damped: Elements, elastic: Elements) -> Array:
+    """Return the strains that each element's material remembers (N, 6) [1/m, 1/m^2].
+
+    ``damped`` are the elements with their damping, ``elastic`` the same without.
+    """
+    out = np.empty((damped.steps.shape[0], 6))
+    for e in range(damped.steps.shape[0]):
+        a, b = quaternion_at(x.q, e), quaternion_at(x.q, e + 1)
+        _, _, strain = element_frame(a, b, damped.steps[e])
+        stiffness, slope = matrix_at(damped.stiffness, e), matrix_at(damped.stiffness_slope, e)
+        moment = subtract(matvec(stiffness, strain), vector_at(damped.rest, e))
+        change = subtract(matvec(slope, strain), vector_at(damped.rest_slope, e))
+        change = add(change, cross(strain, moment))
+        for end in range(2):
+            sign = 1.0 - 2.0 * end
+            load = add(vector_at(x.n, e), scale(sign, vector_at(damped.half_load, e)))
+            inner = to_material(quaternion_at(x.q, e + end), load)
+            stretch = add(TANGENT, matvec(matrix_at(damped.compliance, e), inner))
+            change = add(change, scale(0.5, cross(stretch, inner)))
+        bend = matvec(matrix_at(damped.flexibility, e), change)
+        # what the elastic element would remember: I + [c] x has a closed inverse
+        stiffness, slope = matrix_at(elastic.stiffness, e), matrix_at(elastic.stiffness_slope, e)
+        flexible = matrix_at(elastic.flexibility, e)
+        small = damped.steps[e] * damped.steps[e] / 12.0
+        known = add(matvec(stiffness, cross(bend, strain)), matvec_t(slope, bend))
+        known, c = scale(small, known), scale(small, bend)
+        solved = add(known, add(scale(-1.0, cross(c, known)), scale(dot(c, known), c)))
+        solved = scale(1.0 / (1.0 + dot(c, c)), solved)
+        less = matvec(flexible, solved)
+        turning = matvec(flexible, add(cross(strain, solved), matvec(slope, less)))
+        for i in range(3):
+            out[e, i] = strain[i] - less[i]
+            out[e, 3 + i] = bend[i] - turning[i]
+    return out
 
 
 def step_terms(
@@ -124,11 +205,5 @@ def step_terms(
 
 def potential_energy(arrays: Arrays, x: Iterate) -> float:
     """Return elastic energy and potential of the loads, without inertia and damping [J]."""
-    count = arrays.count
-    bare = np.zeros((count + 1, 6))
-    energy, _ = newton_pass(
-        x.q, x.p, x.n, arrays.half, arrays.own, np.full(count, 1e-9), bare,
-        np.zeros((count + 1, 6, 6)), arrays.end_free, arrays.step, True, bare.copy(),
-        np.zeros((count, 3)), bare.copy(), np.zeros((count, 3)), np.zeros((count + 1, 3)),
-    )  # fmt: skip
+    energy = assemble(x, arrays.elements, no_elements(arrays.count))
     return energy + arrays.rest_energy - float(np.sum(arrays.nodal[:, 3:] * x.p))

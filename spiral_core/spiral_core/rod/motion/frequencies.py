@@ -10,11 +10,10 @@ import numpy as np
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.contact._algebra import matrices, node_lengths
-from spiral_core.rod.contact._elimination import newton_pass
-from spiral_core.rod.contact._laws import TINY
-from spiral_core.rod.contact._mesh import Arrays
-from spiral_core.rod.contact._newton import CHORD_COMPLIANCE
+from spiral_core.rod._algebra import matrices
+from spiral_core.rod.contact._contact import TINY, Nodal
+from spiral_core.rod.contact._mesh import Arrays, node_lengths
+from spiral_core.rod.contact._newton import assemble, bearing_of, eliminate, no_elements, no_step
 from spiral_core.rod.motion._terms import masses, stiffened, strains
 from spiral_core.rod.motion.inertia import Inertia
 from spiral_core.rod.motion.swing import Swing, air_coefficients
@@ -152,7 +151,10 @@ class _Compliance:
 
     def __init__(self, state: RodState, arrays: Arrays) -> None:
         count = arrays.count
-        self.state, self.arrays = state, arrays
+        assert state._point is not None  # noqa: S101 - for the type checker; the caller has looked
+        self.x, self.arrays = state._point.x, arrays
+        self.bearing, self.assembled = bearing_of(arrays), no_elements(count)
+        assemble(self.x, arrays.elements, self.assembled)
         self.tangent = np.zeros((count + 1, 6, 6))
         stiffness = (arrays.bending / np.diff(arrays.arc_lengths) ** 3).max()
         for axis in range(3, 6):
@@ -162,15 +164,9 @@ class _Compliance:
 
     def times(self, force: Array) -> Array:
         """Return the small motion (n, 6) under forces on rotations and displacements (n, 6)."""
-        assert self.state._point is not None  # noqa: S101 - for the type checker
-        x, arrays, count = self.state._point.x, self.arrays, self.arrays.count
-        soft = CHORD_COMPLIANCE * np.diff(arrays.arc_lengths) ** 3 / (12.0 * arrays.bending)
         load = -force
-        load[:, 3:] -= arrays.nodal[:, 3:]
-        step, pull = np.zeros((count + 1, 6)), np.zeros((count, 3))
-        newton_pass(
-            x.q, x.p, x.n, arrays.half, arrays.own, soft, load, self.tangent, arrays.end_free,
-            arrays.step, False, step, pull, np.zeros_like(step), np.zeros_like(pull),
-            np.zeros((count + 1, 3)),
-        )  # fmt: skip
-        return step - self.still
+        load[:, 3:] -= self.arrays.nodal[:, 3:]
+        nodal, step = Nodal(load, load, self.tangent), no_step(self.arrays.count)
+        elements = self.arrays.elements
+        eliminate(self.x, elements, self.assembled, nodal, self.bearing, False, step)
+        return step.nodes - self.still

@@ -175,7 +175,7 @@ def _start(first: RodProblem, start: RodState | Array | None, elements: int | No
 def _let_go(arrays: Arrays, x: Iterate) -> Point:
     """Return a rod that is let go: nothing presses yet."""
     point = unsolved(arrays, x)
-    free = np.ones(arrays.count + 1)
+    free = np.ones(arrays.count + 1, dtype=np.bool_)
     contacts = tuple(
         Contact(x, j, obstacle, arrays.radius, free, point.anchors)
         for j, obstacle in enumerate(arrays.obstacles)
@@ -193,7 +193,7 @@ def _problem_at(problem: Problem, time: float) -> RodProblem:
 
 def _require_uncoupled(arrays: Arrays) -> None:
     """Refuse sections that couple bending with stretch: their damping is left out."""
-    if arrays.own[:, 5].any():
+    if arrays.elements.coupling.any():
         requirement = "one that does not couple bending with stretch, while it moves"
         raise InvalidInputError("section", "coupled", requirement)
 
