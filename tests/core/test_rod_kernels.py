@@ -17,11 +17,12 @@ from scipy.spatial.transform import Rotation
 
 from spiral_core import Rod, RodLoad, Section
 from spiral_core.rod import _element as rod_element
-from spiral_core.rod._algebra import to_material
+from spiral_core.rod._algebra import to_material, turned
 from spiral_core.rod._arrays import discretize
 from spiral_core.rod._elimination import back_substitute, newton_pass, scales_of
-from spiral_core.rod.contact._algebra import SLOTS, VECTORS, turned
-from spiral_core.rod.contact._element import element
+from spiral_core.rod.contact._contact import empty
+from spiral_core.rod.contact._element import Elements
+from spiral_core.rod.contact._newton import assemble, no_elements
 
 # Rotation of the element [rad]: none at all, so little that series matter, and more than a rod's
 # discretization ever uses.
@@ -133,14 +134,12 @@ def test_a_pass_is_newtons_step_on_the_documented_energy(shift: float) -> None:
     assert largest == pytest.approx(max(np.abs(step).max(), 2.0 * rotations), rel=1e-12)
 
 
-def evaluate(change, ends, n, half, own):
-    """Return energy, gradient and Hessian of the mixed element, its nodes and force changed."""
-    room = np.zeros((SLOTS, 3, 3)), np.zeros((VECTORS, 3)), np.zeros((3, 9, 9))
-    g, hess = np.zeros(9), np.zeros((9, 9))
-    q0, q1 = (
-        turned(q[None], e[None])[0] for q, e in zip(ends, (change[:3], change[3:6]), strict=True)
-    )
-    return element(q0, q1, n + change[6:], half, own, *room, g, hess), g, hess
+def evaluate(change, ends, n, elements):
+    """Return energy, gradient and Hessian of a mixed element, its nodes and its force changed."""
+    x = empty(1, 0, turned(ends, change[:6].reshape(2, 3)), np.zeros((2, 3)))
+    x.n[0] = n + change[6:]
+    found = no_elements(1)
+    return assemble(x, elements, found), found.gradients[0], found.hessians[0]
 
 
 @pytest.mark.parametrize("coupled", [False, True])
@@ -149,22 +148,27 @@ def test_mixed_elements_gradient_and_hessian_are_those_of_its_energy(seed, coupl
     random = np.random.default_rng(seed)
     q0 = random.normal(size=4)
     q0 /= np.linalg.norm(q0)
-    ends = q0, turned(q0[None], random.normal(size=(1, 3)) * 0.4)[0]
-    own = np.zeros((7, 3, 3))
+    ends = np.vstack((q0, turned(q0[None], random.normal(size=(1, 3)) * 0.4)))
     root = random.normal(size=(3, 3))
-    own[0] = root @ root.T + np.eye(3)
-    own[2] = np.linalg.inv(own[0])
-    own[1] = (root + root.T) * 0.3
-    own[3] = 0.1 * root.T @ root
-    own[4, 0], own[4, 1], own[4, 2, 0] = random.normal(size=3), random.normal(size=3), 0.7
-    if coupled:
-        own[5], own[6, 0] = 0.3 * random.normal(size=(3, 3)), 0.3 * random.normal(size=3)
-    n, half = random.normal(size=3), random.normal(size=3)
+    stiffness = root @ root.T + np.eye(3)
+    parts = {
+        "stiffness": stiffness,
+        "stiffness_slope": (root + root.T) * 0.3,
+        "flexibility": np.linalg.inv(stiffness),
+        "compliance": 0.1 * root.T @ root,
+        "coupling": coupled * 0.3 * random.normal(size=(3, 3)),
+        "rest": random.normal(size=3),
+        "rest_slope": random.normal(size=3),
+        "rest_stretch": coupled * 0.3 * random.normal(size=3),
+        "half_load": random.normal(size=3),
+    }
+    elements = Elements(np.array([0.7]), **{name: part[None] for name, part in parts.items()})
+    n = random.normal(size=3)
 
     def energy(change: np.ndarray) -> float:
-        return evaluate(change, ends, n, half, own)[0]
+        return evaluate(change, ends, n, elements)[0]
 
-    _, gradient, hessian = evaluate(np.zeros(9), ends, n, half, own)
+    _, gradient, hessian = evaluate(np.zeros(9), ends, n, elements)
     unit = 1e-5 * np.eye(9)
     differences = [(energy(e) - energy(-e)) / 2e-5 for e in unit]
     np.testing.assert_allclose(gradient, differences, atol=1e-8)  # of the differences
