@@ -28,6 +28,15 @@ def in_model(tag):
     return {item.get("name").removeprefix("${prefix}") for item in MODEL.iter(tag)}
 
 
+def flat(values, namespace=""):
+    """Yield the parameters of a file with the names that ROS gives them."""
+    for name, value in values.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{namespace}{name}.")
+        else:
+            yield f"{namespace}{name}", value
+
+
 class Message:
     """Stands in for a message of MoveIt, which PyPI does not have."""
 
@@ -73,7 +82,7 @@ def test_the_open_state_is_a_release_and_the_other_is_not():
         state.get("name"): float(state.find("joint").get("value"))
         for state in SRDF.iter("group_state")
     }
-    opening = GripperParameters().gripper_command_open
+    opening = GripperParameters().gripper_cmd.open_position
     assert values.pop("open") == opening
     assert values
     assert all(0.0 < value < opening for value in values.values())
@@ -85,16 +94,16 @@ def test_the_controller_is_an_action_of_the_node_in_its_namespace(example):
     controller = controllers[name]
     assert f"/{name}" == example.NAMESPACE
     assert controller["action_ns"] == "gripper_cmd"
-    assert controller["type"] == GripperParameters().gripper_cmd_type
+    assert controller["type"] == GripperParameters().gripper_cmd.type
     assert set(controller["joints"]) <= {joint.get("name") for joint in SRDF.iter("joint")}
 
 
 def test_the_parameters_are_those_of_the_node(example):
     ((node, settings),) = loaded("gripper.yaml").items()
     assert node == f"{example.NAMESPACE}/spiral_gripper"
-    values = settings["ros__parameters"]
+    values = dict(flat(settings["ros__parameters"]))
     assert values.keys() <= {spec.name for spec in PARAMETERS}
-    assert GripperParameters(**values).robot_state_rate > 0.0
+    assert GripperParameters.from_names(values).publish.robot_state_rate > 0.0
 
 
 def test_the_object_is_attached_where_it_is_wrapped_and_may_touch_the_gripper(example):
