@@ -70,7 +70,6 @@ def test_fiber_locking_is_approached_to_the_margin() -> None:
 def test_largest_volume_ends_pairs_of_opposite_hands() -> None:
     case = actuator(75.0, -70.0)
     largest = largest_volume_stretch(case.fibers)
-    assert largest is not None
     branch = FreeActuation(case)
     assert branch.limit is ActuationLimit.VOLUME_MAXIMUM
     assert branch.stretch_limit == pytest.approx(

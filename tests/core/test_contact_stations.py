@@ -121,24 +121,6 @@ def test_tip_brought_nearer_past_an_obstacle_far_away(tip: tuple[float, float, f
     assert state.gaps.min() > 2.0
 
 
-@pytest.mark.parametrize("axis", [(1.0, 1.0, 1.0), (0.3, -0.8, 0.5)])
-def test_heavy_rod_hangs_alike_in_every_direction(axis: tuple[float, float, float]) -> None:
-    """Few elements, long for its weight."""
-
-    def hung(along: np.ndarray) -> float:
-        x, y, z = (along / np.linalg.norm(along)).tolist()
-        rod = Rod(1.0, PLAIN)
-        return float(
-            solve_contact(RodProblem(rod, RodLoad((x, y, z))), elements=10).positions[-1]
-            @ (x, y, z)
-        )
-
-    turn = np.array((1.0, 0.0, 0.0))
-    angle = float(np.array(axis) @ turn / np.linalg.norm(axis))
-    level = hung(np.array((angle, math.sqrt(1.0 - angle**2), 0.0)))
-    assert hung(np.array(axis)) == pytest.approx(level, abs=1e-9)
-
-
 def test_rope_pulled_too_hard_for_its_elements_is_no_answer() -> None:
     """Pulled over a rough cylinder: its tension is six times its load, whose elements it bends."""
 

@@ -77,7 +77,6 @@ def setup(closing: Closing = Closing.FRICTIONLESS) -> GripSetup:
 @cache
 def window() -> GripWindow:
     tip = setup().tip_pressure
-    assert tip is not None
     return grip_window(setup(), [fraction * tip for fraction in UP_TO_CURLING])
 
 
@@ -85,7 +84,6 @@ def window() -> GripWindow:
 def held() -> Grip:
     """Forces a little above the perfect wrap, where curling has not begun."""
     onset = window().onset_wrap
-    assert onset is not None
     return solve_grip(setup(), (Pull.AWAY, Pull.DOWN), pressures=[1.02 * onset], window=window())
 
 
@@ -116,15 +114,12 @@ def test_wraps_about_a_given_direction_do_not_say_where_the_coil_lies() -> None:
 def test_the_knee_lies_within_5_percent_of_the_tip_criterion() -> None:
     tip = setup().tip_pressure
     found = window()
-    assert found.onset_wrap is not None
-    assert found.onset_curling is not None
     assert found.onset_wrap == pytest.approx(tip, rel=0.05)
     assert found.onset_wrap < found.onset_curling < found.top
 
 
 def test_contact_comes_suddenly_at_the_onset_of_the_wrap() -> None:
     found = window()
-    assert found.onset_wrap is not None
     before, after = found.at(0.94 * found.onset_wrap), found.at(1.01 * found.onset_wrap)
     assert before.regime is WrapRegime.OVERHANG
     assert after.regime is WrapRegime.PERFECT_WRAP
@@ -139,12 +134,9 @@ def test_contact_comes_suddenly_at_the_onset_of_the_wrap() -> None:
 def test_after_the_loss_the_end_has_let_go() -> None:
     """The fall, followed: the tip is more than the object's radius away from it."""
     tip = setup().tip_pressure
-    assert tip is not None
     found = grip_window(setup(), [fraction * tip for fraction in (0.6, 0.9, 1.1, 1.2, 1.3, 1.4)])
     assert found.end is WindowEnd.LOST
-    assert found.loss is not None
     rest = follow_loss(found)
-    assert rest is not None
     assert found.loss < rest.pressure < 1.01 * found.loss
     assert not rest.is_wrapped
     assert rest.tip_gap > RADIUS
@@ -155,7 +147,6 @@ def test_after_the_loss_the_end_has_let_go() -> None:
 def test_an_object_that_the_tip_passes_by_is_given_up() -> None:
     """Moved aside, so that the coil closes next to it: no need to go to the pressure limit."""
     tip = setup().tip_pressure
-    assert tip is not None
     aside = replace(setup(), obstacle=setup().obstacle.moved(translation=(0.0, 0.2, 0.0)))
     found = grip_window(aside)
     assert found.end is WindowEnd.PASSED_BY
@@ -307,7 +298,6 @@ def test_without_gravity_the_tip_criterion_is_exact_and_the_line_force_the_close
     weightless = replace(gripper(), gravity=(0.0, 0.0, 0.0))
     laid = lay_into_coil(weightless, 0.02, closing=Closing.FRICTIONLESS)
     tip = laid.tip_pressure
-    assert tip is not None
     found = grip_window(laid, [fraction * tip for fraction in (*UP_TO_CURLING[:-2], 1.1)])
     # The onset is located to 0.2 %; a node is 6 mm.
     assert found.onset_wrap == pytest.approx(tip, rel=5e-3)

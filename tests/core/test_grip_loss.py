@@ -65,7 +65,6 @@ def thin_setup(
 def lost(*described: str | float, closing: Closing = Closing.SLOW) -> GripWindow:
     """Return the window of :func:`thin_setup` up to its loss."""
     setup = thin_setup(*described, closing=closing)
-    assert setup.tip_pressure is not None
     return grip_window(setup, [fraction * setup.tip_pressure for fraction in UP_TO_LOSS])
 
 
@@ -97,7 +96,6 @@ def test_what_remains_still_holds_something() -> None:
 def test_without_friction_the_same_coil_loses_most_of_its_contact() -> None:
     window = lost(closing=Closing.FRICTIONLESS)
     fallen = follow_loss(window)
-    assert fallen is not None
     assert not fallen.is_wrapped
     assert fallen.contact_length < 0.5 * window.points[-1].contact_length
 
@@ -107,8 +105,6 @@ def test_a_fall_is_followed_until_the_end_has_let_go() -> None:
     """With friction the end of the branch is found up to a percent early: the coil still clings."""
     window = lost("prototype_p1", 0.40407, 12.4294e-3, 0.63968)
     fallen = follow_loss(window)
-    assert fallen is not None
-    assert window.loss is not None
     assert not fallen.is_wrapped
     assert window.loss < fallen.pressure <= 1.02 * window.loss
 
@@ -121,7 +117,6 @@ def test_a_part_near_the_base_may_snap_while_the_end_stays_wrapped() -> None:
     setup = thin_setup("paper_design_70", 0.46329, 7.29616e-3, 0.75005)
     window = grip_window(setup, [90e3, 120e3, *np.arange(150e3, 165e3, 500.0)])
     fallen = follow_loss(window)
-    assert fallen is not None
     assert window.end is WindowEnd.LOST
     assert fallen.is_wrapped
     moved = np.linalg.norm(fallen.state.positions - window.points[-1].state.positions, axis=1)
@@ -136,7 +131,6 @@ def test_a_tube_that_is_pulled_taut_is_not_what_holds_a_payload() -> None:
     """
     setup = lay_into_coil(load_gripper("paper_design_70"), 0.01615)
     tip = setup.tip_pressure
-    assert tip is not None
     window = grip_window(setup, [fraction * tip for fraction in (0.6, 0.9, 0.98, 1.1)])
     away, down = (holding_force(window.points[-1], pull) for pull in (Pull.AWAY, Pull.DOWN))
     assert away.force == pytest.approx(0.73, rel=0.05)
@@ -155,14 +149,12 @@ def test_a_loss_is_the_same_by_other_stations(closing: Closing, tolerance: float
     """Located to 0.5 % with friction, along another way to 1 %; to 0.2 % without."""
     window = lost(closing=closing)
     tip = window.setup.tip_pressure
-    assert tip is not None
     other = grip_window(window.setup, [f * tip for f in (0.5, 0.8, 1.05, 1.15, 1.45, 1.75)])
     assert other.loss == pytest.approx(window.loss, rel=tolerance)
 
 
 def test_the_recommended_pressure_stays_below_the_loss() -> None:
     window = lost()
-    assert window.loss is not None
     grip = solve_grip(window.setup, (), pressures=(), window=window)
     assert grip.recommended_range[1] <= 0.9 * window.loss
     assert grip.onset_wrap < grip.recommended_pressure() < 0.9 * window.loss
@@ -232,8 +224,6 @@ def lifting_grip() -> GripWindow:
 def test_a_curled_touch_before_the_perfect_wrap_is_not_the_window() -> None:
     window = grip_window(random_setup(8))
     curled = lifting_grip()
-    assert window.onset_wrap is not None
-    assert curled.lift_off is not None
     assert window.onset_wrap > 1.05 * curled.lift_off
     assert window.at(1.01 * window.onset_wrap).regime is WrapRegime.PERFECT_WRAP
     assert window.lift_off is None
@@ -241,7 +231,6 @@ def test_a_curled_touch_before_the_perfect_wrap_is_not_the_window() -> None:
 
 def test_no_pressure_is_recommended_at_which_the_tip_hangs_free() -> None:
     window = lifting_grip()
-    assert window.onset_wrap is not None
     lifted = [
         point.pressure
         for point in window.points
@@ -256,7 +245,6 @@ def test_no_pressure_is_recommended_at_which_the_tip_hangs_free() -> None:
 def test_a_lift_off_is_located_and_bounds_the_recommendation() -> None:
     window = lifting_grip()
     assert window.onset_wrap is not None
-    assert window.lift_off is not None
     assert not window.at(1.004 * window.lift_off).is_wrapped
     assert window.at(0.996 * window.lift_off).is_wrapped
     grip = solve_grip(window.setup, (), pressures=(), window=window)
@@ -284,8 +272,6 @@ def test_a_coil_that_curls_from_the_onset_on_keeps_a_margin_to_it() -> None:
     """On a gripper that points upwards wrap and curling begin together, and the loss far above."""
     gripper = replace(load_gripper("paper_design_70"), gravity=(-9.80665, 0.0, 0.0))
     window = grip_window(lay_into_coil(gripper, 0.025))
-    assert window.onset_wrap is not None
-    assert window.loss is not None
     assert window.onset_curling == pytest.approx(window.onset_wrap, rel=0.01)
     grip = solve_grip(window.setup, (), pressures=(), window=window)
     assert grip.range_end is RangeEnd.LOSS

@@ -67,7 +67,6 @@ def test_a_window_has_no_false_zero() -> None:
 def test_a_pull_begins_at_the_onset_too() -> None:
     """There the coil shifts by a quarter of a millimeter in the step that moves nothing."""
     window = grip_window(lay_into_coil(load_gripper("paper_design_70"), 0.02, friction=0.6))
-    assert window.onset_wrap is not None
     held = holding_force(window.at(window.onset_wrap), Pull.AWAY)
     assert held.end is PullEnd.SLIPPED
     assert held.force > 0.4
@@ -104,7 +103,6 @@ def test_friction_beyond_what_can_be_followed_gives_a_lower_bound() -> None:
     """With a coefficient of 1.5 the force doubles at each step, until a step is not found."""
     setup = lay_into_coil(load_gripper("paper_design_70"), 0.015, friction=1.5)
     tip = setup.tip_pressure
-    assert tip is not None
     held = holding_force(grip_window(setup, [0.6 * tip, 0.9 * tip, 1.06 * tip]).points[-1])
     assert held.end is not PullEnd.LOST
     assert held.is_lower_bound
@@ -115,7 +113,6 @@ def test_a_taut_tube_whose_elements_are_too_long_ends_the_pull_in_a_lower_bound(
     """With a coefficient of 0.8 the tube is pulled with tens of newtons: no state answers there."""
     setup = lay_into_coil(load_gripper("paper_design_70"), 0.015, friction=0.8, elements=60)
     tip = setup.tip_pressure
-    assert tip is not None
     held = holding_force(grip_window(setup, [0.6 * tip, 0.9 * tip, 1.1 * tip]).points[-1])
     assert held.is_lower_bound
     assert held.force > 1.0

@@ -26,7 +26,6 @@ pytestmark = pytest.mark.long
 def test_twice_the_elements_change_a_grip_by_what_is_stated() -> None:
     setup = lay_into_coil(load_gripper("paper_design_70"), 0.025, closing=Closing.FRICTIONLESS)
     tip = setup.tip_pressure
-    assert tip is not None
     stations = [fraction * tip for fraction in (0.5, 0.8, 0.92, 1.0, 1.08, 1.14)]
     window = grip_window(setup, stations)
     stated = refine(solve_grip(setup, (), pressures=(), window=window))

@@ -59,7 +59,6 @@ def test_a_cone_is_held_past_its_perfect_wrap_where_it_is_thick(curve: WrapCurve
     assert first.pressure < last.pressure == pytest.approx(wrap.pressure)
     # The thickest place decides how much of the object the coil covers.
     needed = curve.wrap_for_radius(wrap.radius_max).object_length_needed
-    assert needed is not None
     assert needed <= wrap.end - wrap.start + 1e-9
 
 

@@ -7,13 +7,14 @@ What a rod and its obstacles refuse is in ``test_rod_input``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 from core.actuator_cases import actuator, degrees
 from core.contact_cases import gripper
 from core.gripper_cases import PRESSURE_MAX, linear_gripper, paper_gripper
+from core.questions import Question, wrong_arguments
 
 from spiral_core import (
     CalibrationModel,
@@ -51,7 +52,7 @@ from spiral_core import (
 NAN, INF = math.nan, math.inf
 WRONG = (0.0, -1.0, NAN, INF, True, "1")
 # A call with good arguments; and for each of them, what it must not be.
-ARGUMENTS: list[tuple[Callable[..., object], dict[str, object], dict[str, tuple[object, ...]]]] = [
+ARGUMENTS: list[Question] = [
     (
         Tube,
         {"inner_radius": 5e-3, "wall_thickness": 1e-3, "length": 0.5},
@@ -227,14 +228,7 @@ ARGUMENTS: list[tuple[Callable[..., object], dict[str, object], dict[str, tuple[
 ]
 
 
-def questions() -> Iterator[tuple[int, str, object]]:
-    """Return every wrong value, with its call and argument."""
-    for number, (_, _, wrong) in enumerate(ARGUMENTS):
-        for field, values in wrong.items():
-            yield from ((number, field, value) for value in values)
-
-
-@pytest.mark.parametrize(("number", "field", "value"), list(questions()))
+@pytest.mark.parametrize(("number", "field", "value"), list(wrong_arguments(ARGUMENTS)))
 def test_a_wrong_argument_is_refused_by_name(number: int, field: str, value: object) -> None:
     call, good, _ = ARGUMENTS[number]
     with pytest.raises(InvalidInputError) as caught:

@@ -114,6 +114,5 @@ def test_one_handedness_or_a_hoop_family_only_grows(fibers: FiberAngles) -> None
 def test_largest_volume_is_a_maximum() -> None:
     fibers = degrees(75.0, -70.0)
     largest = largest_volume_stretch(fibers)
-    assert largest is not None
     around = [volume(fibers, s) for s in np.linspace(largest - 0.05, largest + 0.05, 11)]
     assert int(np.argmax(around)) == 5

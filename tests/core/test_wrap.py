@@ -255,12 +255,6 @@ def test_a_coil_that_closes_on_itself_ends_the_range() -> None:
     assert curve.pressure_max == pytest.approx(1.0e5 * closes, rel=1e-5)
 
 
-def test_every_state_is_certified(curves: dict[str, WrapCurve]) -> None:
-    for curve in curves.values():
-        for pressure in np.linspace(0.0, PRESSURE_MAX, 23).tolist():
-            assert curve.state_at_pressure(pressure).stable
-
-
 @pytest.mark.parametrize("torsion", [-15.0, 15.0])
 @pytest.mark.parametrize("coupling", [0.0, 1.5e-4, -1.0e-4])
 def test_the_line_force_is_the_energys_slope(torsion: float, coupling: float) -> None:
@@ -283,17 +277,6 @@ def test_the_line_force_is_the_energys_slope(torsion: float, coupling: float) ->
     assert line_force(stiffness, shape, radius, math.pi - angle, OUTER_RADIUS) == pytest.approx(
         force, rel=1e-12
     )
-
-
-def test_the_line_force_vanishes_at_the_helixs_own_wrap() -> None:
-    stiffness = Section.inextensible(3.0e-4, 2.0e-4)
-    shape = UnloadedShape(40.0, -15.0, 0.4)
-    rho = 40.0 / (40.0**2 + 15.0**2)
-    angle = math.atan2(40.0, 15.0)
-    at_rest = line_force(stiffness, shape, rho - OUTER_RADIUS, angle, OUTER_RADIUS)
-    assert abs(at_rest) < 1e-12
-    assert line_force(stiffness, shape, 0.9 * rho - OUTER_RADIUS, angle, OUTER_RADIUS) < 0.0
-    assert line_force(stiffness, shape, 1.1 * rho - OUTER_RADIUS, angle, OUTER_RADIUS) > 0.0
 
 
 def test_many_questions_are_the_single_ones(curves: dict[str, WrapCurve]) -> None:
