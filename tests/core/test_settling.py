@@ -59,9 +59,7 @@ def decay_of_swing(damping: Damping, force: float) -> tuple[np.ndarray, np.ndarr
     return np.sqrt(peaks[1:] * peaks[:-1]), rates
 
 
-@pytest.mark.parametrize(
-    ("damping", "force"), [(MATERIAL, 2e-3), (AIR, 2e-2), (Damping(0.01, 1.3, 0.1), 1e-2)]
-)
+@pytest.mark.parametrize(("damping", "force"), [(AIR, 2e-2), (Damping(0.01, 1.3, 0.1), 1e-2)])
 def test_a_hanging_tube_decays_as_its_slowest_vibration(damping: Damping, force: float) -> None:
     amplitudes, rates = decay_of_swing(damping, force)
     swing = vibrations(gripper(), 0.0, 1).swings[0]
