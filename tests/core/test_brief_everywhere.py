@@ -12,7 +12,7 @@ from core.gripper_cases import paper_gripper
 
 import spiral_core
 import spiral_gripper
-from spiral_core import Pull, WrapCurve, lay_into_coil, place_mount, solve_grip
+from spiral_core import Closing, Pull, WrapCurve, lay_into_coil, place_mount, solve_grip
 
 # Longer ones fill more than seven lines of a terminal.
 LONGEST = 560
@@ -64,7 +64,7 @@ def sample(annotation: str, depth: int) -> object:
 def solved() -> list[object]:
     """Return a value of each kind that has to be solved."""
     curve = WrapCurve(paper_gripper("P1"))
-    setup = lay_into_coil(curve.gripper, 0.012)
+    setup = lay_into_coil(curve.gripper, 0.012, closing=Closing.FRICTIONLESS, elements=60)
     grip = solve_grip(setup, (Pull.AWAY,), pressures=[1.02 * setup.tip_pressure])
     mount = place_mount(setup, (1e-3, 0.0, 0.0), (0.0, 0.0))
     held = grip.forces[Pull.AWAY][0]

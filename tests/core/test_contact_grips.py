@@ -14,6 +14,8 @@ from spiral_core import Pull, WindowEnd, grip_window, holding_force, lay_into_co
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_gripper import load_gripper
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize("index", range(6))

@@ -147,8 +147,3 @@ def test_locking_is_where_a_fiber_lies_along_the_axis(fibers: FiberAngles) -> No
             fiber_state(fibers, past)
         assert caught.value.limit is ActuationLimit.FIBER_LOCKING
         assert (caught.value.value, caught.value.bound) == (past, locking)
-
-
-def test_contraction_has_states_too() -> None:
-    state = fiber_state(degrees(30.0, -30.0), 0.9)
-    assert state.hoop_stretch > 1.0
