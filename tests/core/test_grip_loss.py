@@ -229,19 +229,6 @@ def test_a_curled_touch_before_the_perfect_wrap_is_not_the_window() -> None:
     assert window.lift_off is None
 
 
-def test_no_pressure_is_recommended_at_which_the_tip_hangs_free() -> None:
-    window = lifting_grip()
-    lifted = [
-        point.pressure
-        for point in window.points
-        if window.onset_wrap < point.pressure and point.regime is WrapRegime.OVERHANG
-    ]
-    assert lifted
-    low, high = solve_grip(window.setup, (), pressures=(), window=window).recommended_range
-    assert low == window.onset_wrap
-    assert high < lifted[0]
-
-
 def test_a_lift_off_is_located_and_bounds_the_recommendation() -> None:
     window = lifting_grip()
     assert window.onset_wrap is not None
