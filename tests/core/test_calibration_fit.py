@@ -129,7 +129,8 @@ def test_shapes_tell_stiffnesses_and_positions_agree_with_the_gripper():
         quantities=(FittedQuantity.BENDING_STIFFNESS, FittedQuantity.TORSIONAL_STIFFNESS),
         gripper=truth,
     )
-    assert model.start()[1:] != (4.0e-4, 2.5e-4)  # from the material, until fitted
+    # From the material, until fitted.
+    assert (model.start()[1:] != (4.0e-4, 2.5e-4)).all()
     fit = calibrate(model, readings)
     # Two rods with other numbers of elements: the discretization's 1e-5 of the length shows.
     assert fit.values == pytest.approx([145.0e3, 4.0e-4, 2.5e-4], rel=2e-3)

@@ -88,7 +88,7 @@ class CalibrationStatus(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False, kw_only=True)
 class Calibration(Fit):
-    """Fitted parameters of a calibration model.
+    """Fitted parameters of a calibration model; values and intervals are those of any :class:`Fit`.
 
     Attributes:
         model: what was fitted.
@@ -252,7 +252,7 @@ def calibrate(
     readings = tuple(readings)
     _require_enough(model, readings)
     try:
-        values = np.array(starting_values(model, readings) if start is None else start)
+        values = starting_values(model, readings) if start is None else np.array(start)
         first = model.trial(values)
     except InvalidInputError as error:
         raise _held_or(error, model) from None
@@ -379,7 +379,7 @@ class Problem:
             SolverError: there are no residuals on either side.
         """
         columns = []
-        for step in np.diag(DIFFERENCE_STEP * np.array(self.model.scales())):
+        for step in np.diag(DIFFERENCE_STEP * self.model.scales):
             change = slope(self.residuals, values, step)
             if change is None:
                 raise SolverError(CalibrationStatus.STUCK, math.inf, 1)
@@ -400,8 +400,8 @@ class Problem:
         """
         from scipy.optimize import least_squares
 
-        scales = np.array(self.model.scales())
-        low, high = np.array(self.model.limits()).T / scales
+        scales = self.model.scales
+        low, high = (limit / scales for limit in self.model.limits)
         begin = np.clip(start / scales, low + DIFFERENCE_STEP, high - DIFFERENCE_STEP)
         self.residuals(begin * scales)  # the start must be an answer: say why if not
 
@@ -467,7 +467,7 @@ def _require_seen(calibration: Calibration) -> None:
     names = [name for name in calibration.names if name not in calibration.at_bound]
     if not names:
         return
-    scales = np.array(calibration.model.scales()) / max(calibration.error_scale, 1.0)
+    scales = calibration.model.scales / max(calibration.error_scale, 1.0)
     effects = (calibration.jacobian[calibration.fitted] * scales)[
         :, np.isin(calibration.names, names)
     ]

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -47,6 +47,10 @@ GENT_EXTENSION_LIMIT = 50.0
 # Chains that run out at 1e4 never do in any tube: the law is neo-Hookean there, and a fit that
 # wants more should stop and say so.
 EXTENSION_LIMIT_MAX = 1.0e4
+
+
+# A mounted gripper, its unloaded shape and its loaded state, by pressure.
+_Shapes: TypeAlias = dict[float, tuple[Gripper, UnloadedShape, RodState]]
 
 
 class FittedQuantity(Enum):
@@ -165,16 +169,9 @@ class CalibrationModel:
         constants = (name for name in constants_of(self.fitted_law) if name not in self.fixed)
         return (*constants, *(quantity.value for quantity in self.quantities))
 
-    def start(self) -> tuple[float, ...]:
-        """Return the values to start from: the material's own, or those of the same modulus."""
-        known = _starting_values(self.actuator, self.fitted_law)
-        return tuple(
-            min(max(known[name], low), high)
-            for name, (low, high) in zip(self.names, self.limits(), strict=True)
-        )
-
-    def scales(self) -> tuple[float, ...]:
-        """Return a magnitude for each parameter, > 0, in which steps are measured."""
+    @property
+    def scales(self) -> Array:
+        """A magnitude of each parameter (p,), > 0, in which steps are measured."""
         modulus = self.actuator.material.small_strain_modulus
         known = _starting_values(self.actuator, self.fitted_law)
         known |= {
@@ -182,19 +179,22 @@ class CalibrationModel:
             for name in constants_of(self.fitted_law)
             if name != "extension_limit"
         }
-        return tuple(known[name] for name in self.names)
+        return np.array([known[name] for name in self.names])
 
-    def limits(self) -> tuple[tuple[float, float], ...]:
-        """Return the lowest and highest value that each parameter can have by its nature."""
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """The lowest and highest value that each parameter can have by its nature, (p,) each."""
         free = {"c2", "c3"} | ({"c1"} if self.fitted_law is MooneyRivlin else set())
         # A positive quantity may fall to a millionth of its magnitude, never to zero itself.
-        return tuple(
-            (
-                float("-inf") if name in free else 1e-6 * scale,
-                EXTENSION_LIMIT_MAX if name == "extension_limit" else float("inf"),
-            )
-            for name, scale in zip(self.names, self.scales(), strict=True)
-        )
+        low: Array = np.where([name in free for name in self.names], -np.inf, 1e-6 * self.scales)
+        ends = [name == "extension_limit" for name in self.names]
+        return low, np.where(ends, EXTENSION_LIMIT_MAX, np.inf)
+
+    def start(self) -> Array:
+        """Return the values to start from: the material's own, or those of the same modulus."""
+        known = _starting_values(self.actuator, self.fitted_law)
+        start: Array = np.clip([known[name] for name in self.names], *self.limits)
+        return start
 
     def actuator_from(self, values: Iterable[float]) -> Actuator:
         """Return the actuator with these parameter values.
@@ -315,29 +315,6 @@ _DIRECTIONS: dict[type[Reading], str] = {
 }
 
 
-@dataclass(slots=True)
-class _Shapes:
-    """The mounted gripper's shapes by pressure, each solved once and from the one before."""
-
-    gripper: Gripper
-    states: dict[float, RodState] = field(default_factory=dict)
-
-    def at(self, pressure: float) -> tuple[UnloadedShape, RodState]:
-        """Return the unloaded shape and the loaded state at a pressure [Pa]."""
-        shape = self.gripper.actuation.unloaded_shape(pressure)
-        if pressure not in self.states:
-            start = next(reversed(self.states.values())) if self.states else None
-            self.states[pressure] = solve_rod(
-                self.gripper.rod(shape),
-                self.gripper.load(shape),
-                # The same number for every trial, so that predictions depend smoothly on it.
-                elements=None if start is None else len(start.arc_lengths) - 1,
-                start=start,
-                estimate_error=False,
-            )
-        return shape, self.states[pressure]
-
-
 def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
     """Return the predicted components of all readings, one after the other.
 
@@ -353,9 +330,30 @@ def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
         ActuationLimitError: a pressure is past the limit of this trial's actuator.
         SolverError: a shape could not be certified.
     """
-    shapes = None if trial.gripper is None else _Shapes(trial.gripper)
+    mounted = [one.pressure for one in readings if isinstance(one, ShapeReading | GripReading)]
+    shapes = _shapes(trial.gripper, mounted)
     components = [_predict_one(trial, shapes, reading) for reading in readings]
     return np.array([value for values in components for value in values], dtype=np.float64)
+
+
+def _shapes(gripper: Gripper | None, pressures: Sequence[float]) -> _Shapes:
+    """Return the mounted gripper's shapes by pressure, each solved from the one before."""
+    found: _Shapes = {}
+    start: RodState | None = None
+    for pressure in dict.fromkeys(pressures):
+        if gripper is None:
+            raise InvalidInputError("gripper", None, "given: shapes and grips depend on the mount")
+        shape = gripper.actuation.unloaded_shape(pressure)
+        start = solve_rod(
+            gripper.rod(shape),
+            gripper.load(shape),
+            # The same number for every trial, so that predictions depend smoothly on it.
+            elements=None if start is None else len(start.arc_lengths) - 1,
+            start=start,
+            estimate_error=False,
+        )
+        found[pressure] = gripper, shape, start
+    return found
 
 
 class Contradiction(NamedTuple):
@@ -468,45 +466,36 @@ def effective_errors(trial: Trial, readings: Sequence[Reading]) -> Array:
     return total
 
 
-def _predict_one(trial: Trial, shapes: _Shapes | None, reading: Reading) -> tuple[float, ...]:
+def _predict_one(trial: Trial, shapes: _Shapes, reading: Reading) -> tuple[float, ...]:
     if isinstance(reading, ExtensionReading):
         stretch = trial.straight.stretch_from_pressure(reading.pressure)
         return ((stretch - 1.0) * reading.section_length,)
-    if isinstance(reading, TwistReading):
-        shape = trial.straight.unloaded_shape(reading.pressure)
-        rate = shape.torsion * shape.backbone_length / trial.straight.actuator.tube.length
-        return (rate * reading.section_length,)
-    if isinstance(reading, BendReading):
-        shape = trial.actuation.unloaded_shape(reading.pressure)
-        elongation = shape.backbone_length / trial.actuation.actuator.tube.length
-        return (shape.curvature * elongation * reading.section_length,)
-    if shapes is None:
-        raise InvalidInputError("gripper", None, "given: shapes and grips depend on the mount")
+    if isinstance(reading, TwistReading | BendReading):
+        actuation = trial.actuation_for(reading)
+        shape = actuation.unloaded_shape(reading.pressure)
+        rate = shape.torsion if isinstance(reading, TwistReading) else shape.curvature
+        elongation = shape.backbone_length / actuation.actuator.tube.length
+        return (rate * elongation * reading.section_length,)
     if isinstance(reading, ShapeReading):
-        return _position(shapes, reading)
-    return (_wrapped_radius(shapes, reading),)
+        return _position(*shapes[reading.pressure], reading.arc_length)
+    radius, _ = wrapped_radius(*shapes[reading.pressure])
+    return (radius,)
 
 
-def _position(shapes: _Shapes, reading: ShapeReading) -> tuple[float, ...]:
-    """Return the predicted position of a point of the backbone [m]."""
+def _position(
+    gripper: Gripper, shape: UnloadedShape, state: RodState, arc_length: float | None
+) -> tuple[float, ...]:
+    """Return the position of a point of the backbone [m]; without an arc length, of the tip."""
     from scipy.interpolate import CubicHermiteSpline
 
-    shape, state = shapes.at(reading.pressure)
-    length = shapes.gripper.tube.length
-    if reading.arc_length is None:
+    length = gripper.tube.length
+    if arc_length is None:
         return tuple(float(x) for x in state.tip_position)
-    if not reading.arc_length <= length:
+    if not arc_length <= length:
         requirement = Message("at most the length, {}", Quantity(length, "m", rounded_down))
-        raise InvalidInputError("arc_length", reading.arc_length, requirement, "m")
+        raise InvalidInputError("arc_length", arc_length, requirement, "m")
     spline = CubicHermiteSpline(state.arc_lengths, state.positions, state.tangents)
-    position = spline(reading.arc_length / length * shape.backbone_length)
-    return tuple(float(x) for x in position)
-
-
-def _wrapped_radius(shapes: _Shapes, reading: GripReading) -> float:
-    """Return the radius that this pressure wraps perfectly [m]."""
-    radius, _ = wrapped_radius(shapes.gripper, *shapes.at(reading.pressure))
-    return radius
+    return tuple(float(x) for x in spline(arc_length / length * shape.backbone_length))
 
 
 # Until the start reaches the highest measured pressure it is made stiffer by these factors: a
@@ -514,7 +503,7 @@ def _wrapped_radius(shapes: _Shapes, reading: GripReading) -> float:
 STIFFENING = (1.0, 1.01, 1.03, 1.1, 1.3, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
 
-def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> tuple[float, ...]:
+def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> Array:
     """Return values from which every reading can be predicted: the model's own, or stiffer ones.
 
     Args:
@@ -526,10 +515,8 @@ def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> tup
     """
     beyond: ActuationLimitError | None = None
     for factor in STIFFENING:
-        values = tuple(
-            value if name == "extension_limit" else factor * value
-            for name, value in zip(model.names, model.start(), strict=True)
-        )
+        factors = [1.0 if name == "extension_limit" else factor for name in model.names]
+        values: Array = np.array(factors) * model.start()
         trial = Trial(actuation_of(model.actuator_from(values)))
         beyond = trial.highest_beyond(readings)
         if beyond is None:

@@ -74,6 +74,8 @@ class SwingReading:
 class SwingFit(Fit):
     """Damping that was fitted to a free swing: ``retardation_time`` [s], and ``air`` if not held.
 
+    Values and intervals are those of any :class:`Fit`; no interval goes below zero.
+
     Attributes:
         damping: both, the held one too.
         frequency: of the swing at small amplitude [Hz].

@@ -79,7 +79,7 @@ DRAWS_MAX: Final = 100_000
     help="Unstretched length of the measured section. [default: the tube's length]",
 )
 @click.option("--ignore", "ignored", multiple=True, metavar="HEADING", help="Column to ignore.")
-@click.option("--robust", is_flag=True, help="Reduce the weight of outliers (Huber's loss).")
+@click.option("--robust", is_flag=True, help="Leave out outliers, at most a third of the readings.")
 @click.option(
     "--accept-implausible", is_flag=True, help="Accept readings that look like a mix-up of units."
 )
