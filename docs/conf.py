@@ -117,9 +117,13 @@ def _entry(package: ModuleType, name: str) -> str:
     """Return the directive that documents a public name."""
     value = getattr(package, name)
     kind, options = "data", ""
-    if isinstance(value, type):
-        kind = "exception" if issubclass(value, Exception) else "class"
-        options = "   :members:\n"
+    if isinstance(value, type) and issubclass(value, Exception):
+        kind, options = "exception", "   :members:\n"
+    elif isinstance(value, type):
+        kind, options = "class", "   :members:\n"
+        bases = [one for one in value.__mro__[1:] if one.__module__.startswith("spiral_core")]
+        if any(not getattr(base, "_is_protocol", False) for base in bases):
+            options += "   :inherited-members:\n"
     elif callable(value):
         kind = "function"
     entry = f".. auto{kind}:: {package.__name__}.{name}\n{options}"

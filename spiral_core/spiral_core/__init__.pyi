@@ -41,6 +41,7 @@ from spiral_core.calibration.readings import GripReading as GripReading
 from spiral_core.calibration.readings import Reading as Reading
 from spiral_core.calibration.readings import ShapeReading as ShapeReading
 from spiral_core.calibration.readings import TwistReading as TwistReading
+from spiral_core.calibration.regression import Fit as Fit
 from spiral_core.calibration.regression import Interval as Interval
 from spiral_core.calibration.selection import CrossValidation as CrossValidation
 from spiral_core.calibration.selection import LawChoice as LawChoice
@@ -63,7 +64,7 @@ from spiral_core.design.charts import design_space as design_space
 from spiral_core.design.charts import helix_range as helix_range
 from spiral_core.design.charts import pressure_range as pressure_range
 from spiral_core.design.charts import regime_chart as regime_chart
-from spiral_core.design.charts import without_gravity as without_gravity
+from spiral_core.design.evaluation import Evaluation as Evaluation
 from spiral_core.design.helix_estimate import GripFigures as GripFigures
 from spiral_core.design.margin import Constraint as Constraint
 from spiral_core.design.margin import Margin as Margin
@@ -79,7 +80,6 @@ from spiral_core.design.requirement import Elastomer as Elastomer
 from spiral_core.design.requirement import Preference as Preference
 from spiral_core.design.requirement import TubeSize as TubeSize
 from spiral_core.design.sweep import FeasibilityMap as FeasibilityMap
-from spiral_core.design.sweep import SweepPoint as SweepPoint
 from spiral_core.design.sweep import feasibility_map as feasibility_map
 from spiral_core.design.sweep import pareto_set as pareto_set
 from spiral_core.design.sweep import solve_points as solve_points

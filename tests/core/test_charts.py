@@ -24,7 +24,6 @@ from spiral_core import (
     lay_into_coil,
     pressure_range,
     regime_chart,
-    without_gravity,
 )
 from spiral_core.design import charts
 
@@ -60,8 +59,7 @@ def test_design_space_ends_where_fibers_lock() -> None:
 
 
 def test_without_weight_rod_and_helix_agree() -> None:
-    gripper = without_gravity(paper_gripper("P1"))
-    assert gripper.gravity == (0.0, 0.0, 0.0)
+    gripper = paper_gripper("P1").with_mount((0.0, 0.0, 0.0), None)
     rod = pressure_range(gripper, points=9)
     helix = helix_range(gripper, rod.pressure)
     # The rod's discretization and the axis fitted to it.

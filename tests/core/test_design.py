@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from core.design_cases import CATALOG, LATEX, PAPER_EXAMPLE, PAPER_TUBE
 
 from spiral_core import (
+    Candidate,
     Constraint,
     CurvatureForm,
     Design,
@@ -43,6 +45,14 @@ def report() -> DesignReport:
     return design_gripper(PAPER_EXAMPLE, contact=False)
 
 
+@pytest.fixture(scope="module")
+def design(report: DesignReport) -> Design:
+    """Return its gripper."""
+    assert report.feasible
+    assert report.design is not None
+    return report.design
+
+
 def designed(requirement: DesignRequirement) -> Design:
     """Return the design of a feasible requirement."""
     report = design_gripper(requirement, contact=False)
@@ -55,10 +65,7 @@ def beta_of(design: Design) -> float:
     return math.degrees(design.actuator.fibers.beta)
 
 
-def test_paper_example_chooses_70_degrees_and_the_papers_length(report: DesignReport) -> None:
-    assert report.feasible
-    design = report.design
-    assert design is not None
+def test_paper_example_chooses_70_degrees_and_the_papers_length(design: Design) -> None:
     assert beta_of(design) == pytest.approx(70.0)
     # The paper's 361 mm, whose turns it does not state; we infer 1.5.
     assert design.helix_length == pytest.approx(0.361, rel=0.01)
@@ -80,9 +87,7 @@ def test_the_object_length_decides_between_the_angles(object_length: float, beta
     assert beta_of(design) == pytest.approx(beta)
 
 
-def test_the_answer_meets_the_requirement_when_solved_afresh(report: DesignReport) -> None:
-    design = report.design
-    assert design is not None
+def test_the_answer_meets_the_requirement_when_solved_afresh(design: Design) -> None:
     curve = WrapCurve(design.gripper)
     for grip in (design.largest, design.smallest):
         wrap = curve.wrap_for_radius(grip.radius)
@@ -117,9 +122,7 @@ def test_seven_steps_each_with_its_result(report: DesignReport) -> None:
     assert "80 deg would do too" in remark
 
 
-def test_curve_falls_with_the_radius_and_meets_its_ends(report: DesignReport) -> None:
-    design = report.design
-    assert design is not None
+def test_curve_falls_with_the_radius_and_meets_its_ends(design: Design) -> None:
     radii = [point.radius for point in design.curve]
     pressures = [point.pressure for point in design.curve]
     assert radii[0] == pytest.approx(30.0e-3, rel=1e-9)
@@ -128,9 +131,7 @@ def test_curve_falls_with_the_radius_and_meets_its_ends(report: DesignReport) ->
     assert pressures[-1] == pytest.approx(design.smallest.pressure, rel=1e-4)
 
 
-def test_margins_are_those_of_the_figures(report: DesignReport) -> None:
-    design = report.design
-    assert design is not None
+def test_margins_are_those_of_the_figures(report: DesignReport, design: Design) -> None:
     margins = {margin.constraint: margin for margin in design.margins}
     # No limit on the length, no contact, and a coil that closes before the actuator ends.
     unasked = {Constraint.LENGTH, Constraint.SMALLEST_RADIUS}
@@ -147,9 +148,7 @@ def test_margins_are_those_of_the_figures(report: DesignReport) -> None:
     )
 
 
-def test_windings_of_the_paper_example(report: DesignReport) -> None:
-    design = report.design
-    assert design is not None
+def test_windings_of_the_paper_example(design: Design) -> None:
     for winding, angle in zip(design.windings, (88.0, 70.0), strict=True):
         unrolled = 2.0 * math.pi * PAPER_TUBE.outer_radius * winding.turns
         assert math.atan2(unrolled, design.length) == pytest.approx(math.radians(angle))
@@ -163,13 +162,13 @@ def test_without_gravity_the_helix_is_exact() -> None:
     # The search for the length ends within 3e-3 of the largest radius.
     assert design.length == pytest.approx(design.helix_length, rel=3e-3)
     assert design.length >= design.helix_length * (1.0 - 1e-6)
-    estimate = estimate_candidate(PAPER_EXAMPLE, replace_beta(1.2))
+    estimate = estimate_candidate(PAPER_EXAMPLE, candidate_at(1.2))
     assert estimate.smallest is not None
     # The rod's discretization: 1e-5 of the length.
     assert design.smallest.pressure == pytest.approx(estimate.smallest.pressure, rel=2e-4)
 
 
-def replace_beta(beta: float):
+def candidate_at(beta: float) -> Candidate:
     (candidate,) = replace(PAPER_EXAMPLE, fiber_angles_beta=(beta,)).candidates()
     return candidate
 
@@ -212,9 +211,7 @@ def test_without_a_limit_the_design_states_its_reserve() -> None:
     assert design.radius_min == curve.radius_min < PAPER_EXAMPLE.radius_min
 
 
-def test_the_design_says_where_the_objects_lie(report: DesignReport) -> None:
-    design = report.design
-    assert design is not None
+def test_the_design_says_where_the_objects_lie(design: Design) -> None:
     curve = WrapCurve(design.gripper)
     for grip, placement in zip((design.largest, design.smallest), design.placements, strict=True):
         assert placement.radius == pytest.approx(grip.radius, rel=1e-9)
@@ -236,10 +233,8 @@ def test_the_design_says_where_the_objects_lie(report: DesignReport) -> None:
     ],
 )
 def test_the_roll_of_the_clamp_is_from_the_straight_fiber_to_gravity(
-    report: DesignReport, gravity: tuple[float, float, float], roll: float | None
+    design: Design, gravity: tuple[float, float, float], roll: float | None
 ) -> None:
-    assert report.design is not None
-    design = report.design
     mounted = replace(design, gripper=design.gripper.with_mount(gravity, None))
     assert mounted.roll == (None if roll is None else pytest.approx(roll))
 
@@ -312,13 +307,14 @@ def test_reports_travel_between_processes(report: DesignReport) -> None:
     assert again.message == report.message
 
 
-def test_one_radius_only_is_a_range_too() -> None:
+def test_one_radius_only_is_a_range_too_and_a_tenth_of_a_turn_a_wish() -> None:
+    assert replace(PAPER_EXAMPLE, turns_required=0.1).turns_required == 0.1
     design = designed(replace(PAPER_EXAMPLE, radius_min=0.02, radius_max=0.02))
     assert design.largest.pressure == pytest.approx(design.smallest.pressure, rel=1e-6)
 
 
 def test_evaluation_keeps_the_estimate_and_the_lengths() -> None:
-    estimate = estimate_candidate(PAPER_EXAMPLE, replace_beta(math.radians(70.0)))
+    estimate = estimate_candidate(PAPER_EXAMPLE, candidate_at(math.radians(70.0)))
     evaluation = evaluate_candidate(PAPER_EXAMPLE, estimate)
     assert evaluation.estimate is estimate
     assert evaluation.exact is not None
@@ -337,7 +333,7 @@ def test_evaluation_keeps_the_estimate_and_the_lengths() -> None:
         ("elastomers", ()),
         ("fiber_angles_beta", ()),
         ("radius_max", 1.0e200),
-        ("turns_required", 0.0),
+        *(("turns_required", turns) for turns in (0.0, 1e-9, 0.0999, math.nan)),
         ("object_length", -1.0),
         ("length_max", 0.0),
         ("pressure_max", math.nan),
@@ -347,6 +343,9 @@ def test_evaluation_keeps_the_estimate_and_the_lengths() -> None:
         ("object_axis", (1.0, 1.0, 0.0)),
         ("extra_mass_per_length", -1.0),
         ("end_allowance", math.nan),
+        ("payload", -1.0),
+        ("payload", math.nan),
+        ("friction_coefficient", -0.1),
     ],
 )
 def test_a_bad_requirement_is_refused_by_name(field: str, value: object) -> None:
@@ -354,21 +353,29 @@ def test_a_bad_requirement_is_refused_by_name(field: str, value: object) -> None
         replace(PAPER_EXAMPLE, **{field: value})  # type: ignore[arg-type]
 
 
-def test_bad_angles_and_parts_are_refused() -> None:
-    with pytest.raises(InvalidInputError, match="beta"):
-        replace(PAPER_EXAMPLE, fiber_angles_beta=(2.0,))
-    with pytest.raises(InvalidInputError, match="cross"):
-        replace(PAPER_EXAMPLE, fiber_angles_beta=(math.radians(88.0),))
-    with pytest.raises(InvalidInputError, match="law"):
-        Elastomer("x", 3.0, 950.0)  # type: ignore[arg-type]
-    with pytest.raises(InvalidInputError, match="density"):
-        replace(LATEX, density=0.0)
-    with pytest.raises(InvalidInputError, match="inner_radius"):
-        replace(PAPER_TUBE, inner_radius=-1.0)
-    with pytest.raises(InvalidInputError, match="extend"):
-        design_gripper(
-            replace(PAPER_EXAMPLE, fiber_angle_alpha=0.5, fiber_angles_beta=(-0.5,)), contact=False
-        )
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: replace(PAPER_EXAMPLE, fiber_angles_beta=(2.0,)), "beta"),
+        (lambda: replace(PAPER_EXAMPLE, fiber_angles_beta=(math.radians(88.0),)), "cross"),
+        (
+            lambda: replace(PAPER_EXAMPLE, payload=0.1, gravity=(0.0, 0.0, 0.0)),
+            "no gravity",
+        ),
+        (lambda: Elastomer("x", 3.0, 950.0), "law"),  # type: ignore[arg-type]
+        (lambda: replace(LATEX, density=0.0), "density"),
+        (lambda: replace(PAPER_TUBE, inner_radius=-1.0), "inner_radius"),
+        (
+            lambda: design_gripper(
+                replace(PAPER_EXAMPLE, fiber_angle_alpha=0.5, fiber_angles_beta=(-0.5,))
+            ),
+            "extend",
+        ),
+    ],
+)
+def test_bad_angles_and_parts_are_refused(make: Callable[[], object], said: str) -> None:
+    with pytest.raises(InvalidInputError, match=said):
+        make()
 
 
 def test_a_dip_of_the_largest_radius_does_not_hide_a_longer_gripper_that_reaches() -> None:
@@ -462,10 +469,3 @@ def test_single_fibers_that_cannot_be_are_refused(
             fiber_angles_gamma=(math.radians(gamma),),
         )
     assert caught.value.field == "fiber_angles_gamma"
-
-
-@pytest.mark.parametrize("turns", [1e-9, 0.0999, math.nan, 0.0])
-def test_less_than_a_tenth_of_a_turn_is_not_designed_for(turns: float) -> None:
-    with pytest.raises(InvalidInputError, match="turns_required"):
-        replace(PAPER_EXAMPLE, turns_required=turns)
-    assert replace(PAPER_EXAMPLE, turns_required=0.1).turns_required == 0.1

@@ -11,15 +11,14 @@ import pytest
 
 from spiral_core import DesignRequirement, MooneyRivlin, TubeSize, design_gripper
 from spiral_core.design import closing
-from spiral_core.design.closing import ClosedObject, close_on_objects, objects_of
-from spiral_core.design.evaluation import Evaluation, estimate_candidate, evaluate_candidate
+from spiral_core.design.closing import ClosedObject, close_on_objects, judged, objects_of
+from spiral_core.design.evaluation import Evaluation, solve_candidate
 from spiral_core.design.margin import Constraint
 from spiral_core.design.requirement import Elastomer
 from spiral_core.design.rod_correction import gripper_of
 from spiral_core.design.sweep import (
     closed_pareto_set,
     pareto_set,
-    solve_point,
     solve_points,
 )
 from spiral_core.grip.setup import GripSetup, lay_into_coil
@@ -122,8 +121,7 @@ def test_nothing_is_closed_on_where_a_limit_forbids(monkeypatch: pytest.MonkeyPa
 
 def evaluated(requirement: DesignRequirement) -> Evaluation:
     """Return the requirement's first candidate as a rod."""
-    candidate = next(iter(requirement.candidates()))
-    return evaluate_candidate(requirement, estimate_candidate(requirement, candidate))
+    return solve_candidate(requirement, requirement.candidates()[0])
 
 
 def test_closing_is_grips_own() -> None:
@@ -173,7 +171,7 @@ def test_the_pareto_set_leaves_out_what_contact_does_not_wrap() -> None:
         WANTED, radius_min=0.006, radius_max=0.0125, tubes=(TubeSize("8", 4e-3, 1e-3),)
     )
     points = solve_points(wanted, wanted.candidates())
-    closed = [solve_point(wanted, point.candidate, close=True) for point in points]
+    closed = [judged(point, close_on_objects(wanted, point, lambda _: None)) for point in points]
     assert closed_pareto_set(wanted, points) == pareto_set(closed)
     # Laid along the tube, tilted, the free coil of one fits the objects, and none is wrapped.
     x, y = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))

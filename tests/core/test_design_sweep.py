@@ -16,8 +16,8 @@ from core.design_cases import CATALOG, PAPER_EXAMPLE
 
 from spiral_core import (
     Constraint,
+    Evaluation,
     InvalidInputError,
-    SweepPoint,
     design_gripper,
     feasibility_map,
     pareto_set,
@@ -30,19 +30,19 @@ WANTED = replace(PAPER_EXAMPLE, tubes=CATALOG[6:10])
 
 
 @pytest.fixture(scope="module")
-def points() -> tuple[SweepPoint, ...]:
+def points() -> tuple[Evaluation, ...]:
     """Return every candidate of four tubes, solved here."""
     return solve_points(WANTED, WANTED.candidates())
 
 
-def costs(point: SweepPoint) -> tuple[float, float, float]:
+def costs(point: Evaluation) -> tuple[float, float, float]:
     assert point.pressure is not None
     assert point.strain is not None
     assert point.length is not None
     return point.pressure, point.strain, point.length
 
 
-def test_points_come_in_order_with_their_figures(points: tuple[SweepPoint, ...]) -> None:
+def test_points_come_in_order_with_their_figures(points: tuple[Evaluation, ...]) -> None:
     assert [point.candidate for point in points] == list(WANTED.candidates())
     report = design_gripper(replace(WANTED, tubes=CATALOG[9:10]), contact=False)
     (same,) = (
@@ -139,7 +139,7 @@ def test_map_refuses_bad_values() -> None:
 
 
 def test_a_coil_that_closes_before_the_actuator_ends_binds_nothing(
-    points: tuple[SweepPoint, ...],
+    points: tuple[Evaluation, ...],
 ) -> None:
     """A placeholder of 0 m, +100 %, was the tightest constraint of nearly every design."""
     for point in points:
@@ -150,7 +150,7 @@ def test_a_coil_that_closes_before_the_actuator_ends_binds_nothing(
         )
 
 
-def test_pareto_set_is_what_nothing_beats(points: tuple[SweepPoint, ...]) -> None:
+def test_pareto_set_is_what_nothing_beats(points: tuple[Evaluation, ...]) -> None:
     feasible = [point for point in points if point.feasible]
     best = pareto_set(points)
     assert 0 < len(best) <= len(feasible) < len(points)
@@ -164,10 +164,20 @@ def test_pareto_set_is_what_nothing_beats(points: tuple[SweepPoint, ...]) -> Non
     assert [costs(p)[0] for p in best] == sorted(costs(p)[0] for p in best)
 
 
-def test_pareto_set_drops_what_is_worse_in_everything(points: tuple[SweepPoint, ...]) -> None:
+def test_pareto_set_drops_what_is_worse_in_everything(points: tuple[Evaluation, ...]) -> None:
     good = next(point for point in points if point.feasible)
-    pressure, strain, length = costs(good)
-    worse = replace(good, pressure=2.0 * pressure, strain=2.0 * strain, length=2.0 * length)
-    mixed = replace(good, pressure=0.5 * pressure, strain=2.0 * strain, length=2.0 * length)
+    exact = good.exact
+    assert exact is not None
+    assert exact.smallest is not None
+    strained = replace(exact.smallest, stretch=1.0 + 2.0 * exact.smallest.strain)
+    pressure, tube = exact.smallest.pressure, exact.gripper.tube
+    longer = replace(exact.gripper, tube=replace(tube, length=2.0 * tube.length))
+    worse, mixed = (
+        replace(good, exact=replace(exact, gripper=longer, smallest=smallest))
+        for smallest in (
+            replace(strained, pressure=2.0 * pressure),
+            replace(strained, pressure=0.5 * pressure),
+        )
+    )
     assert pareto_set([worse, good, mixed]) == (mixed, good)
     assert pareto_set([]) == ()

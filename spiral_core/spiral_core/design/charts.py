@@ -11,20 +11,20 @@ from functools import partial
 
 import numpy as np
 
-from spiral_core.actuator.actuator import Actuator
+from spiral_core.actuator.actuator import Actuator, UnloadedShape
 from spiral_core.actuator.curvature import longest_stretch, unloaded_shape_from_stretch
 from spiral_core.actuator.fibers import FiberAngles
+from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import Progress, grip_window
-from spiral_core.rod.types import Array, Vector
+from spiral_core.rod.types import Array
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.helix import Helix
 
-NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
 # A curve ends this fraction of the elongation before a fiber locks, where torsion diverges.
 SHORT_OF_LOCKING = 1e-3
 # At rest everything is infinite: a curve begins at this strain.
@@ -121,7 +121,7 @@ def design_space(
     if not require_finite("stretch_max", stretch_max) > 1.0 + LEAST_STRAIN:
         raise InvalidInputError("stretch_max", stretch_max, f"above {1.0 + LEAST_STRAIN:g}")
     return tuple(
-        _design_space(_with_beta(actuator, beta), turns_required, stretch_max, points)
+        _design_space(actuator, beta, turns_required, stretch_max, points)
         for beta in fiber_angles_beta
     )
 
@@ -132,7 +132,7 @@ def pressure_range(gripper: Gripper, points: int = 61) -> PressureRange:
     Where the gripper makes fewer than the required turns the figures are NaN: they do not exist.
 
     Args:
-        gripper: as it is mounted; see :func:`without_gravity` for the comparison.
+        gripper: as it is mounted; :func:`helix_range` is the comparison.
         points: of the chart.
 
     Raises:
@@ -161,19 +161,21 @@ def helix_range(gripper: Gripper, pressures: Array) -> PressureRange:
         InvalidInputError: a pressure is not in (0, ``pressure_max``].
     """
     shapes = [gripper.unloaded_shape(require_positive("pressure", float(p))) for p in pressures]
+    figures = _helix_figures(shapes, gripper.tube, gripper.turns_required)
+    return PressureRange(np.asarray(pressures, dtype=np.float64), *figures)
+
+
+def _helix_figures(
+    shapes: Sequence[UnloadedShape], tube: Tube, turns: float
+) -> tuple[Array, Array, Array]:
+    """Return radius, length along the helix and object length of some turns [m], (n,) each."""
     helices = [Helix(shape.curvature, shape.torsion) for shape in shapes]
-    turns, outer = gripper.turns_required, gripper.tube.outer_radius
-    return PressureRange(
-        pressure=np.asarray(pressures, dtype=np.float64),
-        radius=np.array([helix.object_radius(outer) for helix in helices]),
-        gripper_length=np.array([helix.length_for_turns(turns) for helix in helices]),
-        object_length=np.array([helix.object_length(turns) for helix in helices]),
-    )
-
-
-def without_gravity(gripper: Gripper) -> Gripper:
-    """Return the same gripper without gravity."""
-    return replace(gripper, gravity=NO_GRAVITY)
+    outer = tube.outer_radius
+    rows = [
+        (h.object_radius(outer), h.length_for_turns(turns), h.object_length(turns)) for h in helices
+    ]
+    radius, length, object_length = np.array(rows).T
+    return radius, length, object_length
 
 
 def regime_chart(
@@ -232,31 +234,26 @@ def _window(gripper: Gripper, radius: float) -> tuple[float, float, float]:
         return math.nan, math.nan, math.nan
     if window.onset_wrap is None:
         return math.nan, math.nan, math.nan
-    ends = window.onset_curling, window.loss
-    curling, loss = (math.nan if end is None else end for end in ends)
+    curling, loss = _or_nan([window.onset_curling, window.loss])
     return window.onset_wrap, curling, loss
 
 
-def _with_beta(actuator: Actuator, beta: float) -> Actuator:
-    return replace(actuator, fibers=FiberAngles(actuator.fiber_pair.alpha, beta))
-
-
-def _design_space(actuator: Actuator, turns: float, stretch_max: float, points: int) -> DesignSpace:
-    locking = longest_stretch(actuator)
+def _design_space(
+    actuator: Actuator, beta: float, turns: float, stretch_max: float, points: int
+) -> DesignSpace:
+    actuator = replace(actuator, fibers=FiberAngles(actuator.fiber_pair.alpha, beta))
+    locking, tube = longest_stretch(actuator), actuator.tube
     end = min(stretch_max, locking - SHORT_OF_LOCKING * (locking - 1.0))
     stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
-    radius, length = actuator.tube.inner_radius, actuator.tube.length
     shapes = [unloaded_shape_from_stretch(actuator, float(stretch)) for stretch in stretches]
-    helices = [Helix(shape.curvature, shape.torsion) for shape in shapes]
-    unstretched = np.array([length / shape.backbone_length for shape in shapes])
-    lengths = np.array([helix.length_for_turns(turns) for helix in helices])
-    outer = actuator.tube.outer_radius
+    unstretched = np.array([tube.length / shape.backbone_length for shape in shapes])
+    radius, length, object_length = _helix_figures(shapes, tube, turns)
     return DesignSpace(
-        fiber_angle_beta=actuator.fiber_pair.beta,
+        fiber_angle_beta=beta,
         stretch=stretches,
-        radius_ratio=np.array([helix.object_radius(outer) for helix in helices]) / radius,
-        object_length_ratio=np.array([helix.object_length(turns) for helix in helices]) / radius,
-        length_ratio=lengths * unstretched / radius,
+        radius_ratio=radius / tube.inner_radius,
+        object_length_ratio=object_length / tube.inner_radius,
+        length_ratio=length * unstretched / tube.inner_radius,
     )
 
 

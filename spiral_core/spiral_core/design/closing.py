@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from spiral_core.design.evaluation import Evaluation
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.requirement import DesignRequirement
-from spiral_core.design.rod_correction import gripper_of, pressure_limit
 from spiral_core.errors import SpiralError
 from spiral_core.grip.places import find_place
 from spiral_core.grip.setup import GripSetup, lay_into_coil
@@ -60,15 +59,13 @@ def close_on_objects(
     radii, exact = objects_of(requirement), evaluation.exact
     if exact is None:
         return tuple(ClosedObject(r, reason="no length wraps the largest object") for r in radii)
-    limit = pressure_limit(requirement, exact)
-    gripper = gripper_of(requirement, evaluation.candidate, exact.length, limit)
     friction = requirement.friction_coefficient
     closed = []
     for radius in radii:
         told(Message("closing on {}", Quantity(radius, "m")))
         try:
             reached = min(radius, exact.largest.radius)  # to rounding
-            setup = lay_into_coil(gripper, reached, friction=friction)
+            setup = lay_into_coil(exact.gripper, reached, friction=friction)
         except SpiralError as error:
             closed.append(ClosedObject(radius, reason=str(error)))
             continue

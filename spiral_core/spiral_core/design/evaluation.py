@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from spiral_core.actuator.actuation import FreeActuation
+from spiral_core.brief import brief_repr
 from spiral_core.design.helix_estimate import (
     GripFigures,
     helix_grip,
@@ -19,10 +20,8 @@ from spiral_core.design.requirement import Candidate, DesignRequirement, Prefere
 from spiral_core.design.rod_correction import (
     NEAR_MISS,
     ExactFigures,
-    OutOfReach,
-    corrected_figures,
+    LengthSearch,
     longest_length,
-    pressure_limit,
 )
 from spiral_core.errors import NotGrippableError
 
@@ -31,8 +30,30 @@ from spiral_core.errors import NotGrippableError
 HOPELESS_TURNS = 0.5
 
 
+class _Judged:
+    """A candidate with the room on every constraint."""
+
+    __slots__ = ()
+    margins: tuple[Margin, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint is met."""
+        return all(margin.is_met for margin in self.margins)
+
+    @property
+    def violated(self) -> dict[Constraint, float]:
+        """The constraints that are not met, and their figures."""
+        return {m.constraint: m.value for m in self.margins if not m.is_met}
+
+    @property
+    def binding(self) -> Margin:
+        """The constraint that leaves least room, or that forbids."""
+        return tightest(self.margins)
+
+
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class Estimate(_Judged):
     """A candidate by the helix model.
 
     Args:
@@ -48,18 +69,13 @@ class Estimate:
     margins: tuple[Margin, ...]
 
     @property
-    def is_feasible(self) -> bool:
-        """Whether the helix model meets every constraint."""
-        return all(margin.is_met for margin in self.margins)
-
-    @property
     def length(self) -> float:
         """Length that makes the required turns about the largest object [m]; 0 if unknown."""
         return self.largest.length_needed if self.largest is not None else 0.0
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation:
+class Evaluation(_Judged):
     """A candidate by the rod under gravity, its length corrected.
 
     Args:
@@ -68,6 +84,8 @@ class Evaluation:
         held: every length solved on the way [m], and the largest radius that it holds [m].
         margins: room on every constraint, the helix model's where there are no exact figures.
     """
+
+    __repr__ = brief_repr
 
     estimate: Estimate
     exact: ExactFigures | None
@@ -80,14 +98,24 @@ class Evaluation:
         return self.estimate.candidate
 
     @property
-    def is_feasible(self) -> bool:
-        """Whether every constraint is met."""
-        return all(margin.is_met for margin in self.margins)
+    def smallest(self) -> GripFigures | None:
+        """Wrapped about the smallest object; None if it cannot wrap both objects."""
+        return None if self.exact is None else self.exact.smallest
 
     @property
-    def binding(self) -> Margin:
-        """The margin that leaves least room."""
-        return tightest(self.margins)
+    def length(self) -> float | None:
+        """Corrected length [m]; None if no length wraps the largest object."""
+        return None if self.exact is None else self.exact.length
+
+    @property
+    def pressure(self) -> float | None:
+        """Pressure at the smallest object [Pa]; None if it cannot wrap both objects."""
+        return None if self.smallest is None else self.smallest.pressure
+
+    @property
+    def strain(self) -> float | None:
+        """Strain at the smallest object; None if it cannot wrap both objects."""
+        return None if self.smallest is None else self.smallest.strain
 
 
 def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> Estimate:
@@ -108,9 +136,9 @@ def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> 
     if closest > 0.0:  # else the coil closes on itself before the actuator ends
         margins.append(Margin(Constraint.SMALLEST_RADIUS, closest, requirement.radius_min))
     if smallest is not None:
-        margins += smallest_margins(requirement, candidate, smallest)
+        margins += _smallest_margins(requirement, candidate, smallest)
     if largest is not None:
-        margins += largest_margins(requirement, largest, largest.length_needed)
+        margins += _largest_margins(requirement, largest, largest.length_needed)
     return Estimate(candidate, largest, smallest, tuple(margins))
 
 
@@ -141,30 +169,39 @@ def evaluate_candidate(
     if turns < HOPELESS_TURNS * requirement.turns_required:
         few = Margin(Constraint.TURNS, turns, requirement.turns_required)
         return Evaluation(estimate, None, {}, (*estimate.margins, few))
+    search = LengthSearch(requirement, candidate, estimate.length, held)
     try:
-        result = corrected_figures(requirement, candidate, estimate.length, held, near_miss)
+        exact = search.figures(near_miss)
     except NotGrippableError as error:  # even the largest object is too thin
         least = Margin(Constraint.SMALLEST_RADIUS, error.nearest_radius or 0.0, error.radius)
         return Evaluation(estimate, None, {}, (*_without_smallest(estimate), least))
-    if isinstance(result, OutOfReach):
-        reach = Margin(Constraint.LARGEST_RADIUS, result.radius_reached, requirement.radius_max)
-        return Evaluation(estimate, None, result.held, (*estimate.margins, reach))
+    if exact is None:
+        reach = Margin(Constraint.LARGEST_RADIUS, search.reached, requirement.radius_max)
+        return Evaluation(estimate, None, search.held, (*estimate.margins, reach))
     margins = [
-        *_smallest_radius_margins(requirement, estimate, result),
-        *largest_margins(requirement, result.largest, result.length),
-        Margin(Constraint.TURNS, result.largest.turns, requirement.turns_required),
-        Margin(Constraint.LARGEST_RADIUS, result.radius_max, requirement.radius_max),
+        *_smallest_radius_margins(requirement, estimate, exact),
+        *_largest_margins(requirement, exact.largest, exact.length),
+        Margin(Constraint.TURNS, exact.largest.turns, requirement.turns_required),
+        Margin(Constraint.LARGEST_RADIUS, exact.radius_max, requirement.radius_max),
     ]
-    if result.smallest is not None:
-        margins += smallest_margins(requirement, candidate, result.smallest)
+    if exact.smallest is not None:
+        margins += _smallest_margins(requirement, candidate, exact.smallest)
     if requirement.payload is not None and all(margin.is_met for margin in margins):
         # Contact is loaded only when a payload is asked for.
         from spiral_core.design.payload import carried_mass
 
-        limit = pressure_limit(requirement, result)
-        carried = carried_mass(requirement, candidate, result.length, limit)
+        carried = carried_mass(requirement, exact.gripper)
         margins.append(Margin(Constraint.PAYLOAD, carried, requirement.payload))
-    return Evaluation(estimate, result, result.held, tuple(margins))
+    return Evaluation(estimate, exact, search.held, tuple(margins))
+
+
+def solve_candidate(
+    requirement: DesignRequirement,
+    candidate: Candidate,
+    held: Mapping[float, float] | None = None,
+) -> Evaluation:
+    """Return a candidate by both models; the arguments are those of :func:`evaluate_candidate`."""
+    return evaluate_candidate(requirement, estimate_candidate(requirement, candidate), held)
 
 
 def _without_smallest(estimate: Estimate) -> tuple[Margin, ...]:
@@ -185,29 +222,28 @@ def _smallest_radius_margins(
 
 def rank(candidate: Estimate | Evaluation) -> tuple[int, bool, float]:
     """Return the sort key of a candidate: fewest violations, those that wrap, largest margin."""
-    margins = candidate.margins
-    wraps = not isinstance(candidate, Evaluation) or candidate.exact is not None
-    return sum(not margin.is_met for margin in margins), not wraps, -tightest(margins).relative
+    violated = sum(not margin.is_met for margin in candidate.margins)
+    hangs = isinstance(candidate, Evaluation) and candidate.exact is None
+    return violated, hangs, -candidate.binding.relative
 
 
-def preference_key(
-    preference: Preference, margins: tuple[Margin, ...], figures: GripFigures, length: float
-) -> float:
-    """Return what a preference makes smallest.
+def preference_key(preference: Preference, candidate: Estimate | Evaluation) -> tuple[float, ...]:
+    """Return the sort key of a candidate: those that do, by preference, then the others by rank.
 
     Args:
         preference: which design is wanted.
-        margins: of the candidate.
-        figures: wrapped about the smallest object.
-        length: of the gripper [m].
+        candidate: by either model.
     """
-    if preference is Preference.LEAST_STRAIN:
-        return figures.strain
-    if preference is Preference.LEAST_PRESSURE:
-        return figures.pressure
-    if preference is Preference.SHORTEST:
-        return length
-    return -tightest(margins).relative
+    smallest, length = candidate.smallest, candidate.length
+    if not candidate.feasible or smallest is None or length is None:
+        return (True, *rank(candidate))
+    figure = {
+        Preference.LEAST_STRAIN: smallest.strain,
+        Preference.LEAST_PRESSURE: smallest.pressure,
+        Preference.SHORTEST: length,
+        Preference.LARGEST_MARGIN: -candidate.binding.relative,
+    }
+    return (False, figure[preference])
 
 
 def _grip_or_none(actuation: FreeActuation, radius: float, turns: float) -> GripFigures | None:
@@ -217,7 +253,7 @@ def _grip_or_none(actuation: FreeActuation, radius: float, turns: float) -> Grip
         return None
 
 
-def smallest_margins(
+def _smallest_margins(
     requirement: DesignRequirement, candidate: Candidate, figures: GripFigures
 ) -> tuple[Margin, ...]:
     """Return the room on the constraints that the smallest object decides."""
@@ -230,7 +266,7 @@ def smallest_margins(
     return _limited(limits)
 
 
-def largest_margins(
+def _largest_margins(
     requirement: DesignRequirement, figures: GripFigures, length: float
 ) -> tuple[Margin, ...]:
     """Return the room on the constraints that the largest object decides.

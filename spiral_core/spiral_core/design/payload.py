@@ -7,8 +7,7 @@ import math
 
 import numpy as np
 
-from spiral_core.design.requirement import Candidate, DesignRequirement
-from spiral_core.design.rod_correction import gripper_of
+from spiral_core.design.requirement import DesignRequirement
 from spiral_core.errors import NotGrippableError, SolverError
 from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip, solve_grip
 from spiral_core.grip.holding import Pull
@@ -20,22 +19,17 @@ from spiral_core.wrap.gripper import Gripper
 LOOKED_AT = 4
 
 
-def carried_mass(
-    requirement: DesignRequirement, candidate: Candidate, length: float, pressure_max: float
-) -> float:
-    """Return the mass that a candidate carries twice over, of its extreme objects the lesser [kg].
+def carried_mass(requirement: DesignRequirement, gripper: Gripper) -> float:
+    """Return the mass that a gripper carries twice over, of its extreme objects the lesser [kg].
 
     It is carried at a pressure that :meth:`Grip.recommended_pressure` allows: with the object
     wrapped, the tip on it, and a tenth below the loss. Zero where an object is not held at all.
     Each object takes a window and a few pulls along gravity: about two seconds.
 
     Args:
-        requirement: objects, mount and friction.
-        candidate: tube, material, angles.
-        length: of the gripper [m].
-        pressure_max: largest that is commanded [Pa].
+        requirement: objects and friction.
+        gripper: of a candidate, with the largest pressure that is commanded.
     """
-    gripper = gripper_of(requirement, candidate, length, pressure_max)
     radii = {requirement.radius_min, requirement.radius_max}
     return min(_carried(gripper, radius, requirement.friction_coefficient) for radius in radii)
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,10 +33,8 @@ from spiral_core.design.rod_correction import (
     NEAR_MISS,
     ExactFigures,
     grip_figures,
-    gripper_of,
-    pressure_limit,
 )
-from spiral_core.design.steps import closing_step, steps_of
+from spiral_core.design.steps import steps_of
 from spiral_core.errors import NoCoilError
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
@@ -113,25 +113,25 @@ def design_gripper(
         >>> round(report.design.helix_length, 4)
         0.364
     """
+    progress = progress or (lambda *_: None)
+    preferred = partial(preference_key, requirement.preference)
     estimates = [estimate_candidate(requirement, c) for c in requirement.candidates()]
-    order = _order(requirement, estimates)
+    passing = sum(estimate.feasible for estimate in estimates)
+    order = sorted(estimates, key=preferred)[: passing + OTHERS_TRIED]
     tried = _solve_in_order(requirement, order, progress)
-    chosen = _chosen(requirement, tried)
+    chosen = min(tried, key=preferred)
     closed: tuple[ClosedObject, ...] = ()
-    if contact and chosen.is_feasible:
+    if contact and chosen.feasible:
         tried, chosen, closed = _closed(requirement, tried, progress)
     design = _design(requirement, chosen)
-    steps = steps_of(requirement, estimates, tried, chosen, design)
     relaxations: tuple[Relaxation, ...] = ()
-    if closed:
-        steps = (*steps, closing_step(closed))
-    elif not chosen.is_feasible:
+    if not (closed or chosen.feasible):
         relaxations = relaxations_of(requirement, tried, chosen.binding.constraint)
     return DesignReport(
         requirement=requirement,
-        feasible=chosen.is_feasible,
+        feasible=chosen.feasible,
         design=design,
-        steps=steps,
+        steps=steps_of(requirement, estimates, tried, chosen, design, closed),
         binding=chosen.binding,
         relaxations=relaxations,
         tried=tuple(tried),
@@ -140,7 +140,7 @@ def design_gripper(
 
 
 def _solve_in_order(
-    requirement: DesignRequirement, order: Sequence[Estimate], progress: Progress | None
+    requirement: DesignRequirement, order: Sequence[Estimate], progress: Progress
 ) -> list[Evaluation]:
     """Return the candidates solved as rods: up to the first that does, and those it must beat.
 
@@ -151,22 +151,19 @@ def _solve_in_order(
     tried: list[Evaluation] = []
     left = LOOK_AHEAD[requirement.preference]
     for number, estimate in enumerate(order):
-        found = any(evaluation.is_feasible for evaluation in tried)
-        if found and (left == 0 or not estimate.is_feasible):
+        found = any(evaluation.feasible for evaluation in tried)
+        if found and (left == 0 or not estimate.feasible):
             break
         left -= found
-        if progress is not None:
-            progress(number, len(order), estimate.candidate.label)
+        progress(number, len(order), estimate.candidate.label)
         tried.append(evaluate_candidate(requirement, estimate, near_miss=0.0))
-    if any(evaluation.is_feasible for evaluation in tried):
+    if any(evaluation.feasible for evaluation in tried):
         return tried
     solved: list[Evaluation] = []
     fewest = min(rank(evaluation)[0] for evaluation in tried)
     for evaluation in tried:
-        missed = {margin.constraint for margin in evaluation.margins if not margin.is_met}
-        if missed & {Constraint.LENGTH, Constraint.LARGEST_RADIUS}:
-            if progress is not None:
-                progress(len(solved), len(order), evaluation.candidate.label)
+        if evaluation.violated.keys() & {Constraint.LENGTH, Constraint.LARGEST_RADIUS}:
+            progress(len(solved), len(order), evaluation.candidate.label)
             evaluation = evaluate_candidate(  # noqa: PLW2901
                 requirement,
                 evaluation.estimate,
@@ -178,7 +175,7 @@ def _solve_in_order(
 
 
 def _closed(
-    requirement: DesignRequirement, tried: Sequence[Evaluation], progress: Progress | None
+    requirement: DesignRequirement, tried: Sequence[Evaluation], progress: Progress
 ) -> tuple[list[Evaluation], Evaluation, tuple[ClosedObject, ...]]:
     """Return the candidates judged by contact, the preferred that wraps every object, and how.
 
@@ -190,16 +187,15 @@ def _closed(
     # Contact is loaded only when it is asked for.
     from spiral_core.design.closing import close_on_objects, judged, objects_of
 
-    preferred = _preferred(requirement)
-    order = [number for number, evaluation in enumerate(tried) if evaluation.is_feasible]
-    order = sorted(order, key=lambda number: preferred(tried[number]))[:MOST_CLOSED]
+    order = [number for number, evaluation in enumerate(tried) if evaluation.feasible]
+    order.sort(key=lambda number: preference_key(requirement.preference, tried[number]))
+    order = order[:MOST_CLOSED]
     steps = (len(order) + 2) * len(objects_of(requirement))
     done = 0
 
     def told(what: str) -> None:
         nonlocal done
-        if progress is not None:
-            progress(done, steps, what)
+        progress(done, steps, what)
         done += 1
 
     result, number = list(tried), order[0]
@@ -207,54 +203,9 @@ def _closed(
     for number, anywhere in (*((n, False) for n in order), (order[0], True)):
         closed = close_on_objects(requirement, tried[number], told, anywhere=anywhere)
         result[number] = judged(tried[number], closed)
-        if result[number].is_feasible:
+        if result[number].feasible:
             break
     return result, result[number], closed
-
-
-def _chosen(requirement: DesignRequirement, tried: Sequence[Evaluation]) -> Evaluation:
-    """Return the preferred one of the candidates that do; if none does, what comes nearest."""
-    return min(tried, key=_preferred(requirement))
-
-
-def _preferred(
-    requirement: DesignRequirement,
-) -> Callable[[Evaluation], tuple[bool, float, tuple[int, bool, float]]]:
-    """Return the sort key of candidates: those that do, by preference, then by what is violated."""
-
-    def key(evaluation: Evaluation) -> tuple[bool, float, tuple[int, bool, float]]:
-        preferred = math.inf
-        if evaluation.exact is not None and evaluation.exact.smallest is not None:
-            preferred = preference_key(
-                requirement.preference,
-                evaluation.margins,
-                evaluation.exact.smallest,
-                evaluation.exact.length,
-            )
-        return (
-            not evaluation.is_feasible,
-            preferred if evaluation.is_feasible else 0.0,
-            rank(evaluation),
-        )
-
-    return key
-
-
-def _order(requirement: DesignRequirement, estimates: Sequence[Estimate]) -> list[Estimate]:
-    """Return the candidates worth solving: those that pass as helices first."""
-    passing = [e for e in estimates if e.is_feasible]
-    passing.sort(key=lambda e: _preference(requirement, e))
-    others = [e for e in estimates if not e.is_feasible]
-    others.sort(key=rank)
-    return passing + others[:OTHERS_TRIED]
-
-
-def _preference(requirement: DesignRequirement, estimate: Estimate) -> float:
-    if estimate.smallest is None:  # it would not pass as a helix
-        return float("inf")
-    return preference_key(
-        requirement.preference, estimate.margins, estimate.smallest, estimate.length
-    )
 
 
 def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None:
@@ -262,11 +213,9 @@ def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None
     exact = chosen.exact
     if exact is None:
         return None
-    candidate = chosen.candidate
-    limit = pressure_limit(requirement, exact)
-    top = max(limit, exact.pressure_max)
-    curve = WrapCurve(gripper_of(requirement, candidate, exact.length, top))
-    gripper = gripper_of(requirement, candidate, exact.length, limit)
+    candidate, gripper = chosen.candidate, exact.gripper
+    top = max(gripper.pressure_max, exact.pressure_max)
+    curve = WrapCurve(replace(gripper, pressure_max=top))
     actuator = candidate.actuator(requirement, exact.length)
     points = _curve(requirement, curve, exact)
     smallest = points[-1] if exact.smallest is None else exact.smallest
@@ -311,5 +260,4 @@ def _curve(
     first = min(requirement.radius_max, curve.radius_max)
     last = max(requirement.radius_min, exact.radius_min)
     radii = np.linspace(first, last, CURVE_POINTS)
-    turns = requirement.turns_required
-    return tuple(grip_figures(curve.wrap_for_radius(float(r)), turns) for r in radii)
+    return tuple(grip_figures(curve.wrap_for_radius(float(r))) for r in radii)

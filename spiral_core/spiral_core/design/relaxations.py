@@ -11,9 +11,8 @@ from typing import Any
 
 from spiral_core.design.evaluation import (
     Evaluation,
-    estimate_candidate,
-    evaluate_candidate,
     rank,
+    solve_candidate,
 )
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.report import Relaxation
@@ -71,8 +70,8 @@ def relaxations_of(
     """
     nearest = sorted(evaluations, key=rank)
     found = [_limit_relaxation(requirement, nearest, field, LIMITS[field]) for field in LIMITS]
-    of_smallest = [e for e in nearest if e.exact is not None and _violated(e) <= OF_SMALLEST]
-    of_largest = [e for e in nearest if _violated(e) <= OF_LARGEST]
+    of_smallest = [e for e in nearest if e.exact is not None and e.violated.keys() <= OF_SMALLEST]
+    of_largest = [e for e in nearest if e.violated.keys() <= OF_LARGEST]
     found += [
         _least_change(requirement, "radius_min", of_smallest, requirement.radius_max),
         _least_change(requirement, "radius_max", of_largest, requirement.radius_min),
@@ -96,10 +95,6 @@ def _fields_easing(constraint: Constraint) -> set[str]:
     return fields | {"radius_max", "turns_required"}
 
 
-def _violated(evaluation: Evaluation) -> frozenset[Constraint]:
-    return frozenset(m.constraint for m in evaluation.margins if not m.is_met)
-
-
 def _limit_relaxation(
     requirement: DesignRequirement,
     evaluations: list[Evaluation],
@@ -108,9 +103,9 @@ def _limit_relaxation(
 ) -> Relaxation | None:
     """Return the limit at which a candidate that misses nothing else would do."""
     needed = [
-        (_margin(evaluation, constraint).value, evaluation.candidate.label)
+        (evaluation.violated[constraint], evaluation.candidate.label)
         for evaluation in evaluations
-        if _violated(evaluation) == {constraint} and _margin(evaluation, constraint).value > 0.0
+        if evaluation.violated.keys() == {constraint} and evaluation.violated[constraint] > 0.0
     ]
     if not needed:
         return None
@@ -138,11 +133,10 @@ def _least_change(
         def room(
             value: float, tried: Evaluation = evaluation, held: dict[float, float] = held
         ) -> float:
-            eased = replace(requirement, payload=None, **_changed(field, value))
-            estimate = estimate_candidate(eased, tried.candidate)
+            eased = replace(_changed(requirement, field, value), payload=None)
             # What a length holds does not depend on the largest object.
             known = held if field == "radius_max" else None
-            solved = evaluate_candidate(eased, estimate, known)
+            solved = solve_candidate(eased, tried.candidate, known)
             held.update(solved.held)
             return _least_room(solved.margins, field)
 
@@ -154,7 +148,7 @@ def _least_change(
             value = _nearest(
                 room, (requested, _least_room(evaluation.margins, field)), (good, room_good), guess
             )
-            if _carries(replace(requirement, **_changed(field, value)), evaluation):
+            if _carries(_changed(requirement, field, value), evaluation):
                 good = value
                 best = Relaxation(field, requested, value, evaluation.candidate.label)
                 if abs(requested - value) <= RESOLUTION * value:
@@ -162,8 +156,9 @@ def _least_change(
     return best
 
 
-def _changed(field: str, value: float) -> dict[str, Any]:
-    return {field: value}
+def _changed(requirement: DesignRequirement, field: str, value: float) -> DesignRequirement:
+    change: dict[str, Any] = {field: value}
+    return replace(requirement, **change)
 
 
 def _guess(requirement: DesignRequirement, field: str, tried: Evaluation) -> float:
@@ -178,10 +173,9 @@ def _guess(requirement: DesignRequirement, field: str, tried: Evaluation) -> flo
 
 def _carries(requirement: DesignRequirement, evaluation: Evaluation) -> bool:
     """Return whether a candidate that meets all else carries the payload, if one is required."""
-    if requirement.payload is None:
-        return True
-    estimate = estimate_candidate(requirement, evaluation.candidate)
-    return evaluate_candidate(requirement, estimate).is_feasible
+    return (
+        requirement.payload is None or solve_candidate(requirement, evaluation.candidate).feasible
+    )
 
 
 def _least_room(margins: Iterable[Margin], field: str) -> float:
@@ -225,7 +219,3 @@ def _nearest(
         else:
             bad, room_bad, side = middle, value, -1.0
     return good
-
-
-def _margin(evaluation: Evaluation, constraint: Constraint) -> Margin:
-    return next(m for m in evaluation.margins if m.constraint is constraint)

@@ -76,50 +76,25 @@ class ExactFigures:
     """A candidate of corrected length, as a rod under gravity.
 
     Args:
-        length: corrected unstretched length [m].
+        gripper: of the corrected length, mounted, with the largest pressure to command.
         largest: wrapped about the largest object.
         smallest: wrapped about the smallest object; None if it cannot.
         pressure_max: up to which it was solved: certainly enough for the smallest object [Pa].
-        actuator_limit: the actuator's own largest pressure [Pa].
         radius_min: smallest radius that it wraps there [m].
         radius_max: largest radius that it wraps [m].
-        held: every length solved on the way [m], and the largest radius that it holds [m].
     """
 
-    length: float
+    gripper: Gripper
     largest: GripFigures
     smallest: GripFigures | None
     pressure_max: float
-    actuator_limit: float
     radius_min: float
     radius_max: float
-    held: dict[float, float]
 
-
-@dataclass(frozen=True, slots=True)
-class OutOfReach:
-    """Why no length wraps the largest object.
-
-    Args:
-        radius_reached: largest radius that any length tried does wrap [m]; 0 if none coils.
-        held: every length solved on the way [m], and the largest radius that it holds [m].
-    """
-
-    radius_reached: float
-    held: dict[float, float]
-
-
-def pressure_limit(requirement: DesignRequirement, exact: ExactFigures) -> float:
-    """Return the largest pressure to command [Pa].
-
-    It is the one required; where none is, what the smallest object needs and
-    :data:`PRESSURE_RESERVE`: the actuator's own limit may be far past what its tube bears.
-    """
-    if requirement.pressure_max is not None:
-        return min(requirement.pressure_max, exact.actuator_limit)
-    if exact.smallest is None:
-        return exact.pressure_max
-    return min((1.0 + PRESSURE_RESERVE) * exact.smallest.pressure, exact.actuator_limit)
+    @property
+    def length(self) -> float:
+        """Corrected unstretched length [m]."""
+        return self.gripper.tube.length
 
 
 def gripper_of(
@@ -151,8 +126,8 @@ def gripper_of(
     )
 
 
-def grip_figures(wrap: Wrap, turns: float) -> GripFigures:
-    """Return the figures of a perfect wrap that makes at least ``turns`` turns."""
+def grip_figures(wrap: Wrap) -> GripFigures:
+    """Return the figures of a perfect wrap that makes at least the required turns."""
     object_length = wrap.object_length_needed or 0.0
     return GripFigures(
         radius=wrap.object_radius,
@@ -161,7 +136,7 @@ def grip_figures(wrap: Wrap, turns: float) -> GripFigures:
         turns=wrap.turns,
         length_needed=wrap.gripper_length_needed or 0.0,
         object_length=object_length,
-        turn_spacing=turn_spacing(object_length, turns, wrap.helix_angle),
+        turn_spacing=turn_spacing(object_length, wrap.turns_required, wrap.helix_angle),
     )
 
 
@@ -196,10 +171,54 @@ class LengthSearch:
         self.candidate = candidate
         self.start = start
         self.pressure_max = _sufficient_pressure(requirement, candidate)
+        self.limit = requirement.length_max or math.inf
         self.longest = min(LONGEST * start, longest_length(requirement, candidate))
         self.held = dict(held or {})
         self.reached = 0.0
         self._curves: dict[float, WrapCurve] = {}
+
+    def figures(self, near_miss: float = NEAR_MISS) -> ExactFigures | None:
+        """Return the figures of the length that makes the required turns; None if no length does.
+
+        The result is verified, not extrapolated: the gripper of this very length was solved over
+        its whole range, and wraps the largest object with at least the required turns. Among the
+        lengths around it, it is longer than needed by at most :data:`LENGTH_TOLERANCE`.
+
+        Args:
+            near_miss: see :meth:`run`.
+
+        Raises:
+            NotGrippableError: even the largest object is thinner than the smallest radius solved.
+            SolverError: a shape could not be certified.
+        """
+        length = self.run(near_miss)
+        if length is None:
+            return None
+        curve, wanted = self.curve(length), self.requirement
+        largest, smallest = grip_figures(curve.wrap_for_radius(wanted.radius_max)), None
+        if wanted.radius_min >= curve.radius_min:
+            smallest = grip_figures(curve.wrap_for_radius(wanted.radius_min))
+        return ExactFigures(
+            gripper=replace(curve.gripper, pressure_max=self._limit(curve.gripper, smallest)),
+            largest=largest,
+            smallest=smallest,
+            pressure_max=self.pressure_max,
+            radius_min=curve.radius_min,
+            radius_max=self.held[length],
+        )
+
+    def _limit(self, gripper: Gripper, smallest: GripFigures | None) -> float:
+        """Return the largest pressure to command [Pa].
+
+        It is the one required; where none is, what the smallest object needs and
+        :data:`PRESSURE_RESERVE`: the actuator's own limit may be far past what its tube bears.
+        """
+        limit = self.requirement.pressure_max
+        if limit is None:
+            if smallest is None:
+                return self.pressure_max
+            limit = (1.0 + PRESSURE_RESERVE) * smallest.pressure
+        return min(limit, gripper.actuation.pressure_limit)
 
     def run(self, near_miss: float) -> float | None:
         """Return the shortest length that holds every object [m]; None if no length does.
@@ -210,18 +229,12 @@ class LengthSearch:
         """
         self._approach()
         length = self._narrowed()
-        limit = self.requirement.length_max
         if length is None:
             self.reached = max(self.held.values())
-            if max(map(self._excess, self.held)) <= -near_miss:
-                return None
-            self._scan(self.longest)
-        elif limit is not None and length > limit:
-            if LEAST_SLOPE * math.log(length / limit) > near_miss:
-                return length
-            self._scan(limit)
-        else:
-            return length
+            if max(map(self._excess, self.held)) > -near_miss:
+                self._scan(self.longest)
+        elif length > self.limit and LEAST_SLOPE * math.log(length / self.limit) <= near_miss:
+            self._scan(self.limit)
         return self._narrowed()
 
     def curve(self, length: float) -> WrapCurve:
@@ -265,32 +278,30 @@ class LengthSearch:
             if length >= shortest and self._excess(length) >= 0.0:
                 break
         self.reach(longest)
-        limit = self.requirement.length_max or math.inf
         lengths = [x for x in self._lengths(longest) if x in self.held]
         for low, crest, end in zip(lengths, lengths[1:], lengths[2:], strict=False):
-            high = self.reached if crest <= limit else self.requirement.radius_max
+            high = self.reached if crest <= self.limit else self.requirement.radius_max
             fall = self.held[crest] - min(self.held[low], self.held[end])
             if self.held[crest] + fall < (1.0 + CREST_GAIN) * high:
                 continue
             if self.held[crest] >= max(CREST * high, self.held[low], self.held[end]):
                 place = minimum(lambda x: -self._solved(x), low, end, CREST_STEPS)
-                if place <= limit:
+                if place <= self.limit:
                     self.reached = max(self.reached, self._solved(place))
 
     def reach(self, longest: float) -> None:
         """Find the most that lengths up to one [m] hold, from the longest that is allowed."""
-        limit, self.reached = self.requirement.length_max or math.inf, 0.0
-        for length in reversed([x for x in self._lengths(longest) if x <= limit]):
+        self.reached = 0.0
+        for length in reversed([x for x in self._lengths(longest) if x <= self.limit]):
             if length < self._shortest(CREST * self.reached):
                 break
             self.reached = max(self.reached, self._solved(length))
 
     def _lengths(self, longest: float) -> list[float]:
         """Return the lengths up to one that are gone through [m]: they depend on no object."""
-        limit = self.requirement.length_max or math.inf
         first, last = (math.log(x, RUNG) for x in (self._shortest(0.0), longest))
         rungs = {RUNG**k for k in range(math.ceil(first), math.floor(last) + 1)}
-        return sorted(rungs | {min(limit, longest), longest})
+        return sorted(rungs | {min(self.limit, longest), longest})
 
     def _shortest(self, radius: float) -> float:
         """Return a length [m] that is too short for an object of a radius [m]."""
@@ -405,48 +416,3 @@ def _sufficient_pressure(requirement: DesignRequirement, candidate: Candidate) -
     if helix_radius(actuation, actuation.stretch_limit) >= closest:
         return actuation.pressure_limit
     return actuation.pressure_from_stretch(helix_stretch(actuation, closest))
-
-
-def corrected_figures(
-    requirement: DesignRequirement,
-    candidate: Candidate,
-    start: float,
-    held: Mapping[float, float] | None = None,
-    near_miss: float = NEAR_MISS,
-) -> ExactFigures | OutOfReach:
-    """Return a candidate with the length at which it makes the required turns as a rod.
-
-    The result is verified, not extrapolated: the gripper of this very length was solved over its
-    whole range, and wraps the largest object with at least the required turns. Among the lengths
-    around it, it is longer than needed by at most :data:`LENGTH_TOLERANCE`.
-
-    Args:
-        requirement: objects, turns and mount.
-        candidate: tube, material, angles.
-        start: length to start from, the helix model's [m].
-        held: what other lengths hold [m], where they were solved for another largest object.
-        near_miss: see :meth:`LengthSearch.run`.
-
-    Raises:
-        NotGrippableError: even the largest object is thinner than the smallest radius solved.
-        SolverError: a shape could not be certified.
-    """
-    search = LengthSearch(requirement, candidate, start, held)
-    length = search.run(near_miss)
-    if length is None:
-        return OutOfReach(search.reached, search.held)
-    curve, turns = search.curve(length), requirement.turns_required
-    largest = grip_figures(curve.wrap_for_radius(requirement.radius_max), turns)
-    smallest = None
-    if requirement.radius_min >= curve.radius_min:
-        smallest = grip_figures(curve.wrap_for_radius(requirement.radius_min), turns)
-    return ExactFigures(
-        length=length,
-        largest=largest,
-        smallest=smallest,
-        pressure_max=search.pressure_max,
-        actuator_limit=curve.gripper.actuation.pressure_limit,
-        radius_min=curve.radius_min,
-        radius_max=search.held[length],
-        held=search.held,
-    )

@@ -12,6 +12,7 @@ from spiral_core.design.helix_estimate import GripFigures, helix_radius
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.report import Design, DesignStep, StepQuantity
 from spiral_core.design.requirement import DesignRequirement
+from spiral_core.design.rod_correction import ExactFigures
 from spiral_core.message import Message, Quantity, joined
 
 if TYPE_CHECKING:
@@ -24,8 +25,9 @@ def steps_of(
     tried: Sequence[Evaluation],
     chosen: Evaluation,
     design: Design | None,
+    closed: Sequence[ClosedObject],
 ) -> tuple[DesignStep, ...]:
-    """Return the seven steps of a design.
+    """Return the seven steps of a design, and the eighth where its gripper was closed.
 
     Args:
         requirement: the question.
@@ -33,6 +35,7 @@ def steps_of(
         tried: the candidates that were solved as rods.
         chosen: the one that was taken, or that comes nearest.
         design: made of it; None if it cannot wrap the largest object.
+        closed: how its gripper closed on the objects; empty if it was not.
     """
     return (
         _tube(requirement, chosen),
@@ -42,10 +45,12 @@ def steps_of(
         _object_length(requirement, chosen.estimate),
         _correction(requirement, chosen),
         _design_space(chosen, design),
+        *([_closing(closed)] if closed else []),
     )
 
 
 def _tube(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
+    """Step 1: the tube, chosen from those on offer or given."""
     tube = chosen.candidate.tube
     offer = f"{len(requirement.tubes)} on offer" if len(requirement.tubes) > 1 else "as given"
     return DesignStep(
@@ -63,6 +68,7 @@ def _tube(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
 
 
 def _ratios(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
+    """Step 2: the objects' radii over the tube's."""
     radius = estimate.candidate.tube.inner_radius
     low, high = requirement.radius_min / radius, requirement.radius_max / radius
     return DesignStep(
@@ -83,6 +89,7 @@ def _angle(
     tried: Sequence[Evaluation],
     chosen: Evaluation,
 ) -> DesignStep:
+    """Step 3: the fiber angle that the preference selects, and why the others are not taken."""
     estimate = chosen.estimate
     margins = _only(
         estimate.margins,
@@ -95,7 +102,7 @@ def _angle(
     if any(requirement.fiber_angles_gamma):
         gamma = chosen_angles.fiber_angle_gamma
         figures.append(StepQuantity("angle of the single fiber gamma", gamma, "rad"))
-    figures += _interval(estimate.largest, estimate.smallest)
+    figures += _interval(estimate)
     verdicts = []
     for other in _same_tube(estimates, estimate):
         if other.smallest is not None:
@@ -112,41 +119,8 @@ def _angle(
     )
 
 
-def _interval(largest: GripFigures | None, smallest: GripFigures | None) -> list[StepQuantity]:
-    return [
-        StepQuantity(f"strain at the {name} object", grip.strain, "1")
-        for name, grip in (("largest", largest), ("smallest", smallest))
-        if grip is not None
-    ]
-
-
-def _same_tube(estimates: Sequence[Estimate], chosen: Estimate) -> list[Estimate]:
-    wanted = chosen.candidate
-    return [
-        e
-        for e in estimates
-        if (e.candidate.tube, e.candidate.elastomer) == (wanted.tube, wanted.elastomer)
-    ]
-
-
-def _verdict(estimate: Estimate, tried: Sequence[Evaluation], chosen: Evaluation) -> str:
-    """Return why a candidate was taken or not."""
-    if estimate is chosen.estimate:
-        return "taken" if chosen.is_feasible else f"comes nearest ({_worst(chosen.margins)})"
-    for evaluation in tried:
-        if evaluation.estimate is estimate and not evaluation.is_feasible:
-            return f"fails as a rod ({_worst(evaluation.margins)})"
-    if not estimate.is_feasible:
-        return f"fails as a helix ({_worst(estimate.margins)})"
-    return "would do too"
-
-
-def _worst(margins: Iterable[Margin]) -> str:
-    margin = min(margins, key=lambda m: m.relative)
-    return f"{margin.constraint.value} {100.0 * margin.relative:+.3g} %"
-
-
 def _length(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
+    """Step 4: the length of the required turns about the largest object, as a helix."""
     radius = estimate.candidate.tube.inner_radius
     largest = estimate.largest
     figures = [StepQuantity("turns required", requirement.turns_required, "1")]
@@ -165,15 +139,15 @@ def _length(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
 
 
 def _object_length(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
+    """Step 5: the length of object that those turns cover."""
     radius = estimate.candidate.tube.inner_radius
     figures = []
-    for name, grip in (("largest", estimate.largest), ("smallest", estimate.smallest)):
-        if grip is not None:
-            covered = grip.object_length
-            figures.append(StepQuantity(f"object length at the {name} object", covered, "m"))
-            figures.append(
-                StepQuantity(f"object length / tube radius, {name}", covered / radius, "1")
-            )
+    for name, grip in _grips(estimate):
+        covered = grip.object_length
+        figures += [
+            StepQuantity(f"object length at the {name} object", covered, "m"),
+            StepQuantity(f"object length / tube radius, {name}", covered / radius, "1"),
+        ]
     margins = _only(estimate.margins, Constraint.OBJECT_LENGTH)
     remark = margins[0].sentence if margins else "the object's length is not limited"
     if requirement.object_length is not None:
@@ -182,6 +156,7 @@ def _object_length(requirement: DesignRequirement, estimate: Estimate) -> Design
 
 
 def _correction(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
+    """Step 6: the rod under gravity, its length corrected."""
     title = "correction for gravity"
     exact, estimate = chosen.exact, chosen.estimate
     tried = StepQuantity("lengths solved", float(len(chosen.held)), "1")
@@ -190,22 +165,22 @@ def _correction(requirement: DesignRequirement, chosen: Evaluation) -> DesignSte
             6, title, satisfied=False, remark=_worst(chosen.margins), figures=(tried,)
         )
     actuation = FreeActuation(chosen.candidate.actuator(requirement, exact.length))
-    spacing = _least_spacing(exact.largest, exact.smallest)
+    spacing = min(grip.turn_spacing for _, grip in _grips(exact))
     figures = [
         StepQuantity("length", exact.length, "m"),
         StepQuantity("length / helix length", exact.length / estimate.length, "1"),
         StepQuantity("turns at the largest object", exact.largest.turns, "1"),
-        *_interval(exact.largest, exact.smallest),
+        *_interval(exact),
         StepQuantity("object length at the largest object", exact.largest.object_length, "m"),
         StepQuantity("least distance between turns", spacing, "m"),
-        StepQuantity(
-            "radius range widened to, largest", helix_radius(actuation, exact.largest.stretch), "m"
+        *(
+            StepQuantity(
+                f"radius range widened to, {name}", helix_radius(actuation, grip.stretch), "m"
+            )
+            for name, grip in _grips(exact)
         ),
         tried,
     ]
-    if exact.smallest is not None:
-        widened = helix_radius(actuation, exact.smallest.stretch)
-        figures.insert(-1, StepQuantity("radius range widened to, smallest", widened, "m"))
     margins = [m for m in chosen.margins if m.constraint is not Constraint.PRESSURE]
     remark = Message(
         "as a rod under gravity {} instead of {}; {}",
@@ -216,11 +191,8 @@ def _correction(requirement: DesignRequirement, chosen: Evaluation) -> DesignSte
     return DesignStep(6, title, _met(margins), remark, tuple(figures))
 
 
-def _least_spacing(largest: GripFigures, smallest: GripFigures | None) -> float:
-    return min(grip.turn_spacing for grip in (largest, smallest) if grip is not None)
-
-
 def _design_space(chosen: Evaluation, design: Design | None) -> DesignStep:
+    """Step 7: pressure against radius, and the limits that it meets."""
     title = "exact design space"
     margins = _only(chosen.margins, Constraint.PRESSURE, Constraint.SMALLEST_RADIUS)
     if design is None:
@@ -240,8 +212,8 @@ def _design_space(chosen: Evaluation, design: Design | None) -> DesignStep:
     return DesignStep(7, title, _met(margins), remark, figures)
 
 
-def closing_step(closed: Sequence[ClosedObject]) -> DesignStep:
-    """Return the eighth step: what closing on the objects with contact ended with."""
+def _closing(closed: Sequence[ClosedObject]) -> DesignStep:
+    """Step 8: what closing on the objects with contact ended with."""
     figures, said = [], []
     for one in closed:
         name = Quantity(one.radius, "m")
@@ -255,6 +227,45 @@ def closing_step(closed: Sequence[ClosedObject]) -> DesignStep:
     remark = joined("; ", said) or "all objects are wrapped where the free coil lies"
     satisfied = all(one.onset is not None for one in closed)
     return DesignStep(8, "closing with contact", satisfied, remark, tuple(figures))
+
+
+def _same_tube(estimates: Sequence[Estimate], chosen: Estimate) -> list[Estimate]:
+    wanted = chosen.candidate
+    return [
+        e
+        for e in estimates
+        if (e.candidate.tube, e.candidate.elastomer) == (wanted.tube, wanted.elastomer)
+    ]
+
+
+def _verdict(estimate: Estimate, tried: Sequence[Evaluation], chosen: Evaluation) -> str:
+    """Return why a candidate was taken or not."""
+    if estimate is chosen.estimate:
+        return "taken" if chosen.feasible else f"comes nearest ({_worst(chosen.margins)})"
+    for evaluation in tried:
+        if evaluation.estimate is estimate and not evaluation.feasible:
+            return f"fails as a rod ({_worst(evaluation.margins)})"
+    if not estimate.feasible:
+        return f"fails as a helix ({_worst(estimate.margins)})"
+    return "would do too"
+
+
+def _grips(model: Estimate | ExactFigures) -> list[tuple[str, GripFigures]]:
+    """Return the names and figures of the extreme objects that are wrapped."""
+    both = (("largest", model.largest), ("smallest", model.smallest))
+    return [(name, grip) for name, grip in both if grip is not None]
+
+
+def _interval(model: Estimate | ExactFigures) -> list[StepQuantity]:
+    return [
+        StepQuantity(f"strain at the {name} object", grip.strain, "1")
+        for name, grip in _grips(model)
+    ]
+
+
+def _worst(margins: Iterable[Margin]) -> str:
+    margin = min(margins, key=lambda m: m.relative)
+    return f"{margin.constraint.value} {100.0 * margin.relative:+.3g} %"
 
 
 def _only(margins: Iterable[Margin], *constraints: Constraint) -> list[Margin]:

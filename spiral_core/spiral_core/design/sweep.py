@@ -8,48 +8,26 @@ threads, processes, or a cluster's.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
+from operator import le
+from typing import TypeVar
 
 import numpy as np
 
 from spiral_core.brief import brief_repr
 from spiral_core.design.closing import close_on_objects, judged
-from spiral_core.design.evaluation import Evaluation, estimate_candidate, evaluate_candidate
-from spiral_core.design.margin import Constraint, Margin
+from spiral_core.design.evaluation import Evaluation, solve_candidate
+from spiral_core.design.margin import Constraint
 from spiral_core.design.requirement import Candidate, DesignRequirement, TubeSize
 from spiral_core.errors import InvalidInputError
+from spiral_core.grip.window import Progress
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_positive
 
-SweepProgress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True, slots=True)
-class SweepPoint:
-    """One candidate of a sweep.
-
-    Args:
-        candidate: tube, material, angle.
-        feasible: whether it meets everything as a rod under gravity.
-        binding: the constraint that leaves least room, or that forbids.
-        margins: room on every constraint.
-        pressure: at the smallest object [Pa]; None if it cannot wrap both objects.
-        strain: there; None likewise.
-        length: corrected length [m]; None likewise.
-    """
-
-    __repr__ = brief_repr
-
-    candidate: Candidate
-    feasible: bool
-    binding: Margin
-    margins: tuple[Margin, ...]
-    pressure: float | None
-    strain: float | None
-    length: float | None
+_Question = TypeVar("_Question")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,29 +49,12 @@ class FeasibilityMap:
     binding: tuple[tuple[Constraint, ...], ...]
 
 
-def solve_point(
-    requirement: DesignRequirement, candidate: Candidate, *, close: bool = False
-) -> SweepPoint:
-    """Return one candidate of a sweep; plain values in and out, so that it runs anywhere.
-
-    Args:
-        requirement: objects and limits.
-        candidate: what to solve.
-        close: whether its gripper is also closed on the objects, where its free coil lies.
-    """
-    evaluation = evaluate_candidate(requirement, estimate_candidate(requirement, candidate))
-    if close:
-        closed = close_on_objects(requirement, evaluation, lambda _: None)
-        evaluation = judged(evaluation, closed)
-    return _point(evaluation)
-
-
 def solve_points(
     requirement: DesignRequirement,
     candidates: Sequence[Candidate],
     executor: Executor | None = None,
-    progress: SweepProgress | None = None,
-) -> tuple[SweepPoint, ...]:
+    progress: Progress | None = None,
+) -> tuple[Evaluation, ...]:
     """Return every candidate solved as a rod, in the order given.
 
     Args:
@@ -106,7 +67,7 @@ def solve_points(
         InvalidInputError: pressure would not extend an actuator with these angles.
         SolverError: a shape could not be certified.
     """
-    return _solved(partial(solve_point, requirement), candidates, executor, progress)
+    return _solved(partial(solve_candidate, requirement), candidates, executor, progress)
 
 
 def feasibility_map(
@@ -115,7 +76,7 @@ def feasibility_map(
     inner_radii: Sequence[float],
     wall_thickness: float,
     executor: Executor | None = None,
-    progress: SweepProgress | None = None,
+    progress: Progress | None = None,
 ) -> FeasibilityMap:
     """Return where designs exist, over the second family's angle and the tube's radius.
 
@@ -135,26 +96,25 @@ def feasibility_map(
     for field, grid in (("fiber_angles_beta", fiber_angles_beta), ("inner_radii", inner_radii)):
         if len(grid) < 2 or not all(low < high for low, high in pairwise(grid)):
             raise InvalidInputError(field, list(grid), "at least two values, rising")
-    elastomer, gamma = requirement.elastomers[0], requirement.fiber_angles_gamma[0]
-    candidates = [
-        Candidate(TubeSize(f"r = {1e3 * r:.4g} mm", r, wall_thickness), elastomer, beta, gamma)
-        for beta in replace(
-            requirement, fiber_angles_beta=tuple(fiber_angles_beta)
-        ).fiber_angles_beta
-        for r in inner_radii
-    ]
-    points = solve_points(requirement, candidates, executor, progress)
-    columns = len(inner_radii)
-    rows = [points[i : i + columns] for i in range(0, len(points), columns)]
+    offer = replace(
+        requirement,
+        tubes=tuple(TubeSize(f"r = {1e3 * r:.4g} mm", r, wall_thickness) for r in inner_radii),
+        elastomers=requirement.elastomers[:1],
+        fiber_angles_beta=tuple(fiber_angles_beta),
+        fiber_angles_gamma=requirement.fiber_angles_gamma[:1],
+    )
+    points = solve_points(requirement, offer.candidates(), executor, progress)
+    bindings = [point.binding for point in points]  # tube by tube
+    rows = [bindings[row :: len(fiber_angles_beta)] for row in range(len(fiber_angles_beta))]
     return FeasibilityMap(
         fiber_angles_beta=np.array(fiber_angles_beta, dtype=np.float64),
         inner_radii=np.array(inner_radii, dtype=np.float64),
-        room=np.array([[point.binding.relative for point in row] for row in rows]),
-        binding=tuple(tuple(point.binding.constraint for point in row) for row in rows),
+        room=np.array([[margin.relative for margin in row] for row in rows]),
+        binding=tuple(tuple(margin.constraint for margin in row) for row in rows),
     )
 
 
-def pareto_set(points: Sequence[SweepPoint]) -> tuple[SweepPoint, ...]:
+def pareto_set(points: Sequence[Evaluation]) -> tuple[Evaluation, ...]:
     """Return the feasible points that no other beats in pressure, strain and length at once.
 
     Args:
@@ -164,27 +124,21 @@ def pareto_set(points: Sequence[SweepPoint]) -> tuple[SweepPoint, ...]:
         Those for which no feasible point is at most equal in all three and less in one, by rising
         pressure.
     """
-    feasible = [point for point in points if point.feasible]
-    costs = {id(point): _costs(point) for point in feasible}
-
-    def is_beaten(point: SweepPoint) -> bool:
-        own = costs[id(point)]
-        return any(
-            cost != own and all(a <= b for a, b in zip(cost, own, strict=True))
-            for cost in costs.values()
-        )
-
-    return tuple(
-        sorted((p for p in feasible if not is_beaten(p)), key=lambda point: _costs(point)[0])
-    )
+    feasible = [(_costs(point), point) for point in points if point.feasible]
+    best = [
+        (cost, point)
+        for cost, point in feasible
+        if not any(other != cost and all(map(le, other, cost)) for other, _ in feasible)
+    ]
+    return tuple(point for _, point in sorted(best, key=lambda one: one[0][0]))
 
 
 def closed_pareto_set(
     requirement: DesignRequirement,
-    points: Sequence[SweepPoint],
+    points: Sequence[Evaluation],
     executor: Executor | None = None,
-    progress: SweepProgress | None = None,
-) -> tuple[SweepPoint, ...]:
+    progress: Progress | None = None,
+) -> tuple[Evaluation, ...]:
     """Return :func:`pareto_set` of the points whose grippers wrap their objects, with contact.
 
     Only what would be in the set is closed on the objects, each where the free coil fits best.
@@ -201,59 +155,35 @@ def closed_pareto_set(
     left, closed = list(points), set[Candidate]()
     while True:
         best = pareto_set(left)
-        rest = [point.candidate for point in best if point.candidate not in closed]
+        rest = [point for point in best if point.candidate not in closed]
         if not rest:
             return best
-        found = _solved(partial(solve_point, requirement, close=True), rest, executor, progress)
-        closed.update(rest)
+        found = _solved(partial(_closed, requirement), rest, executor, progress)
         judged_points = {point.candidate: point for point in found}
+        closed.update(judged_points)
         left = [judged_points.get(point.candidate, point) for point in left]
 
 
+def _closed(requirement: DesignRequirement, point: Evaluation) -> Evaluation:
+    """Return a candidate whose gripper was also closed on the objects."""
+    return judged(point, close_on_objects(requirement, point, lambda _: None))
+
+
 def _solved(
-    solve: Callable[[Candidate], SweepPoint],
-    candidates: Sequence[Candidate],
+    solve: Callable[[_Question], Evaluation],
+    questions: Sequence[_Question],
     executor: Executor | None,
-    progress: SweepProgress | None,
-) -> tuple[SweepPoint, ...]:
-    """Return every candidate solved, in the order given."""
-    done = progress if progress is not None else _silent
-    if executor is None:
-        points = []
-        for number, candidate in enumerate(candidates, start=1):
-            points.append(solve(candidate))
-            done(number, len(candidates))
-        return tuple(points)
-    jobs = [executor.submit(solve, candidate) for candidate in candidates]
-    try:
-        for number, job in enumerate(as_completed(jobs), start=1):
-            job.result()
-            done(number, len(candidates))
-    except BaseException:
-        for job in jobs:
-            job.cancel()
-        raise
-    return tuple(job.result() for job in jobs)
+    progress: Progress | None,
+) -> tuple[Evaluation, ...]:
+    """Return every question solved, in the order given."""
+    in_turn = map if executor is None else executor.map
+    points: list[Evaluation] = []
+    for point in in_turn(solve, questions):
+        points.append(point)
+        if progress is not None:
+            progress(len(points), len(questions))
+    return tuple(points)
 
 
-def _costs(point: SweepPoint) -> tuple[float, float, float]:
+def _costs(point: Evaluation) -> tuple[float, float, float]:
     return (point.pressure or 0.0, point.strain or 0.0, point.length or 0.0)
-
-
-def _point(evaluation: Evaluation) -> SweepPoint:
-    exact = evaluation.exact
-    smallest = exact.smallest if exact is not None else None
-    return SweepPoint(
-        candidate=evaluation.candidate,
-        feasible=evaluation.is_feasible,
-        binding=evaluation.binding,
-        margins=evaluation.margins,
-        pressure=smallest.pressure if smallest is not None else None,
-        strain=smallest.strain if smallest is not None else None,
-        length=exact.length if exact is not None else None,
-    )
-
-
-def _silent(done: int, total: int) -> None:
-    """Ignore the progress."""
-    del done, total

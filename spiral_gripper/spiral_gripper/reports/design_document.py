@@ -30,7 +30,7 @@ def report_as_dict(report: DesignReport) -> dict[str, Any]:
         "tried": [
             {
                 "candidate": evaluation.candidate.label,
-                "feasible": evaluation.is_feasible,
+                "feasible": evaluation.feasible,
                 "binding": _margin(evaluation.binding),
             }
             for evaluation in report.tried

@@ -19,8 +19,9 @@ from spiral_core.actuator.section import Ring, motion_at, section_path
 from spiral_core.actuator.tube import Tube
 from spiral_core.calibration.uncertainty import RadiusPressure
 from spiral_core.design.charts import DesignSpace, PressureRange, RegimeChart
+from spiral_core.design.evaluation import Evaluation
 from spiral_core.design.report import DesignReport
-from spiral_core.design.sweep import FeasibilityMap, SweepPoint
+from spiral_core.design.sweep import FeasibilityMap
 from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
 from spiral_gripper.reports.style import (
     COLORS,
@@ -190,7 +191,7 @@ def feasibility_figure(result: FeasibilityMap) -> Figure:
 
 
 @paper_style()
-def pareto_figure(points: Sequence[SweepPoint], best: Sequence[SweepPoint]) -> Figure:
+def pareto_figure(points: Sequence[Evaluation], best: Sequence[Evaluation]) -> Figure:
     """Return pressure against strain of the feasible designs; the larger a dot, the longer."""
     figure, (axes,) = panels(1)
     for chosen, color, label in (

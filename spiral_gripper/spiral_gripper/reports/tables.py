@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 
 from spiral_core.actuator.actuator import Actuator, windings_of
+from spiral_core.design.evaluation import Evaluation
 from spiral_core.design.report import Design, DesignReport, DesignStep
-from spiral_core.design.sweep import SweepPoint
 from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.design_document import DESIGN, winding_text
 from spiral_gripper.reports.fields import rows_of
@@ -50,7 +50,7 @@ def row_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
     return table
 
 
-def print_points(title: str, points: Sequence[SweepPoint], console: Console) -> None:
+def print_points(title: str, points: Sequence[Evaluation], console: Console) -> None:
     """Print candidates of a sweep."""
     table = Table(title=title, title_justify="left")
     for heading in ("tube", "beta", "pressure", "strain", "length", "least room"):
