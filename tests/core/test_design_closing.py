@@ -11,8 +11,8 @@ import pytest
 
 from spiral_core import DesignRequirement, MooneyRivlin, TubeSize, design_gripper
 from spiral_core.design import closing
-from spiral_core.design.closing import ClosedObject, close_on_objects, judged, objects_of
-from spiral_core.design.evaluation import Evaluation, solve_candidate
+from spiral_core.design.closing import close_on_objects, judged, objects_of
+from spiral_core.design.evaluation import ClosedObject, Evaluation, solve_candidate
 from spiral_core.design.margin import Constraint
 from spiral_core.design.requirement import Elastomer
 from spiral_core.design.rod_correction import gripper_of

@@ -13,7 +13,7 @@ from spiral_core import (
     DesignRequirement,
     design_gripper,
 )
-from spiral_core.design.closing import ClosedObject
+from spiral_core.design.evaluation import ClosedObject
 from spiral_gripper import (
     convert_from_si,
     load_description,

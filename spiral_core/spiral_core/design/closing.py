@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from spiral_core.design.evaluation import Evaluation
+from spiral_core.design.evaluation import ClosedObject, Evaluation
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.requirement import DesignRequirement
 from spiral_core.errors import SpiralError
@@ -17,23 +17,6 @@ from spiral_core.grip.window import grip_window
 from spiral_core.message import Message, Quantity
 
 Told = Callable[[str], None]
-
-
-@dataclass(frozen=True, slots=True)
-class ClosedObject:
-    """An object on which a design's gripper was closed.
-
-    Args:
-        radius: of the object [m].
-        onset: least pressure at which it is wrapped [Pa]; None where it is not.
-        shift: from where the free coil fits best to the place where it is wrapped [m].
-        reason: why it is not wrapped, in words; empty where it is.
-    """
-
-    radius: float
-    onset: float | None = None
-    shift: float = 0.0
-    reason: str = ""
 
 
 def objects_of(requirement: DesignRequirement) -> tuple[float, ...]:
@@ -95,4 +78,4 @@ def judged(evaluation: Evaluation, closed: tuple[ClosedObject, ...]) -> Evaluati
     """Return a candidate with the room on the constraint that every object is wrapped."""
     wrapped = sum(one.onset is not None for one in closed)
     margin = Margin(Constraint.WRAPPED, float(wrapped), float(len(closed)))
-    return replace(evaluation, margins=(*evaluation.margins, margin))
+    return replace(evaluation, margins=(*evaluation.margins, margin), closed=closed)

@@ -75,6 +75,23 @@ class Estimate(_Judged):
 
 
 @dataclass(frozen=True, slots=True)
+class ClosedObject:
+    """An object on which a design's gripper was closed.
+
+    Args:
+        radius: of the object [m].
+        onset: least pressure at which it is wrapped [Pa]; None where it is not.
+        shift: from where the free coil fits best to the place where it is wrapped [m].
+        reason: why it is not wrapped, in words; empty where it is.
+    """
+
+    radius: float
+    onset: float | None = None
+    shift: float = 0.0
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Evaluation(_Judged):
     """A candidate by the rod under gravity, its length corrected.
 
@@ -83,6 +100,7 @@ class Evaluation(_Judged):
         exact: its figures; None if no length wraps the largest object.
         held: every length solved on the way [m], and the largest radius that it holds [m].
         margins: room on every constraint, the helix model's where there are no exact figures.
+        closed: the objects on which its gripper was closed; empty if it was not.
     """
 
     __repr__ = brief_repr
@@ -91,6 +109,7 @@ class Evaluation(_Judged):
     exact: ExactFigures | None
     held: dict[float, float]
     margins: tuple[Margin, ...]
+    closed: tuple[ClosedObject, ...] = ()
 
     @property
     def candidate(self) -> Candidate:

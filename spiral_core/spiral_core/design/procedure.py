@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -39,9 +38,6 @@ from spiral_core.errors import NoCoilError
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import place_object
-
-if TYPE_CHECKING:
-    from spiral_core.design.closing import ClosedObject
 
 # Points of the answer's pressure-radius curve.
 CURVE_POINTS = 41
@@ -120,18 +116,17 @@ def design_gripper(
     order = sorted(estimates, key=preferred)[: passing + OTHERS_TRIED]
     tried = _solve_in_order(requirement, order, progress)
     chosen = min(tried, key=preferred)
-    closed: tuple[ClosedObject, ...] = ()
     if contact and chosen.feasible:
-        tried, chosen, closed = _closed(requirement, tried, progress)
+        tried, chosen = _closed(requirement, tried, progress)
     design = _design(requirement, chosen)
     relaxations: tuple[Relaxation, ...] = ()
-    if not (closed or chosen.feasible):
+    if not (chosen.closed or chosen.feasible):
         relaxations = relaxations_of(requirement, tried, chosen.binding.constraint)
     return DesignReport(
         requirement=requirement,
         feasible=chosen.feasible,
         design=design,
-        steps=steps_of(requirement, estimates, tried, chosen, design, closed),
+        steps=steps_of(requirement, estimates, tried, chosen, design),
         binding=chosen.binding,
         relaxations=relaxations,
         tried=tuple(tried),
@@ -176,8 +171,8 @@ def _solve_in_order(
 
 def _closed(
     requirement: DesignRequirement, tried: Sequence[Evaluation], progress: Progress
-) -> tuple[list[Evaluation], Evaluation, tuple[ClosedObject, ...]]:
-    """Return the candidates judged by contact, the preferred that wraps every object, and how.
+) -> tuple[list[Evaluation], Evaluation]:
+    """Return the candidates judged by contact, and the preferred that wraps every object.
 
     If none wraps every object, the preferred one of all.
 
@@ -199,13 +194,12 @@ def _closed(
         done += 1
 
     result, number = list(tried), order[0]
-    closed: tuple[ClosedObject, ...] = ()
     for number, anywhere in (*((n, False) for n in order), (order[0], True)):
         closed = close_on_objects(requirement, tried[number], told, anywhere=anywhere)
         result[number] = judged(tried[number], closed)
         if result[number].feasible:
             break
-    return result, result[number], closed
+    return result, result[number]
 
 
 def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None:

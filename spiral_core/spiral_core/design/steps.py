@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.design.evaluation import Estimate, Evaluation
@@ -15,9 +14,6 @@ from spiral_core.design.requirement import DesignRequirement
 from spiral_core.design.rod_correction import ExactFigures
 from spiral_core.message import Message, Quantity, joined
 
-if TYPE_CHECKING:
-    from spiral_core.design.closing import ClosedObject
-
 
 def steps_of(
     requirement: DesignRequirement,
@@ -25,7 +21,6 @@ def steps_of(
     tried: Sequence[Evaluation],
     chosen: Evaluation,
     design: Design | None,
-    closed: Sequence[ClosedObject],
 ) -> tuple[DesignStep, ...]:
     """Return the seven steps of a design, and the eighth where its gripper was closed.
 
@@ -35,7 +30,6 @@ def steps_of(
         tried: the candidates that were solved as rods.
         chosen: the one that was taken, or that comes nearest.
         design: made of it; None if it cannot wrap the largest object.
-        closed: how its gripper closed on the objects; empty if it was not.
     """
     return (
         _tube(requirement, chosen),
@@ -45,7 +39,7 @@ def steps_of(
         _object_length(requirement, chosen.estimate),
         _correction(requirement, chosen),
         _design_space(chosen, design),
-        *([_closing(closed)] if closed else []),
+        *([_closing(chosen)] if chosen.closed else []),
     )
 
 
@@ -212,10 +206,10 @@ def _design_space(chosen: Evaluation, design: Design | None) -> DesignStep:
     return DesignStep(7, title, _met(margins), remark, figures)
 
 
-def _closing(closed: Sequence[ClosedObject]) -> DesignStep:
+def _closing(chosen: Evaluation) -> DesignStep:
     """Step 8: what closing on the objects with contact ended with."""
     figures, said = [], []
-    for one in closed:
+    for one in chosen.closed:
         name = Quantity(one.radius, "m")
         if one.onset is None:
             said.append(Message("{} is not wrapped: {}", name, one.reason))
@@ -225,7 +219,7 @@ def _closing(closed: Sequence[ClosedObject]) -> DesignStep:
             figures.append(StepQuantity(Message("object shifted by, {}", name), one.shift, "m"))
             said.append(Message("{} is wrapped from another place than the free coil's", name))
     remark = joined("; ", said) or "all objects are wrapped where the free coil lies"
-    satisfied = all(one.onset is not None for one in closed)
+    satisfied = all(one.onset is not None for one in chosen.closed)
     return DesignStep(8, "closing with contact", satisfied, remark, tuple(figures))
 
 
