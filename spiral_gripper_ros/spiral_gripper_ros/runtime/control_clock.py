@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -49,7 +48,7 @@ class ControlClock:
         simulated = self._node.get_parameter("use_sim_time").value
         self.clock = self._node.get_clock() if simulated else STEADY
         self._steps.change()
-        self._last, self._moved_at = self.now(), _real_time()
+        self._last, self._moved_at = self.now(), _seconds(STEADY)
 
     @property
     def is_simulated(self) -> bool:
@@ -58,19 +57,14 @@ class ControlClock:
 
     def now(self) -> float:
         """Return the time [s], which never runs backwards: a reset simulation lets none pass."""
-        return self._steps.advance(_seconds(self.clock) if self.is_simulated else _real_time())
+        return self._steps.advance(_seconds(self.clock))
 
     def standstill(self) -> float:
         """Return for how long this has been found to return the same time [s of real time]."""
         now = self.now()
         if now != self._last:
-            self._last, self._moved_at = now, _real_time()
-        return _real_time() - self._moved_at
-
-
-def _real_time() -> float:
-    """Return the time of ``STEADY`` [s]; asked directly it costs a twentieth."""
-    return time.monotonic()
+            self._last, self._moved_at = now, _seconds(STEADY)
+        return _seconds(STEADY) - self._moved_at
 
 
 def _seconds(clock: Clock) -> float:
