@@ -14,25 +14,20 @@ from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.control.target import LONGEST_STEP
 
 
-@pytest.mark.parametrize("policy", list(AbortPolicy))
-def test_a_canceled_grasp_does_what_its_policy_says(bench, policy):
-    grasp = bench.grasp(abort_policy=policy)
+@pytest.mark.parametrize("parameter", list(AbortPolicy))
+@pytest.mark.parametrize("given", [None, *AbortPolicy])
+def test_a_canceled_grasp_does_what_its_policy_or_else_the_parameter_says(given, parameter):
+    bench = Bench(replace(LIMITS, grasp_abort_policy=parameter))
+    grasp = bench.grasp(abort_policy=given)
     bench.run(0.2)
     bench.control.cancel(bench.now, grasp)
     report = grasp.report
     assert (report.outcome, report.refusal.reason) == (CANCELED, Reason.GRASP_CANCELED)
-    vents = policy is AbortPolicy.VENT
+    vents = (given or parameter) is AbortPolicy.VENT
     commands = bench.run(3.0, radius=0.02)
     assert commands == [0.0 if vents else pytest.approx(2.0e4)] * len(commands)
     assert bench.state is (State.RELEASED if vents else State.GRASPING)
     assert bench.reason is Reason.GRASP_CANCELED
-
-
-@pytest.mark.parametrize("policy", list(AbortPolicy))
-def test_the_parameter_says_what_a_goal_does_not(policy):
-    bench = Bench(replace(LIMITS, grasp_abort_policy=policy))
-    bench.control.cancel(bench.now, bench.grasp())
-    assert bench.state is (State.RELEASED if policy is AbortPolicy.VENT else State.GRASPING)
 
 
 def test_a_grasp_that_has_ended_cannot_be_canceled(holding):

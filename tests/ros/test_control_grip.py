@@ -23,21 +23,32 @@ def bench_with(**limits):
 # --- the default grip ----------------------------------------------------------------------------
 
 
-def test_a_radius_is_gripped_harder_than_its_bare_wrap():
-    bench = bench_with(grip_ratio=1.1)
-    assert bench.run(1.5, radius=0.02)[-1] == pytest.approx(1.1 * WRAP)
-    assert bench.seen.overpressure == pytest.approx(0.1 * WRAP)
+@pytest.mark.parametrize(
+    ("ratio", "recommended", "cap", "part"),
+    [
+        (1.1, None, 9.0e4, 1.1),
+        (1.1, None, 1.02 * WRAP, 1.02),  # the cap bounds the overpressure, not the range
+        (None, None, 9.0e4, 1.1),
+        (None, 1.05, 9.0e4, 1.05),
+        (None, 0.97, 9.0e4, 1.0),
+        (None, 1.3, 9.0e4, 1.2),
+    ],
+)
+@pytest.mark.parametrize("is_goal", [False, True])
+def test_the_default_grip_is_the_ratio_or_what_is_recommended(
+    is_goal, ratio, recommended, cap, part
+):
+    bench = bench_with(grip_ratio=ratio, pressure_cap=cap)
+    bench.planner.recommended, bench.planner.highest_good = recommended, 1.2
+    if is_goal:
+        grasp = bench.grasp()
+        assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
+        assert grasp.report.overpressure == bench.seen.overpressure
+    command = bench.run(1.5, radius=0.02)[-1]
+    assert command == pytest.approx(part * WRAP)
+    assert bench.seen.overpressure == pytest.approx((part - 1.0) * WRAP)
     assert bench.seen.wrapped
     assert bench.seen.shown(WrapRegime.CURLING) is WrapRegime.PERFECT_WRAP
-
-
-@pytest.mark.parametrize(
-    ("recommended", "part"), [(None, 1.1), (1.05, 1.05), (0.97, 1.0), (1.3, 1.2)]
-)
-def test_without_a_ratio_the_grip_is_the_recommended_one(recommended, part):
-    bench = bench_with(grip_ratio=None)
-    bench.planner.recommended, bench.planner.highest_good = recommended, 1.2
-    assert bench.run(1.5, radius=0.02)[-1] == pytest.approx(part * WRAP)
 
 
 def test_a_grip_that_becomes_known_is_not_loosened():
@@ -76,20 +87,6 @@ def test_a_ratio_that_is_given_up_is_not_kept():
     bench.run(1.5, radius=0.02)
     bench.control.reconfigure(replace(LIMITS, grip_ratio=None))
     assert bench.run(1.0, radius=0.02)[-1] == pytest.approx(1.05 * WRAP)
-
-
-def test_a_goal_without_an_overpressure_has_that_of_the_default_grip():
-    bench = bench_with(grip_ratio=1.1)
-    grasp = bench.grasp()
-    assert bench.end(grasp) == (SUCCEEDED, Reason.NONE)
-    assert bench.seen.pressure_command == pytest.approx(1.1 * WRAP)
-    assert grasp.report.overpressure == pytest.approx(0.1 * WRAP)
-
-
-def test_the_cap_bounds_the_default_grip_and_not_the_range():
-    bench = bench_with(grip_ratio=1.1, pressure_cap=1.02 * WRAP)
-    assert bench.run(1.5, radius=0.02)[-1] == pytest.approx(1.02 * WRAP)
-    assert bench.seen.overpressure == pytest.approx(0.02 * WRAP)
 
 
 def test_a_lowered_cap_takes_the_overpressure_first():

@@ -216,8 +216,7 @@ class GoalServer:
 
     def _failed(self, where: str, error: Exception) -> Report:
         """Log an exception, vent, and return the report of the goal that it ends."""
-        report_exception(self.runtime, where, error)
-        text = f"internal error in {where}: {type(error).__name__}: {error}"
+        text = report_exception(self.runtime, where, error)
         return GraspReport(GraspOutcome.FAILED, Refusal(Reason.INTERNAL_ERROR, text))
 
     # --- end -----------------------------------------------------------------------------------

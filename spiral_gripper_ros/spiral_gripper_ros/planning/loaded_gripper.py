@@ -23,6 +23,7 @@ from spiral_gripper_ros.planning.planner import (
     NoPlanner,
     StillLoadingError,
     WrapPlan,
+    planner_for,
 )
 
 # The measured shape is solved anew when the pressure has changed by more than this [Pa]: noise of
@@ -100,9 +101,9 @@ class LoadedGripper:
         """
         description = load_description(name_or_path)
         gripper = description.gripper
-        at = gravity_or_own(gravity, gripper)
-        planner = GripperPlanner(gripper.with_mount(at, gripper.object_axis))
-        planner.warm_up()
+        planner = planner_for(gripper, gravity_or_own(gravity, gripper))
+        if isinstance(planner, NoPlanner):
+            raise planner.error
         return cls(description, planner, pool)
 
     @classmethod

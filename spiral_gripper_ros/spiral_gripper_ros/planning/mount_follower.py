@@ -45,11 +45,12 @@ class MountFollower:
         if math.dist(gravity, self._wanted) <= hysteresis:
             return
         self._wanted = gravity
-        self._start_if_idle()
+        self.refresh()
 
     def refresh(self) -> None:
-        """Ask for the planner at the newest gravity anew."""
-        self._start_if_idle()
+        """Ask for the planner at the newest gravity anew, unless one is being made."""
+        if self._job is None:
+            self._job = self._pool.submit(planner_for, self._gripper, self._wanted)
 
     def poll(self) -> AnyPlanner | None:
         """Return a planner that has become ready, once; None if there is none.
@@ -66,9 +67,5 @@ class MountFollower:
             self.planner = NoPlanner(self._wanted, PlannerFailedError(error))
             raise
         if self.planner.gravity != self._wanted:
-            self._start_if_idle()
+            self.refresh()
         return self.planner
-
-    def _start_if_idle(self) -> None:
-        if self._job is None:
-            self._job = self._pool.submit(planner_for, self._gripper, self._wanted)

@@ -66,7 +66,9 @@ def guarded_transition(callback: TransitionT) -> TransitionT:
     return cast("TransitionT", guarded)
 
 
-def report(runtime: Guarded, where: str, error: Exception) -> None:
-    """Log an exception with its traceback, and vent."""
+def report(runtime: Guarded, where: str, error: Exception) -> str:
+    """Log an exception with its traceback, vent, and return why."""
     runtime.errors.note(where, error)
-    runtime.fail(f"internal error in {where}: {type(error).__name__}: {error}")
+    text = f"internal error in {where}: {type(error).__name__}: {error}"
+    runtime.fail(text)
+    return text
