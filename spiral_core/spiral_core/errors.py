@@ -175,8 +175,12 @@ ask for fewer turns
         return Message(
             "the gripper makes {:g} turns at most {}(at {}) but {:.4g} are required{}; "
             "lengthen it{} or ask for fewer turns",
-            *(rounded_down(self.turns, 3), room, pressure),
-            *(self.turns_required, past, stronger),
+            rounded_down(self.turns, 3),
+            room,
+            pressure,
+            self.turns_required,
+            past,
+            stronger,
         )
 
 
@@ -212,7 +216,9 @@ the nearest grippable radius is 0.009 m
         inward = rounded_up if nearest > self.radius else rounded_down
         return Message(
             "an object of radius {} cannot be gripped: {}; the nearest grippable radius is {}",
-            *(Quantity(self.radius, "m"), self.constraint, Quantity(nearest, "m", inward)),
+            Quantity(self.radius, "m"),
+            self.constraint,
+            Quantity(nearest, "m", inward),
         )
 
 

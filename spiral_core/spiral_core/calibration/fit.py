@@ -480,7 +480,9 @@ def _require_seen(calibration: Calibration) -> None:
         "readings",
         Message(
             "{} readings from {} to {}",
-            *(len(pressures), Quantity(min(pressures), "Pa"), Quantity(max(pressures), "Pa")),
+            len(pressures),
+            Quantity(min(pressures), "Pa"),
+            Quantity(max(pressures), "Pa"),
         ),
         f"such that they depend on {' and '.join(unseen)} ({_advice(calibration, unseen)})",
     )

@@ -190,7 +190,8 @@ class Grip:
                 least = float(normal.min())
                 reason = Message(
                     "the wrapped coil presses with {} or more, above {}",
-                    *(Quantity(least, "N"), Quantity(force_max, "N")),
+                    Quantity(least, "N"),
+                    Quantity(force_max, "N"),
                 )
                 raise NotGrippableError(self._radius, reason, force_max - least, None)
             grid = grid[normal <= force_max]
@@ -249,7 +250,10 @@ class Grip:
         largest = Quantity(most / PAYLOAD_SAFETY * payload, "kg", rounded_down)
         reason = Message(
             "no pressure holds {} {:.3g} times over{}; at most {}",
-            *(Quantity(payload, "kg"), PAYLOAD_SAFETY, within, largest),
+            Quantity(payload, "kg"),
+            PAYLOAD_SAFETY,
+            within,
+            largest,
         )
         missing = (most - PAYLOAD_SAFETY) * self._weight(payload)
         return NotGrippableError(self._radius, reason, missing, None)

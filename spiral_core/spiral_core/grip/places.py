@@ -233,12 +233,15 @@ def not_held(window: GripWindow) -> NotGrippableError:
     pressure = Quantity(best.pressure, "Pa")
     reason = Message(
         "{}; it comes nearest at {}, {} from the surface",
-        *(ends[window.end], pressure, Quantity(gap, "m")),
+        ends[window.end],
+        pressure,
+        Quantity(gap, "m"),
     )
     if gap <= TOUCH_GAP * best.outer_radius:
         reason = Message(
             "the tip touches at {}, but never with more than a tenth of the tube; {}",
-            *(pressure, window.end.value),
+            pressure,
+            window.end.value,
         )
     if _held_back(setup):
         friction = "; closed without friction it would be wrapped: friction holds the tube back"
