@@ -161,6 +161,7 @@ def wrap(
 )
 @click.option(
     "--frictionless-closing",
+    "frictionless",
     is_flag=True,
     help="Close without friction, then pull with friction: the best case.",
 )
@@ -188,21 +189,11 @@ def wrap(
 @plot_option
 def grip(
     gripper: str,
-    radius: float | None,
-    profile: Path | None,
-    place: tuple[float, float, float] | None,
     find_place: bool,
-    friction: float | None,
-    frictionless_closing: bool,
-    every_direction: bool,
-    pressures: tuple[float, ...],
-    payload: float | None,
-    force_max: float | None,
-    spread: bool,
     sensitivity: bool,
     as_json: bool,
     plot: Path | None,
-    **options: object,
+    **options: Any,  # noqa: ANN401  # of the mount and of GripQuestion
 ) -> int:
     """Print the pressures at which GRIPPER holds an object, and the forces that it holds.
 
@@ -212,21 +203,19 @@ def grip(
     --pressure the figures are those at the first one given, else at the recommended pressure. Exit
     code 1: no pressure looked at carries the payload within the greatest force.
     """
-    if (radius is None) == (profile is None):
+    if (options["radius"] is None) == (options["profile"] is None):
         raise click.UsageError("give either --radius or --profile")
     from spiral_gripper.reports.grip.document import GripQuestion, solve_question
     from spiral_gripper.reports.grip.rows import GRIP, grip_as_dict, print_forces
 
     description = described(gripper)
-    for pressure, text in zip(pressures, typed_all("pressures") if pressures else (), strict=True):
-        require_pressure(description, pressure, text)
     mount = mounted(description.gripper, options)
-    if payload is not None and not any(mount.gravity):
+    question = GripQuestion(mount, **options)
+    asked = question.pressures
+    for pressure, text in zip(asked, typed_all("pressures") if asked else (), strict=True):
+        require_pressure(description, pressure, text)
+    if question.payload is not None and not any(mount.gravity):
         raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
-    question = GripQuestion(
-        mount, radius, profile, friction, frictionless_closing, every_direction, payload,
-        force_max, pressures, place, spread,
-    )  # fmt: skip
     question = located(question, find_place, quiet=as_json)
     with progress_bar("closing, then pulling", quiet=as_json) as progress:
         solved = solve_question(question, progress)
@@ -244,7 +233,8 @@ def grip(
     if plot is not None:
         from spiral_gripper.reports.grip.plots import grip_figure
 
-        what = f"radius {typed('radius')}" if radius is not None else str(profile)
+        profile = question.profile
+        what = f"radius {typed('radius')}" if profile is None else str(profile)
         title = f"{mount.name} on {what}"
         write_picture(grip_figure(solved.grip, title, solved.point.pressure), plot)
     return 0 if solved.refusal is None else 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -83,18 +84,11 @@ ANIMATION_SUFFIXES = (".gif",)
 @plot_option
 def close(
     gripper: str,
-    radius: float,
-    rate: float,
-    pressure: float | None,
-    wait: float,
-    friction: float | None,
     retardation_time: float,
-    advise: bool,
-    spread: bool,
     animate: Path | None,
     as_json: bool,
     plot: Path | None,
-    **options: object,
+    **options: Any,  # noqa: ANN401  # of the mount and of CloseQuestion
 ) -> int:
     """Simulate GRIPPER closing on a cylinder at a pressure rate, and print the grip.
 
@@ -113,12 +107,9 @@ def close(
 
     description = described(gripper)
     mount = mounted(description.gripper, options)
-    if pressure is not None:
-        require_pressure(description, pressure, typed("pressure"))
-    question = CloseQuestion(
-        mount, radius, rate, pressure, wait, friction, Damping(retardation_time), advise,
-        spread,
-    )  # fmt: skip
+    question = CloseQuestion(mount, damping=Damping(retardation_time), **options)
+    if question.pressure is not None:
+        require_pressure(description, question.pressure, typed("pressure"))
     with progress_bar("closing") as moved:
         solved = solve_close(question, moved)
     if as_json:
