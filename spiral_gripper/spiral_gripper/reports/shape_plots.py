@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.patches import Polygon
 
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units
-from spiral_gripper.reports.shaded import draw_surfaces, same_scale, tube_surface
+from spiral_gripper.reports.shaded import Surface, draw_surfaces, same_scale, tube_surface
 from spiral_gripper.reports.style import COLORS, paper_style
 
 # Points on the rim of a drawn cylinder.
@@ -46,18 +46,31 @@ def shape_figure(
     """
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
     figure.suptitle(title, wrap=True)
-    views = [figure.add_subplot(1, 2, number) for number in (1, 2)]
-    for number, (axes, (name, right, up)) in enumerate(zip(views, VIEWS, strict=True)):
-        draw_surfaces(axes, [tube_surface(positions, outer_radius)], right, up)
-        if placement is not None:
-            rims = in_units(_rims(placement) @ np.array((right, up)).T, "m")
-            _draw_outline(axes, rims, label=None if number else "object (contact not solved)")
-        axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
-        axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
-    same_scale(views)
+    draw_sides(figure, [tube_surface(positions, outer_radius)], placement)
     if placement is not None:
         figure.legend(loc="outside lower center")
     return figure
+
+
+def draw_sides(
+    figure: FigureBase, surfaces: list[Surface], placement: ObjectPlacement | None = None
+) -> None:
+    """Draw surfaces from two sides, to scale, and the outline of an object."""
+    views = [figure.add_subplot(1, 2, number) for number in (1, 2)]
+    for number, (axes, view) in enumerate(zip(views, VIEWS, strict=True)):
+        draw_side(axes, surfaces, view)
+        if placement is not None:
+            rims = in_units(_rims(placement) @ np.array(view[1:]).T, "m")
+            _draw_outline(axes, rims, label=None if number else "object (contact not solved)")
+    same_scale(views)
+
+
+def draw_side(axes: Axes, surfaces: list[Surface], view: tuple[str, Vector, Vector]) -> None:
+    """Draw surfaces as one of :data:`VIEWS` shows them, to scale."""
+    name, right, up = view
+    draw_surfaces(axes, surfaces, right, up)
+    axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
+    axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
 
 
 def _rims(cylinder: ObjectPlacement) -> Array:

@@ -17,8 +17,8 @@ from spiral_core.grip.closing import TimedClosing
 from spiral_core.grip.window import GripPoint
 from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.files.storage import write_file
-from spiral_gripper.reports.grip.plots import draw_coil
-from spiral_gripper.reports.shape_plots import VIEWS
+from spiral_gripper.reports.grip.plots import coil_surfaces
+from spiral_gripper.reports.shape_plots import VIEWS, draw_side
 from spiral_gripper.reports.style import COLORS, panels, paper_style
 
 # Of an animation: pictures per second, dots per inch, and the most pictures.
@@ -86,7 +86,7 @@ def _draw_frame(figure: Figure, closing: TimedClosing, index: int, limits: Limit
     figure.suptitle(f"{frame.time:.2f} s, {shown(pressure, 'Pa', 3)}")
     for number, view in enumerate(VIEWS, start=1):
         axes = figure.add_subplot(1, len(VIEWS), number)
-        draw_coil(axes, point, view, _object_reach(closing))
+        draw_side(axes, coil_surfaces(point, _object_reach(closing)), view)
         axes.set(xlim=limits[0], ylim=limits[1])
 
 

@@ -7,25 +7,23 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, FigureBase
+from matplotlib.figure import Figure
 
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.grip.grip import Grip, GripCase, GripOutcome, refine, solve_grip
-from spiral_core.grip.holding import Pull, is_twist
+from spiral_core.grip.holding import is_twist
 from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import GripPoint
-from spiral_core.rod.types import Vector
 from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
 from spiral_gripper.reports.grip.document import SolvedGrip
+from spiral_gripper.reports.grip.rows import PULLS
 from spiral_gripper.reports.shaded import (
     OBJECT_RINGS,
     Surface,
-    draw_surfaces,
-    same_scale,
     tube_surface,
     turned_surface,
 )
-from spiral_gripper.reports.shape_plots import VIEWS, shape_figure
+from spiral_gripper.reports.shape_plots import draw_sides, shape_figure
 from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
@@ -38,12 +36,6 @@ from spiral_gripper.reports.wrap_document import SolvedProfile, SolvedWrap
 
 # Side by side, legible at the width of a page.
 MOST_PANELS = 3
-_LABELS = {
-    Pull.AWAY: "away from the base",
-    Pull.TOWARDS: "towards the base",
-    Pull.SIDEWAYS: "sideways",
-    Pull.DOWN: "along gravity",
-}
 
 
 @paper_style()
@@ -64,7 +56,7 @@ def grip_figure(grip: Grip, title: str, pressure: float | None = None) -> Figure
     draw_forces(axes, grip)
     axes.legend(loc="upper left", fontsize=6.5)
     point = grip.window.at(grip.recommended_pressure() if pressure is None else pressure)
-    _draw_coils(right, point)
+    draw_sides(right, coil_surfaces(point))
     right.suptitle(f"{shown(point.pressure, 'Pa')}: {point.regime.value}")
     return figure
 
@@ -91,16 +83,8 @@ def _coil_figure(point: GripPoint, title: str) -> Figure:
     """Return the coil on its object from two sides, to scale, as the gripper hangs."""
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
     figure.suptitle(title, wrap=True)
-    _draw_coils(figure, point)
+    draw_sides(figure, coil_surfaces(point))
     return figure
-
-
-def _draw_coils(figure: FigureBase, point: GripPoint) -> None:
-    """Draw the coil on its object from two sides."""
-    views = [figure.add_subplot(1, 2, number) for number in (1, 2)]
-    for each, view in zip(views, VIEWS, strict=True):
-        draw_coil(each, point, view)
-    same_scale(views)
 
 
 def _accuracy(grip: Grip) -> str:
@@ -124,7 +108,7 @@ def draw_forces(axes: Axes, grip: Grip) -> None:
             ms=4 - number % 3,
             lw=1.8 - 0.4 * min(number, 2),
             color=COLORS[number],
-            label=_LABELS[pull],
+            label=PULLS[pull],
         )
     for number, pull in enumerate(straight):
         least = [held.force if held.is_lower_bound else np.nan for held in grip.forces[pull]]
@@ -233,24 +217,13 @@ def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
-def draw_coil(
-    axes: Axes,
-    point: GripPoint,
-    view: tuple[str, Vector, Vector],
-    reach: tuple[float, float] | None = None,
-) -> None:
-    """Draw a tube on its object, to scale, seen with these directions to the right and upwards.
+def coil_surfaces(point: GripPoint, reach: tuple[float, float] | None = None) -> list[Surface]:
+    """Return a tube on its object.
 
-    ``reach`` is where the object ends, along its axis [m]; None draws it as far as the tube goes.
+    ``reach`` is where the object ends, along its axis [m]; None takes it as far as the tube goes.
     """
-    name, right, up = view
-    surfaces = [
-        tube_surface(point.state.positions, point.outer_radius),
-        object_surface(point, reach),
-    ]
-    draw_surfaces(axes, surfaces, right, up)
-    axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
-    axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
+    tube = tube_surface(point.state.positions, point.outer_radius)
+    return [tube, object_surface(point, reach)]
 
 
 def object_surface(point: GripPoint, reach: tuple[float, float] | None = None) -> Surface:

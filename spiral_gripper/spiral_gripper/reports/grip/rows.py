@@ -32,7 +32,7 @@ from spiral_gripper.reports.wrap_document import (
 )
 
 # Where a pull is to, in few words.
-_PULLS = {
+PULLS = {
     Pull.AWAY: "away from the base",
     Pull.TOWARDS: "towards the base",
     Pull.SIDEWAYS: "sideways",
@@ -106,7 +106,7 @@ def _force_table(grip: Grip, pulls: list[Pull], *, contact: bool) -> Table:
     columns = [axis_label("pressure", "Pa")]
     if contact:
         columns += ["regime", axis_label("in contact", "m"), axis_label("presses with", "N")]
-    columns += [axis_label(_PULLS[pull], unit_of(pull)) for pull in pulls]
+    columns += [axis_label(PULLS[pull], unit_of(pull)) for pull in pulls]
     for column in columns:
         table.add_column(escape(column), justify="left" if column == "regime" else "right")
     for index, point in enumerate(grip.points):
@@ -125,7 +125,7 @@ def _holds(solved: SolvedGrip) -> Rows:
     """Return what is held against each pull, and how many times over a payload."""
     diameter = 2.0 * float(solved.grip.setup.obstacle.shape.feature_radius)
     rows = [
-        (f"  holds {_PULLS[pull]}", _held(solved.held[pull], diameter))
+        (f"  holds {PULLS[pull]}", _held(solved.held[pull], diameter))
         for pull in solved.grip.forces
     ]
     payload = solved.question.payload
@@ -186,7 +186,7 @@ def _remaining(solved: SolvedGrip) -> str | None:
         return None
     before = shown(solved.grip.window.points[-1].contact_length, "m")
     holds = ", ".join(
-        f"{_mark(held)}{_value(held.force, pull)} {_PULLS[pull]}"
+        f"{_mark(held)}{_value(held.force, pull)} {PULLS[pull]}"
         for pull, held in solved.rest_held.items()
     )
     how = "still wrapped" if rest.is_wrapped else "the end has let go"
