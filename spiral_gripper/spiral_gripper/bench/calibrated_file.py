@@ -18,18 +18,16 @@ from spiral_core.calibration.regression import DEFAULT_LEVEL
 from spiral_core.message import Message
 from spiral_gripper.files.catalog import available_grippers, find_description, read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
-from spiral_gripper.files.description_text import changed_text, read_for_change
+from spiral_gripper.files.description_text import changed_text, read_for_change, written
 from spiral_gripper.files.errors import DescriptionError
-from spiral_gripper.files.fields import CONSTANTS, FIELDS, law_name
+from spiral_gripper.files.fields import CONSTANTS, law_name
 from spiral_gripper.files.storage import FileError, write_file
-from spiral_gripper.files.units import convert_from_si
 
 if TYPE_CHECKING:
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 # Ten digits: rounding in the file does not change the fitted pressures noticeably.
 _DIGITS = 10
-_UNITS = {"material": "kPa", "stiffness": "N m^2", "fibers": "mm"}
 _FIELD_OF_QUANTITY = {
     FittedQuantity.BENDING_STIFFNESS.value: "stiffness.bending",
     FittedQuantity.TORSIONAL_STIFFNESS.value: "stiffness.torsional",
@@ -100,7 +98,7 @@ def calibrated_text(
             section, key = _FIELD_OF_QUANTITY[name].split(".")
             if not isinstance(root.get(section), dict):
                 root[section] = type(root)()
-            _put(root[section], key, _written(name, calibration.value(name)), calibration, name)
+            _put(root[section], key, _text(name, calibration.value(name)), calibration, name)
     law = law_name(calibration.model.fitted_law)
     note = (
         f"# Calibrated: {law} fitted{_named('to', measured_files)}, "
@@ -123,7 +121,7 @@ def _write_law(material: CommentedMap, calibration: Calibration) -> None:
         value = float(getattr(calibration.actuator.material, name))
         if name not in material:
             material.insert(place, name, None)
-        _put(material, name, _written(name, value), calibration, name)
+        _put(material, name, _text(name, value), calibration, name)
         place = list(material).index(name) + 1
     material.ca.items[wanted[-1]][2].value += orphaned
 
@@ -140,7 +138,7 @@ def _put(
     elif calibration.standard_errors[calibration.index(name)] > abs(calibration.value(name)):
         comment = "fitted, but not determined by the readings"
     else:
-        low, high = (_written(name, end, digits=4) for end in calibration.interval(name))
+        low, high = (_text(name, end, digits=4) for end in calibration.interval(name))
         comment = f"fitted; {low} to {high}"
     rest = _comment_below(section, key)
     section.ca.items.pop(key, None)
@@ -155,14 +153,9 @@ def _comment_below(section: CommentedMap, key: str) -> str:
     return "" if token is None else "".join(token.value.partition("\n")[1:])
 
 
-def _written(name: str, value: float, digits: int = _DIGITS) -> str | float:
-    """Return a value as description files write it."""
-    field_name = _FIELD_OF_QUANTITY.get(name, f"material.{name}")
-    dimension = FIELDS[field_name].dimension
-    if dimension is None:
-        return float(f"{value:.{digits}g}")
-    unit = _UNITS[field_name.partition(".")[0]]
-    return f"{convert_from_si(value, unit, dimension):.{digits}g} {unit}"
+def _text(name: str, value: float, digits: int = _DIGITS) -> str | float:
+    """Return the value of a fitted quantity as description files write it."""
+    return written(_FIELD_OF_QUANTITY.get(name, f"material.{name}"), value, digits)
 
 
 def _quantities(values: Sequence[float], factor: float, unit: str) -> CommentedSeq:

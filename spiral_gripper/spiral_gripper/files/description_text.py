@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 from spiral_core import Actuator, FiberAngles, Gripper
 from spiral_gripper.files.catalog import read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
-from spiral_gripper.files.fields import law_name
+from spiral_gripper.files.fields import FIELDS, law_name
 from spiral_gripper.files.storage import write_file
-from spiral_gripper.files.units import Dimension, convert_from_si
+from spiral_gripper.files.units import convert_from_si
 
 if TYPE_CHECKING:
     from ruamel.yaml import YAML
@@ -99,44 +99,49 @@ def description_fields(actuator: Actuator, gripper: Gripper) -> dict[str, object
 
     Twelve digits are written, so that a file means this gripper.
     """
-    tube, fibers = gripper.tube, actuator.fibers
+    tube, fibers, law = gripper.tube, actuator.fibers, actuator.material
     angles = (fibers.alpha, fibers.beta) if isinstance(fibers, FiberAngles) else (fibers.angle,)
+    constants = dataclasses.fields(law)  # type: ignore[arg-type]  # every law of a file is one
+    values: dict[str, float] = {
+        "tube.inner_radius": tube.inner_radius,
+        "tube.wall_thickness": tube.wall_thickness,
+        "tube.length": tube.length,
+        "limits.pressure_max": gripper.pressure_max,
+        "grip.turns_required": gripper.turns_required,
+        "mount.gravity_magnitude": math.hypot(*gripper.gravity),
+        **dict(zip(("fibers.alpha", "fibers.beta"), angles, strict=False)),
+        **{f"material.{constant.name}": getattr(law, constant.name) for constant in constants},
+    }
+    if gripper.friction_coefficient is not None:
+        values["grip.friction_coefficient"] = gripper.friction_coefficient
     fields: dict[str, object] = {
         "name": gripper.name,
-        "tube.inner_radius": _in("mm", tube.inner_radius, Dimension.LENGTH),
-        "tube.wall_thickness": _in("mm", tube.wall_thickness, Dimension.LENGTH),
-        "tube.length": _in("mm", tube.length, Dimension.LENGTH),
-        "limits.pressure_max": _in("kPa", gripper.pressure_max, Dimension.PRESSURE),
-        "grip.turns_required": gripper.turns_required,
-        "mount.gravity_magnitude": _in(
-            "m/s^2", math.hypot(*gripper.gravity), Dimension.ACCELERATION
-        ),
         "mount.gravity_direction": _direction(gripper.gravity),
         "mount.object_axis": "fitted" if gripper.object_axis is None else [*gripper.object_axis],
+        "material.law": law_name(type(law)),
+        **{name: written(name, value) for name, value in values.items()},
     }
-    for name, angle in zip(("alpha", "beta"), angles, strict=False):
-        fields[f"fibers.{name}"] = _in("deg", angle, Dimension.ANGLE)
-    if gripper.friction_coefficient is not None:
-        fields["grip.friction_coefficient"] = gripper.friction_coefficient
-    if any(fiber.angle for fiber in actuator.single_fibers):
-        singles = [_in("deg", fiber.angle, Dimension.ANGLE) for fiber in actuator.single_fibers]
-        fields["fibers.single_angles"] = singles
-    law = actuator.material
-    fields["material.law"] = law_name(type(law))
-    for constant in dataclasses.fields(law):  # type: ignore[arg-type]  # every law of a file is one
-        value = getattr(law, constant.name)
-        is_ratio = constant.name == "extension_limit"
-        fields[f"material.{constant.name}"] = (
-            value if is_ratio else _in("kPa", value, Dimension.PRESSURE)
-        )
+    singles = [fiber.angle for fiber in actuator.single_fibers]
+    if any(singles):
+        fields["fibers.single_angles"] = [written("fibers.alpha", angle) for angle in singles]
     return fields
+
+
+def written(name: str, value: float, digits: int = _DIGITS) -> str | float:
+    """Return the value of a field in SI as files write it: in the usual unit, or a plain number.
+
+    Example:
+        >>> written("tube.length", 0.5), written("grip.turns_required", 1.05)
+        ('500 mm', 1.05)
+    """
+    dimension = FIELDS[name].dimension
+    if dimension is None:
+        return float(f"{value:.{digits}g}")
+    unit = dimension.usual_units[0]
+    return f"{convert_from_si(value, unit, dimension):.{digits}g} {unit}"
 
 
 def _direction(gravity: tuple[float, float, float]) -> list[float]:
     """Return the direction of gravity; straight down for a gripper without gravity."""
     size = math.hypot(*gravity)
     return [round(g / size, _DIGITS) for g in gravity] if size > 0.0 else [1.0, 0.0, 0.0]
-
-
-def _in(unit: str, value: float, dimension: Dimension) -> str:
-    return f"{convert_from_si(value, unit, dimension):.{_DIGITS}g} {unit}"
