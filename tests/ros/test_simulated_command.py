@@ -130,8 +130,8 @@ def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulati
     [
         (["no_such_gripper"], "no gripper has this name"),
         (["--radius", "20"], "unit"),
-        (["--radius", "0 mm"], "above 0 m"),
-        (["--radius", "-1 mm"], "above 0 m"),
+        (["--radius", "0 mm"], "above 0 and at most 1 m"),
+        (["--radius", "-1 mm"], "above 0 and at most 1 m"),
         (["--radius", "1.1 m"], "at most 1 m"),
         (["--namespace", "bad!name"], "letters, digits and _"),
         (["--namespace", "a//b"], "single /"),
@@ -168,5 +168,8 @@ def test_the_faults_of_the_command_are_those_of_the_regulator():
 
 def test_what_simulate_takes_is_what_the_simulator_takes():
     high = {spec.name: spec.high for spec in RadiusParameters.specs()}
-    assert high["radius"] == cli_simulate.RADIUS_MAX
-    assert high["estimate_noise"] == cli_simulate.NOISE_MAX
+    most = {
+        option.name: getattr(option.type, "most", "") for option in cli_simulate.simulate.params
+    }
+    assert most["radius"] == f"{high['radius']:g} m"
+    assert most["noise"] == f"{high['estimate_noise']:g} m"
