@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compile the numerical kernels once, in two processes: python packaging/compile_kernels.py.
-
-Tests that run in parallel would otherwise compile the same kernels several times, and a first user
-would wait.
-"""
+"""Compile the numerical kernels once, lest parallel tests compile each and a first user waits."""
 
 from spiral_gripper.kernels import compile_kernels
 

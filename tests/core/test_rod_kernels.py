@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 from spiral_core import Rod, RodLoad, Section
 from spiral_core.rod import _element as rod_element
 from spiral_core.rod._algebra import to_material, turned
-from spiral_core.rod._arrays import discretize
-from spiral_core.rod._elimination import back_substitute, newton_pass, scales_of
+from spiral_core.rod._mesh import discretize
+from spiral_core.rod._newton import back_substitute, newton_pass, scales_of
 from spiral_core.rod.contact._contact import empty
 from spiral_core.rod.contact._element import Elements
 from spiral_core.rod.contact._newton import assemble, no_elements

@@ -11,7 +11,7 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
 from spiral_core.rod.contact._contact import distances
-from spiral_core.rod.contact._start import NO_SIDE
+from spiral_core.rod.contact._continuation import NO_SIDE
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.shapes import Cylinder, Profile, Shape

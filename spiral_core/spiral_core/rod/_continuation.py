@@ -8,13 +8,24 @@ ended in a fold: the rod snaps to another state, which is found by descent of it
 fold's place is recorded.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod._algebra import Array, turn_nodes
-from spiral_core.rod._elimination import scales_of
+from spiral_core.rod._algebra import (
+    TANGENT,
+    Array,
+    copy_nodes,
+    largest_turn,
+    quaternion_at,
+    quaternion_product,
+    resample,
+    to_base,
+    turn_nodes,
+)
+from spiral_core.rod._element import section_of
 from spiral_core.rod._newton import (
     CONVERGED,
     FOLD_LIMIT,
@@ -22,23 +33,18 @@ from spiral_core.rod._newton import (
     UNRESOLVED,
     UNSTABLE,
     minimize,
+    scales_of,
 )
 from spiral_core.rod._profiles import UniformRod
-from spiral_core.rod._shape import shape_from_orientations
 from spiral_core.rod._system import (
     Ending,
     Solution,
     System,
     blended,
+    shape_from_orientations,
     uniform_system,
     with_torsion_no_stiffer,
     without_rest_strain,
-)
-from spiral_core.rod._turns import (
-    copy_nodes,
-    largest_turn,
-    resample,
-    turn_about_base_axis,
 )
 from spiral_core.rod.types import DEFAULT_TOLERANCE
 
@@ -86,6 +92,39 @@ class SolvedRod(NamedTuple):
     positions: Array
     moments: Array
     strains: Array
+
+
+@compiled
+def turn_about_base_axis(q: Array, system: System) -> float:
+    """Turn the bent rod q, in place, about the base's axis to where its energy is least.
+
+    A bent isotropic rod under an axial load may point anywhere; rest strain and a tilt of the load,
+    however small, choose. In a turn by phi the energy is E(phi) = E + B cos phi + C sin phi, but
+    for the small terms of an element's supplement. Returns phi [rad].
+    """
+    n = system.elements.shape[0]
+    cosine, sine = 0.0, 0.0
+    for i in range(n):
+        h, rest = system.steps[i], section_of(system.elements[i]).rest
+        a, b = quaternion_at(q, i), quaternion_at(q, i + 1)
+        _, y, z, _ = quaternion_product((-a[0], -a[1], -a[2], a[3]), b)
+        t = to_base(b, TANGENT)
+        cosine -= 2.0 * (rest[1] * y + rest[2] * z)
+        sine -= 2.0 * (rest[2] * y - rest[1] * z)
+        if i == n - 1:
+            h *= 0.5
+        cosine -= h * (system.force[i + 1, 1] * t[1] + system.force[i + 1, 2] * t[2])
+        sine -= h * (system.force[i + 1, 2] * t[1] - system.force[i + 1, 1] * t[2])
+    if cosine == 0.0 and sine == 0.0:
+        return 0.0
+    angle = math.atan2(-sine, -cosine)
+    s, c = math.sin(0.5 * angle), math.cos(0.5 * angle)
+    for i in range(n + 1):
+        p = quaternion_product((s, 0.0, 0.0, c), quaternion_at(q, i))
+        r = quaternion_product(p, (-s, 0.0, 0.0, c))
+        for k in range(4):
+            q[i, k] = r[k]
+    return angle
 
 
 @compiled

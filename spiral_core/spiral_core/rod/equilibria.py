@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod._arrays import discretize
 from spiral_core.rod._continuation import evaluated, minimize_to_stable
+from spiral_core.rod._mesh import discretize
 from spiral_core.rod.solve import (
     arc_lengths_of,
     checked_counts,

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
-from spiral_core.rod._arrays import discretize
 from spiral_core.rod._continuation import (
     MAX_FOLDS,
     SMALLEST_STEP,
@@ -16,9 +15,10 @@ from spiral_core.rod._continuation import (
     follow_branch,
     minimize_to_stable,
 )
+from spiral_core.rod._mesh import discretize
 from spiral_core.rod._newton import LEFT_BRANCH, minimize
 from spiral_core.rod._system import Ending, Solution, System, blended
-from spiral_core.rod.contact._increments import SMALLEST_INCREMENT
+from spiral_core.rod.contact._continuation import SMALLEST_INCREMENT
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.solve import (

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
-from spiral_core.rod._arrays import discretize
+from spiral_core.rod._algebra import resample
 from spiral_core.rod._continuation import (
     SolvedRod,
     solve_system,
@@ -22,6 +22,7 @@ from spiral_core.rod._continuation import (
 )
 from spiral_core.rod._mesh import (
     Counts,
+    discretize,
     element_counts,
     path_count,
     path_counts,
@@ -36,7 +37,6 @@ from spiral_core.rod._profiles import (
     uniform_rod,
     varies,
 )
-from spiral_core.rod._turns import resample
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import Clamped, End, Free, PointLoad, RodProblem
 from spiral_core.rod.contact.solve import solve_contact

@@ -12,7 +12,7 @@ import numpy as np
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._contact import distances
-from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact._continuation import Point
 from spiral_core.rod.contact._mesh import node_lengths
 from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.types import Array

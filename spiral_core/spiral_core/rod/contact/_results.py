@@ -11,10 +11,11 @@ import numpy as np
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import matrices
-from spiral_core.rod.contact._contact import TINY
-from spiral_core.rod.contact._increments import Point, gaps_at
+from spiral_core.rod.contact._contact import TINY, Iterate
+from spiral_core.rod.contact._continuation import Point, from_centerline, gaps_at
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
+from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.state import RodEvent, RodState, RodStatus, SelfContact
 from spiral_core.rod.types import Array
 
@@ -76,6 +77,16 @@ def point_of_state(state: RodState) -> Point:
         requirement = "a state of the mixed element: solve_rod(..., element=RodElement.MIXED)"
         raise InvalidInputError("start", state.element.name, requirement)
     return replace(state._point, at=0.0, x=state._point.x.copy())
+
+
+def from_shape(problem: RodProblem, arrays: Arrays, start: RodState | Array) -> Iterate:
+    """Return a rod in the shape of a centerline or, on as many nodes, of a state."""
+    if not isinstance(start, RodState):
+        return from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
+    x = from_centerline(problem, arrays, start.positions.copy())
+    if start.orientations.shape == x.q.shape:
+        x.q[:] = start.orientations
+    return x
 
 
 def _status(outcome: int) -> RodStatus:

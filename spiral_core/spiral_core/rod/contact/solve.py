@@ -15,7 +15,7 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod.contact._contact import distances
-from spiral_core.rod.contact._increments import (
+from spiral_core.rod.contact._continuation import (
     NEXT_TO,
     SMALLEST_INCREMENT,
     Point,
@@ -23,10 +23,14 @@ from spiral_core.rod.contact._increments import (
     attempt,
     beyond,
     continued,
+    halved,
+    loaded,
     moved_fraction,
     release,
     slide,
+    straight,
     tried,
+    unsolved,
 )
 from spiral_core.rod.contact._mesh import (
     Arrays,
@@ -37,8 +41,7 @@ from spiral_core.rod.contact._mesh import (
     shared,
 )
 from spiral_core.rod.contact._newton import CONVERGED
-from spiral_core.rod.contact._results import PathLog, point_of_state, state_from_point
-from spiral_core.rod.contact._start import from_shape, halved, loaded, straight, unsolved
+from spiral_core.rod.contact._results import PathLog, from_shape, point_of_state, state_from_point
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import RodProblem, require_alike
 from spiral_core.rod.state import RodElement, RodEvent, RodPath, RodState, RodStatus

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spiral_core.rod._algebra import composed, matrices, turned
 from spiral_core.rod.contact._contact import Iterate, carried, distances
-from spiral_core.rod.contact._increments import Point, largest_moves, moved_fraction
+from spiral_core.rod.contact._continuation import Point, largest_moves, moved_fraction
 from spiral_core.rod.contact._mesh import Arrays, last_slip, node_lengths
 from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
 from spiral_core.rod.contact.obstacles import Obstacle

@@ -13,10 +13,9 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._contact import Contact, Iterate
-from spiral_core.rod.contact._increments import Point
+from spiral_core.rod.contact._continuation import Point, unsolved
 from spiral_core.rod.contact._mesh import Arrays, discretize, discretize_like
-from spiral_core.rod.contact._results import state_from_point
-from spiral_core.rod.contact._start import from_shape, unsolved
+from spiral_core.rod.contact._results import from_shape, state_from_point
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion._step import Moment, advanced, at_rest
