@@ -75,10 +75,11 @@ def element(q0: Complex, q1: Complex, n0: Complex, n1: Complex, row: Complex, h:
 def rod(q: Complex, system: System) -> Any:
     """Return the sum of the elements' energies and their shares of the load's, and the rest's."""
     total: Any = system.rest_energy
-    n, w = system.force, system.distributed
+    n, e = system.force, system.elements
+    rows = np.hstack((e.stiffness, e.rest, e.stiffness_slope, e.rest_slope))
     for i, h in enumerate(system.steps):
-        total += element(q[i], q[i + 1], n[i], n[i + 1], system.elements[i], h)
-        ends = ((q[i], n[i], -w[i, :3]), (q[i + 1], n[i + 1], w[i, 3:]))
+        total += element(q[i], q[i + 1], n[i], n[i + 1], rows[i], h)
+        ends = ((q[i], n[i], -system.load_start[i]), (q[i + 1], n[i + 1], system.load_end[i]))
         for node, force, load in ends:
             total -= seen(node, h / 2.0 * force + h**2 / 12.0 * load)[0]
     return total

@@ -25,7 +25,7 @@ from spiral_core.rod._algebra import (
     to_base,
     turn_nodes,
 )
-from spiral_core.rod._element import section_of
+from spiral_core.rod._element import section_at
 from spiral_core.rod._newton import (
     CONVERGED,
     FOLD_LIMIT,
@@ -102,10 +102,10 @@ def turn_about_base_axis(q: Array, system: System) -> float:
     however small, choose. In a turn by phi the energy is E(phi) = E + B cos phi + C sin phi, but
     for the small terms of an element's supplement. Returns phi [rad].
     """
-    n = system.elements.shape[0]
+    n = system.steps.shape[0]
     cosine, sine = 0.0, 0.0
     for i in range(n):
-        h, rest = system.steps[i], section_of(system.elements[i]).rest
+        h, rest = system.steps[i], section_at(system.elements, i).rest
         a, b = quaternion_at(q, i), quaternion_at(q, i + 1)
         _, y, z, _ = quaternion_product((-a[0], -a[1], -a[2], a[3]), b)
         t = to_base(b, TANGENT)

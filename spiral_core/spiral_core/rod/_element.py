@@ -13,7 +13,7 @@ The first term is the elastic energy at constant strain, the second the Hermite 
 load's trapezoidal rule, the third the energy released by the strain's variation inside the element:
 together the error is O(h^4).
 
-``elements`` is an (N, 14) array, a row for each element: see :class:`Section`.
+The elements of a rod are :class:`Elements`, one of them a :class:`Section`.
 """
 
 from typing import NamedTuple
@@ -40,6 +40,7 @@ from spiral_core.rod._algebra import (
     skew,
     skew_matmul,
     transpose,
+    vector_at,
 )
 
 
@@ -74,14 +75,36 @@ class Section(NamedTuple):
     rest_slope: Vec
 
 
+class Elements(NamedTuple):
+    """The sections of N elements.
+
+    Attributes:
+        stiffness: (N, 4), a :class:`Stiffness` each.
+        rest: (N, 3).
+        stiffness_slope: (N, 4).
+        rest_slope: (N, 3).
+    """
+
+    stiffness: Array
+    rest: Array
+    stiffness_slope: Array
+    rest_slope: Array
+
+
 @inlined
-def section_of(row: Array) -> Section:
-    """Return the section that a row of ``elements`` holds."""
+def stiffness_at(rows: Array, i: int) -> Stiffness:
+    """Return row i of an (n, 4) array."""
+    return Stiffness(rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3])
+
+
+@inlined
+def section_at(elements: Elements, i: int) -> Section:
+    """Return the section of element i."""
     return Section(
-        Stiffness(row[0], row[1], row[2], row[3]),
-        (row[4], row[5], row[6]),
-        Stiffness(row[7], row[8], row[9], row[10]),
-        (row[11], row[12], row[13]),
+        stiffness_at(elements.stiffness, i),
+        vector_at(elements.rest, i),
+        stiffness_at(elements.stiffness_slope, i),
+        vector_at(elements.rest_slope, i),
     )
 
 

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod._element import Elements
 from spiral_core.rod._profiles import (
     SURVEY_SITES,
     pieces,
@@ -194,31 +196,36 @@ def discretize(rod: Rod, load: RodLoad, counts: Counts) -> System:
     if not varies(rod, load):
         return uniform_system(sum(counts), uniform_rod(rod, load))
     parts = [_piece(rod, load, *each) for each in zip(pieces(rod), counts, strict=True)]
-    elements, steps, weights, sections, energies = zip(*parts, strict=True)
+    elements, steps, weights, stiffness, moments, energies = zip(*parts, strict=True)
     h, mean_weights = np.concatenate(steps), np.concatenate([_simpson(w) for w in weights])
     force = np.empty((len(h) + 1, 3))
     force[-1] = load.tip_force
     force[:-1] = force[-1] + np.cumsum((h[:, None] * mean_weights)[::-1], axis=0)[::-1]
-    distributed = [np.hstack((w[:-2:2], w[2::2])) for w in weights]
-    nodes = [s[:-1:2] for s in sections] + [sections[-1][-1:]]
     return System(
         force=force,
-        distributed=np.ascontiguousarray(np.concatenate(distributed)),
+        load_start=np.concatenate([w[:-2:2] for w in weights]),
+        load_end=np.concatenate([w[2::2] for w in weights]),
         tip_moment=np.array(load.tip_moment, dtype=np.float64),
-        elements=np.ascontiguousarray(np.concatenate(elements)),
+        elements=Elements(*(np.concatenate(columns) for columns in zip(*elements, strict=True))),
         steps=h,
-        sections=np.ascontiguousarray(np.concatenate(nodes)),
+        node_stiffness=_nodal(stiffness),
+        node_rest=_nodal(moments),
         rest_energy=math.fsum(energies),
     )
 
 
+def _nodal(samples: Sequence[Array]) -> Array:
+    """Return the values at the nodes (N + 1, k), of pieces' samples at nodes and midpoints."""
+    return np.concatenate([part[:-1:2] for part in samples] + [samples[-1][-1:]])
+
+
 def _piece(
     rod: Rod, load: RodLoad, piece: tuple[float, float], count: int
-) -> tuple[Array, Array, Array, Array, float]:
-    """Return one piece's elements (n, 14) and steps (n,), its load, sections and rest energy.
+) -> tuple[Elements, Array, Array, Array, Array, float]:
+    """Return one piece's elements, their steps (n,), its load, K, K u* and rest energy.
 
-    Load (2 n + 1, 3) and sections (2 n + 1, 7) are at nodes and midpoints; Simpson's means over
-    elements keep the order.
+    Load (2 n + 1, 3), K (2 n + 1, 4) and K u* (2 n + 1, 3) are at nodes and midpoints; Simpson's
+    means over elements keep the order.
     """
     h = (piece[1] - piece[0]) / count
     sites = sites_in(rod, piece, 2 * count + 1)
@@ -227,14 +234,16 @@ def _piece(
     angles = h * np.sqrt(np.sum(rest_strain**2, axis=1))
     scales = np.array([discrete_strain_scale(float(angle)) for angle in angles])[:, None]
     moment = stiffness[:, :3] * rest_strain + stiffness[:, 3:] * COUPLED * rest_strain[:, ::-1]
-    columns = np.hstack((stiffness, scales * moment))
-    elements = np.hstack((_simpson(columns), np.diff(columns[::2], axis=0) / h))
+    (mean, slope), (rest, rest_slope) = (
+        (_simpson(part), np.diff(part[::2], axis=0) / h) for part in (stiffness, scales * moment)
+    )
     density = np.sum(scales**2 * moment * rest_strain, axis=1)
     return (
-        elements,
+        Elements(mean, rest, slope, rest_slope),
         np.full(count, h),
         vector_samples("distributed", load.distributed, sites),
-        np.hstack((stiffness, moment)),
+        stiffness,
+        moment,
         0.5 * h * float(np.sum(_simpson(density[:, None]))),
     )
 

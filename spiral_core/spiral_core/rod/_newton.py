@@ -49,7 +49,7 @@ from spiral_core.rod._element import (
     element_energy,
     element_frame,
     rotated_load_hessian,
-    section_of,
+    section_at,
 )
 from spiral_core.rod._system import Ending, Solution, System, end_loads
 
@@ -101,7 +101,7 @@ def scales_of(system: System) -> Scales:
     """Return the scales of a rod, with its smallest bending stiffness where it may twist."""
     bending, length, shortest, across = np.inf, 0.0, np.inf, 0.0
     for i in range(system.steps.shape[0]):
-        section = section_of(system.elements[i])
+        section = section_at(system.elements, i)
         soft = compliance_of(section.stiffness)
         bending = min(bending, 1.0 / soft.y, 1.0 / soft.z)
         length += system.steps[i]
@@ -168,7 +168,7 @@ def newton_pass(
     ``gains`` (N - 1, 9) and ``offsets`` (N, 3) receive what :func:`back_substitute` needs.
     ``shift`` [N m] is added to the diagonal.
     """
-    n = system.elements.shape[0]
+    n = system.steps.shape[0]
     energy, residual, decrement = system.rest_energy, 0.0, 0.0
     smallest = np.inf
     shifted = diagonal(shift, shift, shift)
@@ -181,7 +181,7 @@ def newton_pass(
         q0, a0 = q1, a1
         q1 = quaternion_at(q, i + 1)
         a1 = to_material(q1, vector_at(system.force, i + 1))
-        h, section = system.steps[i], section_of(system.elements[i])
+        h, section = system.steps[i], section_at(system.elements, i)
         x, w, u = element_frame(q0, q1, h)
         pull0, pull1 = end_loads(system, i, q0, q1, a0, a1)
         energy += element_energy(u, a0, a1, section, h) - pull0[0] - pull1[0]
@@ -319,7 +319,7 @@ def line_search(
 
     Returns whether the energy is lower at ``space.trial``, and the pass there.
     """
-    n = system.elements.shape[0]
+    n = system.steps.shape[0]
     moment = (system.tip_moment[0], system.tip_moment[1], system.tip_moment[2])
     work = dot(to_material(quaternion_at(q, n), moment), vector_at(space.step, n - 1))
     noise = ENERGY_NOISE * scales.moment + RELATIVE_ENERGY_NOISE * abs(here.energy)
@@ -343,7 +343,7 @@ def minimize(q: Array, system: System, ending: Ending) -> Solution:
     the energy.
     """
     tolerance, max_iterations, strict = ending
-    n = system.elements.shape[0]
+    n = system.steps.shape[0]
     gains, offsets = np.empty((n - 1, 9)), np.empty((n, 3))
     space = Workspace(gains, offsets, np.empty((n, 3)), np.empty((n + 1, 4)))
     scales = scales_of(system)

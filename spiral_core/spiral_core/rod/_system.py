@@ -26,16 +26,22 @@ from spiral_core.rod._algebra import (
     vector_at,
 )
 from spiral_core.rod._element import (
+    Elements,
     Stiffness,
     compliance_of,
     element_derivatives,
     element_frame,
     imbalance,
-    section_of,
+    section_at,
+    stiffness_at,
     strain_factor,
     times,
 )
 from spiral_core.rod._profiles import UniformRod
+
+# Below this sine of an element's half angle the closed form of `arc_shortening` loses digits to
+# cancellation, while the series of the element's strain is exact to 1e-13 of its length.
+SMALL_SINE = 0.1
 
 
 class System(NamedTuple):
@@ -43,21 +49,24 @@ class System(NamedTuple):
 
     Attributes:
         force: (N + 1, 3) force of everything beyond a node, base frame [N].
-        distributed: (N, 6) load per length at each element's two ends, base frame [N/m].
+        load_start, load_end: (N, 3) load per length at each element's two ends, base frame [N/m].
         tip_moment: (3,) base frame [N m].
-        elements: (N, 14), a :class:`spiral_core.rod._element.Section` each.
+        elements: their sections.
         steps: (N,) lengths of the elements [m].
-        sections: (N + 1, 7) at the nodes: the four numbers of K [N m^2], and K u* [N m]; where a
-            property jumps, its value on the tip's side.
+        node_stiffness: (N + 1, 4) K at the nodes, a :class:`~spiral_core.rod._element.Stiffness`
+            each; where a property jumps, its value on the tip's side.
+        node_rest: (N + 1, 3) K u* at the nodes [N m], likewise.
         rest_energy: elastic energy of the rod without strain [J], which the elements leave out.
     """
 
     force: Array
-    distributed: Array
+    load_start: Array
+    load_end: Array
     tip_moment: Array
-    elements: Array
+    elements: Elements
     steps: Array
-    sections: Array
+    node_stiffness: Array
+    node_rest: Array
     rest_energy: float
 
 
@@ -115,42 +124,40 @@ def uniform_system(count: int, rod: UniformRod) -> System:
     h = rod.length / count
     rest, weight = rod.rest_strain, rod.weight
     stiffness = Stiffness(rod.torsional, rod.sideways, rod.bending, rod.coupling)
-    force = np.empty((count + 1, 3))
-    distributed = np.empty((count, 6))
-    moment = np.empty(3)
-    elements = np.zeros((count, 14))
-    steps, sections = np.empty(count), np.empty((count + 1, 7))
+    force, load = np.empty((count + 1, 3)), np.empty((count, 3))
+    moment, steps = np.empty(3), np.empty(count)
+    rest_moment, node_rest = np.empty((count, 3)), np.empty((count + 1, 3))
+    node_stiffness = np.empty((count + 1, 4))
     square = rest[0] * rest[0] + rest[1] * rest[1] + rest[2] * rest[2]
     scale = discrete_strain_scale(h * math.sqrt(square))
     product = times(stiffness, rest)
-    for k in range(3):
-        moment[k] = rod.tip_moment[k]
-    for i in range(count + 1):
-        for k in range(4):
-            sections[i, k] = stiffness[k]
-        for k in range(3):
-            force[i, k] = rod.tip_force[k] + weight[k] * h * (count - i)
-            sections[i, 4 + k] = product[k]
-    for i in range(count):
-        steps[i] = h
-        for k in range(4):
-            elements[i, k] = stiffness[k]
-        for k in range(3):
-            elements[i, 4 + k] = scale * sections[i, 4 + k]
-            distributed[i, k] = weight[k]
-            distributed[i, 3 + k] = weight[k]
     energy = 0.0
     for k in range(3):
-        energy += 0.5 * rod.length * scale * scale * sections[0, 4 + k] * rest[k]
-    return System(force, distributed, moment, elements, steps, sections, energy)
+        moment[k] = rod.tip_moment[k]
+        energy += 0.5 * rod.length * scale * scale * product[k] * rest[k]
+    for i in range(count + 1):
+        for k in range(4):
+            node_stiffness[i, k] = stiffness[k]
+        for k in range(3):
+            force[i, k] = rod.tip_force[k] + weight[k] * h * (count - i)
+            node_rest[i, k] = product[k]
+    for i in range(count):
+        steps[i] = h
+        for k in range(3):
+            rest_moment[i, k] = scale * product[k]
+            load[i, k] = weight[k]
+    elements = Elements(
+        node_stiffness[:count], rest_moment, np.zeros((count, 4)), np.zeros((count, 3))
+    )
+    return System(force, load, load, moment, elements, steps, node_stiffness, node_rest, energy)
 
 
 @compiled
-def constant_strain_energy(elements: Array, steps: Array) -> float:
+def constant_strain_energy(elements: Elements, steps: Array) -> float:
     """Return the energy [J] that takes each element from its mean rest strain to none."""
     energy = 0.0
-    for i in range(elements.shape[0]):
-        section = section_of(elements[i])
+    for i in range(steps.shape[0]):
+        section = section_at(elements, i)
         soft = compliance_of(section.stiffness)
         energy += 0.5 * steps[i] * dot(section.rest, times(soft, section.rest))
     return energy
@@ -179,17 +186,25 @@ def blended(start: System, end: System, at: float) -> System:
     steps = np.empty(start.steps.shape[0])
     for i in range(steps.shape[0]):
         steps[i] = (1.0 - at) * start.steps[i] + at * end.steps[i]
-    elements = blended_rows(start.elements, end.elements, at)
+    first, last = start.elements, end.elements
+    elements = Elements(
+        blended_rows(first.stiffness, last.stiffness, at),
+        blended_rows(first.rest, last.rest, at),
+        blended_rows(first.stiffness_slope, last.stiffness_slope, at),
+        blended_rows(first.rest_slope, last.rest_slope, at),
+    )
     varying = (1.0 - at) * (
         start.rest_energy - constant_strain_energy(start.elements, start.steps)
     ) + at * (end.rest_energy - constant_strain_energy(end.elements, end.steps))
     return System(
         blended_rows(start.force, end.force, at),
-        blended_rows(start.distributed, end.distributed, at),
+        blended_rows(start.load_start, end.load_start, at),
+        blended_rows(start.load_end, end.load_end, at),
         moment,
         elements,
         steps,
-        blended_rows(start.sections, end.sections, at),
+        blended_rows(start.node_stiffness, end.node_stiffness, at),
+        blended_rows(start.node_rest, end.node_rest, at),
         varying + constant_strain_energy(elements, steps),
     )
 
@@ -197,17 +212,21 @@ def blended(start: System, end: System, at: float) -> System:
 @compiled
 def without_rest_strain(system: System, moment_fraction: float) -> System:
     """Return the same rod straight when unloaded, under a fraction of its tip moment."""
-    elements = system.elements.copy()
-    sections = system.sections.copy()
-    moment = np.empty(3)
+    moment, none = np.empty(3), np.zeros_like(system.elements.rest)
     for k in range(3):
         moment[k] = moment_fraction * system.tip_moment[k]
-        for i in range(elements.shape[0]):
-            elements[i, 4 + k] = 0.0
-            elements[i, 11 + k] = 0.0
-        for i in range(sections.shape[0]):
-            sections[i, 4 + k] = 0.0
-    return System(system.force, system.distributed, moment, elements, system.steps, sections, 0.0)
+    elements = Elements(system.elements.stiffness, none, system.elements.stiffness_slope, none)
+    return System(
+        system.force,
+        system.load_start,
+        system.load_end,
+        moment,
+        elements,
+        system.steps,
+        system.node_stiffness,
+        np.zeros_like(system.node_rest),
+        0.0,
+    )
 
 
 @compiled
@@ -216,40 +235,39 @@ def with_torsion_no_stiffer(system: System, ratio: float) -> System:
 
     The coupling falls in proportion, so that the section stays positive definite.
     """
-    elements = np.empty_like(system.elements)
-    for i in range(elements.shape[0]):
-        for k in range(elements.shape[1]):
-            elements[i, k] = system.elements[i, k]
-        softer = ratio * elements[i, 1] / elements[i, 0]
+    stiffness = system.elements.stiffness.copy()
+    slope = system.elements.stiffness_slope.copy()
+    for i in range(stiffness.shape[0]):
+        k, change = stiffness_at(stiffness, i), stiffness_at(slope, i)
+        softer = ratio * k.y / k.twist
         if softer < 1.0:
-            elements[i, 0] = ratio * elements[i, 1]
-            elements[i, 7] = ratio * elements[i, 8]
-            elements[i, 3] *= softer
-            elements[i, 10] *= softer
+            for rows, soft in (
+                (stiffness, Stiffness(ratio * k.y, k.y, k.z, softer * k.both)),
+                (slope, Stiffness(ratio * change.y, change.y, change.z, softer * change.both)),
+            ):
+                for column in range(4):
+                    rows[i, column] = soft[column]
+    elements = Elements(stiffness, system.elements.rest, slope, system.elements.rest_slope)
     return System(
         system.force,
-        system.distributed,
+        system.load_start,
+        system.load_end,
         system.tip_moment,
         elements,
         system.steps,
-        system.sections,
+        system.node_stiffness,
+        system.node_rest,
         system.rest_energy,
     )
-
-
-# Below this sine of an element's half angle the closed form of `arc_shortening` loses digits to
-# cancellation, while the series of the element's strain is exact to 1e-13 of its length.
-SMALL_SINE = 0.1
 
 
 @inlined
 def end_loads(system: System, i: int, q0: Quat, q1: Quat, a0: Vec, a1: Vec) -> tuple[Vec, Vec]:
     """Return an element's share of the load at its two nodes, material frame [N m]."""
     h = system.steps[i]
-    w = system.distributed[i]
     square = h * h / 12.0
-    start = to_material(q0, (w[0], w[1], w[2]))
-    end = to_material(q1, (w[3], w[4], w[5]))
+    start = to_material(q0, vector_at(system.load_start, i))
+    end = to_material(q1, vector_at(system.load_end, i))
     return (
         add(scale(0.5 * h, a0), scale(-square, start)),
         add(scale(0.5 * h, a1), scale(square, end)),
@@ -289,7 +307,7 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
     momentum of the discrete action principle); in equilibrium an inner node's two elements push
     alike, so that each node needs one. Strains: u* + K^-1 m.
     """
-    n = system.elements.shape[0]
+    n = system.steps.shape[0]
     positions = np.zeros((n + 1, 3))
     moments = np.zeros((n + 1, 3))
     strains = np.empty((n + 1, 3))
@@ -302,7 +320,7 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
         q0, a0 = q1, a1
         q1 = quaternion_at(q, i + 1)
         a1 = to_material(q1, vector_at(system.force, i + 1))
-        h, section = system.steps[i], section_of(system.elements[i])
+        h, section = system.steps[i], section_at(system.elements, i)
         x, w, strain = element_frame(q0, q1, h)
         # Past half a turn the quaternion's real part changes its sign.
         largest = max(largest, 1.0 - w)
@@ -321,10 +339,8 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
     for k in range(3):
         moments[n, k] = push[k]
     for i in range(n + 1):
-        node = system.sections[i]
-        stiffness = Stiffness(node[0], node[1], node[2], node[3])
-        total = add(vector_at(moments, i), (node[4], node[5], node[6]))
-        strain = times(compliance_of(stiffness), total)
+        total = add(vector_at(moments, i), vector_at(system.node_rest, i))
+        strain = times(compliance_of(stiffness_at(system.node_stiffness, i)), total)
         for k in range(3):
             strains[i, k] = strain[k]
     return positions, moments, strains, 2.0 * math.acos(max(-1.0, 1.0 - largest))

@@ -14,8 +14,8 @@ B^T (u - u*), m = Ku - c + mean of Ba:
 E is the least energy over the paths between two orientations for a given force, up to O(h^5); its
 derivative by n is the chord between the ends, reversed.
 
-``[v]`` below is the matrix of a -> v x a, P = h^3/12 K^-1, y = P G, and k = h^2/12 at the first
-end, -h^2/12 at the second: the weight of f'.
+The derivatives are those stated there: ``[v]`` is the matrix of x -> v x x, P = h^3/12 K^-1, y =
+P G, and k = h^2/12 at the first end, -h^2/12 at the second, is the weight of f'.
 """
 
 from typing import NamedTuple
