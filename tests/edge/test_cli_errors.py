@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from edge.cli_cases import EXAMPLE, WRAP, error_of
+from edge.cli_cases import WRAP, error_of
 
 from spiral_core import (
     InvalidInputError,
@@ -21,66 +21,6 @@ from spiral_gripper.cli.main import run
 from spiral_gripper.cli.types import TypedValue, error_text
 
 TOO_THIN = Message("too thin for the limit of {}", Quantity(162000.0, "Pa"))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        (["shape", "prototype_p1", "--pressure", "55"], 'write "55 kPa" or "55 psi"'),
-        (["shape", "prototype_p1", "--pressure", "5 mm"], "is a length"),
-        (["shape", "prototype_p1", "--pressure", "-5 kPa"], "--pressure -5 kPa is below 0"),
-        (["shape", "prototype_p1", "--pressure", "900 kPa"], "above limits.pressure_max, 16 psi"),
-        (["shape", "prototype_p3", "--pressure", "5 kPa"], "did you mean prototype_p"),
-        (["shape", "nowhere/mine.yaml", "--pressure", "5 kPa"], "there is no such file"),
-        (["shape", "prototype_p1"], "--pressure"),
-        (["wrap", "prototype_p1"], "either --radius or --profile"),
-        (["wrap", "prototype_p1", "--radius", "90 mm"], "too thick"),
-        (["wrap", "prototype_p1", "--radius", "nan mm"], "must be a length"),
-        ([*WRAP, "--object-axis", "0", "0", "0"], "all be zero"),
-        ([*WRAP, "--object-axis", "0", "0", "inf"], "finite"),
-        (["wrap", "prototype_p1", "--profile", "no.csv"], "no.csv"),
-        ([*WRAP, "--gravity-magnitude", "-9.81 m/s^2"], "at least 0 and at most 10000 m/s^2"),
-        ([*WRAP, "--gravity-magnitude", "1e300 m/s^2"], "at least 0 and at most 10000 m/s^2"),
-        (["simulate", "--noise", "-1 mm"], "at least 0 and at most 0.1 m"),
-        (["simulate", "--noise", "1e300 m"], "at least 0 and at most 0.1 m"),
-        (["simulate", "--radius", "2 m"], "at most 1 m"),
-        (["chart", "gravity", "prototype_p1"], "--plot FILE"),
-        (["chart", "gravity", "prototype_p1", "--plot", "x.bmp"], ".png, .svg, .pdf"),
-        (["chart", "gravity", "prototype_p1", "--plot", "no/where/x.png"], "there is no folder"),
-        (["wrp"], "did you mean spiral-gripper wrap?"),
-        (["map", "--tube", "a b"], 'did you mean spiral-gripper sweep map --tube "a b"?'),
-        (["prototype_p1", "--radius", "9 mm"], "spiral-gripper wrap prototype_p1 --radius"),
-        (["chart", "mine.yaml"], "as in spiral-gripper chart pressure mine.yaml; the commands"),
-        (["--radius", "9 mm"], "--radius is an option of a command"),
-        (["wrap", "prototype_p1", "--radius", "6 cm"], "an object of radius 6 cm cannot be"),
-        (["shape", "prototype_p1", "--pressure", "8 psia"], "subtract 14.7 psi"),
-        ([*EXAMPLE, "--beta", "165 deg"], "is -15 deg here"),
-        (["shape", "/dev/zero", "--pressure", "8 psi"], "a device or a pipe"),
-        (["wrap", "prototype_p1", "--profile", "/dev/zero"], "a device or a pipe"),
-        (["frobnicate"], "there is no command 'frobnicate'; the commands of"),
-        (["design", "--radius-min", "1 mm"], "--radius-max"),
-        ([*EXAMPLE, "--radius-max", "5 mm"], "must be at least the smallest radius, 11 mm"),
-        ([*EXAMPLE, "--strain-max", "30 %"], "plain finite number"),
-        ([*EXAMPLE, "--turns", "nan"], "plain finite number"),
-        ([*EXAMPLE, "--tube", "3/8 x 1/32"], "bore and wall"),
-        ([*EXAMPLE, "--tubing", "latex"], "natural_latex"),
-        ([*EXAMPLE, "--beta", "88 deg"], "cross"),
-        ([*EXAMPLE, "--report", "x.doc"], ".md, .html"),
-        ([*EXAMPLE[:5], "--tube", "1e300 m x 1 mm"], "at most 1e+09 m"),
-        (["sweep", "pareto", *EXAMPLE[1:], "--jobs", "99999999999"], "1<=x<=1024"),
-        (["sweep", "map", *EXAMPLE[1:], "--angles", "1"], "2<=x<=181"),
-        (["sweep", "map", *EXAMPLE[1:]], "--tube does not go with map"),
-        (["sweep", "map", *EXAMPLE[1:5], "--beta", "70 deg"], "give --beta twice"),
-        (
-            ["sweep", "map", *EXAMPLE[1:5], "--tube-radius-min", "9 mm"],
-            "--tube-radius-min must be below --tube-radius-max",
-        ),
-    ],
-)  # fmt: skip
-def test_one_line_says_what_is_wrong(
-    arguments: list[str], expected: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert expected in error_of(capsys, *arguments)
 
 
 @pytest.mark.parametrize(
