@@ -58,7 +58,8 @@ def test_the_band_is_the_interval_of_the_calibration(fit):
 
 
 def test_without_a_gripper_there_is_no_band(fit):
-    assert pressure_figure(replace(fit, gripper=None), "mine", 0.95) is None
+    alone = replace(fit, model=replace(fit.model, gripper=None))
+    assert pressure_figure(alone, "mine", 0.95) is None
 
 
 def test_a_calibration_has_a_picture(fit):
