@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,6 @@ from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_ros.client.answers import NoAnswerError, WrapOutcome, no_node_in
 from spiral_gripper_ros.client.connection import Connection
-from spiral_gripper_ros.client.listener import listening
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known, optional
@@ -213,7 +212,7 @@ def status(namespace: str) -> Answer:
 def watch(namespace: str, duration: float) -> int:
     """Show what the node does for a time [s], or until a KeyboardInterrupt; return 0."""
     begin = time.monotonic()
-    with suppress(KeyboardInterrupt), listening(lambda: Watcher(namespace)) as watcher:
+    with suppress(KeyboardInterrupt), closing(Watcher(namespace)) as watcher:
         while (elapsed := time.monotonic() - begin) < duration:
             watcher.spin(min(SHOW_PERIOD, duration - elapsed))
             watcher.show(elapsed)

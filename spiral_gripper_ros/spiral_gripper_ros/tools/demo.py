@@ -90,11 +90,11 @@ class DemoWatcher(Watcher):
         self._radius: float | None = None
         self._reason = Reason.NONE
         quality = qos_profile_sensor_data
-        self._estimates = self.create_publisher(Float64, "object_radius", quality)
-        self.create_subscription(Float64, "simulated/object_radius", self._on_object, quality)
-        self.create_subscription(Float64, "pressure_command", self._on_pressure, 10)
-        self.create_subscription(GripStatus, "status", self._on_status, LATEST)
-        self.create_subscription(Wrap, "wrap", self._on_wrap, LATEST)
+        self._estimates = self.node.create_publisher(Float64, "object_radius", quality)
+        self.node.create_subscription(Float64, "simulated/object_radius", self._on_object, quality)
+        self.node.create_subscription(Float64, "pressure_command", self._on_pressure, 10)
+        self.node.create_subscription(GripStatus, "status", self._on_status, LATEST)
+        self.node.create_subscription(Wrap, "wrap", self._on_wrap, LATEST)
 
     def _on_object(self, message: Float64) -> None:
         radius = estimate(self._number, message.data)

@@ -8,10 +8,9 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 
-from spiral_gripper_ros.client.listener import listening
 from spiral_gripper_ros.process.node_process import NodeProcess, simulated
 from spiral_gripper_ros.process.stop_signals import STOP_SIGNALS, StopSignals
 from spiral_gripper_ros.tools.injection import local_discovery
@@ -66,7 +65,7 @@ def run_session(
     local_discovery()
     signals = StopSignals()
     signals.defer()
-    with listening(lambda: listen(plan.space)) as watcher:
+    with closing(listen(plan.space)) as watcher:
         problems = _Session(plan, signals, watcher).run(lines)
     return problems, signals.requested
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.studio.live import HoldingFigures, NodeState
 from spiral_gripper_msgs.msg import GripStatus, Wrap
-from spiral_gripper_ros.client.listener import Listener, listening
+from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
 from spiral_gripper_ros.messages.markers import MEASURED_TUBE, OBJECT, TUBE
@@ -31,7 +31,7 @@ class StudioListener(Listener):
     """
 
     def __init__(self, namespace: str) -> None:
-        super().__init__("spiral_gripper_studio", namespace)
+        super().__init__(namespace)
         self.keep(GripStatus, "status", LATEST)
         self.keep(Wrap, "wrap", LATEST)
         self.keep(MarkerArray, "markers", LATEST)
@@ -63,7 +63,7 @@ class StudioListener(Listener):
 @contextmanager
 def node_listener(namespace: str) -> Iterator[Callable[[float], NodeState | None]]:
     """Yield a function that spins for a time [s] and returns the newest state of the node."""
-    with listening(lambda: StudioListener(namespace)) as listener:
+    with closing(StudioListener(namespace)) as listener:
 
         def listen(duration: float) -> NodeState | None:
             listener.spin(duration)

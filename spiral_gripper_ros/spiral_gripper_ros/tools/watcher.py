@@ -35,7 +35,7 @@ class Watcher(Listener):
     """
 
     def __init__(self, namespace: str) -> None:
-        super().__init__("spiral_gripper_simulation", namespace)
+        super().__init__(namespace)
         self.keep(Float64, "pressure_command", qos_profile_sensor_data)
         self.keep(GripStatus, "status", LATEST)
         self.keep(Float64, "measured_pressure", qos_profile_sensor_data)
