@@ -13,10 +13,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-from numba.core.codegen import get_host_cpu_features
-
 import spiral_core as core
-from spiral_core.numerics.kernel import KERNEL_FILES, SOURCE_DIGEST
+from spiral_core.numerics.kernel import KERNEL_FILES, SOURCE_DIGEST, processor_features
 
 
 def compile_rods_and_wraps() -> None:
@@ -82,8 +80,7 @@ def _notes() -> tuple[Path, ...]:
     """
     package = Path(str(core.__file__)).parent
     times = [path.stat().st_mtime_ns for path in KERNEL_FILES]
-    features = str(get_host_cpu_features())  # type: ignore[no-untyped-call]
-    processor = (os.environ.get("NUMBA_CPU_NAME"), features)
+    processor = (os.environ.get("NUMBA_CPU_NAME"), processor_features())
     versions = (version("numba"), sys.version_info)
     state = repr((str(package), SOURCE_DIGEST, times, versions, processor))
     name = f"spiral_kernels_{hashlib.sha256(state.encode()).hexdigest()[:16]}"

@@ -15,6 +15,7 @@ from typing import TypeVar, cast
 
 import numba
 from numba.core import event
+from numba.core.codegen import get_host_cpu_features
 
 from spiral_core.notice import TOLD
 
@@ -58,3 +59,8 @@ def compiled(function: F, *, inline: bool = False) -> F:
 def inlined(function: F) -> F:
     """Return ``function`` as :func:`compiled`, but inlined into its callers: for an element's."""
     return compiled(function, inline=True)
+
+
+def processor_features() -> str:
+    """Return what this processor can do, for which kernels are compiled."""
+    return str(get_host_cpu_features())  # type: ignore[no-untyped-call]
