@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from ros.grip_stand_ins import unknown_grips
 from ros.harness import all_finite
 from std_msgs.msg import Header
 
@@ -106,7 +107,8 @@ def snapshot(**fields):
 
 @pytest.fixture
 def loaded(planner):
-    return LoadedGripper(load_description("paper_design_70"), planner, None)
+    grips = unknown_grips(planner.gripper, planner.gravity)
+    return LoadedGripper(load_description("paper_design_70"), planner, None, grips)
 
 
 def test_nothing_known_is_all_finite_and_empty(loaded):

@@ -196,7 +196,7 @@ def test_an_exception_when_a_parameter_takes_effect_vents_and_is_logged(node, ca
 
 
 def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypatch, capfd):
-    monkeypatch.setattr(mount_follower, "planner_for", lambda gripper, gravity: 1 // 0)
+    monkeypatch.setattr(mount_follower, "planner_for", lambda *mounted: 1 // 0)
     (result,) = node.set_parameters([Parameter("gripper", value="prototype_p1")])
     assert result.successful
     deadline = time.monotonic() + DEADLINE

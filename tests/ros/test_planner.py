@@ -4,6 +4,7 @@ from concurrent.futures import Future
 from dataclasses import replace
 
 import pytest
+from ros.grip_stand_ins import unknown_grips
 
 from spiral_core import (
     InvalidInputError,
@@ -158,7 +159,7 @@ def test_a_planner_that_cannot_be_made_is_raised_and_nothing_is_planned_any_more
 
 
 def test_a_loaded_gripper_solves_a_shape_only_when_something_changed():
-    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool(), unknown_grips)
     assert loaded.planner.gravity == loaded.gripper.gravity
     assert loaded.update_shape(5.0e4, 0.02)
     first = loaded.shape
@@ -172,7 +173,7 @@ def test_a_loaded_gripper_solves_a_shape_only_when_something_changed():
 
 
 def test_the_measured_shape_is_solved_anew_when_the_pressure_has_changed_noticeably():
-    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool(), unknown_grips)
     assert loaded.update_measured_shape(5.0e4, 0.02, 1.0e3)
     first = loaded.measured_shape
     assert not loaded.update_measured_shape(5.0e4 + MEASURED_STEP, 0.02, 1.0e3)
@@ -192,7 +193,7 @@ def test_the_measured_shape_is_solved_anew_when_the_pressure_has_changed_noticea
     [(-900.0, 0.0), ("limit + 900", "limit"), (-1100.0, None), ("limit + 1100", None)],
 )
 def test_a_pressure_just_outside_the_description_counts_as_its_bound(gripper, pressure, at):
-    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool(), unknown_grips)
     limit = gripper.pressure_max
     values = {"limit": limit, "limit + 900": limit + 900.0, "limit + 1100": limit + 1100.0}
     loaded.update_measured_shape(values.get(pressure, pressure), None, 1.0e3)
@@ -205,13 +206,13 @@ def test_a_pressure_just_outside_the_description_counts_as_its_bound(gripper, pr
 
 @pytest.mark.parametrize("pressure", [math.nan, math.inf, -math.inf])
 def test_a_pressure_that_is_no_number_has_no_shape(pressure):
-    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool(), unknown_grips)
     assert not loaded.update_measured_shape(pressure, 0.02, 1.0e3)
     assert loaded.measured_shape is None
 
 
 def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(planner):
-    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool())
+    loaded = LoadedGripper.ready("paper_design_70", (), LaterPool(), unknown_grips)
     pressure = planner.plan(0.02).pressure
     loaded.update_shape(pressure, 0.02)
     loaded.update_measured_shape(None, 0.02, 1.0e3)
@@ -223,12 +224,15 @@ def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(plann
 
 
 def test_a_given_gravity_replaces_the_descriptions():
-    assert LoadedGripper.ready("paper_design_70", SIDEWAYS, LaterPool()).planner.gravity == SIDEWAYS
+    assert (
+        LoadedGripper.ready("paper_design_70", SIDEWAYS, LaterPool(), unknown_grips).planner.gravity
+        == SIDEWAYS
+    )
 
 
 def test_a_gripper_that_is_being_loaded_says_so_until_its_planner_is_ready():
     pool = LaterPool()
-    loaded = LoadedGripper.loading(load_description("prototype_p1"), SIDEWAYS, pool)
+    loaded = LoadedGripper.loading(load_description("prototype_p1"), SIDEWAYS, pool, unknown_grips)
     assert loaded.is_loading
     assert loaded.gripper.name == "prototype_p1"
     with pytest.raises(StillLoadingError, match="prototype_p1 is being loaded"):
@@ -246,7 +250,7 @@ def test_a_gripper_that_cannot_be_planned_for_is_no_longer_loading():
     pool = LaterPool()
     description = load_description("prototype_p1")
     description = replace(description, gripper=replace(description.gripper, turns_required=50.0))
-    loaded = LoadedGripper.loading(description, (), pool)
+    loaded = LoadedGripper.loading(description, (), pool, unknown_grips)
     pool.run()
     assert isinstance(loaded.mount.poll(), NoPlanner)
     assert not loaded.is_loading

@@ -95,7 +95,7 @@ class Display:
 
     def _grip(self, loaded: LoadedGripper, snapshot: Snapshot[WrapPlan]) -> GripFigures | None:
         """Return the grip that was computed for the object in use, if it is known."""
-        if snapshot.radius is None or loaded.grips is None:
+        if snapshot.radius is None:
             return None
         entry = loaded.grips.entry(InUse(snapshot.radius, self._runtime.seen_object()))
         return None if entry is None else entry.figures

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 
 from spiral_core.errors import SpiralError
@@ -72,51 +73,70 @@ class LoadedGripper:
         description: of the gripper.
         planner: for the present gravity.
         pool: where planners for other gravities are made.
+        grips: what is known of grips by contact.
     """
 
     def __init__(
-        self, description: GripperDescription, planner: AnyPlanner, pool: Executor
+        self,
+        description: GripperDescription,
+        planner: AnyPlanner,
+        pool: Executor,
+        grips: GripFollower,
     ) -> None:
         self.description = description
-        self.mount = MountFollower(planner, self.gripper, pool)
+        self.grips = grips
+        self.mount = MountFollower(planner, self.gripper, pool, grips)
         self._commanded = FollowedShape(step=0.0)
         self._measured = FollowedShape(step=MEASURED_STEP)
         self._is_measured = False
-        self.grips: GripFollower | None = None
         self._contact: GripFigures | None = None
         self._is_never_wrapped = False
         self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
 
     @classmethod
-    def ready(cls, name_or_path: str, gravity: tuple[float, ...], pool: Executor) -> LoadedGripper:
+    def ready(
+        cls,
+        name_or_path: str,
+        gravity: tuple[float, ...],
+        pool: Executor,
+        follow: Callable[[Gripper, Vector], GripFollower],
+    ) -> LoadedGripper:
         """Return a gripper whose planner is ready for callbacks.
 
         Args:
             name_or_path: the gripper's description.
             gravity: in the base frame [m/s^2]; empty: as described.
             pool: where planners for other gravities are made.
+            follow: makes what follows the grips of a gripper from a gravity [m/s^2] on.
 
         Raises:
             SpiralError: the description cannot be used, or the gripper cannot coil.
         """
         description = load_description(name_or_path)
         gripper = description.gripper
-        planner = planner_for(gripper, gravity_or_own(gravity, gripper))
+        at = gravity_or_own(gravity, gripper)
+        grips = follow(gripper, at)
+        planner = planner_for(gripper, at, grips)
         if isinstance(planner, NoPlanner):
             raise planner.error
-        return cls(description, planner, pool)
+        return cls(description, planner, pool, grips)
 
     @classmethod
     def loading(
-        cls, description: GripperDescription, gravity: tuple[float, ...], pool: Executor
+        cls,
+        description: GripperDescription,
+        gravity: tuple[float, ...],
+        pool: Executor,
+        follow: Callable[[Gripper, Vector], GripFollower],
     ) -> LoadedGripper:
         """Return a gripper whose planner is still being made; until then every plan is refused.
 
         ``mount.poll`` hands out the planner, or the stand-in that says why there is none.
         """
         gripper = description.gripper
-        nothing_yet = NoPlanner(gravity_or_own(gravity, gripper), StillLoadingError(gripper.name))
-        loaded = cls(description, nothing_yet, pool)
+        at = gravity_or_own(gravity, gripper)
+        nothing_yet = NoPlanner(at, StillLoadingError(gripper.name))
+        loaded = cls(description, nothing_yet, pool, follow(gripper, at))
         loaded.mount.refresh()
         return loaded
 
@@ -128,10 +148,7 @@ class LoadedGripper:
     @property
     def planner(self) -> AnyPlanner:
         """The planner for the present gravity."""
-        planner = self.mount.planner
-        if self.grips is not None and isinstance(planner, GripperPlanner):
-            planner.grips = self.grips
-        return planner
+        return self.mount.planner
 
     @property
     def is_loading(self) -> bool:
@@ -182,8 +199,6 @@ class LoadedGripper:
             seen: where it is, or None.
         """
         self._contact, self._is_never_wrapped = None, False
-        if self.grips is None:
-            return False
         in_use = None if radius is None else InUse(radius, seen)
         radii = self.planner.radius_range
         taken = self.grips.follow(now, self.mount.gravity, radii, count, in_use)
@@ -197,7 +212,7 @@ class LoadedGripper:
         self, plan: WrapPlan | None, radius: float | None, seen: SeenObject | None, pressure: float
     ) -> GripAnswer | None:
         """Return the grip on an object at a pressure [Pa], from contact; None: it is not known."""
-        if self.grips is None or plan is None or radius is None:
+        if plan is None or radius is None:
             return None
         return self.grips.answer(InUse(radius, seen), plan.laid.pressure, pressure)
 
@@ -226,8 +241,6 @@ class LoadedGripper:
             tip_pressure: of its wrap by the tip criterion [Pa].
             pressure: gauge [Pa].
         """
-        if self.grips is None:
-            return None
         return self.grips.answer(InUse(radius), tip_pressure, pressure)
 
     def update_shape(self, pressure: float, radius: float | None) -> bool:

@@ -8,6 +8,7 @@ from concurrent.futures import Executor, Future
 
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
+from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.planner import (
     AnyPlanner,
     NoPlanner,
@@ -26,11 +27,18 @@ class MountFollower:
         planner: the present one.
         gripper: the gripper to be planned for.
         pool: runs the background work.
+        grips: what is known of grips by contact, for the planners to come; None: nothing.
     """
 
-    def __init__(self, planner: AnyPlanner, gripper: Gripper, pool: Executor) -> None:
+    def __init__(
+        self,
+        planner: AnyPlanner,
+        gripper: Gripper,
+        pool: Executor,
+        grips: GripFollower | None = None,
+    ) -> None:
         self.planner = planner
-        self._gripper = gripper
+        self._gripper, self._grips = gripper, grips
         self._pool = pool
         self._wanted = planner.gravity
         self._job: Future[AnyPlanner] | None = None
@@ -50,7 +58,7 @@ class MountFollower:
     def refresh(self) -> None:
         """Ask for the planner at the newest gravity anew, unless one is being made."""
         if self._job is None:
-            self._job = self._pool.submit(planner_for, self._gripper, self._wanted)
+            self._job = self._pool.submit(planner_for, self._gripper, self._wanted, self._grips)
 
     def poll(self) -> AnyPlanner | None:
         """Return a planner that has become ready, once; None if there is none.

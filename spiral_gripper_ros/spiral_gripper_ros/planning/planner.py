@@ -217,13 +217,20 @@ class NoPlanner:
 AnyPlanner = GripperPlanner | NoPlanner
 
 
-def planner_for(gripper: Gripper, gravity: Vector) -> AnyPlanner:
-    """Return the planner of a gripper at a gravity [m/s^2]; if none is possible, a NoPlanner."""
+def planner_for(gripper: Gripper, gravity: Vector, grips: GripFollower | None = None) -> AnyPlanner:
+    """Return the planner of a gripper at a gravity; if none is possible, a NoPlanner.
+
+    Args:
+        gripper: as described.
+        gravity: [m/s^2].
+        grips: what is known of grips by contact, if anything is.
+    """
     try:
         planner = GripperPlanner(gripper.with_mount(gravity, gripper.object_axis))
         planner.warm_up()
     except SpiralError as error:
         return NoPlanner(gravity, error)
+    planner.grips = grips
     return planner
 
 

@@ -10,6 +10,8 @@ from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
 
+from spiral_core.rod.types import Vector
+from spiral_core.wrap.gripper import Gripper
 from spiral_gripper import GripperDescription
 from spiral_gripper_msgs.msg import Grip, Wrap
 from spiral_gripper_ros.control.grip_control import GripControl
@@ -89,10 +91,10 @@ class Runtime:
         """
         self.gravity = self.values.gravity.vector
         self.control.forget_gravity()
+        pool = self.background.gravity
         self.loaded = LoadedGripper.ready(
-            self.values.gripper, self.gravity, self.background.gravity
+            self.values.gripper, self.gravity, pool, self._followed_grips
         )
-        self._prepare_grips()
         self.use_limits()
 
     def load_another(self, description: GripperDescription | None) -> None:
@@ -105,14 +107,15 @@ class Runtime:
         self.control.release(RECONFIGURED)
         if self.is_active:
             self.publish()
-        self._end_grips()
-        self.loaded = LoadedGripper.loading(description, self.gravity, self.background.gravity)
-        self._prepare_grips()
+        self.loaded.grips.end()
+        pool = self.background.gravity
+        self.loaded = LoadedGripper.loading(description, self.gravity, pool, self._followed_grips)
 
     def unload(self) -> None:
         """Forget the gripper."""
         self.outputs.cleanup()
-        self._end_grips()
+        if self.loaded is not None:
+            self.loaded.grips.end()
         self.loaded = None
 
     def use_limits(self) -> None:
@@ -140,7 +143,7 @@ class Runtime:
             self.log.tell_unusable(text)
             self.control.fail(text)
             return
-        self.control.replan(self.loaded.planner)  # it knows the grips
+        self.control.replan(planner)
         if was_loading:
             self.tell_range()
 
@@ -290,15 +293,8 @@ class Runtime:
         mass = own if payload is None else payload
         return grip_to_msg(answer, self.now(), mass, loaded.mount.gravity)
 
-    def _end_grips(self) -> None:
-        if self.loaded is not None and self.loaded.grips is not None:
-            self.loaded.grips.end()
-
-    def _prepare_grips(self) -> None:
-        loaded, background = self.loaded, self.background
-        if loaded is not None:
-            gravity = loaded.mount.gravity
-            loaded.grips = GripFollower(loaded.gripper, gravity, self._solve_grip, background.grips)
+    def _followed_grips(self, gripper: Gripper, gravity: Vector) -> GripFollower:
+        return GripFollower(gripper, gravity, self._solve_grip, self.background.grips)
 
     def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
         """Return the grip for the ramp that the node has now; called in the background."""
