@@ -8,7 +8,6 @@ own, and give them one executor. ``SPIRAL_GRIPPERS`` says how many.
 from __future__ import annotations
 
 import os
-import sys
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -18,7 +17,6 @@ from rclpy.signals import SignalHandlerOptions
 from benchmarks.ros.session import PROMPT
 from spiral_gripper_ros.node.garbage import GarbageFreezer
 from spiral_gripper_ros.node.gripper_node import GripperNode
-from spiral_gripper_ros.node.main import SWITCH_INTERVAL
 from spiral_gripper_ros.process.stop_signals import StopSignals
 
 MODULE = "benchmarks.ros.many_grippers"
@@ -28,7 +26,6 @@ PARAMETERS = {**PROMPT, "pressure.fault_policy": "vent"}
 def main() -> None:
     """Run the grippers until a stop signal; then vent all of them."""
     signals = StopSignals()
-    sys.setswitchinterval(SWITCH_INTERVAL)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     executor = SingleThreadedExecutor()
     grippers = [gripper(index) for index in range(int(os.environ.get("SPIRAL_GRIPPERS", "10")))]

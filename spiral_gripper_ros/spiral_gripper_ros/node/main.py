@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from spiral_gripper_ros.process.guards import GuardedLoop
     from spiral_gripper_ros.process.stop_signals import StopSignals
 
-# The interpreter lets another thread run after this time [s] instead of 5 ms: a question that is
-# answered in the background then delays a radius by less.
-SWITCH_INTERVAL = 0.0005
 # So often a process that only waits looks whether it was asked to stop [s].
 LONGEST_WAIT = 0.05
 # Kernels that cannot be kept would be compiled within the node, which then answers nobody.
@@ -97,7 +94,6 @@ class NodeProgram:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the process's exit code."""
-    sys.setswitchinterval(SWITCH_INTERVAL)
     return run(NodeProgram(), args)
 
 
