@@ -16,9 +16,9 @@ from spiral_core import (
     WrapCurve,
 )
 from spiral_gripper import load_description
+from spiral_gripper.bench.doubts import outlier_warnings, warnings_of
 from spiral_gripper.bench.measurements import Measurements
 from spiral_gripper.bench.options import CalibrationOptions
-from spiral_gripper.bench.report import outlier_warnings, warnings_of
 from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.bench.run import run_calibration
 from spiral_gripper.files.table import TableError

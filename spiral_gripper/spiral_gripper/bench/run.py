@@ -31,6 +31,12 @@ from spiral_core import (
     weak_directions,
 )
 from spiral_core.calibration.model import Trial, constants_of, contradictions
+from spiral_gripper.bench.doubts import (
+    copy_warnings,
+    outlier_warnings,
+    rival_warnings,
+    warnings_of,
+)
 from spiral_gripper.bench.measurements import (
     COLUMNS,
     ERROR_COLUMNS,
@@ -46,12 +52,6 @@ from spiral_gripper.bench.plausibility import (
     needed_modulus,
     other_explanations,
     possible_mix_ups,
-)
-from spiral_gripper.bench.report import (
-    copy_warnings,
-    outlier_warnings,
-    rival_warnings,
-    warnings_of,
 )
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.fields import LAWS, law_name

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The reasons to doubt a calibration, a sentence each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from spiral_core import Calibration, RadiusPressure, Reading, weak_directions
+from spiral_core.calibration.regression import Scatter
+from spiral_gripper.bench.measurements import Measurements
+from spiral_gripper.files.shown import shown
+
+
+def warnings_of(calibration: Calibration) -> list[str]:
+    """Return the reasons to doubt a fit, a sentence each."""
+    found = [str(weak) for weak in weak_directions(calibration)]
+    found += [f"{name} ended at its bound" for name in calibration.at_bound]
+    if calibration.scatter is not Scatter.AS_STATED:
+        scale = f"the residuals are {calibration.error_scale:.3g} times the stated errors"
+        found.append(f"{scale}, {calibration.scatter.value}")
+    return found
+
+
+def outlier_warnings(calibration: Calibration, measurements: Sequence[Measurements]) -> list[str]:
+    """Return a warning for each reading that chance does not explain, with its file and line."""
+    places = _places(measurements)
+    off = calibration.standardized_residuals
+    return [
+        f"{places[k]}: the reading at {shown(calibration.readings[k].pressure, 'Pa')} is "
+        f"{abs(off[k]):.1f} standard errors off the fit to the others, more than chance allows; "
+        + (
+            "--robust left it out"
+            if k in calibration.excluded
+            else "check it, or leave it out with --robust"
+        )
+        for k in calibration.outliers
+    ]
+
+
+def copy_warnings(measurements: Sequence[Measurements]) -> list[str]:
+    """Return a warning that names the rows that are copies of others, if there are any."""
+    first: dict[Reading, str] = {}
+    copies: list[str] = []
+    readings = [reading for one in measurements for reading in one.readings]
+    for place, reading in zip(_places(measurements), readings, strict=True):
+        if reading in first and reading.pressure > 0.0:
+            copies.append(f"{place} (of {first[reading]})")
+        first.setdefault(reading, place)
+    if not copies:
+        return []
+    return [
+        f"copies of other readings: {', '.join(copies)}; they narrow the intervals: leave them out"
+    ]
+
+
+def rival_warnings(results: Sequence[RadiusPressure]) -> list[str]:
+    """Return a warning for each law that the readings allow, and that predicts otherwise."""
+    found = []
+    for one in results:
+        for rival in one.rivals:
+            if one.own_interval.low <= rival.pressure <= one.own_interval.high:
+                continue
+            other = (
+                f"predicts {shown(rival.pressure, 'Pa')}"
+                if math.isfinite(rival.pressure)
+                else "cannot grip it"
+            )
+            found.append(
+                f"{shown(one.radius, 'm')}: the readings do not tell the fitted law from "
+                f"{rival.law}, which {other}, not {shown(one.pressure, 'Pa')}; the interval covers "
+                "both. Measure "
+                "what tells them apart, such as the radius that a pressure wraps (object_radius)"
+            )
+    return found
+
+
+def _places(measurements: Sequence[Measurements]) -> list[str]:
+    """Return file and line of each reading."""
+    return [f"{one.source}:{line}" for one in measurements for line in one.lines]
