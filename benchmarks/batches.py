@@ -12,7 +12,8 @@ from benchmarks.accuracy import TIP_ERROR, elements_for
 from benchmarks.cases import SEED, usual_case
 from benchmarks.results import Effort, Section, Table, micro, milli
 from benchmarks.timing import median_time
-from spiral_core import RodBatch, solve_rods
+from spiral_core import solve_rods
+from spiral_core.rod.batch import RodBatch
 
 THREADS = 2
 

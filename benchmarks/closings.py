@@ -30,10 +30,10 @@ from spiral_core import (
     NotGrippableError,
     PressureCourse,
     SpiralError,
-    TimedClosing,
     close_on,
     lay_into_coil,
 )
+from spiral_core.grip.closing import TimedClosing
 from spiral_gripper import load_gripper
 
 GRIPPERS = ("paper_design_70", "prototype_p1", "prototype_p2")

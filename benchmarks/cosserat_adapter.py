@@ -20,12 +20,10 @@ from cosseratbench.solver import Diverged
 from numpy.typing import NDArray
 
 from spiral_core import (
-    UNDAMPED,
     Clamped,
     Cylinder,
     Free,
     Inertia,
-    MotionStatus,
     Obstacle,
     Pinned,
     Plane,
@@ -39,6 +37,8 @@ from spiral_core import (
     solve_motion,
 )
 from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.motion.inertia import UNDAMPED
+from spiral_core.rod.motion.motion import MotionStatus
 
 Array: TypeAlias = NDArray[np.float64]
 # A normal across every element is its own parallel transport; rounding leaves this.

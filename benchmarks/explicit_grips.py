@@ -18,17 +18,11 @@ import numpy as np
 from benchmarks.cases import OUTER_RADIUS, SECOND_MOMENT, Array, Vector
 from benchmarks.explicit import AXIAL, Coil
 from benchmarks.results import Effort, Section, Table, three_digits
-from spiral_core import (
-    Cylinder,
-    FiberAngles,
-    Obstacle,
-    Rod,
-    RodProblem,
-    fiber_state,
-)
+from spiral_core import Cylinder, FiberAngles, Obstacle, Rod, RodProblem
 from spiral_core import (
     Section as Stiffness,
 )
+from spiral_core.actuator.fibers import fiber_state
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 LENGTH, INNER, YOUNG = 0.36, 4.7625e-3, 0.78e6

@@ -34,7 +34,6 @@ from spiral_core import (
     Obstacle,
     Rod,
     RodLoad,
-    RodPath,
     RodProblem,
     RodState,
     RodStatus,
@@ -44,6 +43,7 @@ from spiral_core import (
     Section as Stiffness,
 )
 from spiral_core.rod.contact.solve import follow_contact
+from spiral_core.rod.state import RodPath
 
 # How far the answer may be from balance and from the laws of contact.
 BALANCE = 1e-6  # of the forces at work

@@ -33,22 +33,19 @@ from benchmarks.sample import WORKERS
 from spiral_core import (
     Closing,
     Gripper,
-    GripPoint,
     GripSetup,
-    GripWindow,
     NoCoilError,
     NotGrippableError,
     SolverError,
     SpiralError,
-    WindowEnd,
     WrapCurve,
-    follow_loss,
     grip_window,
     gripper_from_actuator,
     holding_force,
     lay_into_coil,
     solve_rod,
 )
+from spiral_core.grip.window import GripPoint, GripWindow, WindowEnd, follow_loss
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_gripper import available_grippers, load_description
 

@@ -37,7 +37,6 @@ from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
 from spiral_core import (
     GripSetup,
-    RodPath,
     RodProblem,
     SpiralError,
     close_on,
@@ -47,6 +46,7 @@ from spiral_core import (
     solve_rod,
 )
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
+from spiral_core.rod.state import RodPath
 from spiral_gripper import available_grippers, load_gripper
 
 KEPT = RESULTS / "rounding.jsonl"

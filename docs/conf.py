@@ -12,7 +12,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterable
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 from types import ModuleType
 
@@ -67,7 +67,8 @@ def write_reference(app: Sphinx) -> None:
     folder.mkdir(exist_ok=True)
     for name, title in FOLDERS.items():
         own = (n for n, module in spiral_core.MODULES.items() if module.split(".")[1] == name)
-        _write(folder / f"{name}.rst", title, [_entry(spiral_core, n) for n in _listed(own)])
+        entries = [_entry(spiral_core, n) for n in _listed(own)]
+        _write(folder / f"{name}.rst", title, entries + _of_modules(name))
     entries = [_entry(spiral_gripper, name) for name in _listed(spiral_gripper.__all__)]
     _write(folder / "files.rst", "Gripper files and units", entries)
     blocks = []
@@ -111,6 +112,18 @@ def write_gallery(app: Sphinx) -> None:
 def _listed(names: Iterable[str]) -> list[str]:
     """Return public names in order: functions first, then the values they take and return."""
     return sorted(names, key=lambda name: (name[0].isupper(), name))
+
+
+def _of_modules(folder: str) -> list[str]:
+    """Return what examples import from the modules of a folder: results, and rarer functions."""
+    pattern = rf"^>>> from (spiral_core\.{folder}\b\S*) import (?:\(([^)]*)\)|(.+))$"
+    modules = {}
+    for path in sorted(EXAMPLES.glob("*.txt")):
+        for module, *names in re.findall(pattern, path.read_text(encoding="utf-8"), re.MULTILINE):
+            modules |= dict.fromkeys(re.findall(r"\w+", "".join(names)), module)
+    title = "In their modules: results, and rarer functions"
+    entries = [_entry(import_module(modules[name]), name) for name in _listed(modules)]
+    return [f"{title}\n{'-' * len(title)}\n", *entries] if entries else []
 
 
 def _entry(package: ModuleType, name: str) -> str:

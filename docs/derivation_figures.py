@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spiral_core import (
-    UNDAMPED,
     Actuator,
     Damping,
     FiberAngles,
@@ -24,13 +23,14 @@ from spiral_core import (
     WrapCurve,
     close_on,
     lay_into_coil,
-    place_object,
     regime_chart,
     solve_motion,
     solve_rod,
 )
 from spiral_core.grip.closing import inertia_of
 from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.motion.inertia import UNDAMPED
+from spiral_core.wrap.placement import place_object
 from spiral_gripper import load_description
 from spiral_gripper.reports.style import (
     COLORS,

@@ -13,7 +13,6 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure, FigureBase
 
 from spiral_core import (
-    GripPoint,
     GripSetup,
     PressureCourse,
     Pull,
@@ -22,6 +21,7 @@ from spiral_core import (
     lay_into_coil,
     solve_grip,
 )
+from spiral_core.grip.window import GripPoint
 from spiral_gripper import load_description
 from spiral_gripper.reports.grip.plots import grip_figure, object_surface
 from spiral_gripper.reports.shaded import Surface, draw_surfaces, tube_surface

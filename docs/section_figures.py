@@ -21,12 +21,12 @@ from spiral_core import (
     PressureLaw,
     SingleFiber,
     Tube,
-    energy_from_stretch,
     stiffness_from_actuator,
-    unloaded_shape_from_stretch,
 )
 from spiral_core.actuator.actuation import FreeActuation, section_stiffness
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
 from spiral_core.actuator.section import motion_at, section_path
+from spiral_core.actuator.uniform_law import energy_from_stretch
 
 FIGURES = Path(__file__).parent / "figures"
 TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)

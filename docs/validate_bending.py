@@ -20,12 +20,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from spiral_core import (
-    ActuationModel,
     Actuator,
     BendReading,
-    Calibration,
     CalibrationModel,
-    CrossValidation,
     FiberAngles,
     FreeActuation,
     Gent,
@@ -42,6 +39,9 @@ from spiral_core import (
     leave_one_out,
     measured_actuation_from_readings,
 )
+from spiral_core.actuator.actuator import ActuationModel
+from spiral_core.calibration.fit import Calibration
+from spiral_core.calibration.selection import CrossValidation
 
 DOCS = Path(__file__).parent
 PAGE = DOCS / "validation_bending.md"

@@ -20,7 +20,6 @@ from spiral_core import (
     Grip,
     Gripper,
     GripSetup,
-    GripWindow,
     NotGrippableError,
     PressureLaw,
     Pull,
@@ -31,6 +30,7 @@ from spiral_core import (
     solve_grip,
 )
 from spiral_core.grip.grip import refine
+from spiral_core.grip.window import GripWindow
 from spiral_gripper import load_description
 from spiral_gripper.reports.grip.plots import draw_forces
 from spiral_gripper.reports.style import COLORS, DPI, paper_style, style_axes

@@ -26,10 +26,10 @@ from spiral_core import (
     WrapCurve,
     design_space,
     gripper_from_actuator,
-    helix_range,
     pressure_range,
     solve_rod,
 )
+from spiral_core.design.charts import helix_range
 from spiral_gripper import GripperDescription, load_description
 
 PAGE = Path(__file__).with_suffix(".md")

@@ -8,20 +8,14 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from spiral_core import (
-    Calibration,
-    DesignReport,
-    FeasibilityMap,
-    Grip,
-    Gripper,
-    RegimeChart,
-    Wrap,
-    WrapCurve,
-    place_object,
-    regime_chart,
-)
+from spiral_core import Grip, Gripper, Wrap, WrapCurve, regime_chart
+from spiral_core.calibration.fit import Calibration
+from spiral_core.design.charts import RegimeChart
+from spiral_core.design.report import DesignReport
+from spiral_core.design.sweep import FeasibilityMap
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.closing import TimedClosing
+from spiral_core.wrap.placement import place_object
 from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.closing.plots import close_figure

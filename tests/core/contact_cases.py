@@ -17,9 +17,9 @@ from spiral_core import (
     RodProblem,
     Section,
     Tube,
-    fiber_state,
     gripper_from_actuator,
 )
+from spiral_core.actuator.fibers import fiber_state
 
 LENGTH = 0.36
 INNER, WALL = 4.7625e-3, 0.79375e-3

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 
 from spiral_core import (
-    ActuationLimit,
     Actuator,
     FiberAngles,
     Gripper,
@@ -14,9 +13,10 @@ from spiral_core import (
     PressureLaw,
     Section,
     Tube,
-    UnloadedShape,
     gripper_from_actuator,
 )
+from spiral_core.actuator.actuator import UnloadedShape
+from spiral_core.errors import ActuationLimit
 
 PRESSURE_MAX = 137_895.0  # 20 psi
 DESIGNS = {"P1": (50.0, 0.5), "P2": (60.0, 0.5), "70 degrees": (70.0, 0.361)}

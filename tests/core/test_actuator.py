@@ -7,7 +7,8 @@ import dataclasses
 
 from core.actuator_cases import LATEX, PAPER_TUBE, degrees
 
-from spiral_core import ActuationModel, Actuator, CurvatureForm, FreeActuation
+from spiral_core import Actuator, CurvatureForm, FreeActuation
+from spiral_core.actuator.actuator import ActuationModel
 
 ACTUATOR = Actuator(PAPER_TUBE, degrees(88.0, 60.0), LATEX)
 

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from spiral_core import (
-    ActuationLimit,
     Actuator,
     CurvatureForm,
     FiberAngles,
@@ -27,13 +26,20 @@ from spiral_core import (
     NeoHookean,
     PressureLaw,
     Yeoh,
-    fiber_state,
-    locking_stretch,
-    pressure_from_stretch,
 )
 from spiral_core.actuator.curve import clustered_nodes
-from spiral_core.actuator.fibers import fiber_derivatives, largest_volume_stretch
-from spiral_core.actuator.uniform_law import SINGULARITY_MARGIN, invariants_from_derivatives
+from spiral_core.actuator.fibers import (
+    fiber_derivatives,
+    fiber_state,
+    largest_volume_stretch,
+    locking_stretch,
+)
+from spiral_core.actuator.uniform_law import (
+    SINGULARITY_MARGIN,
+    invariants_from_derivatives,
+    pressure_from_stretch,
+)
+from spiral_core.errors import ActuationLimit
 
 SOFTENING = Yeoh(c1=145.0e3, c2=-30.0e3, c3=3.0e3)
 

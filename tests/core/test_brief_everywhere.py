@@ -5,6 +5,8 @@ import dataclasses
 import inspect
 import re
 from enum import Enum
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,14 +14,26 @@ from core.gripper_cases import paper_gripper
 
 import spiral_core
 import spiral_gripper
-from spiral_core import Closing, Pull, WrapCurve, lay_into_coil, place_mount, solve_grip
+from spiral_core import Closing, Pull, WrapCurve, lay_into_coil, solve_grip
+from spiral_core.grip.places import place_mount
 
 # Longer ones fill more than seven lines of a terminal.
 LONGEST = 560
+# What the reference's examples import from modules, beside what the packages offer at their top.
+EXAMPLES = (Path(__file__).parents[2] / "docs/reference_examples").glob("*.txt")
+IMPORTED = re.findall(
+    r"^>>> from (spiral_core\.[\w.]+) import ((?:[^\n]|\n\.\.\.)+)",
+    "".join(path.read_text(encoding="utf-8") for path in EXAMPLES),
+    re.MULTILINE,
+)
 PUBLIC = {
     name: getattr(package, name)
     for package in (spiral_core, spiral_gripper)
     for name in package.__all__
+} | {
+    name: getattr(import_module(module), name)
+    for module, names in IMPORTED
+    for name in re.findall(r"\w+", names)
 }
 # Shown by figures that they compute, so that they are made by solving something.
 SOLVED = {"Grip", "GripPoint", "GripSetup", "GripWindow", "HoldingForce", "Mount", "WrapCurve"}

@@ -19,8 +19,8 @@ from spiral_core import (
     calibrate,
     gripper_from_actuator,
     pressure_uncertainty,
-    pressure_uncertainty_by_draws,
 )
+from spiral_core.calibration.uncertainty import pressure_uncertainty_by_draws
 
 
 def fitted(law, error=2.0e-4, **mount):

@@ -20,12 +20,12 @@ from spiral_core import (
     WrapCurve,
     design_space,
     grip_window,
-    helix_range,
     lay_into_coil,
     pressure_range,
     regime_chart,
 )
 from spiral_core.design import charts
+from spiral_core.design.charts import helix_range
 
 TUBE = Tube(4.7625e-3, 0.79375e-3, 0.361)
 HOOP = Actuator(TUBE, FiberAngles(math.pi / 2, math.radians(60.0)), MooneyRivlin(130e3, 15e3))

@@ -14,7 +14,6 @@ from core.contact_cases import INNER, LENGTH, gripper
 from benchmarks.closings import random_closing
 from spiral_core import (
     Cylinder,
-    EventKind,
     GripSetup,
     InvalidInputError,
     NotGrippableError,
@@ -24,20 +23,25 @@ from spiral_core import (
     Pull,
     RodStatus,
     Supply,
-    TimedClosing,
     close_on,
-    closing_frames,
-    closing_spread,
     enclosed_volume,
     grip_window,
     holding_force,
     lay_into_coil,
+)
+from spiral_core.grip.closing import (
+    ATMOSPHERE,
+    REFERENCE_DENSITY,
+    REFERENCE_PRESSURE,
+    TimedClosing,
+    closing_frames,
+    closing_spread,
     orifices_in_series,
     slow_closing,
 )
-from spiral_core.grip.closing import ATMOSPHERE, REFERENCE_DENSITY, REFERENCE_PRESSURE
 from spiral_core.grip.setup import hanging_tube
 from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.motion.motion import EventKind
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long

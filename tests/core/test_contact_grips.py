@@ -10,7 +10,8 @@ import pytest
 
 from benchmarks.grips import faults, grip_one, random_grip
 from benchmarks.held import random_setup
-from spiral_core import Pull, WindowEnd, grip_window, holding_force, lay_into_coil
+from spiral_core import Pull, grip_window, holding_force, lay_into_coil
+from spiral_core.grip.window import WindowEnd
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_gripper import load_gripper
 

@@ -13,18 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from spiral_core import (
-    ActuationLimit,
-    ActuationLimitError,
-    Actuator,
-    CurvatureForm,
-    Helix,
-    PressureLaw,
-    UnloadedShape,
-    fiber_state,
-    unloaded_shape_from_stretch,
-)
-from spiral_core.actuator.fibers import FiberAngles
+from spiral_core import ActuationLimitError, Actuator, CurvatureForm, PressureLaw
+from spiral_core.actuator.actuator import UnloadedShape
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
+from spiral_core.actuator.fibers import FiberAngles, fiber_state
+from spiral_core.errors import ActuationLimit
+from spiral_core.wrap.helix import Helix
 
 EXACT = CurvatureForm.EXACT
 CASES = [(88.0, 50.0, 1.2, None), (90.0, 60.0, 1.15, 5.5e-3), (88.0, -70.0, 1.3, 3.0e-3)]

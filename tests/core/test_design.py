@@ -13,11 +13,8 @@ import pytest
 from core.design_cases import CATALOG, LATEX, PAPER_EXAMPLE, PAPER_TUBE
 
 from spiral_core import (
-    Candidate,
     Constraint,
     CurvatureForm,
-    Design,
-    DesignReport,
     DesignRequirement,
     Elastomer,
     FreeActuation,
@@ -29,10 +26,12 @@ from spiral_core import (
     TubeSize,
     WrapCurve,
     design_gripper,
-    place_object,
 )
 from spiral_core.design.evaluation import estimate_candidate, evaluate_candidate
 from spiral_core.design.helix_estimate import helix_radius, helix_stretch, widest_helix
+from spiral_core.design.report import Design, DesignReport
+from spiral_core.design.requirement import Candidate
+from spiral_core.wrap.placement import place_object
 
 pytestmark = pytest.mark.long
 

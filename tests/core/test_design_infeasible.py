@@ -11,12 +11,10 @@ from core.design_cases import CATALOG, PAPER_EXAMPLE
 
 from spiral_core import (
     Constraint,
-    DesignReport,
     DesignRequirement,
     Elastomer,
     Gent,
     Gripper,
-    Margin,
     PressureLaw,
     RodStatus,
     SolverError,
@@ -24,7 +22,8 @@ from spiral_core import (
     design_gripper,
 )
 from spiral_core.design import relaxations, rod_correction
-from spiral_core.design.margin import tightest
+from spiral_core.design.margin import Margin, tightest
+from spiral_core.design.report import DesignReport
 
 pytestmark = pytest.mark.long
 

@@ -14,7 +14,6 @@ from core.design_cases import LATEX, PAPER_TUBE
 
 from spiral_core import (
     Constraint,
-    DesignReport,
     DesignRequirement,
     NoCoilError,
     Preference,
@@ -22,6 +21,7 @@ from spiral_core import (
     design_gripper,
     gripper_from_actuator,
 )
+from spiral_core.design.report import DesignReport
 
 pytestmark = [pytest.mark.long, pytest.mark.slow]
 

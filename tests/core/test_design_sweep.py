@@ -16,13 +16,13 @@ from core.design_cases import CATALOG, PAPER_EXAMPLE
 
 from spiral_core import (
     Constraint,
-    Evaluation,
     InvalidInputError,
     design_gripper,
     feasibility_map,
     pareto_set,
     solve_points,
 )
+from spiral_core.design.evaluation import Evaluation
 
 pytestmark = pytest.mark.long
 

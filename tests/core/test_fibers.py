@@ -11,14 +11,9 @@ from core.actuator_cases import degrees, fiber_pairs, fractions, repeatable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_core import (
-    ActuationLimit,
-    ActuationLimitError,
-    FiberAngles,
-    fiber_state,
-    locking_stretch,
-)
-from spiral_core.actuator.fibers import fiber_derivatives
+from spiral_core import ActuationLimitError, FiberAngles
+from spiral_core.actuator.fibers import fiber_derivatives, fiber_state, locking_stretch
+from spiral_core.errors import ActuationLimit
 
 STRETCHES = [1.0, 1.0 + 1e-9, 1.05, 1.3, 1.9]
 

@@ -17,22 +17,20 @@ from spiral_core import (
     Grip,
     Gripper,
     GripSetup,
-    GripWindow,
     InvalidInputError,
     NotGrippableError,
     Obstacle,
     Pull,
-    WindowEnd,
     WrapCurve,
     WrapRegime,
-    follow_loss,
     grip_window,
     holding_force,
     lay_into_coil,
-    line_force,
     solve_grip,
 )
 from spiral_core.grip.places import not_held
+from spiral_core.grip.window import GripWindow, WindowEnd, follow_loss
+from spiral_core.wrap.wrap import line_force
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long

@@ -14,19 +14,12 @@ from spiral_core import (
     Actuator,
     Closing,
     FiberAngles,
-    GripPoint,
     GripSetup,
-    GripWindow,
     NeoHookean,
     Pull,
-    PullEnd,
-    RangeEnd,
-    RodPath,
     RodStatus,
     Tube,
-    WindowEnd,
     WrapRegime,
-    follow_loss,
     grip_window,
     gripper_from_actuator,
     holding_force,
@@ -34,8 +27,10 @@ from spiral_core import (
     solve_grip,
 )
 from spiral_core.grip import window as windows
-from spiral_core.grip.holding import pull_direction
-from spiral_core.rod.state import RodEvent
+from spiral_core.grip.grip import RangeEnd
+from spiral_core.grip.holding import PullEnd, pull_direction
+from spiral_core.grip.window import GripPoint, GripWindow, WindowEnd, follow_loss
+from spiral_core.rod.state import RodEvent, RodPath
 from spiral_gripper import load_description, load_gripper
 
 pytestmark = pytest.mark.long

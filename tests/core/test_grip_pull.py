@@ -14,23 +14,19 @@ from spiral_core import (
     Actuator,
     FiberAngles,
     Gripper,
-    GripPoint,
-    GripWindow,
-    HoldingForce,
     InvalidInputError,
     NeoHookean,
     Pull,
-    PullEnd,
-    RodPath,
     Tube,
     grip_window,
     gripper_from_actuator,
     holding_force,
-    holding_forces,
     lay_into_coil,
 )
 from spiral_core.grip import holding
-from spiral_core.rod.state import RodEvent
+from spiral_core.grip.holding import HoldingForce, PullEnd, holding_forces
+from spiral_core.grip.window import GripPoint, GripWindow
+from spiral_core.rod.state import RodEvent, RodPath
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long

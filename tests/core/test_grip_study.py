@@ -17,22 +17,21 @@ import pytest
 
 from spiral_core import (
     Closing,
-    GripOutcome,
     GripSetup,
-    HoldingForce,
     InvalidInputError,
     MountAim,
     Pull,
-    PullEnd,
     grip_cases,
     grip_window,
     lay_into_coil,
     misplacements,
-    place_mount,
     search_mount,
     solve_cases,
 )
 from spiral_core.grip import grip, places
+from spiral_core.grip.grip import GripOutcome
+from spiral_core.grip.holding import HoldingForce, PullEnd
+from spiral_core.grip.places import place_mount
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long

@@ -9,13 +9,8 @@ from dataclasses import replace
 import pytest
 from core.gripper_cases import linear_gripper, paper_gripper
 
-from spiral_core import (
-    InvalidInputError,
-    Section,
-    UnloadedShape,
-    gripper_from_actuator,
-)
-from spiral_core.actuator.actuator import Actuator
+from spiral_core import InvalidInputError, Section, gripper_from_actuator
+from spiral_core.actuator.actuator import Actuator, UnloadedShape
 from spiral_core.wrap.gripper import stiffness_from_actuator
 
 

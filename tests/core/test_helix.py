@@ -10,7 +10,7 @@ from core.actuator_cases import repeatable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_core import Helix
+from spiral_core.wrap.helix import Helix
 
 
 @repeatable

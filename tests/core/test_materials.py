@@ -12,15 +12,8 @@ from core.actuator_cases import repeatable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_core import (
-    ActuationLimit,
-    ActuationLimitError,
-    Gent,
-    HyperelasticLaw,
-    MooneyRivlin,
-    NeoHookean,
-    Yeoh,
-)
+from spiral_core import ActuationLimitError, Gent, HyperelasticLaw, MooneyRivlin, NeoHookean, Yeoh
+from spiral_core.errors import ActuationLimit
 
 LAWS: list[HyperelasticLaw] = [
     NeoHookean(c1=145.0e3),

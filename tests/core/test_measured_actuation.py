@@ -10,9 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiral_core import (
-    ActuationLimit,
     ActuationLimitError,
-    ActuationModel,
     BendReading,
     ExtensionReading,
     FiberAngles,
@@ -26,6 +24,8 @@ from spiral_core import (
     gripper_from_actuator,
     measured_actuation_from_readings,
 )
+from spiral_core.actuator.actuator import ActuationModel
+from spiral_core.errors import ActuationLimit
 
 GOOD = {
     "pressures": (0.0, 2.0e4, 4.0e4, 6.0e4),

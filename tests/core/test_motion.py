@@ -11,13 +11,11 @@ import pytest
 from core.rod_cases import six
 
 from spiral_core import (
-    UNDAMPED,
     Clamped,
     Damping,
     Free,
     Inertia,
     InvalidInputError,
-    MotionStatus,
     Rod,
     RodLoad,
     RodProblem,
@@ -26,6 +24,8 @@ from spiral_core import (
     vibration_modes,
 )
 from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.motion.inertia import UNDAMPED
+from spiral_core.rod.motion.motion import MotionStatus
 
 pytestmark = pytest.mark.long
 

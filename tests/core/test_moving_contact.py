@@ -11,13 +11,10 @@ import pytest
 from core.test_motion import LENGTH, SECTION, TUBE, WEIGHT
 
 from spiral_core import (
-    UNDAMPED,
     Clamped,
     Cylinder,
     Damping,
-    EventKind,
     Free,
-    MotionStatus,
     Obstacle,
     Plane,
     Rod,
@@ -27,6 +24,8 @@ from spiral_core import (
 )
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion import solve
+from spiral_core.rod.motion.inertia import UNDAMPED
+from spiral_core.rod.motion.motion import EventKind, MotionStatus
 
 pytestmark = pytest.mark.long
 

@@ -9,16 +9,9 @@ from dataclasses import dataclass
 import pytest
 from core.actuator_cases import actuator
 
-from spiral_core import (
-    ActuationLimit,
-    Actuator,
-    FreeActuation,
-    Gent,
-    InvalidInputError,
-    NeoHookean,
-    PressureLaw,
-)
+from spiral_core import Actuator, FreeActuation, Gent, InvalidInputError, NeoHookean, PressureLaw
 from spiral_core.actuator.section import section_path
+from spiral_core.errors import ActuationLimit
 
 both_laws = pytest.mark.parametrize("law", PressureLaw)
 

@@ -13,7 +13,9 @@ import pytest
 from core.actuator_cases import PAPER_TUBE, actuator
 from scipy.optimize import brentq
 
-from spiral_core import CurvatureForm, FreeActuation, Helix, unloaded_shape_from_stretch
+from spiral_core import CurvatureForm, FreeActuation
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
+from spiral_core.wrap.helix import Helix
 
 
 def helix(

@@ -10,8 +10,8 @@ import pytest
 from core.gripper_cases import DESIGNS, paper_gripper
 from scipy.optimize import least_squares
 
-from spiral_core import ObjectPlacement, Wrap, WrapCurve, place_object
-from spiral_core.wrap.placement import distances_from_axis, touching_nodes
+from spiral_core import ObjectPlacement, Wrap, WrapCurve
+from spiral_core.wrap.placement import distances_from_axis, place_object, touching_nodes
 
 G = 9.80665
 GRAVITIES = [(G, 0.0, 0.0), (0.0, 0.0, -G), (0.0, -G, 0.0)]

@@ -19,7 +19,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiral_core import (
-    ActuationLimit,
     ActuationLimitError,
     Actuator,
     FiberAngles,
@@ -30,13 +29,19 @@ from spiral_core import (
     MooneyRivlin,
     NeoHookean,
     Yeoh,
-    energy_from_stretch,
+)
+from spiral_core.actuator.fibers import (
+    fiber_derivatives,
     fiber_state,
+    largest_volume_stretch,
     locking_stretch,
+)
+from spiral_core.actuator.uniform_law import (
+    energy_from_stretch,
+    invariants_from_derivatives,
     pressure_from_stretch,
 )
-from spiral_core.actuator.fibers import fiber_derivatives, largest_volume_stretch
-from spiral_core.actuator.uniform_law import invariants_from_derivatives
+from spiral_core.errors import ActuationLimit
 
 
 @dataclasses.dataclass(frozen=True)

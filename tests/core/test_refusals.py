@@ -22,7 +22,6 @@ from spiral_core import (
     FiberAngles,
     FreeActuation,
     Gent,
-    Helix,
     Inertia,
     InvalidInputError,
     MeasuredActuation,
@@ -33,21 +32,21 @@ from spiral_core import (
     PressureCourse,
     Section,
     Supply,
-    Swing,
     Tube,
-    UnloadedShape,
     WrapCurve,
     Yeoh,
-    energy_from_stretch,
-    fiber_state,
     gripper_from_actuator,
-    line_force,
-    pressure_from_stretch,
     settling_after_move,
     settling_after_ramp,
-    unloaded_shape_from_stretch,
     vibrations,
 )
+from spiral_core.actuator.actuator import UnloadedShape
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
+from spiral_core.actuator.fibers import fiber_state
+from spiral_core.actuator.uniform_law import energy_from_stretch, pressure_from_stretch
+from spiral_core.rod.motion.swing import Swing
+from spiral_core.wrap.helix import Helix
+from spiral_core.wrap.wrap import line_force
 
 NAN, INF = math.nan, math.inf
 WRONG = (0.0, -1.0, NAN, INF, True, "1")

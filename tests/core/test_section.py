@@ -13,7 +13,6 @@ from core.section_cases import LAWS, section, uniform, wall_energy
 from scipy.integrate import quad
 
 from spiral_core import (
-    ActuationLimit,
     ActuationLimitError,
     Actuator,
     CurvatureForm,
@@ -23,11 +22,12 @@ from spiral_core import (
     NeoHookean,
     Tube,
     Yeoh,
-    fiber_state,
-    pressure_from_stretch,
-    unloaded_shape_from_stretch,
 )
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
+from spiral_core.actuator.fibers import fiber_state
 from spiral_core.actuator.section import motion_at, section_path
+from spiral_core.actuator.uniform_law import pressure_from_stretch
+from spiral_core.errors import ActuationLimit
 
 
 @pytest.mark.parametrize("pair", [(88.0, 60.0), (90.0, 70.0), (75.0, 50.0), (65.0, -65.0)])

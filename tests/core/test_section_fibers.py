@@ -20,13 +20,12 @@ from spiral_core import (
     PressureLaw,
     SingleFiber,
     design_space,
-    fiber_state,
-    pressure_from_stretch,
-    unloaded_shape_from_stretch,
 )
 from spiral_core.actuator import section as section_module
-from spiral_core.actuator.curvature import longest_stretch
+from spiral_core.actuator.curvature import longest_stretch, unloaded_shape_from_stretch
+from spiral_core.actuator.fibers import fiber_state
 from spiral_core.actuator.section import Array, FiberSet, closures, section_path
+from spiral_core.actuator.uniform_law import pressure_from_stretch
 
 pytestmark = pytest.mark.long
 

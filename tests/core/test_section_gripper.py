@@ -25,12 +25,11 @@ from spiral_core import (
     lay_into_coil,
     solve_rod,
     stiffness_from_actuator,
-    stiffness_from_section,
 )
 from spiral_core.actuator.actuation import section_stiffness
 from spiral_core.grip.setup import Closing
 from spiral_core.rod.contact.solve import solve_contact
-from spiral_core.wrap.gripper import FIBER_STIFFNESS
+from spiral_core.wrap.gripper import FIBER_STIFFNESS, stiffness_from_section
 
 
 @cache

@@ -11,7 +11,6 @@ import pytest
 from core.contact_cases import gripper
 
 from spiral_core import (
-    UNDAMPED,
     Cylinder,
     Damping,
     Inertia,
@@ -21,19 +20,20 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    Swing,
     close_on,
     inertia_of,
     lay_into_coil,
     settling_after_move,
     settling_after_ramp,
-    slow_closing,
     solve_motion,
     vibration_modes,
     vibrations,
 )
+from spiral_core.grip.closing import slow_closing
 from spiral_core.grip.setup import free_problem
 from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.motion.inertia import UNDAMPED
+from spiral_core.rod.motion.swing import Swing
 
 pytestmark = pytest.mark.long
 

@@ -14,16 +14,16 @@ from core.contact_cases import gripper
 from spiral_core import (
     Damping,
     InvalidInputError,
-    Swing,
-    SwingFit,
     SwingReading,
     fit_swing,
     inertia_of,
     solve_motion,
     vibrations,
 )
+from spiral_core.calibration.swing import SwingFit
 from spiral_core.grip.setup import free_problem
 from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.motion.swing import Swing
 
 pytestmark = pytest.mark.long
 

@@ -15,7 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiral_core import (
-    ActuationLimit,
     ActuationLimitError,
     Actuator,
     CurvatureForm,
@@ -27,11 +26,12 @@ from spiral_core import (
     MooneyRivlin,
     NeoHookean,
     PressureLaw,
-    UnloadedShape,
     Yeoh,
-    pressure_from_stretch,
-    unloaded_shape_from_stretch,
 )
+from spiral_core.actuator.actuator import UnloadedShape
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
+from spiral_core.actuator.uniform_law import pressure_from_stretch
+from spiral_core.errors import ActuationLimit
 
 EXACT = CurvatureForm.EXACT
 GENT = Gent(shear_modulus=290.0e3, extension_limit=0.5)

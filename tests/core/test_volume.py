@@ -10,11 +10,13 @@ import pytest
 from core.actuator_cases import degrees, extending_pairs, fiber_pairs, fractions, repeatable
 from hypothesis import given
 
-from spiral_core import FiberAngles, InvalidInputError, fiber_state, locking_stretch
+from spiral_core import FiberAngles, InvalidInputError
 from spiral_core.actuator.fibers import (
     fiber_derivatives,
+    fiber_state,
     initial_volume_slope,
     largest_volume_stretch,
+    locking_stretch,
     require_extending,
     volume_slope,
 )

@@ -8,7 +8,7 @@ import math
 import pytest
 from core.actuator_cases import actuator
 
-from spiral_core import windings_of
+from spiral_core.actuator.actuator import windings_of
 
 
 @pytest.mark.parametrize("beta", [-70.0, 10.0, 50.0, 89.0])

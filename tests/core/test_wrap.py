@@ -14,12 +14,11 @@ from spiral_core import (
     NoCoilError,
     NotGrippableError,
     Section,
-    UnloadedShape,
     WrapCurve,
     WrapRegime,
-    line_force,
 )
-from spiral_core.wrap.wrap import PERFECT_BAND
+from spiral_core.actuator.actuator import UnloadedShape
+from spiral_core.wrap.wrap import PERFECT_BAND, line_force
 
 G = 9.80665
 MOUNTS = {

@@ -11,16 +11,16 @@ import pytest
 
 from spiral_core import (
     Damping,
-    GripPoint,
     PressureCourse,
     RodStatus,
     SolverError,
     close_on,
     holding_force,
     lay_into_coil,
-    slow_closing,
 )
+from spiral_core.grip.closing import slow_closing
 from spiral_core.grip.setup import hanging_tube
+from spiral_core.grip.window import GripPoint
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import load_description
 from spiral_gripper.reports.closing import document

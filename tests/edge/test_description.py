@@ -18,7 +18,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spiral_core import (
-    ActuationLimit,
     CurvatureForm,
     Gent,
     MooneyRivlin,
@@ -27,6 +26,7 @@ from spiral_core import (
     SpiralError,
     Yeoh,
 )
+from spiral_core.errors import ActuationLimit
 from spiral_core.wrap.gripper import DEFAULT_TURNS, STANDARD_GRAVITY
 from spiral_gripper import DescriptionError, ProblemKind, load_description, load_gripper
 

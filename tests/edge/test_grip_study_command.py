@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from spiral_core import GripOutcome
 from spiral_core.grip import grip
+from spiral_core.grip.grip import GripOutcome
 from spiral_gripper import load_gripper
 from spiral_gripper.cli.main import run
 from spiral_gripper.reports.grip.study import print_outcomes

@@ -18,8 +18,8 @@ from spiral_core import (
     Section,
     WrapCurve,
     solve_rod,
-    windings_of,
 )
+from spiral_core.actuator.actuator import windings_of
 from spiral_gripper import load_description, plot
 from spiral_gripper.cli.main import run
 from spiral_gripper.reports.shaded import (

@@ -12,7 +12,8 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from spiral_core import GripOutcome, InvalidInputError, Pull, WrapCurve, grip_cases
+from spiral_core import InvalidInputError, Pull, WrapCurve, grip_cases
+from spiral_core.grip.grip import GripOutcome
 from spiral_core.message import Message, Quantity
 from spiral_gripper import convert_from_si, display_units, load_gripper, plot
 from spiral_gripper.cli import main as cli

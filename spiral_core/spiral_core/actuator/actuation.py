@@ -41,7 +41,8 @@ TABLE_NODES = 129
 class FreeActuation:
     """Pressure to unloaded shape of a fiber-reinforced actuator, by its mechanical model.
 
-    Implements :class:`spiral_core.ActuationModel`. The actuator's ``pressure_law`` decides how the
+    Implements :class:`~spiral_core.actuator.actuator.ActuationModel`. The actuator's
+    ``pressure_law`` decides how the
     pressure follows from the stretch. Constructing one finds where the useful branch ends and
     tabulates it once; the section law keeps the states of the last fiber sets. Every call is then
     a few microseconds.
@@ -207,7 +208,8 @@ POINTS_MIN = 3
 class MeasuredActuation:
     r"""Measured :math:`\kappa(P)` and :math:`\tau(P)`, interpolated without overshoot.
 
-    Implements :class:`spiral_core.ActuationModel`. Between two points the interpolating cubic is
+    Implements :class:`~spiral_core.actuator.actuator.ActuationModel`. Between two points the
+    interpolating cubic is
     monotone wherever the data are (PCHIP), without overshoot; past the last point it raises.
 
     Args:

@@ -12,7 +12,8 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from spiral_core import Calibration, FittedQuantity, MeasuredActuation
+from spiral_core import FittedQuantity, MeasuredActuation
+from spiral_core.calibration.fit import Calibration
 from spiral_core.calibration.model import constants_of
 from spiral_core.calibration.regression import DEFAULT_LEVEL
 from spiral_core.message import Message

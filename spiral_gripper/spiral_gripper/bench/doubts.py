@@ -6,8 +6,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from spiral_core import Calibration, RadiusPressure, Reading, weak_directions
+from spiral_core import weak_directions
+from spiral_core.calibration.fit import Calibration
+from spiral_core.calibration.readings import Reading
 from spiral_core.calibration.regression import Scatter
+from spiral_core.calibration.uncertainty import RadiusPressure
 from spiral_gripper.bench.measurements import Measurements
 from spiral_gripper.files.shown import shown
 

@@ -16,11 +16,11 @@ from spiral_core import (
     ExtensionReading,
     GripReading,
     InvalidInputError,
-    Reading,
     ShapeReading,
     SwingReading,
     TwistReading,
 )
+from spiral_core.calibration.readings import Reading
 from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.files.table import Row, Table, read_table_file
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity

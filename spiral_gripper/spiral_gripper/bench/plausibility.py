@@ -17,12 +17,12 @@ from spiral_core import (
     BendReading,
     ExtensionReading,
     GripReading,
-    Reading,
     ShapeReading,
     SpiralError,
     TwistReading,
 )
 from spiral_core.calibration.model import Trial, predict
+from spiral_core.calibration.readings import Reading
 from spiral_gripper.bench.measurements import COLUMNS
 from spiral_gripper.files.plausibility import MODULI
 from spiral_gripper.files.units import convert_from_si, parse_quantity

@@ -7,10 +7,8 @@ import math
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Final
 
-from spiral_core import (
-    FittedQuantity,
-    Interval,
-)
+from spiral_core import FittedQuantity
+from spiral_core.calibration.regression import Interval
 from spiral_gripper.files.shown import number, shown, shown_message
 from spiral_gripper.reports.fields import Field, Rows
 
@@ -33,7 +31,7 @@ def interval_text(
     """Return a figure in SI with its interval, in the unit that is shown.
 
     Example:
-        >>> from spiral_core import Interval
+        >>> from spiral_core.calibration.regression import Interval
         >>> interval_text(47.2e3, Interval(45.3e3, 49.1e3), "Pa", 0.95)
         '47.2 kPa, 95 % interval 45.3 to 49.1 kPa'
     """

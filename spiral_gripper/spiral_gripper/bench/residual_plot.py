@@ -15,11 +15,8 @@ from numpy.typing import NDArray
 
 from spiral_core import (
     BendReading,
-    Calibration,
     ExtensionReading,
     GripReading,
-    RadiusPressure,
-    Reading,
     ShapeReading,
     SpiralError,
     TwistReading,
@@ -27,6 +24,9 @@ from spiral_core import (
     pressure_uncertainty,
     regime_chart,
 )
+from spiral_core.calibration.fit import Calibration
+from spiral_core.calibration.readings import Reading
+from spiral_core.calibration.uncertainty import RadiusPressure
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.plots import regime_figure
 from spiral_gripper.reports.style import COLORS, paper_style, style_axes

@@ -8,16 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spiral_core import (
-    Calibration,
     CalibrationModel,
-    CrossValidation,
     FreeActuation,
     GripReading,
     InvalidInputError,
-    LawChoice,
     MeasuredActuation,
-    RadiusPressure,
-    Reading,
     ShapeReading,
     SpiralError,
     calibrate,
@@ -25,12 +20,18 @@ from spiral_core import (
     leave_one_out,
     measured_actuation_from_readings,
     pressure_uncertainty,
-    pressure_uncertainty_by_draws,
-    rival_fits,
     stiffness_from_actuator,
     weak_directions,
 )
+from spiral_core.calibration.fit import Calibration
 from spiral_core.calibration.model import Trial, constants_of, contradictions
+from spiral_core.calibration.readings import Reading
+from spiral_core.calibration.selection import CrossValidation, LawChoice
+from spiral_core.calibration.uncertainty import (
+    RadiusPressure,
+    pressure_uncertainty_by_draws,
+    rival_fits,
+)
 from spiral_gripper.bench.doubts import (
     copy_warnings,
     outlier_warnings,

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from spiral_core import InvalidInputError, Swing, SwingFit, SwingReading, fit_swing, vibrations
+from spiral_core import InvalidInputError, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.regression import Scatter
+from spiral_core.calibration.swing import SwingFit
+from spiral_core.rod.motion.swing import Swing
 from spiral_gripper.bench.measurements import COLUMNS, swing_readings
 from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.report import interval_text

@@ -12,7 +12,6 @@ from typing import Any, cast
 
 from spiral_core import (
     ActuationLimitError,
-    ActuationModel,
     Actuator,
     CurvatureForm,
     FiberAngles,
@@ -27,13 +26,13 @@ from spiral_core import (
     Tube,
     gripper_from_actuator,
     stiffness_from_actuator,
-    stiffness_from_section,
 )
+from spiral_core.actuator.actuator import ActuationModel
 from spiral_core.brief import brief_repr
 from spiral_core.message import Message, Quantity
 from spiral_core.rounding import rounded_down
 from spiral_core.validation import require_finite, require_non_negative, require_positive
-from spiral_core.wrap.gripper import STANDARD_GRAVITY
+from spiral_core.wrap.gripper import STANDARD_GRAVITY, stiffness_from_section
 from spiral_gripper.files.catalog import find_description, read_description_text
 from spiral_gripper.files.document import Document, read_document
 from spiral_gripper.files.errors import DescriptionError, ProblemKind

@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from spiral_core import Frame, PressureCourse, TimedClosing, close_on
-from spiral_core.grip.closing import BEYOND_WRAP, FRAMES
+from spiral_core import PressureCourse, close_on
+from spiral_core.grip.closing import BEYOND_WRAP, FRAMES, TimedClosing
+from spiral_core.rod.motion.motion import Frame
 from spiral_gripper.studio.session import Session
 from spiral_gripper.studio.settings import Settings
 

@@ -13,7 +13,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import viser
 
-from spiral_core import RodState, SpiralError, TimedClosing
+from spiral_core import RodState, SpiralError
+from spiral_core.grip.closing import TimedClosing
 from spiral_gripper.files.catalog import available_grippers
 from spiral_gripper.files.description import GripperDescription, load_description
 from spiral_gripper.files.shown import in_present_units, shown, shown_message

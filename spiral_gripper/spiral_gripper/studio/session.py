@@ -15,8 +15,6 @@ import numpy as np
 from spiral_core import (
     Grip,
     Gripper,
-    GripPoint,
-    GripWindow,
     ObjectPlacement,
     Profile,
     RodState,
@@ -26,11 +24,12 @@ from spiral_core import (
     WrapRegime,
     grip_window,
     lay_into_coil,
-    place_object,
     solve_grip,
     solve_rod,
 )
+from spiral_core.grip.window import GripPoint, GripWindow
 from spiral_core.rod.types import Array
+from spiral_core.wrap.placement import place_object
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.studio.settings import DEFAULT_RATE, Settings, gripper_for
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import math
 
-from spiral_core import Frame, Gripper, Pull, RodState, TimedClosing
-from spiral_core.rod.motion.motion import contact_fraction
+from spiral_core import Gripper, Pull, RodState
+from spiral_core.grip.closing import TimedClosing
+from spiral_core.rod.motion.motion import Frame, contact_fraction
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_gripper.files.shown import scale_of, shown, shown_message
 from spiral_gripper.studio.session import Answer
