@@ -199,6 +199,17 @@ def test_sections_are_compared_and_scaled_as_a_whole() -> None:
     )
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.3, 2.5, 0.7, 1.1, 3.3])
+@pytest.mark.parametrize("parts", [2, 3, 4, 6])
+def test_equal_pieces_have_equally_many_elements(scale: float, parts: int) -> None:
+    """Whatever rounding makes of their lengths."""
+    breaks = tuple(0.4 * scale * k / parts for k in range(1, parts))
+    stiff = Section.inextensible(1.0, 1.0)
+    state = solve_rod(Rod(0.4 * scale, stiff, breaks=breaks), RodLoad())
+    ends = [int(np.abs(state.arc_lengths - at).argmin()) for at in (*breaks, 0.4 * scale)]
+    assert len(set(np.diff(ends, prepend=0).tolist())) == 1
+
+
 @pytest.mark.parametrize("stiffness", [(2.5e-4, 5e-3), (5e-3, 2.5e-4), (2.5e-4, 2.5e-4)])
 def test_breaks_keep_the_order_where_properties_jump(stiffness: tuple[float, float]) -> None:
     rod = two_tubes(*stiffness)

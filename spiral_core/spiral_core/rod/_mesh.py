@@ -29,6 +29,8 @@ Counts: TypeAlias = tuple[int, ...]
 # bends it; measured, the tip's error is then 3e-6 of the length in the median, 3e-5 at worst.
 ELEMENT_ANGLE = 0.25
 FEWEST_ELEMENTS = 24
+# So little more than a whole number of elements [elements] is rounding.
+ROUNDING = 1e-9
 # A section that resists torsion and bending unequally turns strain into strain of another kind at
 # the rate of the strain times the root of the stiffnesses' ratio; these fractions of it count,
 # where torsion is the softer and where it is the stiffer; measured.
@@ -62,7 +64,7 @@ def element_counts(rod: Rod, load: RodLoad, angle: float = ELEMENT_ANGLE) -> Cou
     counts = []
     for (begin, end), turned in zip(pieces(rod), angles, strict=True):
         fewest = FEWEST_ELEMENTS * (end - begin) / rod.length
-        count = math.ceil(max(turned / angle, fewest))
+        count = math.ceil(max(turned / angle, fewest) - ROUNDING)
         counts.append(max(2, count + count % 2))
     return tuple(counts)
 
