@@ -39,9 +39,11 @@ class GripBank:
         self._random = random
         self.answered = self.refused = 0
 
-    def submit(self, solve: Callable[..., Any], question: GripQuestion) -> Future[GripFigures]:
+    def submit(
+        self, solve: Callable[..., Any], question: GripQuestion, is_wanted: Callable[[], bool]
+    ) -> Future[GripFigures]:
         """Return the answer, as a pool would that has just computed it."""
-        del solve
+        del solve, is_wanted
         answer: Future[GripFigures] = Future()
         try:
             answer.set_result(self._answer(question))
@@ -64,6 +66,7 @@ class GripBank:
             onset_wrap=scale * solved.onset_wrap,
             onset_curling=None if solved.onset_curling is None else scale * solved.onset_curling,
             loss=None if solved.loss is None else scale * solved.loss,
+            highest_good=scale * solved.highest_good,
             top=scale * solved.top,
             pressures=scale * solved.pressures,
             force_pressures=scale * solved.force_pressures,

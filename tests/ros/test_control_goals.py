@@ -12,6 +12,8 @@ from spiral_core import SolverError, WrapRegime
 from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import TimeoutPolicy
+from spiral_gripper_ros.control.release import Release, ReleaseGoal
+from spiral_gripper_ros.control.snapshot import MeasuredPressure
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 
 
@@ -186,3 +188,15 @@ def test_the_followed_radius_cannot_be_grasped_if_there_is_none(bench):
     )
     bench.control.release()
     assert bench.grasp(None).reason is Reason.RELEASED
+
+
+def test_a_release_is_done_by_what_is_measured_after_it_began(bench):
+    release = Release(ReleaseGoal(), 10.0, LIMITS)
+    vented = replace(bench.seen, state=State.RELEASED, is_measured=True)
+    for now, pressure, age, outcome in (
+        (10.0, 500.0, 0.08, RUNNING),  # from before the ramp that the release ended
+        (10.02, 5.3e3, 0.0, RUNNING),
+        (10.1, 500.0, 0.02, SUCCEEDED),
+    ):
+        release.update(now, replace(vented, measured=MeasuredPressure(pressure, age)))
+        assert release.report.outcome is outcome

@@ -9,7 +9,7 @@ from typing import Generic
 
 from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
+from spiral_gripper_ros.control.snapshot import MeasuredPressure, PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 
 # Faults of sensor or link, which a gripper that is still full does not have.
@@ -76,7 +76,7 @@ class Release(Generic[PlanT]):
         elif not snapshot.is_measured:
             if elapsed >= limits.pressure_settle_time:
                 self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
-        elif measured is not None and abs(measured.pressure) <= limits.pressure_tolerance:
+        elif self._shows_vented(measured, elapsed):
             self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
         elif fault.reason in _NO_EVIDENCE:
             text = f"0 Pa is commanded, but nothing shows that the gripper is vented: {fault.text}"
@@ -85,6 +85,15 @@ class Release(Generic[PlanT]):
             seen = "no believed pressure" if measured is None else f"{measured.pressure:.6g} Pa"
             text = f"still {seen} {elapsed:.3g} s after the release"
             self._end(GraspOutcome.FAILED, Refusal(Reason.PRESSURE_HIGH, text))
+
+    def _shows_vented(self, measured: MeasuredPressure | None, elapsed: float) -> bool:
+        """Return whether what is measured since the release began is close to 0.
+
+        An older measurement may be from before a ramp that was under way.
+        """
+        if measured is None or measured.age > elapsed:
+            return False
+        return abs(measured.pressure) <= self._limits.pressure_tolerance
 
     def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:
         self.report = replace(self.report, outcome=outcome, refusal=refusal)
