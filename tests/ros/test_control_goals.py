@@ -190,13 +190,52 @@ def test_the_followed_radius_cannot_be_grasped_if_there_is_none(bench):
     assert bench.grasp(None).reason is Reason.RELEASED
 
 
-def test_a_release_is_done_by_what_is_measured_after_it_began(bench):
+LOST, HIGH = Reason.PRESSURE_LOST, Reason.PRESSURE_HIGH
+LOW, NO_FAULT = Refusal(Reason.PRESSURE_LOW, "a leak"), Refusal(Reason.NONE, "")
+
+
+@pytest.mark.parametrize(
+    "course",
+    [
+        # Of time, pressure, its age, fault, outcome. From before the ramp that the release ended:
+        [
+            (0.0, 500.0, 0.08, NO_FAULT, RUNNING),
+            (0.02, 5.3e3, 0.0, NO_FAULT, RUNNING),
+            (0.1, 500.0, 0.02, NO_FAULT, SUCCEEDED),
+        ],
+        # A leak or a burst hose: too low for the grip before, on its way to 0 now.
+        [
+            (0.0, 3.0e4, 0.01, LOW, RUNNING),
+            (0.02, 2.0e4, 0.0, LOW, RUNNING),
+            (0.3, 200.0, 0.0, LOW, SUCCEEDED),
+        ],
+        # A sensor that has failed:
+        [(0.0, -1.0e5, 0.01, LOW, RUNNING), (0.02, -1.0e5, 0.0, LOW, (FAILED, LOW.reason))],
+        # Nothing, or the same pressure, until it is late:
+        [(2.9, 0.0, 4.0, NO_FAULT, RUNNING), (3.1, 0.0, 4.2, NO_FAULT, (FAILED, LOST))],
+        [(2.9, 3e4, 0.0, NO_FAULT, RUNNING), (3.1, 3e4, 0.0, NO_FAULT, (FAILED, HIGH))],
+    ],
+)
+def test_a_release_is_done_by_what_is_measured_after_it_began(bench, course):
     release = Release(ReleaseGoal(), 10.0, LIMITS)
     vented = replace(bench.seen, state=State.RELEASED, is_measured=True)
-    for now, pressure, age, outcome in (
-        (10.0, 500.0, 0.08, RUNNING),  # from before the ramp that the release ended
-        (10.02, 5.3e3, 0.0, RUNNING),
-        (10.1, 500.0, 0.02, SUCCEEDED),
-    ):
-        release.update(now, replace(vented, measured=MeasuredPressure(pressure, age)))
-        assert release.report.outcome is outcome
+    for time, pressure, age, fault, expected in course:
+        seen = MeasuredPressure(pressure, age)
+        release.update(10.0 + time, replace(vented, measured=seen, pressure_fault=fault))
+        report = release.report
+        found = (report.outcome, report.refusal.reason) if report.outcome is FAILED else None
+        assert expected == (found or report.outcome)
+
+
+@pytest.mark.parametrize(
+    ("end", "reason"),
+    [
+        (lambda bench: bench.control.deactivate(), Reason.NOT_ACTIVE),
+        (lambda bench: bench.control.fail("a defect"), Reason.INTERNAL_ERROR),
+    ],
+)
+def test_a_release_is_answered_though_nothing_is_commanded_any_more(holding, end, reason):
+    release = holding.control.start_release(0.0, ReleaseGoal())
+    assert release.report.outcome is RUNNING
+    end(holding)
+    assert (release.report.outcome, release.report.refusal.reason) == (FAILED, reason)

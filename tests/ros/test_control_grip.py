@@ -184,6 +184,22 @@ def test_a_vented_gripper_is_not_taken_over(restarted):
     assert restarted.state is State.WAITING
 
 
+def test_stale_gravity_vents_though_a_pressure_is_waited_for(restarted):
+    control = restarted.control
+    control.reconfigure(
+        replace(LIMITS, gravity_timeout=0.2, gravity_timeout_policy=FaultPolicy.VENT)
+    )
+    control.hear_gravity(restarted.now)
+    for step in range(11):  # faster than commands: it has agreed, and then it does not any more
+        control.offer_measured(restarted.now + TICK * step, 4.0e4)
+    assert restarted.state is State.TAKEN_OVER
+    control.offer_measured(restarted.now + TICK * 11, 7.0e4)
+    assert control.is_silent
+    assert [control.command(restarted.now + 0.3 * step) for step in (1, 2)][-1] == 0.0
+    assert restarted.state is State.FAULT
+    assert not control.is_silent
+
+
 def test_an_impossible_pressure_is_not_taken_over(restarted):
     restarted.control.offer_measured(restarted.now, float("nan"))
     assert restarted.control.is_silent

@@ -126,12 +126,11 @@ class GripControl(Generic[PlanT]):
 
     def deactivate(self) -> None:
         """Vent, and stay vented until activated."""
-        self._take_over.end()
         self._enter(Event.DEACTIVATE, NOT_ACTIVE)
+        self._fail_releases(NOT_ACTIVE)
 
     def release(self, refusal: Refusal = RELEASED) -> None:
         """Vent for a reason, and stay vented until re-armed, a grasp or the next activation."""
-        self._take_over.end()
         self._enter(Event.RELEASE, refusal)
 
     def rearm(self) -> Refusal | None:
@@ -149,8 +148,9 @@ class GripControl(Generic[PlanT]):
 
     def fail(self, text: str) -> None:
         """Vent because of an internal error, and stay vented until re-armed or activated anew."""
-        self._take_over.end()
-        self._enter(Event.FAULT, Refusal(Reason.INTERNAL_ERROR, text))
+        refusal = Refusal(Reason.INTERNAL_ERROR, text)
+        self._enter(Event.FAULT, refusal)
+        self._fail_releases(refusal)
 
     # --- inputs ------------------------------------------------------------------------------
 
@@ -374,6 +374,11 @@ class GripControl(Generic[PlanT]):
             release for release in self._releases if release.report.outcome is GraspOutcome.RUNNING
         ]
 
+    def _fail_releases(self, refusal: Refusal) -> None:
+        for release in self._releases:
+            release.fail(refusal)
+        self._releases = []
+
     # --- output ------------------------------------------------------------------------------
 
     def command(self, now: float) -> float:
@@ -437,6 +442,7 @@ class GripControl(Generic[PlanT]):
         self._state, self._rule = TRANSITIONS[self._state, event]
         self._refusal = refusal
         if self._rule is CommandRule.VENT:
+            self._take_over.end()
             self._pressure = 0.0
             self._target.clear()
             self._forget_radii()

@@ -9,11 +9,10 @@ from typing import Generic
 
 from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.snapshot import MeasuredPressure, PlanT, Snapshot
+from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 
-# Faults of sensor or link, which a gripper that is still full does not have.
-_NO_EVIDENCE = (Reason.PRESSURE_LOST, Reason.PRESSURE_INVALID, Reason.PRESSURE_LOW)
+_SENSOR_FAULTS = (Reason.PRESSURE_LOST, Reason.PRESSURE_INVALID)
 _REPLACED = Refusal(Reason.GRASP_REPLACED, "the gripper was told to grip again")
 _CANCELED = Refusal(Reason.GRASP_CANCELED, "canceled; the gripper stays released")
 
@@ -31,7 +30,7 @@ class ReleaseGoal:
 
 
 class Release(Generic[PlanT]):
-    """An accepted release: waits for the evidence, a believed pressure close to 0.
+    """An accepted release: waits for the evidence, a pressure close to 0 measured after it began.
 
     Where nothing has measured the pressure since activation it waits for a time instead. A failed
     sensor or link is no evidence: the release fails with that fault, though 0 Pa is commanded.
@@ -54,13 +53,18 @@ class Release(Generic[PlanT]):
         if not (math.isfinite(self._timeout) and self._timeout > 0.0):
             value = f"got {self._timeout:.6g} s; vented all the same"
             text = f"timeout must be a positive finite number, {value}"
-            self._end(GraspOutcome.FAILED, Refusal(Reason.INVALID_REQUEST, text))
+            self.fail(Refusal(Reason.INVALID_REQUEST, text))
 
     def cancel(self, now: float) -> None:
         """Stop waiting, if it has not ended; what is vented stays vented."""
         if self.report.outcome is GraspOutcome.RUNNING:
             self.report = replace(self.report, elapsed=now - self._started)
             self._end(GraspOutcome.CANCELED, _CANCELED)
+
+    def fail(self, refusal: Refusal) -> None:
+        """End it for a reason, if it has not ended; what is vented stays vented."""
+        if self.report.outcome is GraspOutcome.RUNNING:
+            self._end(GraspOutcome.FAILED, refusal)
 
     def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
         """Bring the report up to date, and make it final once the release has ended."""
@@ -69,31 +73,31 @@ class Release(Generic[PlanT]):
         limits, elapsed = self._limits, now - self._started
         self.report = replace(self.report, elapsed=elapsed)
         measured, fault = snapshot.measured, snapshot.pressure_fault
+        # An older measurement may be from before a ramp that was under way.
+        new = measured.pressure if measured is not None and measured.age <= elapsed else None
+        # Once vented, a pressure is too low only where it is below 0, as of a failed sensor; one
+        # that was too low for the grip, as of a leak, is on its way to 0.
+        is_low = fault.reason is Reason.PRESSURE_LOW
+        fails = is_low and new is not None and new < -limits.pressure_tolerance
         if snapshot.state is State.INACTIVE:
-            self._end(GraspOutcome.FAILED, snapshot.refusal)
+            self.fail(snapshot.refusal)
         elif snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
-            self._end(GraspOutcome.FAILED, _REPLACED)
+            self.fail(_REPLACED)
         elif not snapshot.is_measured:
             if elapsed >= limits.pressure_settle_time:
                 self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
-        elif self._shows_vented(measured, elapsed):
+        elif new is not None and abs(new) <= limits.pressure_tolerance:
             self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
-        elif fault.reason in _NO_EVIDENCE:
+        elif fails or fault.reason in _SENSOR_FAULTS:
             text = f"0 Pa is commanded, but nothing shows that the gripper is vented: {fault.text}"
-            self._end(GraspOutcome.FAILED, Refusal(fault.reason, text))
+            self.fail(Refusal(fault.reason, text))
         elif elapsed > self._timeout:
-            seen = "no believed pressure" if measured is None else f"{measured.pressure:.6g} Pa"
-            text = f"still {seen} {elapsed:.3g} s after the release"
-            self._end(GraspOutcome.FAILED, Refusal(Reason.PRESSURE_HIGH, text))
-
-    def _shows_vented(self, measured: MeasuredPressure | None, elapsed: float) -> bool:
-        """Return whether what is measured since the release began is close to 0.
-
-        An older measurement may be from before a ramp that was under way.
-        """
-        if measured is None or measured.age > elapsed:
-            return False
-        return abs(measured.pressure) <= self._limits.pressure_tolerance
+            text = f"nothing was measured in the {elapsed:.3g} s since the release"
+            late = Refusal(Reason.PRESSURE_LOST, text)
+            if new is not None:
+                text = f"still {new:.6g} Pa {elapsed:.3g} s after the release"
+                late = Refusal(Reason.PRESSURE_HIGH, text)
+            self.fail(late)
 
     def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:
         self.report = replace(self.report, outcome=outcome, refusal=refusal)
