@@ -27,6 +27,7 @@ from spiral_gripper_ros.planning.worker import (
     EndedError,
     SharedGrips,
     Worker,
+    join_ended,
     solve_grip,
 )
 
@@ -179,6 +180,14 @@ def test_what_holds_the_interpreter_is_ended_too(worker):
     with pytest.raises(EndedError, match="the node has ended"):
         worker.answer(stuck)
     wait_for_the_end(process_id)
+
+
+def test_nothing_that_was_started_for_it_outlives_a_program_that_waits(worker):
+    before = set(threading.enumerate())
+    worker.submit(stuck)
+    worker.end()
+    join_ended()
+    assert set(threading.enumerate()) == before
 
 
 def test_the_programs_main_module_does_not_run_again(tmp_path):

@@ -65,6 +65,7 @@ class NodeProgram:
         from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
         from spiral_gripper_ros.node.garbage import GarbageFreezer
+        from spiral_gripper_ros.planning.worker import join_ended
         from spiral_gripper_ros.process.guards import GuardedLoop
 
         signals.defer()
@@ -89,6 +90,7 @@ class NodeProgram:
                 node.vent()  # whatever else has been called meanwhile
             executor.shutdown()
             node.destroy_node()
+            join_ended()
         return 0
 
 

@@ -21,6 +21,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
 from typing import Any, ClassVar
+from weakref import WeakSet
 
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
@@ -115,7 +116,9 @@ class Worker:
         """End the process."""
         if self._pool is not None and self._link is not None:
             self._link.close()
-            self._pool.shutdown(wait=False, cancel_futures=True)
+            ending = threading.Thread(target=self._pool.shutdown, kwargs={"cancel_futures": True})
+            _ending.add(ending)
+            ending.start()
             self._pool = None
 
     def _unwanted(self) -> EndedError:
@@ -123,6 +126,20 @@ class Worker:
 
     def _ended(self) -> EndedError:
         return EndedError(f"no {self._what}: {self._why or 'its process was killed'}")
+
+
+# Those that close the pools of processes that were ended.
+_ending: WeakSet[threading.Thread] = WeakSet()
+
+
+def join_ended() -> None:
+    """Wait until all that was started for processes that were ended has ended too.
+
+    A program calls it last: a pool that closes while the interpreter ends may be woken just after
+    its pipe was closed, and prints a traceback.
+    """
+    for thread in tuple(_ending):
+        thread.join()
 
 
 class SharedGrips:
