@@ -8,7 +8,9 @@ message is one line: what was wrong, which value, and what would be right. The s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
+from numbers import Real
 
 from spiral_core.message import Message, Quantity, joined
 from spiral_core.rounding import rounded_down, rounded_up
@@ -55,6 +57,8 @@ class InvalidInputError(SpiralError, ValueError):
         value: the value as it was given.
         requirement: what would have been accepted, in words.
         unit: SI unit of the value, or of each of several; ``"1"`` where it has none.
+        rounded: rounds the value for the message, outwards where it lies past a bound; None rounds
+            to the nearest.
 
     Example:
         >>> print(InvalidInputError("wall_thickness", -1.0, "a positive finite number"))
@@ -63,15 +67,23 @@ class InvalidInputError(SpiralError, ValueError):
         pressure must be at least 0, got -1 Pa
     """
 
-    def __init__(self, field: str, value: object, requirement: str, unit: str = "1") -> None:
-        super().__init__(field, value, requirement, unit)
+    def __init__(
+        self,
+        field: str,
+        value: object,
+        requirement: str,
+        unit: str = "1",
+        rounded: Callable[[float, int], float] | None = None,
+    ) -> None:
+        super().__init__(field, value, requirement, unit, rounded)
         self.field = field
         self.value = value
         self.requirement = requirement
         self.unit = unit
+        self.rounded = rounded
 
     def __str__(self) -> str:
-        got = _value_text(self.value, self.unit)
+        got = _value_text(self.value, self.unit, self.rounded)
         return Message("{} must be {}, got {}", self.field, self.requirement, got)
 
 
@@ -99,7 +111,8 @@ class ActuationLimitError(SpiralError):
 
     def __str__(self) -> str:
         unit = "Pa" if self.quantity == "pressure" else "1"
-        value, bound = Quantity(self.value, unit), Quantity(self.bound, unit, rounded_down)
+        value = Quantity(self.value, unit, rounded_up)
+        bound = Quantity(self.bound, unit, rounded_down)
         template = "{} {} is past its limit {}: {}"
         return Message(template, self.quantity, value, bound, self.limit.value)
 
@@ -222,13 +235,14 @@ the nearest grippable radius is 0.009 m
         )
 
 
-def _value_text(value: object, unit: str) -> object:
+def _value_text(value: object, unit: str, rounded: Callable[[float, int], float] | None) -> object:
     """Return a value with its unit; without one its repr, on a line of at most 120 characters."""
     if isinstance(value, Message):
         return value
     if unit != "1":
-        several = value if isinstance(value, tuple) else (value,)
-        if 0 < len(several) <= 6 and all(isinstance(one, float) for one in several):
-            return joined(", ", (Quantity(one, unit) for one in several))
+        several = value if isinstance(value, (tuple, list)) else (value,)
+        numbers = all(isinstance(one, Real) and not isinstance(one, bool) for one in several)
+        if 0 < len(several) <= 6 and numbers:
+            return joined(", ", (Quantity(one, unit, rounded) for one in several))
     text = " ".join(repr(value).split())
     return text if len(text) <= 120 else text[:117] + "..."

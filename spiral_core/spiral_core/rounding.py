@@ -13,7 +13,7 @@ def rounded_down(value: float, digits: int) -> float:
         >>> rounded_down(0.0378219, 4), rounded_down(-1.25, 2)
         (0.03782, -1.3)
     """
-    return float(Context(digits, ROUND_FLOOR).create_decimal_from_float(value))
+    return float(Context(digits, ROUND_FLOOR).create_decimal(repr(float(value))))
 
 
 def rounded_up(value: float, digits: int) -> float:
@@ -23,4 +23,4 @@ def rounded_up(value: float, digits: int) -> float:
         >>> rounded_up(0.0378219, 4), rounded_up(12.0, 2)
         (0.03783, 12.0)
     """
-    return float(Context(digits, ROUND_CEILING).create_decimal_from_float(value))
+    return float(Context(digits, ROUND_CEILING).create_decimal(repr(float(value))))

@@ -76,13 +76,14 @@ def require_in_range(field: str, value: object, low: float, high: float, unit: s
         >>> require_in_range("friction_coefficient", 0.5, 0.0, 2.0)
         0.5
     """
-    if type(value) is float and low <= value <= high:
+    if type(value) is float and low <= value <= high and math.isfinite(value):
         return value
     ends = Quantity(low, unit, rounded_up), Quantity(high, unit, rounded_down)
     requirement = Message("a number from {} to {}", *ends)
     number = _checked(field, value, requirement)
     if not low <= number <= high:
-        raise InvalidInputError(field, number, requirement, unit)
+        outwards = rounded_up if number > high else rounded_down
+        raise InvalidInputError(field, value, requirement, unit, outwards)
     return number
 
 

@@ -300,6 +300,10 @@ def test_progress_counts_the_candidates_solved() -> None:
     assert [call[2][-6:] for call in calls] == ["60 deg", "70 deg", "80 deg"]
 
 
+def test_the_name_of_a_gripper_is_plain_text_that_can_be_written_to_a_file(design: Design) -> None:
+    assert type(design.gripper.name) is str
+
+
 def test_reports_travel_between_processes(report: DesignReport) -> None:
     again = pickle.loads(pickle.dumps(report))
     assert again == report

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import math
 import pickle
+import re
 from enum import Enum
 
 import pytest
@@ -19,6 +21,16 @@ from spiral_core.errors import (
     SpiralError,
 )
 from spiral_core.message import Message, Quantity
+from spiral_core.validation import require_in_range
+
+LIMIT = ActuationLimit.DATA_END
+HALF = 0.5 * math.pi
+
+
+def raised(check, *arguments) -> InvalidInputError:
+    with pytest.raises(InvalidInputError) as caught:
+        check(*arguments)
+    return caught.value
 
 
 class Status(Enum):
@@ -140,3 +152,27 @@ def test_a_message_keeps_its_quantities_wherever_it_travels() -> None:
         "an object of radius 50 millim cannot be gripped: above 1e+08 milliPa; "
         "the nearest grippable radius is 12.3 millim"
     )
+
+
+@pytest.mark.parametrize(
+    ("error", "shown"),
+    [
+        (ActuationLimitError(LIMIT, "pressure", 150000.04, 150000.01), "150001 Pa .* 150000 Pa"),
+        (
+            raised(require_in_range, "pressure", 55000.0001, 0.0, 55e3, "Pa"),
+            "55000 Pa, got 55000.1",
+        ),
+        (
+            raised(require_in_range, "alpha", 1.5707964, -HALF, HALF, "rad"),
+            "90 deg, got 90.0001 deg",
+        ),
+        (raised(require_in_range, "alpha", -1.5707964, -HALF, HALF, "rad"), "got -90.0001 deg"),
+        (raised(require_in_range, "elements", 1, 2, 100), "from 2 to 100, got 1$"),
+        (raised(require_in_range, "time", math.inf, 0.0, math.inf, "s"), "got inf"),
+        (InvalidInputError("pressure", 200000, "less", "Pa"), "got 200000 Pa"),
+        (InvalidInputError("pressures", [1.0, 2], "less", "Pa"), "got 1 Pa, 2 Pa"),
+    ],
+)
+def test_a_value_has_its_unit_and_is_never_shown_as_the_bound_that_it_is_past(error, shown) -> None:
+    assert re.search(shown, str(error))
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)

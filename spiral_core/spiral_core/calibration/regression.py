@@ -193,8 +193,8 @@ class Fit:
 def covariance_and_scale(residuals: Array, jacobian: Array) -> tuple[Array, float]:
     """Return the parameters' covariance (p, p) at a minimum, and the scale of the errors.
 
-    A direction that no reading sees at all would divide by zero; the smallest positive float times
-    the largest singular value stands in, and shows as an absurdly wide interval.
+    A direction that no reading sees at all would divide by zero; the rounding error of the largest
+    singular value stands in, and shows as an absurdly wide interval.
 
     Args:
         residuals: (m,) over the stated errors.

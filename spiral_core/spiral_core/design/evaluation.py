@@ -169,7 +169,7 @@ def evaluate_candidate(
 ) -> Evaluation:
     """Return a candidate as a rod under gravity, with its length corrected (step 6).
 
-    Plain values in and out: it can run in another process.
+    Its arguments and its result can be pickled: it can run in another process.
 
     Args:
         requirement: objects and limits.

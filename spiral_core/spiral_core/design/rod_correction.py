@@ -114,7 +114,7 @@ def gripper_of(
     friction = requirement.friction_coefficient
     told = friction != DEFAULT_FRICTION
     return gripper_from_actuator(
-        candidate.label,
+        candidate.label[:],  # plain text: a name keeps no quantities
         candidate.actuator(requirement, length),
         density=candidate.elastomer.density,
         pressure_max=pressure_max,

@@ -61,7 +61,7 @@ def solve_points(
         requirement: objects and limits; what it offers itself is not looked at.
         candidates: what to solve.
         executor: where; None solves one after the other, here.
-        progress: called with the number done and the number there are, after each.
+        progress: called with the number done, in the order given, and the number there are.
 
     Raises:
         InvalidInputError: pressure would not extend an actuator with these angles.

@@ -135,7 +135,7 @@ def strain_factor(sine_squared: float) -> tuple[float, float, float]:
 
     With z = sin(angle / 2) of an element's rotation, u = (2 f / h) Im(conj(q_0) q_1) is its
     rotation vector over h. The series' error is O(h^8); the rest strain goes through the same
-    series (:func:`discrete_rest_strain`), so that the uniform helix stays exact.
+    series (``discrete_strain_scale``), so that the uniform helix stays exact.
     """
     s = sine_squared
     value = 1.0 + s * (1.0 / 6.0 + s * (3.0 / 40.0 + s * (5.0 / 112.0)))

@@ -316,7 +316,7 @@ def _fibers(values: Values) -> FiberAngles | OneFamily:
     try:
         return OneFamily(alpha)
     except InvalidInputError as error:
-        raise InvalidInputError("alpha", alpha, error.requirement) from None
+        raise InvalidInputError("alpha", alpha, error.requirement, error.unit) from None
 
 
 def _material(values: Values) -> HyperelasticLaw:

@@ -97,10 +97,10 @@ def _release(x: Iterate, solution: Solution) -> None:
 def advanced(
     here: Moment, arrays: Arrays, duration: float, inertia: Array, damping: Damping
 ) -> tuple[Moment | None, float]:
-    """Take a step to the problem that ``arrays`` states; ``inertia`` is that of :func:`masses`.
+    """Take a step to the problem that ``arrays`` states.
 
-    Returns the rod after it, or None if the step was not solved or a node moved too far; and the
-    estimated error of the positions in this step [m].
+    ``inertia`` is that of its coordinates. Returns the rod after it, or None if the step was not
+    solved or a node moved too far; and the estimated error of the positions in this step [m].
     """
     smooth = ~here.touches & here.started
     target, scale = _target(here, duration, smooth)
