@@ -10,11 +10,12 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from spiral_core import InvalidInputError
 from spiral_core.grip import grip
 from spiral_core.grip.grip import GripOutcome
 from spiral_gripper import load_gripper
 from spiral_gripper.cli.main import run
-from spiral_gripper.reports.grip.study import print_outcomes
+from spiral_gripper.reports.grip.study import StudyFile, print_outcomes
 
 SWEEP = [
     "sweep",
@@ -122,6 +123,15 @@ def test_a_force_that_is_not_known_is_no_refusal() -> None:
     assert "> 0.9" in first
     assert "?" in first
     assert "?" not in second
+
+
+def test_a_file_that_is_no_study_is_kept(tmp_path: Path) -> None:
+    for text in ('{"precious": 1}', "a: 1\nb: 2", '{"case": 1}\n{"case": [2'):
+        precious = tmp_path / "precious.jsonl"
+        precious.write_text(text, encoding="utf-8")
+        with pytest.raises(InvalidInputError, match="line 1 must be an outcome of a study"):
+            StudyFile(precious, [])
+        assert precious.read_text(encoding="utf-8") == text
 
 
 def test_misuse_is_answered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

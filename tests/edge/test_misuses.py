@@ -194,6 +194,7 @@ MISUSES = {
     "chart design-space prototype_p1 --json --stretch-max 0.5": "must be above 1, got",
     "chart design-space prototype_p1 --json --turns -1": "--turns must be",
     "chart pressure prototype_p1 --json --radius-min 9mm --radius-max 8mm": "9mm is not below",
+    "chart pressure prototype_p1 --json --radius-min '1 m'": "1 m is not below",
     "chart pressure prototype_p1 --json --radius-max '1 m'": "cannot be gripped",
     "chart pressure nowhere --json": "no gripper has this name",
     # calibrate
@@ -225,6 +226,8 @@ MISUSES = {
     C + "--level 95": "--level",
     C + "--level 1": "--level",
     C + "--draws 1": "--draws",
+    C + "--draws 400": "--draws goes with --radius",
+    C + "--free-swing --section-length '90 mm'": "leave --section-length",
     C + "--seed -1": "--seed",
     C + "--plot residuals.bmp": ".png, .svg, .pdf",
     C + "--save x.yaml": "exclude each other",

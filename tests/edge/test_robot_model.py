@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot model: spheres that cover the tube, a box that holds every shape, a xacro that fits."""
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -40,6 +41,11 @@ def surface(state, outer):
     angles = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     around = [np.cos(a) * across + np.sin(a) * up for a in angles]
     return np.concatenate([state.positions + outer * ring for ring in around])
+
+
+@pytest.mark.parametrize("name", ["grip [v2]: a", "1.5", "on", "a # b", "größer"])
+def test_a_name_is_text_whatever_it_looks_like(model, name):
+    assert YAML(typ="safe").load(model_as_yaml(replace(model, name=name)))["name"] == name
 
 
 @pytest.mark.parametrize("radius", [0.006, 0.02, 0.037])

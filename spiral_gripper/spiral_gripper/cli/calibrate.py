@@ -153,12 +153,17 @@ def calibrate(
     from spiral_gripper.bench.run import load_files
     from spiral_gripper.cli.gripper import described
 
+    if options["draws"] is not None and not options["radii"]:
+        raise click.UsageError("--draws goes with --radius, whose interval it draws")
     description = described(gripper)
     stated = parse_options(free_swing=free_swing, **options)
     if free_swing:
         if measured_curve or save is not None:
             raise click.UsageError("--free-swing writes no gripper file and excludes other kinds")
         _refuse_unused("--free-swing fits the damping only", stated, plot, report, "--hold")
+        if stated.section_length is not None or stated.accept_implausible:
+            unused = "--section-length and --accept-implausible"
+            raise click.UsageError(f"--free-swing takes the gripper's length: leave {unused} out")
         return _fit_swing(description, files, stated, as_json)
     measurements = load_files(description, files, stated)
     if measured_curve:

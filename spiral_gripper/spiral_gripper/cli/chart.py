@@ -114,13 +114,15 @@ def pressure(
     from spiral_core.design.charts import contact_chart
     from spiral_core.wrap.curve import WrapCurve
     from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
+    from spiral_gripper.files.shown import shown
 
-    if None not in (radius_min, radius_max) and not radius_min < radius_max:  # type: ignore[operator]
-        low_text, high_text = typed("radius_min"), typed("radius_max")
-        raise click.UsageError(f"--radius-min {low_text} is not below --radius-max {high_text}")
     curve = WrapCurve(mounted(described(gripper).gripper, options))
     high = curve.radius_max if radius_max is None else radius_max
     low = max(curve.radius_min, 0.25 * high) if radius_min is None else radius_min
+    if low >= high:
+        low_text = shown(low, "m") if radius_min is None else typed("radius_min")
+        high_text = shown(high, "m") if radius_max is None else typed("radius_max")
+        raise click.UsageError(f"--radius-min {low_text} is not below --radius-max {high_text}")
     with (
         process_pool(core_count()) as executor,
         progress_bar("closing on cylinders", quiet=as_json) as progress,

@@ -19,6 +19,7 @@ from spiral_gripper.cli.types import (
     LENGTH,
     NUMBER,
     Decorated,
+    Suffixed,
     output_options,
     plot_option,
     unit_vector,
@@ -200,7 +201,7 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
 )
 @click.option(
     "--results",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Suffixed((".jsonl",)),
     help="A .jsonl file with one line for each grip; grips found in it are not solved again.",
 )
 @jobs_option

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
@@ -132,7 +133,7 @@ def model_as_yaml(model: RobotModel) -> str:
     lines = [
         "# A gripper for urdf/spiral_gripper.urdf.xacro, in its base frame; meters, pascals.",
         f"# Written by `spiral-gripper model`, for an object of {1e3 * model.object_radius:g} mm.",
-        f"name: {model.name}",
+        f"name: {json.dumps(model.name, ensure_ascii=False)}",
         f"tube_radius: {model.tube_radius:.5f}",
         f"length: {model.length:.5f}",
         f"object_radius: {model.object_radius:.5f}",

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from spiral_core.actuator.actuator import Actuator, windings_of
@@ -27,14 +28,14 @@ def print_report(report: DesignReport, console: Console) -> None:
         console.print(row_table(answer_title(report), rows_of(DESIGN, report.design)))
         console.print(_margins_table(report.design))
     if report.feasible:
-        console.print(f"[bold green]feasible[/]: {shown_message(report.message)}")
+        console.print(f"[bold green]feasible[/]: {escape(shown_message(report.message))}")
         return
-    console.print(f"[bold red]not feasible[/]: {shown_message(report.binding.sentence)}")
+    console.print(f"[bold red]not feasible[/]: {escape(shown_message(report.binding.sentence))}")
     for relaxation in report.relaxations:
-        change = shown_message(relaxation.sentence)
+        change = escape(shown_message(relaxation.sentence))
         console.print(f"  sufficient change: {change}", highlight=False)
     if not report.relaxations:
-        console.print(f"  {shown_message(report.outlook)}", highlight=False)
+        console.print(f"  {escape(shown_message(report.outlook))}", highlight=False)
 
 
 def answer_title(report: DesignReport) -> str:
@@ -44,9 +45,9 @@ def answer_title(report: DesignReport) -> str:
 
 def row_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
     """Return names and figures in two columns."""
-    table = Table(title=title, title_justify="left", show_header=False)
+    table = Table(title=escape(title), title_justify="left", show_header=False)
     for name, text in rows:
-        table.add_row(name, text)
+        table.add_row(escape(name), escape(text))
     return table
 
 
@@ -57,7 +58,7 @@ def print_points(title: str, points: Sequence[Evaluation], console: Console) -> 
         table.add_column(heading)
     for point in points:
         table.add_row(
-            point.candidate.tube.name,
+            escape(point.candidate.tube.name),
             shown_message(point.candidate.angles).removeprefix("beta "),
             "" if point.pressure is None else shown(point.pressure, "Pa"),
             "" if point.strain is None else shown(point.strain, "1"),
@@ -101,7 +102,8 @@ def _mm(length: float) -> str:
 def _print_step(step: DesignStep, console: Console) -> None:
     mark = "[green]ok[/]" if step.satisfied else "[red]no[/]"
     console.print(
-        f"[bold]{step.number} {step.title}[/] {mark}  {shown_message(step.remark)}", highlight=False
+        f"[bold]{step.number} {step.title}[/] {mark}  {escape(shown_message(step.remark))}",
+        highlight=False,
     )
     table = Table.grid(padding=(0, 3))
     for figure in step.figures:

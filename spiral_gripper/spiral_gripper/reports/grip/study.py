@@ -50,10 +50,10 @@ class StudyFile:
             return
         keys = {_key(case): number for number, case in enumerate(cases)}
         text = read_text(path)
-        if text and not text.endswith("\n"):  # the line that an interruption cut off
-            text = text[: text.rfind("\n") + 1]
-            write_file(path, text)
-        for count, line in enumerate(text.splitlines(), start=1):
+        whole = text
+        if not text.endswith("\n") and text[text.rfind("\n") + 1 :].startswith('{"case"'):
+            whole = text[: text.rfind("\n") + 1]  # an interruption cut the last line off
+        for count, line in enumerate(whole.splitlines(), start=1):
             try:
                 entry = json.loads(line)
                 key, outcome = entry["case"], GripOutcome(**entry["outcome"])
@@ -63,6 +63,8 @@ class StudyFile:
             number = keys.get(json.dumps(key))
             if number is not None:
                 self.known[number] = outcome
+        if whole != text:
+            write_file(path, whole)
 
     def keep(self, number: int, outcome: GripOutcome) -> None:
         """Append an outcome at once.
@@ -103,7 +105,7 @@ def print_outcomes(
     for case, outcome in pairs:
         if outcome.refusal:
             name, radius = case.gripper.name, shown(case.radius, "m")
-            console.print(f"{name}, {radius}: {shown_message(outcome.refusal)}")
+            console.print(escape(f"{name}, {radius}: {shown_message(outcome.refusal)}"))
 
 
 def _table(grips: list[tuple[GripCase, GripOutcome]]) -> Table:
