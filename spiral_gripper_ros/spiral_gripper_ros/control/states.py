@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node's states, the transitions between them, and the reasons.
 
-The numbers are those of ``spiral_gripper_msgs/msg/GripStatus.msg``; a test compares them.
+The numbers are those of ``GripStatus.msg`` and ``Reason.msg``; a test compares them.
 """
 
 from __future__ import annotations
