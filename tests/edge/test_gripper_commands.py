@@ -70,6 +70,15 @@ def designed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return saved
 
 
+def test_a_name_is_printed_as_it_is(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert run(["grippers", "show", "prototype_p1"]) == 0
+    named = tmp_path / "named.yaml"
+    text = re.sub("^name:.*", 'name: "grip [/x] [red]"', capsys.readouterr().out, flags=re.M)
+    named.write_text(text, encoding="utf-8")
+    assert run(["winding-sheet", str(named)]) == 0
+    assert capsys.readouterr().out.startswith("grip [/x] [red]")
+
+
 @pytest.mark.parametrize(("gripper", "radius", "pressure", "mount", "said"), QUESTIONS)
 def test_wrap_says_what_grip_finds(
     capsys: pytest.CaptureFixture[str],

@@ -429,8 +429,7 @@ def follow_loss(window: GripWindow) -> GripPoint | None:
     From the last stable state below the loss the pressure rises until the end has let go, by 2 % at
     most; the motion is overdamped. ``contact_length`` of the result is what stays in contact: with
     friction it may be most of the coil, or all of it where only a part near the base has snapped
-    (``is_wrapped``). :func:`~spiral_core.grip.holding.holding_force` of it
-    is what still holds.
+    (``is_wrapped``). :func:`~spiral_core.grip.holding.holding_force` of it is what still holds.
 
     Args:
         window: of a grip.

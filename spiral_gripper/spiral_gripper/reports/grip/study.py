@@ -51,8 +51,9 @@ class StudyFile:
         keys = {_key(case): number for number, case in enumerate(cases)}
         text = read_text(path)
         whole = text
-        if not text.endswith("\n") and text[text.rfind("\n") + 1 :].startswith('{"case"'):
-            whole = text[: text.rfind("\n") + 1]  # an interruption cut the last line off
+        last = text[text.rfind("\n") + 1 :]
+        if '{"case"'.startswith(last[:7]):  # an interruption cut the last line off
+            whole = text.removesuffix(last)
         for count, line in enumerate(whole.splitlines(), start=1):
             try:
                 entry = json.loads(line)
