@@ -108,7 +108,7 @@ def test_a_full_disk_is_said_in_one_line() -> None:
 
 def test_a_diameter_is_told_to_be_halved(capsys):
     said = error_of(capsys, "wrap", "prototype_p1", "--diameter", "32 mm")
-    assert said.endswith("No such option '--diameter'. Give --radius, half the diameter.\n")
+    assert said.endswith("No such option '--diameter'. Give the radius, half the diameter.\n")
 
 
 def test_without_viser_one_line_says_what_to_install(

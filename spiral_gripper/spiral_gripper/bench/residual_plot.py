@@ -62,7 +62,8 @@ def residual_figure(calibration: Calibration, name: str) -> Figure:
         _draw_kind(calibration, kind, fit, left_over)
     law = calibration.model.fitted_law.__name__
     scale = f"residuals {calibration.error_scale:.3g} times the stated errors"
-    figure.suptitle(f"{name}: {law}, {len(calibration.readings)} readings, {scale}")
+    title = f"{name}: {law}, {len(calibration.readings)} readings, {scale}"
+    figure.suptitle(title, parse_math=False)
     return figure
 
 

@@ -123,7 +123,7 @@ def run(arguments: Sequence[str]) -> int:
         click.echo(error.format_message(), err=True)
         return NO_ANSWER
     except click.UsageError as error:  # click puts choices on lines of their own
-        advice = " Give --radius, half the diameter." if _asks_for_diameter(error) else ""
+        advice = " Give the radius, half the diameter." if _asks_for_diameter(error) else ""
         return _complain(" ".join(error.format_message().split()) + advice)
     except click.ClickException as error:
         return _complain(error.format_message())
@@ -132,13 +132,15 @@ def run(arguments: Sequence[str]) -> int:
     except BrokenPipeError:  # the reader of our output has gone: "spiral-gripper ... | head"
         _drop_output()
         return NO_ANSWER
-    except OSError as error:  # files are written elsewhere: this is standard output
+    except OSError as error:  # without a file's name it is standard output's
         from spiral_core import SpiralError
 
         if isinstance(error, SpiralError):  # a node that does not answer is a TimeoutError too
             return _complain(str(error))
         from spiral_gripper.files.storage import reason_of
 
+        if error.filename is not None:  # such as a name that is too long to look up
+            return _complain(f"{error.filename}: {reason_of(error)}")
         _drop_output()
         return _complain(f"the answer cannot be printed: {reason_of(error)}")
     except Exception as error:

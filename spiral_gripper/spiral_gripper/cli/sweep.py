@@ -16,8 +16,8 @@ from spiral_gripper.cli.output import print_json, write_picture
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
 from spiral_gripper.cli.types import (
     FRICTION,
-    LENGTH,
     NUMBER,
+    POSITIVE_LENGTH,
     Decorated,
     Suffixed,
     output_options,
@@ -55,14 +55,14 @@ def jobs_option(function: Decorated) -> Decorated:
 )
 @click.option(
     "--tube-radius-min",
-    type=LENGTH,
+    type=POSITIVE_LENGTH,
     default="2 mm",
     show_default=True,
     help="Smallest inner radius of the tube.",
 )
 @click.option(
     "--tube-radius-max",
-    type=LENGTH,
+    type=POSITIVE_LENGTH,
     default="8 mm",
     show_default=True,
     help="Largest inner radius of the tube.",
@@ -75,7 +75,11 @@ def jobs_option(function: Decorated) -> Decorated:
     help="Number of tube radii.",
 )
 @click.option(
-    "--wall", type=LENGTH, default="1/32 in", show_default=True, help="Wall thickness of all tubes."
+    "--wall",
+    type=POSITIVE_LENGTH,
+    default="1/32 in",
+    show_default=True,
+    help="Wall thickness of all tubes.",
 )
 @jobs_option
 @output_options
@@ -179,7 +183,12 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
 @sweep.command()
 @click.argument("grippers", metavar="GRIPPER...", nargs=-1, required=True)
 @click.option(
-    "--radius", "radii", type=LENGTH, multiple=True, required=True, help="Radius of a cylinder."
+    "--radius",
+    "radii",
+    type=POSITIVE_LENGTH,
+    multiple=True,
+    required=True,
+    help="Radius of a cylinder.",
 )
 @click.option(
     "--friction",

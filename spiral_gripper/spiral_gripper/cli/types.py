@@ -228,6 +228,7 @@ def typed_all(name: str) -> list[str]:
 
 
 LENGTH: Final = QuantityType("LENGTH")
+POSITIVE_LENGTH: Final = QuantityType("LENGTH", above=0.0)
 PRESSURE: Final = QuantityType("PRESSURE")
 FIBER_ANGLE: Final = FiberAngle("ANGLE")
 SINGLE_FIBER_ANGLE: Final = QuantityType("ANGLE")

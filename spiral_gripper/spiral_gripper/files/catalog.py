@@ -89,7 +89,8 @@ def read_description_text(path: Path, shipped: ShippedFiles = GRIPPERS) -> str:
     try:
         return read_text(path)
     except FileError as error:
-        advice = "" if path.exists() else f"; {_shipped_names(path, shipped)}"
+        there = os.path.exists(path)  # noqa: PTH110  # also where a name is too long to look up
+        advice = "" if there else f"; {_shipped_names(path, shipped)}"
         raise DescriptionError([_unreadable(str(path), f"{error.reason}{advice}")]) from None
 
 

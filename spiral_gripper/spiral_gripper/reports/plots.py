@@ -97,7 +97,8 @@ def regime_figure(
         )  # fmt: skip
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
-    axes.set_title(name if chart.onset_wrap is not None else f"{name}, by the tip criterion")
+    title = name if chart.onset_wrap is not None else f"{name}, by the tip criterion"
+    axes.set_title(title, parse_math=False)
     figure.legend(loc="outside right upper")
     return figure
 
@@ -136,7 +137,7 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
         axes.set(xlabel="stretch λ₁", ylabel=title)
         axes.set_ylim(0.0, _useful_top(axes))
     axes_list[0].set_ylim(0.0, LARGEST_RATIO)
-    figure.suptitle(f"tube of {name}, helix model")
+    figure.suptitle(f"tube of {name}, helix model", parse_math=False)
     figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper", title="β")
     return figure
 
@@ -159,7 +160,7 @@ def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -
             axes.plot(pressure, values, style, color=color, label=label)
         axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(title, "m"))
         axes.set_ylim(bottom=0.0)
-    figure.suptitle(name)
+    figure.suptitle(name, parse_math=False)
     figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper")
     return figure
 
@@ -232,7 +233,7 @@ def section_figure(actuator: Actuator, pressures: Sequence[float], name: str) ->
         axes.set_title(shown(pressure, "Pa"))
     colors = ScalarMappable(shades, "viridis")
     figure.colorbar(colors, ax=axes_list, label="axial stretch", shrink=0.8)
-    figure.suptitle(f"{name}: the straight fiber is at the dot")
+    figure.suptitle(f"{name}: the straight fiber is at the dot", parse_math=False)
     return figure
 
 

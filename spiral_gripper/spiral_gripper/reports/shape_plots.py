@@ -45,7 +45,7 @@ def shape_figure(
         placement: of the object, or None.
     """
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
-    figure.suptitle(title, wrap=True)
+    figure.suptitle(title, wrap=True, parse_math=False)
     draw_sides(figure, [tube_surface(positions, outer_radius)], placement)
     if placement is not None:
         figure.legend(loc="outside lower center")

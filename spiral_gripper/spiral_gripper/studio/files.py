@@ -22,14 +22,18 @@ class FileFolder:
     """
 
     def __init__(self, gui: viser.GuiApi, use: Callable[[str], None]) -> None:
-        self._use = use
         with gui.add_folder("Gripper file", expand_by_default=False):
             load = gui.add_upload_button("Load a file", mime_type=".yaml,.yml")
             self._text = gui.add_text("text", "", multiline=True)
             apply = gui.add_button("Use this text")
             self._said = gui.add_markdown("")
-        load.on_upload(lambda _: self._try(load.value.content.decode("utf-8", "replace")))
-        apply.on_click(lambda _: self._try(self._text.value))
+
+        def upload(_: object) -> None:
+            text = load.value.content.decode("utf-8", "replace")
+            self.attempt(lambda: use(text))
+
+        load.on_upload(upload)
+        apply.on_click(lambda _: self.attempt(lambda: use(self._text.value)))
 
     def show(self, description: GripperDescription) -> None:
         """Show the text of a description's file."""
@@ -37,10 +41,10 @@ class FileFolder:
         self._text.value = text  # type: ignore[misc]  # viser hides its setter
         self._said.content = ""
 
-    def _try(self, text: str) -> None:
-        """Use a text, or say what is wrong with it, a line for each problem."""
+    def attempt(self, use: Callable[[], None]) -> None:
+        """Use a file, or say what is wrong with it, a line for each problem."""
         try:
-            self._use(text)
+            use()
         except SpiralError as error:
             lines = "\n".join(f"- {line.strip()}" for line in shown_message(error).splitlines())
             self._said.content = f"**Not used:**\n\n{lines}"

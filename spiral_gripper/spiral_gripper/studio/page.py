@@ -16,7 +16,11 @@ import viser
 from spiral_core import RodState, SpiralError
 from spiral_core.grip.closing import TimedClosing
 from spiral_gripper.files.catalog import available_grippers
-from spiral_gripper.files.description import GripperDescription, load_description
+from spiral_gripper.files.description import (
+    GripperDescription,
+    load_description,
+    parse_description,
+)
 from spiral_gripper.files.shown import in_present_units, shown, shown_message
 from spiral_gripper.studio.charts import (
     add_force_chart,
@@ -76,9 +80,9 @@ class Page:
         self._file = FileFolder(gui, in_present_units(self._load_text))
         self._controls: Controls | None = None
         self._session: Session | None = None
-        self._load(gripper)
+        self._show(load_description(gripper))
         shows = in_present_units  # events come in threads of their own
-        self._name.on_update(shows(lambda _: self._load(self._name.value)))
+        self._name.on_update(shows(lambda _: self._choose(self._name.value)))
         self._coloring.on_update(shows(lambda _: self._refresh()))
         self._to_wrap.on_click(shows(lambda _: self._set_wrap_pressure()))
         self._play.on_click(shows(lambda _: self._approach()))
@@ -111,9 +115,9 @@ class Page:
             self._session.close()
         self._folder.cleanup()
 
-    def _load(self, gripper: str) -> None:
-        """Show another gripper, as its file describes it."""
-        self._show(load_description(gripper))
+    def _choose(self, gripper: str) -> None:
+        """Show another gripper, as its file describes it, or say what is wrong with the file."""
+        self._file.attempt(lambda: self._show(load_description(gripper)))
 
     def _load_text(self, text: str) -> None:
         """Show the gripper of an edited or a loaded file.
@@ -122,8 +126,9 @@ class Page:
             DescriptionError: it cannot be used.
         """
         path = Path(self._folder.name) / "edited.yaml"
+        description = parse_description(text, path)  # else the file stays that of what is shown
         path.write_text(text, encoding="utf-8")
-        self._show(load_description(path))
+        self._show(description)
 
     def _show(self, description: GripperDescription) -> None:
         """Show a gripper in place of the present one."""

@@ -46,7 +46,8 @@ def close_figure(closing: TimedClosing) -> Figure:
     right.set(xlabel="time [s]", ylabel="speed of the tip [m/s]")
     right.set_ylim(bottom=0.0)
     radius = shown(float(closing.setup.obstacle.shape.feature_radius), "m")
-    figure.suptitle(f"{closing.setup.gripper.name} closes on radius {radius}")
+    title = f"{closing.setup.gripper.name} closes on radius {radius}"
+    figure.suptitle(title, parse_math=False)
     return figure
 
 

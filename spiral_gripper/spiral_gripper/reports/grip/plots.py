@@ -48,7 +48,8 @@ def grip_figure(grip: Grip, title: str, pressure: float | None = None) -> Figure
     figure = Figure(figsize=(7.6, 3.6), layout="constrained")
     figure.supxlabel(_accuracy(grip), fontsize=6.5)
     figure.suptitle(
-        f"{title}; friction {grip.setup.obstacle.friction:g}, {grip.setup.closing.value}"
+        f"{title}; friction {grip.setup.obstacle.friction:g}, {grip.setup.closing.value}",
+        parse_math=False,
     )
     grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0))
     left, right = (figure.add_subfigure(cell) for cell in (grid[0], grid[1]))
@@ -82,7 +83,7 @@ def wrap_figure(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None, tit
 def _coil_figure(point: GripPoint, title: str) -> Figure:
     """Return the coil on its object from two sides, to scale, as the gripper hangs."""
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
-    figure.suptitle(title, wrap=True)
+    figure.suptitle(title, wrap=True, parse_math=False)
     draw_sides(figure, coil_surfaces(point))
     return figure
 
@@ -186,7 +187,7 @@ def window_figure(
     figure.supxlabel(caption, fontsize=6.5)
     for axes, (title, found) in zip(axes_list, groups.items(), strict=True):
         _draw_windows(axes, sorted(found, key=lambda pair: pair[0]))
-        axes.set_title(title)
+        axes.set_title(title, parse_math=False)
     handles, labels = axes_list[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right upper")
     return figure
