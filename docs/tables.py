@@ -100,7 +100,7 @@ def _default(spec: ParameterSpec) -> str:
         return str(default).lower()
     if isinstance(default, float):
         return ".nan" if math.isnan(default) else repr(default)
-    return "not set" if default == () else str(default)
+    return "not set" if default in ((), "") else str(default)
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -32,8 +32,8 @@ LIBRARIES = {
 }
 # Used by launch files, which are shipped for those who have them: not on PyPI.
 NOT_ON_PYPI = {"launch", "launch_ros", "xacro"}
-# Imported by name, where they are installed: neither is on PyPI.
-OPTIONAL = {"control_msgs", "tf2_msgs"}
+# Imported by name, where they are installed: none is on PyPI.
+OPTIONAL = {"control_msgs", "tf2_msgs", "tf2_ros"}
 # Used by the studio alone, where it was installed by pip: rosdep has no key for them.
 PIP_ONLY = {"trimesh", "viser"}
 

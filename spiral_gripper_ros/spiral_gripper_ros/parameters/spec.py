@@ -31,7 +31,7 @@ class ParameterSpec:
         default: its type is the parameter's type; () is an array of floats that is not set.
         description: what it does, with its unit.
         low, high: bounds of a number, both allowed; a default of NaN allows NaN too: not set.
-        choices: what a string may be; empty: anything but "".
+        choices: what a string may be; empty: anything, but "" only if that is the default.
         read_only: fixed when the node starts.
     """
 
@@ -167,7 +167,7 @@ def unmet_requirement(spec: ParameterSpec, value: ParameterValue) -> str | None:
         return f"a number from {low:g} to {high:g}"
     if spec.choices and value not in spec.choices:
         return f"one of {', '.join(spec.choices)}"
-    if isinstance(spec.default, str) and not value:
+    if isinstance(spec.default, str) and spec.default and not value:
         return "text that is not empty"
     if isinstance(spec.default, tuple) and isinstance(value, tuple) and value:
         return None if gravity_problem(value) is None else GRAVITY_REQUIREMENT

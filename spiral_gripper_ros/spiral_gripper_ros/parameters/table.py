@@ -30,6 +30,12 @@ class Gravity(Parameters):
         "Gravity in the base frame [m/s^2], 3 numbers, until a message comes on the topic "
         "gravity; [.nan, .nan, .nan]: as in the gripper description.",
     )
+    frame: str = parameter(
+        "",
+        "Frame whose z axis points up, such as world: gravity then follows from /tf, in place of "
+        "the topic gravity; needs tf2_ros. Empty: the topic.",
+        read_only=True,
+    )
     hysteresis: float = parameter(
         0.1,
         "Plans and shapes are solved again when gravity has changed by more than this [m/s^2].",

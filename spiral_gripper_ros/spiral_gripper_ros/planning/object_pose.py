@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper_ros.control.radius_gate import age_problem
+
+# x y z w.
+Quaternion: TypeAlias = tuple[float, float, float, float]
 
 # The norm of a quaternion may differ from 1 by this much: single precision, and digits of a file.
 NORM_TOLERANCE = 1e-3
@@ -123,6 +127,33 @@ def misplacement(seen: SeenObject, expected: ObjectPlacement) -> tuple[float, fl
     along = math.fsum(a * b for a, b in zip(seen.axis, expected.axis, strict=True))
     offset = math.hypot(*_cross(seen.axis, between))
     return offset, math.atan2(math.hypot(*across), abs(along))
+
+
+def rotated(turn: Quaternion, vector: Vector) -> Vector:
+    r"""Return a vector, rotated: :math:`v + 2 w (u \times v) + 2 u \times (u \times v)`.
+
+    Args:
+        turn: unit quaternion of vector part u and scalar part w.
+        vector: v.
+
+    Example:
+        >>> rotated((0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)), (1.0, 0.0, 0.0))[1]
+        1.0000000000000002
+    """
+    once = _cross(turn, vector)
+    twice = _cross(turn, once)
+    x, y, z = (v + 2.0 * (turn[3] * a + b) for v, a, b in zip(vector, once, twice, strict=True))
+    return x, y, z
+
+
+def multiplied(first: Quaternion, second: Quaternion) -> Quaternion:
+    """Return the rotation ``second`` followed by ``first``."""
+    x, y, z = (
+        first[3] * b + second[3] * a + c
+        for a, b, c in zip(first[:3], second[:3], _cross(first, second), strict=True)
+    )
+    along = first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+    return x, y, z, first[3] * second[3] - along
 
 
 def _z_axis(quaternion: tuple[float, ...]) -> Vector:

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Poses and gravity from other frames of the robot, where tf2_ros is installed."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.time import Time
+
+from spiral_core.errors import SpiralError
+from spiral_core.rod.types import Vector
+from spiral_gripper_ros.messages.conversions import vector_from_msg
+from spiral_gripper_ros.planning.object_pose import Quaternion, multiplied, rotated
+
+
+class TransformError(SpiralError):
+    """No transform between two frames is known."""
+
+
+class Transforms:
+    """Transforms into the base frame. It listens to ``/tf`` from its first use on.
+
+    Args:
+        node: the ROS node that subscribes.
+        base: the base frame.
+    """
+
+    def __init__(self, node: Node, base: str) -> None:
+        self._node, self._base = node, base
+        self._tf2: Any = None
+        self._buffer: Any = None
+        self._listener: Any = None
+
+    def listen(self) -> None:
+        """Listen to ``/tf`` and ``/tf_static`` from now on.
+
+        Raises:
+            TransformError: tf2_ros cannot be used.
+        """
+        if self._listener is not None:
+            return
+        try:
+            self._tf2 = importlib.import_module("tf2_ros")
+        except Exception as error:  # not installed, or built for another Python
+            raise TransformError(
+                f"other frames need tf2_ros, which cannot be used: {error}"
+            ) from None
+        self._buffer = self._tf2.Buffer()
+        self._listener = self._tf2.TransformListener(self._buffer, self._node)
+
+    def destroy(self) -> None:
+        """End the subscriptions."""
+        if self._listener is not None:
+            self._listener.unregister()
+        self._listener = None
+
+    def pose(
+        self,
+        frame: str,
+        stamp: Any,  # noqa: ANN401
+        position: Vector,
+        turn: Quaternion,
+    ) -> tuple[Vector, Quaternion]:
+        """Return a pose of another frame in the base frame.
+
+        Args:
+            frame: in which the pose is given.
+            stamp: time of the pose.
+            position: [m].
+            turn: orientation, x y z w.
+
+        Raises:
+            TransformError: the transform at that time is not known.
+        """
+        transform = self._look_up(frame, stamp).transform
+        turned = _quaternion(transform.rotation)
+        x, y, z = rotated(turned, position)
+        shift = vector_from_msg(transform.translation)
+        return (x + shift[0], y + shift[1], z + shift[2]), multiplied(turned, turn)
+
+    def down(self, frame: str) -> tuple[Vector, Any]:
+        """Return the direction opposite to the z axis of a frame, in the base frame, and its time.
+
+        Args:
+            frame: whose z axis points up.
+
+        Raises:
+            TransformError: no transform is known.
+        """
+        found = self._look_up(frame, Time())
+        return rotated(_quaternion(found.transform.rotation), (0.0, 0.0, -1.0)), found.header.stamp
+
+    def _look_up(self, frame: str, stamp: Any) -> Any:  # noqa: ANN401
+        self.listen()
+        try:
+            time = stamp if isinstance(stamp, Time) else Time.from_msg(stamp)
+            return self._buffer.lookup_transform(self._base, frame, time)
+        except (self._tf2.TransformException, ValueError) as error:  # a stamp may be negative
+            raise TransformError(
+                f"no transform from {frame!r} to {self._base!r} is known: {error}"
+            ) from None
+
+
+def _quaternion(turn: Any) -> Quaternion:  # noqa: ANN401
+    return (turn.x, turn.y, turn.z, turn.w)
