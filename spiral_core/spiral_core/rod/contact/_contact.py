@@ -330,7 +330,7 @@ def friction_terms(
         add_matrix(tangent, 0, 3, matscale(-touch.stiffness[e] * mu, outer(pull_turn, normal)))
         add_matrix(tangent, 3, 3, matscale(-touch.stiffness[e] * mu, outer(pull, normal)))
         # What turning the rod, and the normal, does to friction and its couple.
-        add_matrix(tangent, 0, 0, skew(couple))
+        add_matrix(tangent, 0, 0, matscale(0.5, skew(couple)))
         add_matrix(tangent, 0, 3, matscale(lever, matmul_t(turn, skew_matmul(tau, bend))))
         add_matrix(tangent, 3, 3, matscale(-1.0, outer(normal, matvec(bend, tau))))
     touch.sticks[e] = sticks
