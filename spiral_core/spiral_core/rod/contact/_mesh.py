@@ -36,7 +36,7 @@ ON_A_NODE = 1e-9
 # Properties are looked at this fraction of an element inside of its ends, since they may jump.
 INSIDE = 1e-9
 # What is blended as it is between two problems.
-LINEAR = ("nodal", "arc_lengths", "end_positions", "rest_energy", "bending", "lever")
+LINEAR = ("nodal", "growing", "arc_lengths", "end_positions", "rest_energy", "bending", "lever")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,6 +46,8 @@ class Arrays:
     Args:
         elements: the elements and the load on each.
         nodal: (N + 1, 6) moments [N m] and forces [N] at the nodes, base frame.
+        growing: (N, 3) what the growth of the load along each element is at its end, and, against
+            it, at its beginning [N]; included in ``nodal``.
         arc_lengths: (N + 1,) [m].
         end_free: (2, 6, 6) projections onto the free motions of the two ends: rotation in the
             material frame, displacement in the base frame.
@@ -61,6 +63,7 @@ class Arrays:
 
     elements: Elements
     nodal: Array
+    growing: Array
     arc_lengths: Array
     end_free: Array
     end_orientations: Array
@@ -173,14 +176,19 @@ def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arra
     sites = nodes[:-1, None] + steps[:, None] * np.array((INSIDE, 0.5, 1.0 - INSIDE))
     elements, rest_energy, bending = _elements(rod, sites, steps)
     weight = vector_samples("distributed", problem.load.distributed, sites.ravel())
-    mean = _simpson(weight.reshape(-1, 3, 3))
+    weight = weight.reshape(-1, 3, 3)
     ends = [_end(problem.base), _end(problem.tip)]
-    half_load, nodal = 0.5 * steps[:, None] * mean, _nodal(problem, nodes)
+    half_load, nodal = 0.5 * steps[:, None] * _simpson(weight), _nodal(problem, nodes)
+    # The part of a load that grows along its element has no sum, but a moment.
+    growing = steps[:, None] * (weight[:, 2] - weight[:, 0]) / 12.0
+    nodal[:-1, 3:] -= growing
+    nodal[1:, 3:] += growing
     stiffer = TENSION * total_force(half_load, nodal) * steps**2 - 0.1 * bending
     flexibility = _flexibility(elements.stiffness, stiffer)
     return Arrays(
         elements=elements._replace(half_load=half_load, flexibility=flexibility),
         nodal=nodal,
+        growing=growing,
         arc_lengths=nodes,
         end_free=np.array([end[0] for end in ends]),
         end_orientations=np.array([end[1] for end in ends], dtype=np.float64),

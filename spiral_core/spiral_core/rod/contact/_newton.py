@@ -474,7 +474,8 @@ class Newton:
         for side, node in ((0, 0), (1, -1)):
             hold = arrays.end_free[side]
             if not hold[:3, :3].any():
-                x.q[node] = arrays.end_orientations[side]
+                held = arrays.end_orientations[side]
+                x.q[node] = held if held @ x.q[node] >= 0.0 else -held  # q and -q are one rotation
             away = arrays.end_positions[side] - x.p[node]
             x.p[node] += away - hold[3:, 3:] @ away
             free[node] = hold[3:, 3:].any()
