@@ -11,98 +11,87 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from core.rod_cases import Case, stiffness_at, vectors_at
 from numpy.typing import NDArray
-
-from spiral_core.rod._system import System
 
 Complex = NDArray[Any]  # float64 or complex128
 TANGENT = np.array([1.0, 0.0, 0.0])
-STEP = 1e-30
+BACK = np.array([-1.0, -1.0, -1.0, 1.0])
 
 
 def product(a: Complex, b: Complex) -> Complex:
-    """Return the product of scalar-last quaternions."""
-    vector = a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3])
-    result: Complex = np.append(vector, a[3] * b[3] - np.sum(a[:3] * b[:3]))
-    return result
-
-
-def conjugate(a: Complex) -> Complex:
-    """Return the conjugate quaternion (not the complex conjugate)."""
-    result: Complex = a * np.array([-1.0, -1.0, -1.0, 1.0])
-    return result
+    """Return the products (n, 4) of scalar-last quaternions."""
+    vector = a[:, 3:] * b[:, :3] + b[:, 3:] * a[:, :3] + np.cross(a[:, :3], b[:, :3])
+    scalar = a[:, 3:] * b[:, 3:] - np.sum(a[:, :3] * b[:, :3], axis=1, keepdims=True)
+    return np.hstack((vector, scalar))
 
 
 def turned(q: Complex, eta: Complex) -> Complex:
-    """Return q exp(eta / 2), for small eta: the exponential's series to the ninth power."""
-    square = np.sum(eta * eta) / 4.0
-    cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0))
-    sinc = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0))
-    return product(q, np.append(0.5 * sinc * eta, cosine))
+    """Return q exp(eta / 2), exact to second order."""
+    turn = np.hstack((0.5 * eta, np.ones((len(eta), 1))))
+    return product(q, turn / np.sqrt(np.sum(turn * turn, axis=1, keepdims=True)))
 
 
 def seen(q: Complex, v: Complex) -> Complex:
     """Return R(q)^T v."""
-    return product(product(conjugate(q), np.append(v, 0.0)), q)[:3]
+    return product(product(q * BACK, np.hstack((v, np.zeros((len(v), 1))))), q)[:, :3]
 
 
-def strain(q0: Complex, q1: Complex, h: float) -> Complex:
-    """Return u = 2 f(x.x) x / h with f the series of asin(z) / z to z^6."""
-    x = product(conjugate(q0), q1)[:3]
-    s = np.sum(x * x)
-    u: Complex = 2.0 * (1.0 + s / 6.0 + 3.0 * s**2 / 40.0 + 5.0 * s**3 / 112.0) * x / h
-    return u
+def series(square: Complex) -> Complex:
+    """Return the series of asin(z) / z to z^6."""
+    return 1.0 + square / 6.0 + 3.0 * square**2 / 40.0 + 5.0 * square**3 / 112.0
 
 
-def section(numbers: Complex) -> Complex:
-    """Return K of an element's row: twist, bending about y and z, and the coupling."""
-    twist, y, z, coupling = numbers
-    return np.array([[twist, 0.0, coupling], [0.0, y, 0.0], [coupling, 0.0, z]])
+def mean(samples: Complex) -> Complex:
+    """Return Simpson's means over the elements, of samples at nodes and midpoints."""
+    return (samples[:-2:2] + 4.0 * samples[1:-1:2] + samples[2::2]) / 6.0
 
 
-def element(q0: Complex, q1: Complex, n0: Complex, n1: Complex, row: Complex, h: float) -> Any:
-    """Return W = h (u.Ku/2 - c.u) + h^2/12 u.(t x D) - h^3/24 G.K^-1 G."""
-    k, c = section(row[:4]), row[4:7]
-    dk, dc = section(row[7:11]), row[11:14]
-    u = strain(q0, q1, h)
-    a0, a1 = seen(q0, n0), seen(q1, n1)
-    g = dk @ u - dc + np.cross(u, k @ u - c) + np.cross(TANGENT, 0.5 * (a0 + a1))
-    elastic = h * np.sum(0.5 * u * (k @ u) - c * u)
-    lean = h**2 / 12.0 * np.sum(u * np.cross(TANGENT, a1 - a0))
-    return elastic + lean - h**3 / 24.0 * np.sum(g * np.linalg.solve(k, g))
+def times(k: Complex, u: Complex) -> Complex:
+    return np.einsum("nij,nj->ni", k, u)
 
 
-def rod(q: Complex, system: System) -> Any:
-    """Return the sum of the elements' energies and their shares of the load's, and the rest's."""
-    total: Any = system.rest_energy
-    n, e = system.force, system.elements
-    rows = np.hstack((e.stiffness, e.rest, e.stiffness_slope, e.rest_slope))
-    for i, h in enumerate(system.steps):
-        total += element(q[i], q[i + 1], n[i], n[i + 1], rows[i], h)
-        ends = ((q[i], n[i], -system.load_start[i]), (q[i + 1], n[i + 1], system.load_end[i]))
-        for node, force, load in ends:
-            total -= seen(node, h / 2.0 * force + h**2 / 12.0 * load)[0]
-    return total
+def energy_of(case: Case, count: int) -> Callable[[Complex], Any]:
+    """Return the energy of a rod without breaks on so many elements, of its orientations.
+
+    Of an element it is W = h (u.Ku/2 - c.u) + h^2/12 u.(t x D) - h^3/24 G.K^-1 G.
+    """
+    sites = np.linspace(0.0, case.rod.length, 2 * count + 1)
+    h = case.rod.length / count
+    k = stiffness_at(case.rod.section, sites)
+    strain = vectors_at(case.rod.rest_strain, sites)
+    half = 0.5 * h * np.linalg.norm(strain, axis=1, keepdims=True)
+    strain = strain * series(np.sin(half) ** 2) * np.sinc(half / np.pi)
+    c, weight = times(k, strain), vectors_at(case.load.distributed, sites)
+    rest_energy = 0.5 * h * np.sum(mean(c * strain))
+    beyond = np.cumsum(h * mean(weight)[::-1], axis=0)[::-1]
+    n = case.load.tip_force + np.vstack((beyond, np.zeros(3)))
+    dk, dc = np.diff(k[::2], axis=0) / h, np.diff(c[::2], axis=0) / h
+    k, c, weight = mean(k), mean(c), weight[::2]
+
+    def energy(q: Complex) -> Any:
+        x = product(q[:-1] * BACK, q[1:])[:, :3]
+        u = 2.0 / h * x * series(np.sum(x * x, axis=1, keepdims=True))
+        a, pull = seen(q, n), seen(q, weight)[:, 0]
+        bent = times(k, u) - c
+        middle = 0.5 * (a[:-1] + a[1:])
+        g = times(dk, u) - dc + np.cross(u, bent) + np.cross(TANGENT, middle)
+        elastic = 0.5 * h * np.sum(u * (bent - c))
+        lean = h**2 / 12.0 * np.sum(u * np.cross(TANGENT, np.diff(a, axis=0)))
+        relaxed = h**3 / 24.0 * np.sum(g * np.linalg.solve(k, g[:, :, None])[:, :, 0])
+        loads = h * np.sum(middle[:, 0]) + h**2 / 12.0 * np.sum(np.diff(pull))
+        return rest_energy + elastic + lean - relaxed - loads
+
+    return energy
 
 
 def gradient(function: Callable[[Complex], Any], at: Complex) -> Complex:
     """Return the gradient of a function by the complex step: exact to rounding."""
-    result = np.empty(len(at))
-    for i in range(len(at)):
-        moved = at.astype(complex)
-        moved[i] += 1j * STEP
-        result[i] = np.imag(function(moved)) / STEP
-    return result
+    return np.array([np.imag(function(at + 1e-30j * e)) / 1e-30 for e in np.eye(len(at))])
 
 
 def hessian(function: Callable[[Complex], Any], at: Complex) -> Complex:
-    """Return the Hessian: fourth-order differences (error 1e-12 or so) of exact gradients."""
-    d = 1e-3
-    rows = []
-    for i in range(len(at)):
-        e = np.zeros(len(at))
-        e[i] = d
-        near = gradient(function, at + e) - gradient(function, at - e)
-        far = gradient(function, at + 2.0 * e) - gradient(function, at - 2.0 * e)
-        rows.append((8.0 * near - far) / (12.0 * d))
-    return np.array(rows)
+    """Return the Hessian: differences (error 1e-10 or so) of exact gradients."""
+    d = 1e-5
+    near = [gradient(function, at + e) - gradient(function, at - e) for e in d * np.eye(len(at))]
+    return np.array(near) / (2.0 * d)

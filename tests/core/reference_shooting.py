@@ -1,30 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """An independent reference for the rod: shooting from the tip with an adaptive integrator.
 
-Nothing of ``spiral_core`` is used. The equations of a rod, seen from its material frame,
+Nothing of ``spiral_core``'s solvers is used. The equations of a rod, seen from its material frame,
 
-    p' = R v,   q' = q (u, 0) / 2,   n' = -w,   m' = -u x m - v x (R^T n),   u = u* + K^-1 m,
+    p' = R v,   R' = R [u],   m' = -u x m - v x (R^T n),   n' = -w,   u = u* + K^-1 m,
 
 with v = e_x, or (u - u*, v - e_x) = K^-1 (m, R^T n) where K is (6, 6), are integrated from the tip,
 where n and m are known, to the base by scipy's DOP853. The unknown is the tip's rotation; it is
-found by Newton's method so that the base comes out as the identity. Many rods are integrated as one
-system, each with the three perturbed copies that its Jacobian needs.
+found by Newton's method so that the base comes out as the identity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from core.rod_cases import Array, Case, cross_matrix, profile, stiffness_at
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-Array: TypeAlias = NDArray[np.float64]
-Profile: TypeAlias = Array | Callable[[float], Array]
+from spiral_core import RodLoad
 
 # Perturbation of the tip's rotation for the Jacobian [rad]. Small, because the base's rotation can
 # be a million times more sensitive than the tip's where the load presses the rod together.
@@ -36,147 +33,75 @@ EPSILON = 1e-13
 
 
 @dataclass(frozen=True)
-class Rods:
-    """B rods at once; a profile is (B, 3) or a function of s / L giving (B, 3)."""
+class Shape:
+    """What was integrated, at S sites from base to tip."""
 
-    lengths: Array  # (B,)
-    stiffness: Profile  # K (B, 3, 3), of twist and bending about y and z, or K (B, 6, 6)
-    rest_strain: Profile
-    distributed: Profile  # base frame
-    tip_force: Array  # (B, 3) base frame
-    tip_moment: Array  # (B, 3) base frame
-    breaks: tuple[float, ...] = ()  # s / L at which a profile jumps
+    positions: Array  # (S, 3), base frame, base at the origin
+    frames: Array  # (S, 3, 3)
+    moments: Array  # (S, 3), material frame
+    forces: Array  # (S, 3), base frame
 
 
-@dataclass(frozen=True)
-class Shapes:
-    """What shooting found; S sites from base to tip."""
+def integrated(case: Case, tip: Rotation, sites: Array) -> Shape:
+    """Return the shape whose tip is turned so, at the base, the tip and sites between them."""
+    length, load = case.rod.length, case.load
+    rest, weight = profile(case.rod.rest_strain), profile(load.distributed)
+    section = case.rod.section
+    uniform = stiffness_at(section, np.zeros(1))[0]
+    stiffness = profile(partial(stiffness_at, section) if callable(section) else uniform)
 
-    positions: Array  # (B, S, 3), base frame, base at the origin
-    orientations: Array  # (B, S, 4), scalar last
-    moments: Array  # (B, S, 3), material frame
-    miss: Array  # (B,) rotation of the base that is left [rad]
+    def slope(s: float, y: Array) -> Array:
+        frame, m, n = y[3:12].reshape(3, 3), y[12:15], y[15:]
+        k, local = stiffness(s), frame.T @ n
+        strains = np.linalg.solve(k, np.concatenate((m, local))[: len(k)])
+        v = TANGENT + (strains[3:] if len(k) == 6 else 0.0)
+        turn = cross_matrix(rest(s) + strains[:3])
+        bent = turn @ m + cross_matrix(v) @ local
+        return np.concatenate((frame @ v, (frame @ turn).ravel(), -bent, -weight(s)))
 
-
-def shoot(rods: Rods, tip_orientations: Array, sites: Array, iterations: int = 30) -> Shapes:
-    """Return the equilibria whose tips are nearest to the guesses (B, 4); sites are s / L."""
-    count = len(rods.lengths)
-    perturbed = np.vstack((np.zeros((1, 3)), PERTURBATION * np.eye(3)))
-    best = np.full(count, np.inf)
-    kept = trial = Rotation.from_quat(tip_orientations)
-    steps = np.zeros((count, 3))
-    for _ in range(iterations):
-        copies = Rotation.from_quat(np.repeat(trial.as_quat(), 4, axis=0)) * Rotation.from_rotvec(
-            np.tile(perturbed, (count, 1))
-        )
-        states = _integrate(rods, copies, 4, np.array([0.0]))[:, 0]
-        bases = Rotation.from_quat(states[:, 3:7]).as_rotvec().reshape(count, 4, 3)
-        miss = np.linalg.norm(bases[:, 0], axis=1)
-        # Newton's step from where the miss fell; half the last one from where it did not.
-        fell = miss < best
-        best = np.where(fell, miss, best)
-        kept = Rotation.from_quat(np.where(fell[:, None], trial.as_quat(), kept.as_quat()))
-        jacobian = np.transpose(bases[:, 1:] - bases[:, :1], (0, 2, 1)) / PERTURBATION
-        newton = np.linalg.solve(jacobian, -bases[:, 0, :, None])[:, :, 0]
-        newton *= np.minimum(1.0, LONGEST_STEP / np.linalg.norm(newton, axis=1))[:, None]
-        steps = np.where(fell[:, None], newton, 0.5 * steps)
-        if best.max() < 1e-9:
-            break
-        trial = kept * Rotation.from_rotvec(steps)
-    tips = kept
-    states = _integrate(rods, tips, 1, sites)
-    turned = Rotation.from_quat(states[:, 0, 3:7])
-    return Shapes(
-        positions=states[:, :, :3] - states[:, :1, :3],
-        orientations=states[:, :, 3:7] / np.linalg.norm(states[:, :, 3:7], axis=2)[:, :, None],
-        moments=states[:, :, 7:10],
-        miss=np.atleast_1d(turned.magnitude()),
-    )
-
-
-def continue_from_rest(rods: Rods, steps: int, sites: Array) -> Shapes:
-    """Return the equilibria reached from the unloaded helices as the load grows from nothing.
-
-    Needs no solution by anybody else; the rods must be uniform and the loads moderate.
-    """
-    if callable(rods.rest_strain) or callable(rods.distributed):
-        raise TypeError("only uniform rods start from a helix")
-    tips = Rotation.from_rotvec(rods.rest_strain * rods.lengths[:, None]).as_quat()
-    shapes = None
-    for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
-        loaded = replace(
-            rods,
-            distributed=fraction * rods.distributed,
-            tip_force=fraction * rods.tip_force,
-            tip_moment=fraction * rods.tip_moment,
-        )
-        shapes = shoot(loaded, tips, sites)
-        tips = shapes.orientations[:, -1]
-    if shapes is None:
-        raise ValueError("at least one step")
-    return shapes
-
-
-def _integrate(rods: Rods, tips: Rotation, copies: int, sites: Array) -> Array:
-    """Return the states (B copies, S, 10) of position, quaternion and moment at the sites s / L."""
-    lengths = np.repeat(rods.lengths, copies)[:, None]
-    count = len(lengths)
-
-    def at(profile: Profile, x: float) -> Array:
-        return np.repeat(profile(x) if callable(profile) else profile, copies, axis=0)
-
-    def slope(x: float, flat: Array) -> Array:
-        y = flat.reshape(count, 13)
-        q, m, n = y[:, 3:7], y[:, 7:10], y[:, 10:13]
-        k = at(rods.stiffness, x)
-        local = _rotate(q * np.array([-1.0, -1.0, -1.0, 1.0]), n)
-        inner = np.column_stack((m, local))[:, : k.shape[1]]
-        strains = np.linalg.solve(k, inner[:, :, None])[:, :, 0]
-        u = at(rods.rest_strain, x) + strains[:, :3]
-        v = np.tile(TANGENT, (count, 1))
-        v[:, : strains.shape[1] - 3] += strains[:, 3:]
-        out = np.empty_like(y)
-        out[:, :3] = _rotate(q, v)
-        out[:, 3:6] = 0.5 * (q[:, 3:] * u + _cross(q[:, :3], u))
-        out[:, 6] = -0.5 * np.einsum("ij,ij->i", q[:, :3], u)
-        out[:, 7:10] = -_cross(u, m) - _cross(v, local)
-        out[:, 10:13] = -at(rods.distributed, x)
-        return (lengths * out).ravel()
-
-    start = np.zeros((count, 13))
-    start[:, 3:7] = tips.as_quat()
-    start[:, 7:10] = tips.inv().apply(np.repeat(rods.tip_moment, copies, axis=0))
-    start[:, 10:13] = np.repeat(rods.tip_force, copies, axis=0)
-    ends = (1.0, *sorted(rods.breaks, reverse=True), 0.0)
-    found = []
-    for high, low in pairwise(ends):
+    frame = tip.as_matrix()
+    y = np.concatenate((np.zeros(3), frame.ravel(), frame.T @ load.tip_moment, load.tip_force))
+    found = {length: y}
+    for high, low in pairwise((length, *case.rod.breaks[::-1], 0.0)):
+        ends = low + EPSILON, high - EPSILON
         # A profile that jumps at an end is asked just inside of it.
         solution = solve_ivp(
-            lambda x, y, low=low, high=high: slope(min(max(x, low + EPSILON), high - EPSILON), y),
-            (high, low), start.ravel(), method="DOP853", rtol=1e-11, atol=1e-13,
-            t_eval=np.unique((*(x for x in sites if low <= x <= high), low, high))[::-1],
+            lambda s, y, ends=ends: slope(min(max(s, ends[0]), ends[1]), y),
+            (high, low), y, method="DOP853", rtol=1e-11, atol=1e-13,
+            t_eval=[*(s for s in sites[::-1] if ends[0] < s < ends[1]), low],
         )  # fmt: skip
-        if not solution.success:
-            raise ArithmeticError(solution.message)
-        start = solution.y[:, -1]
-        found += zip(solution.t, solution.y.T, strict=True)
-    at_sites = dict(found)
-    states = np.array([at_sites[x] for x in np.sort(sites)])
-    return np.transpose(states.reshape(len(sites), count, 13)[:, :, :10], (1, 0, 2))
+        y = solution.y[:, -1]
+        found |= zip(solution.t, solution.y.T, strict=True)
+    states = np.array([found[s] for s in sorted(found)])
+    frames = states[:, 3:12].reshape(-1, 3, 3)
+    return Shape(states[:, :3] - states[0, :3], frames, states[:, 12:15], states[:, 15:])
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """Return row-wise a x b (np.cross spends most of its time elsewhere)."""
-    return np.column_stack(
-        (
-            a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
-            a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
-            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
-        )
-    )
+def shoot(case: Case, tip: Rotation) -> Rotation:
+    """Return the rotation of the tip, next to a guess, that leaves the base as it is clamped."""
+
+    def base(turn: Array) -> Array:
+        frames = integrated(case, tip * Rotation.from_rotvec(turn), np.zeros(0)).frames
+        return Rotation.from_matrix(frames[0]).as_rotvec()
+
+    for _ in range(30):
+        miss = base(np.zeros(3))
+        if np.linalg.norm(miss) < 1e-8:
+            return tip
+        slopes = [base(row) - miss for row in PERTURBATION * np.eye(3)]
+        step = np.linalg.solve(np.transpose(slopes), -PERTURBATION * miss)
+        tip *= Rotation.from_rotvec(step * min(1.0, LONGEST_STEP / np.linalg.norm(step)))
+    raise ArithmeticError(f"off by {miss}")
 
 
-def _rotate(q: Array, v: Array) -> Array:
-    """Return row-wise R(q) v for (nearly) unit quaternions."""
-    t = 2.0 * _cross(q[:, :3], v)
-    return v + q[:, 3:] * t + _cross(q[:, :3], t)
+def shoot_from_rest(case: Case, steps: int) -> Rotation:
+    """Return the tip's rotation as the load grows from nothing on a uniform rod.
+
+    Needs no solution by anybody else; the load must be moderate, and the rod uniform.
+    """
+    tip = Rotation.from_rotvec(np.multiply(case.rod.length, case.rod.rest_strain))
+    given = case.load.distributed, case.load.tip_force, case.load.tip_moment
+    for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
+        load = RodLoad(*(tuple((fraction * np.array(vector)).tolist()) for vector in given))
+        tip = shoot(Case(case.rod, load), tip)
+    return tip

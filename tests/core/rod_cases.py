@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -78,6 +79,7 @@ COUPLED = Section.inextensible(bending=6.0e-4, torsional=5.0e-4, sideways=2.0e-4
 VARIED_LOAD = RodLoad(
     lambda s: np.column_stack((0.2 + 0.3 * np.cos(8.0 * s), 0.3 * s, -0.2 + s * s)),
     tip_force=(0.01, -0.02, 0.015),
+    tip_moment=(3e-4, 2e-4, -5e-4),
 )
 VARIED = Rod(
     0.4,
@@ -113,7 +115,17 @@ def two_tubes(near: float, far: float, at: float = 0.131) -> Rod:
     )
 
 
+def round_rod(ratio: float) -> Rod:
+    """Return a helix that resists torsion so many times as much as bending."""
+    section = Section.inextensible(2.5e-4, ratio * 2.5e-4)
+    return Rod(0.36, section, rest_strain=(-5.0, 0.0, 11.0))
+
+
 RODS = {
+    "upright": gripper_rod(gravity=(-1.0, 0.0, 0.0)),
+    "straight": Case(straight_rod(), RodLoad((0.0, 0.02, -0.01), (1e-3, 2e-3, 0.0))),
+    "soft in torsion": Case(round_rod(0.1), RodLoad((0.1, 0.1, 0.0))),
+    "stiff in torsion": Case(round_rod(10.0), RodLoad((0.1, 0.1, 0.0))),
     "weight": gripper_rod(gravity=(0.3, 0.8, -0.52)),
     "tip force": gripper_rod(gravity=(0.0, 0.0, 0.0), tip_force=(0.03, -0.04, 0.05)),
     "tip moment": gripper_rod(tip_moment=(5e-4, 1e-3, -2.5e-4)),
@@ -124,8 +136,7 @@ RODS = {
     "coupled, straight": Case(
         Rod(0.36, COUPLED), RodLoad((0.24, 0.0, 0.0), (0.004, -0.006, 0.003))
     ),
-    "varied": Case(VARIED, replace(VARIED_LOAD, tip_moment=(3e-4, 2e-4, -5e-4))),
-    "varied, no moment": Case(VARIED, VARIED_LOAD),
+    "varied": Case(VARIED, VARIED_LOAD),
     "varied coupling": Case(VARIED_COUPLING, RodLoad((0.1, 0.15, -0.1))),
     "two tubes": Case(two_tubes(2.5e-4, 5e-3), RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))),
     "stretching": Case(Rod(0.5, six(1.0), rest_strain=(2.0, 1.0, -4.0)), SIX_LOAD),
@@ -133,6 +144,25 @@ RODS = {
         Rod(0.5, six(-0.6), rest_strain=(2.0, 1.0, -4.0)), RodLoad(tip_force=(8e-3, 0.0, 3e-3))
     ),
 }
+
+
+def vectors_at(given: tuple[float, ...] | Callable[[Array], Array], sites: Array) -> Array:
+    """Return a profile's vectors (n, 3) at sites."""
+    return given(sites) if callable(given) else np.tile(given, (len(sites), 1))
+
+
+def profile(
+    given: tuple[float, ...] | Array | Callable[[Array], Array],
+) -> Callable[[float], Array]:
+    """Return a function of one place for what is constant or a function of places."""
+    constant = None if callable(given) else np.array(given)
+    return lambda s: given(np.array([s]))[0] if constant is None else constant
+
+
+def cross_matrix(v: Array) -> Array:
+    """Return the matrix of a -> v x a."""
+    x, y, z = v
+    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
 
 
 def stiffness_at(section: Section | Callable[[Array], Array], sites: Array) -> Array:
@@ -150,6 +180,7 @@ class Image:
     turn: Array
     scale: float = 1.0
     stiffer: float = 1.0
+    varied: bool = False  # whether constants are functions
 
     @property
     def axial(self) -> Array:
@@ -159,11 +190,14 @@ class Image:
     def of(self, case: Case) -> Case:
         """Return the image of a rod, its stiffness times ``stiffer``, under the image of a load."""
         rod, load, a = case.rod, case.load, self.scale
+        rest, weight = rod.rest_strain, load.distributed
+        if self.varied:
+            rest, weight = (partial(vectors_at, given) for given in (rest, weight))
         force = self.stiffer / a**2 * self.turn
 
         def vectors(given: tuple[float, ...] | Callable[[Array], Array], by: Array):
             if callable(given):
-                return lambda s: given(s / a) @ by.T
+                return lambda s: vectors_at(given, s / a) @ by.T
             return tuple((by @ given).tolist())
 
         def section(sites: Array) -> Array:
@@ -177,12 +211,14 @@ class Image:
         return Case(
             Rod(
                 a * rod.length,
-                section if callable(rod.section) else Section(section(np.zeros(1))[0]),
-                rest_strain=vectors(rod.rest_strain, self.axial / a),
+                section
+                if callable(rod.section) or self.varied
+                else Section(section(np.zeros(1))[0]),
+                rest_strain=vectors(rest, self.axial / a),
                 breaks=tuple(a * at for at in rod.breaks),
             ),
             RodLoad(
-                vectors(load.distributed, force / a),
+                vectors(weight, force / a),
                 vectors(load.tip_force, force),
                 vectors(load.tip_moment, self.stiffer / a * self.axial),
             ),
@@ -190,6 +226,7 @@ class Image:
 
 
 IMAGES = {
+    "as functions": Image(np.eye(3), varied=True),
     "mirrored": Image(np.diag((1.0, 1.0, -1.0))),
     "rolled": Image(Rotation.from_rotvec((0.4, 0.0, 0.0)).as_matrix()),
     "rolled far": Image(Rotation.from_rotvec((2.9, 0.0, 0.0)).as_matrix()),

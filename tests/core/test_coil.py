@@ -7,117 +7,121 @@ import math
 
 import numpy as np
 import pytest
+from core.actuator_cases import repeatable
 from core.rod_cases import gripper_rod
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from spiral_core import InvalidInputError, Rod, RodLoad, RodState, Section, solve_rod
 from spiral_core.wrap.coil import coil_axis, coil_from_state, helix_angle
+from spiral_core.wrap.helix import Helix
 
-CURVATURE, LENGTH = 21.0, 0.5
+LENGTH = 0.5
+TURN = math.tau / math.hypot(21.0, 13.5)
 
 
-def helix_state(torsion: float, elements: int = 60) -> RodState:
+def helix_state(torsion: float, curvature: float = 21.0) -> RodState:
     """Return an unloaded rod: an exact helix."""
-    rod = Rod(LENGTH, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(torsion, 0.0, CURVATURE))
-    return solve_rod(rod, RodLoad(), elements=elements, estimate_error=False)
+    rod = Rod(LENGTH, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(torsion, 0.0, curvature))
+    return solve_rod(rod, RodLoad(), elements=60, estimate_error=False)
 
 
-def helix_axis(torsion: float) -> np.ndarray:
-    """Return the axis of that helix in the base frame, along its advance."""
-    u = np.array([torsion, 0.0, CURVATURE]) / math.hypot(torsion, CURVATURE)
-    return u if torsion > 0.0 else -u
+def weighed(torsion: float = -13.5, z: float = 0.81, elements: int = 60) -> RodState:
+    case = gripper_rod(length=LENGTH, torsion=torsion, gravity=(0.3, 0.5, z))
+    return solve_rod(case.rod, case.load, elements=elements, estimate_error=False)
 
 
-@pytest.mark.parametrize("torsion", [-30.0, -13.5, -2.0, 5.0, 25.0])
-def test_a_helix_is_its_own_coil(torsion: float) -> None:
-    rate = math.hypot(torsion, CURVATURE)
-    state = helix_state(torsion)
-    axis = coil_axis(state, None, 2.0 * math.pi / rate)
-    np.testing.assert_allclose(axis, helix_axis(torsion), atol=1e-7)
+@pytest.mark.parametrize("curvature", [1e-6, 1e-3, 1.0, 21.0, 60.0])
+@pytest.mark.parametrize("torsion", [-30.0, -2.0, 0.1, 25.0])
+def test_a_helix_is_its_own_coil(torsion: float, curvature: float) -> None:
+    """Along its axis the tangents vary least: the smallest of eigenvalues many decades apart."""
+    rate = math.hypot(torsion, curvature)
+    if LENGTH * rate < math.tau:
+        return  # less than a turn has no axis
+    state = helix_state(torsion, curvature)
+    axis = coil_axis(state, None, math.tau / rate)
+    expected = np.array((torsion, 0.0, curvature)) / math.copysign(rate, torsion)
+    np.testing.assert_allclose(axis, expected, atol=1e-6 if curvature < 1.0 else 1e-7)
+    if curvature < 1.0:
+        return
     coil = coil_from_state(state, axis)
-    assert coil.helix_angle == pytest.approx(math.atan2(CURVATURE, abs(torsion)), abs=1e-7)
-    assert coil.total_turns == pytest.approx(LENGTH * rate / (2.0 * math.pi), rel=1e-7)
-    assert coil.length_for_turns(1.05) == pytest.approx(1.05 * 2.0 * math.pi / rate, rel=1e-6)
-    pitch = 2.0 * math.pi * abs(torsion) / rate**2
-    assert coil.advance_for_turns(1.05) == pytest.approx(1.05 * pitch, rel=1e-5)
+    assert coil.helix_angle == pytest.approx(math.atan2(curvature, abs(torsion)), abs=1e-7)
+    assert coil.total_turns == pytest.approx(LENGTH * rate / math.tau, rel=1e-7)
+    turns = 0.6 * coil.total_turns
+    assert coil.length_for_turns(turns) == pytest.approx(0.6 * LENGTH, rel=1e-6)
+    advance = 0.6 * LENGTH * abs(torsion) / rate
+    assert coil.advance_for_turns(turns) == pytest.approx(advance, rel=1e-5)
     assert coil.length_for_turns(0.0) == 0.0
+    assert coil.length_for_turns(coil.total_turns) == pytest.approx(LENGTH, rel=1e-9)
     assert coil.length_for_turns(coil.total_turns + 1e-6) is None
     assert coil.advance_for_turns(coil.total_turns + 1e-6) is None
-    everything = coil.length_for_turns(coil.total_turns)
-    assert everything == pytest.approx(LENGTH, rel=1e-9)
-
-
-@pytest.mark.parametrize("curvature", [1e-6, 1e-3, 1.0, 60.0])
-@pytest.mark.parametrize("torsion", [-30.0, 0.1, 25.0])
-def test_the_axis_of_a_steep_or_flat_helix_is_found(curvature: float, torsion: float) -> None:
-    """Along it the tangents vary least: the smallest of eigenvalues many decades apart."""
-    rod = Rod(LENGTH, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(torsion, 0.0, curvature))
-    state = solve_rod(rod, RodLoad(), elements=60, estimate_error=False)
-    rate = math.hypot(torsion, curvature)
-    if LENGTH * rate < 2.0 * math.pi:
-        return  # less than a turn has no axis
-    axis = np.array((torsion, 0.0, curvature)) / rate * np.sign(torsion)
-    np.testing.assert_allclose(coil_axis(state, None, 2.0 * math.pi / rate), axis, atol=1e-6)
 
 
 def test_a_given_axis_is_kept_and_turned_along_the_advance() -> None:
     state = helix_state(-13.5)
-    forward = coil_axis(state, (0.6, 0.0, 0.8), 0.1)
-    backward = coil_axis(state, (-0.6, 0.0, -0.8), 0.1)
-    assert forward == backward
-    assert forward in ((0.6, 0.0, 0.8), (-0.6, 0.0, -0.8))
-    assert np.dot(forward, state.tip_position) > 0.0
+    axes = [coil_axis(state, axis, 0.1) for axis in ((0.6, 0.0, 0.8), (-0.6, 0.0, -0.8))]
+    assert axes[0] == axes[1]
+    assert np.dot(axes[0], state.tip_position) > 0.0
+    assert tuple(map(abs, axes[0])) == (0.6, 0.0, 0.8)
+    angle = math.acos(state.tangents[-1, 0])
+    assert helix_angle(state, (1.0, 0.0, 0.0)) == pytest.approx(angle, abs=1e-9)
 
 
 @pytest.mark.parametrize("axis", [(math.nan, 0.0, 1.0), (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)])
 def test_what_is_no_axis_is_refused(axis: tuple[float, float, float]) -> None:
-    state = helix_state(-13.5)
-    with pytest.raises(InvalidInputError, match="axis"):
-        coil_axis(state, axis, 0.1)
-    with pytest.raises(InvalidInputError, match="axis"):
-        helix_angle(state, axis)
+    for ask in (coil_axis, helix_angle):
+        with pytest.raises(InvalidInputError, match="axis"):
+            ask(helix_state(-13.5), axis, *(0.1,) * (ask is coil_axis))
 
 
-def test_the_helix_angle_is_between_tangent_and_axis() -> None:
-    state = helix_state(-13.5)
-    assert helix_angle(state, (1.0, 0.0, 0.0)) == pytest.approx(
-        math.acos(state.tangents[-1, 0]), abs=1e-9
-    )
-
-
-def test_turns_do_not_depend_on_the_elements() -> None:
-    case = gripper_rod(length=0.5, gravity=(0.2, 0.9, -0.4))
-    counts = []
-    for elements in (60, 240):
-        state = solve_rod(case.rod, case.load, elements=elements, estimate_error=False)
-        axis = coil_axis(state, None, 2.0 * math.pi / math.hypot(21.0, 13.5))
-        counts.append(coil_from_state(state, axis).total_turns)
+def test_a_fitted_axis_turns_with_the_shape_and_not_with_the_elements() -> None:
+    axes, turns = [], []
+    for state in (weighed(), weighed(elements=240), weighed(torsion=13.5, z=-0.81)):
+        axes.append(coil_axis(state, None, TURN))
+        turns.append(coil_from_state(state, axes[-1]).total_turns)
     # The element in which the coil begins is cut by a straight line: 0.003 of a turn at N = 60.
-    assert counts[0] == pytest.approx(counts[1], abs=5e-3)
+    assert turns[0] == pytest.approx(turns[1], abs=5e-3)
+    np.testing.assert_allclose(np.array(axes[0]) * (1.0, 1.0, -1.0), axes[2], atol=1e-7)
+    assert turns[0] == pytest.approx(turns[2], rel=1e-7)
+    assert math.hypot(*axes[0]) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_turns_are_continuous_where_the_tangent_passes_the_axis() -> None:
     """A base that swings through the axis by 1e-6 rad must not gain a turn."""
     state = helix_state(13.5)
     tangent = state.tangents[3]
-    side = np.cross(tangent, [0.0, 0.0, 1.0])
-    side /= np.linalg.norm(side)
+    across = np.cross(tangent, np.cross(tangent, (0.0, 0.0, 1.0)))
     turns = []
     for swing in (-1e-6, 1e-6):
-        axis = Rotation.from_rotvec(swing * np.cross(tangent, side)).apply(tangent)
-        x, y, z = axis.tolist()
-        turns.append(coil_from_state(state, (x, y, z)).turns)
-    np.testing.assert_allclose(turns[0], turns[1], atol=1e-4)
+        axis = Rotation.from_rotvec(swing * across).apply(np.array(tangent))
+        turns.append(coil_from_state(state, tuple((axis / np.linalg.norm(axis)).tolist())).turns)
+    np.testing.assert_allclose(*turns, atol=1e-4)
 
 
-def test_a_fitted_axis_turns_with_the_shape() -> None:
-    case = gripper_rod(length=0.5, gravity=(0.3, 0.5, 0.81))
-    state = solve_rod(case.rod, case.load, elements=60, estimate_error=False)
-    mirrored = gripper_rod(length=0.5, torsion=13.5, gravity=(0.3, 0.5, -0.81))
-    other = solve_rod(mirrored.rod, mirrored.load, elements=60, estimate_error=False)
-    turn = 2.0 * math.pi / math.hypot(21.0, 13.5)
-    axis, mirror = coil_axis(state, None, turn), coil_axis(other, None, turn)
-    np.testing.assert_allclose(np.array(axis) * [1.0, 1.0, -1.0], mirror, atol=1e-7)
-    a, b = coil_from_state(state, axis), coil_from_state(other, mirror)
-    assert a.total_turns == pytest.approx(b.total_turns, rel=1e-7)
-    assert np.linalg.norm(axis) == pytest.approx(1.0, abs=1e-12)
+@repeatable
+@given(
+    curvature=st.floats(1.0, 60.0),
+    torsion=st.one_of(st.floats(-50.0, 50.0), st.just(0.0)),
+    turns=st.floats(0.0, 5.0),
+)
+def test_lengths_and_turns_of_a_helix_are_consistent(
+    curvature: float, torsion: float, turns: float
+) -> None:
+    helix = Helix(curvature, torsion)
+    length = helix.length_for_turns(turns)
+    assert helix.turns(length) == pytest.approx(turns, rel=1e-14)
+    unrolled = turns * math.hypot(math.tau * helix.radius, helix.pitch)
+    assert length == pytest.approx(unrolled, rel=1e-13)
+    projected = length * math.cos(helix.helix_angle)
+    assert helix.object_length(turns) == pytest.approx(projected, rel=1e-12, abs=1e-15 * length)
+    assert helix.radius == pytest.approx(math.sin(helix.helix_angle) ** 2 / curvature, rel=1e-13)
+    assert helix.object_radius(5.0e-3) == helix.radius - 5.0e-3
+    assert math.copysign(1.0, helix.pitch) == math.copysign(1.0, torsion)
+
+
+def test_a_helix_may_be_a_circle_or_huge_or_tiny() -> None:
+    circle = Helix(20.0, 0.0)
+    assert (circle.radius, circle.pitch, circle.helix_angle) == (0.05, 0.0, math.pi / 2.0)
+    assert Helix(1e200, 1e200).radius == pytest.approx(0.5e-200)
+    assert Helix(1e-200, 0.0).radius == pytest.approx(1e200)

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from core.rod_cases import COUPLED, six, straight_rod
+from core.rod_cases import COUPLED, Array, cross_matrix, six, straight_rod
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -18,12 +18,11 @@ from spiral_core import (
     Clamped,
     Free,
     Guided,
-    Obstacle,
     Pinned,
-    Plane,
     PointLoad,
     Rod,
     RodCertificate,
+    RodElement,
     RodLoad,
     RodProblem,
     Section,
@@ -32,17 +31,7 @@ from spiral_core import (
 
 LENGTH, BENDING = 0.5, 3e-4
 PLAIN = Section((2e-4, BENDING, BENDING))
-SMALL = 2e-6
-
-
-def helix(strain: tuple[float, float, float], sites: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and rotations of a rod of constant strain: the exponential of its twist."""
-    u = np.array(strain)
-    twist = np.zeros((4, 4))
-    twist[:3, :3] = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
-    twist[0, 3] = 1.0
-    frames = expm(sites[:, None, None] * twist)
-    return frames[:, :3, 3], frames[:, :3, :3]
+STRAIGHT = Clamped()
 
 
 @pytest.mark.parametrize("elements", [2, 3, 7, 24, 100])
@@ -63,102 +52,124 @@ def helix(strain: tuple[float, float, float], sites: np.ndarray) -> tuple[np.nda
 def test_an_unloaded_rod_is_the_exact_helix(
     strain: tuple[float, float, float], elements: int, section: Section
 ) -> None:
+    """The exponential of its twist."""
     length = min(0.36, 1.2 * elements / max(1.0, math.hypot(*strain)))
     rod = Rod(length, section, rest_strain=strain)
     state = solve_rod(rod, elements=elements, estimate_error=False)
-    positions, rotations = helix(strain, state.arc_lengths)
+    twist = np.zeros((4, 4))
+    twist[:3, :3], twist[0, 3] = cross_matrix(strain), 1.0
+    frames = expm(state.arc_lengths[:, None, None] * twist)
     assert state.stable
-    assert np.abs(state.positions - positions).max() < 1e-9 * length
+    assert np.abs(state.positions - frames[:, :3, 3]).max() < 1e-9 * length
     turned = Rotation.from_quat(state.orientations).as_matrix()
     # The tolerance on the moments, 1e-8 EI/L, lets an orientation be off by as much at worst.
-    assert np.abs(turned - rotations).max() < 1e-8
+    assert np.abs(turned - frames[:, :3, :3]).max() < 1e-8
     np.testing.assert_allclose(state.strains, np.tile(strain, (elements + 1, 1)), atol=1e-6)
     assert abs(state.energy) < 1e-12
     assert state.folds == 0
 
 
-def small(section: object, load: RodLoad, **given: object) -> RodProblem:
-    return RodProblem(Rod(LENGTH, section), load, **given)
+def small(section: Section, base: Clamped = STRAIGHT) -> RodProblem:
+    """Return a beam under a small force across its tip."""
+    return RodProblem(Rod(LENGTH, section), RodLoad(tip_force=(0.0, 0.0, -SMALL)), base)
 
 
-def stepped(s: np.ndarray) -> np.ndarray:
-    """Return the stiffness of a beam whose first 200 mm are five times as stiff."""
-    return np.where(s < 0.2, 5.0, 1.0)[:, None] * BENDING * (0.7, 1.0, 1.0)
+def elastica(load: float) -> tuple[RodProblem, list[float]]:
+    """Return a cantilever of P L^2 / EI = load, across: Bisshopp and Drucker (1945).
+
+    With m = k^2 = (1 + sin(tip slope)) / 2 and sin(theta) = 1 / (sqrt(2) k):
+    K(k) - F(theta, k) = sqrt(load).
+    """
+
+    def theta(m: float) -> float:
+        return math.asin(1.0 / math.sqrt(2.0 * m))
+
+    m = brentq(
+        lambda m: ellipk(m) - ellipkinc(theta(m), m) - math.sqrt(load),
+        *(0.5 + 1e-12, 1.0 - 1e-12),
+        xtol=1e-14,
+    )
+    across = 1.0 - 2.0 / math.sqrt(load) * (ellipe(m) - ellipeinc(theta(m), m))
+    force = (0.0, load * BENDING / LENGTH**2, 0.0)
+    along = math.sqrt(2.0 * (2.0 * m - 1.0) / load)
+    problem = RodProblem(Rod(LENGTH, PLAIN), RodLoad(tip_force=force))
+    return problem, [LENGTH * along, LENGTH * across, 0.0]
 
 
-DOWN = (0.0, 0.0, -SMALL)
-TILT = 0.7
-# Unlike stiffnesses, turned by the clamp: components along both axes superpose.
-FLAT = Section((2e-4, 2e-4, 8e-4))
-TILTED = Clamped((0, 0, 0), (math.sin(TILT / 2), 0.0, 0.0, math.cos(TILT / 2)))
+def quarter(s: Array) -> Array:
+    """Return the rest strain of a quarter circle with a straight piece behind it."""
+    return np.where(s[:, None] < 0.2, (0.0, 0.0, 2.5 * math.pi), 0.0)
+
+
+SMALL, TILT = 2e-6, 0.7
+BENT = (2e-7, 1e-9, 1e-9)  # what is left out is of second order in the deflection
 CANTILEVER = LENGTH**3 / 3.0
-# A small load, and where it brings the tip.
-DEFLECTIONS = {
+STRETCHING = Rod(LENGTH, Section(PLAIN.stiffness, extension=40.0))
+STRETCH = (0.5 * 3.0 * LENGTH + 2.0) * LENGTH / 40.0
+SIX = np.diag((2e-4, 3e-4, 3e-4, 40.0, 20.0, 20.0))
+SIX[0, 3] = SIX[3, 0] = 0.03
+PULL = 1e-4, 2.0
+# Where the tip comes to lie, and how nearly.
+TIPS = {
     "shearing": (
-        small(Section(PLAIN.stiffness, shear=0.01), RodLoad(tip_force=DOWN)),
-        (0, -SMALL * (CANTILEVER / BENDING + LENGTH / 0.01)),
+        small(Section(PLAIN.stiffness, shear=0.01)),
+        [LENGTH, 0, -SMALL * (CANTILEVER / BENDING + LENGTH / 0.01)],
+        BENT,
     ),
+    # Unlike stiffnesses, turned by the clamp: components along both axes superpose.
     "flat, turned": (
-        small(FLAT, RodLoad(tip_force=DOWN), base=TILTED),
-        (
+        small(
+            Section((2e-4, 2e-4, 8e-4)),
+            base=Clamped((0, 0, 0), (math.sin(TILT / 2), 0.0, 0.0, math.cos(TILT / 2))),
+        ),
+        [
+            LENGTH,
             SMALL * CANTILEVER * math.sin(TILT) * math.cos(TILT) * (1 / 2e-4 - 1 / 8e-4),
             -SMALL * CANTILEVER * (math.sin(TILT) ** 2 / 8e-4 + math.cos(TILT) ** 2 / 2e-4),
+        ],
+        BENT,
+    ),
+    # By w L^2 / 2 EA and F L / EA, held at the one end or the other.
+    "hanging": (
+        RodProblem(STRETCHING, RodLoad((3.0, 0.0, 0.0), (2.0, 0.0, 0.0))),
+        [LENGTH + STRETCH, 0, 0],
+        1e-10,
+    ),
+    "hanging from its tip": (
+        RodProblem(
+            *(STRETCHING, RodLoad((-3.0, 0.0, 0.0)), Free(), Clamped()),
+            point_loads=(PointLoad(0.0, (-2.0, 0.0, 0.0)),),
         ),
+        [LENGTH + STRETCH, 0, 0],
+        1e-10,
     ),
-    # The moment-area theorem.
-    "stepped": (
-        RodProblem(Rod(LENGTH, stepped, breaks=(0.2,)), RodLoad(tip_force=DOWN)),
-        (0, -SMALL / 3.0 / BENDING * ((LENGTH**3 - 0.027) / 5.0 + 0.027)),
+    # A helix of fibers twists so.
+    "coupled": (
+        RodProblem(
+            Rod(LENGTH, Section(SIX)),
+            RodLoad(tip_force=(PULL[1], 0, 0), tip_moment=(PULL[0], 0, 0)),
+        ),
+        [LENGTH * (1.0 + np.linalg.solve(SIX[::3, ::3], PULL)[1]), 0, 0],
+        1e-9,
     ),
+    "a quarter circle, then straight": (
+        RodProblem(Rod(LENGTH, PLAIN, 1e-6, rest_strain=quarter, breaks=(0.2,))),
+        [0.4 / math.pi, 0.4 / math.pi + 0.3, 0.0],
+        1e-9,
+    ),
+    **{
+        f"elastica {load}": (*elastica(load), 1e-6 * max(1.0, load / 5.0))
+        for load in (0.5, 2.0, 5.0, 10.0)
+    },
 }
 
 
-@pytest.mark.parametrize("elements", [10, 20])
-@pytest.mark.parametrize("name", DEFLECTIONS)
-def test_small_deflections_are_those_of_beam_theory(name: str, elements: int) -> None:
-    problem, expected = DEFLECTIONS[name]
-    state = solve_rod(problem, elements=elements)
-    assert all(np.abs(state.arc_lengths - at).min() < 1e-15 for at in problem.rod.breaks)
-    # What is left out is of second order in the deflection.
-    assert state.tip_position[1:] == pytest.approx(expected, rel=2e-5, abs=1e-10)
-
-
-SIX = np.diag((2e-4, 3e-4, 3e-4, 40.0, 20.0, 20.0))
-SIX[0, 3] = SIX[3, 0] = 0.03
-
-
-def test_a_pulled_rod_stretches_and_twists_by_its_coupling() -> None:
-    """A helix of fibers twists so."""
-    force, moment = 2.0, 1e-4
-    load = RodLoad(tip_force=(force, 0.0, 0.0), tip_moment=(moment, 0.0, 0.0))
-    state = solve_rod(Rod(LENGTH, Section(SIX)), load, elements=10)
-    twist, stretch = np.linalg.solve(SIX[::3, ::3], (moment, force))
-    assert state.tip_position[0] == pytest.approx(LENGTH * (1.0 + stretch), rel=1e-9)
-    half = 0.5 * (twist * LENGTH % math.tau)
-    assert abs(state.orientations[-1, 0]) == pytest.approx(abs(np.sin(half)), rel=1e-3)
-
-
-@pytest.mark.parametrize("load", [0.5, 2.0, 5.0, 10.0])
-def test_a_cantilever_under_a_tip_force_follows_elliptic_integrals(load: float) -> None:
-    """P L^2 / EI = load, across: Bisshopp and Drucker (1945)."""
-
-    # With m = k^2 = (1 + sin(tip slope)) / 2 and sin(theta) = 1 / (sqrt(2) k):
-    # K(k) - F(theta, k) = sqrt(load).
-    def miss(m: float) -> float:
-        theta = math.asin(1.0 / math.sqrt(2.0 * m))
-        return float(ellipk(m) - ellipkinc(theta, m)) - math.sqrt(load)
-
-    m = brentq(miss, 0.5 + 1e-12, 1.0 - 1e-12, xtol=1e-14)
-    theta = math.asin(1.0 / math.sqrt(2.0 * m))
-    across = 1.0 - 2.0 / math.sqrt(load) * float(ellipe(m) - ellipeinc(theta, m))
-    along = math.sqrt(2.0 * (2.0 * m - 1.0) / load)
-    force = load * BENDING / LENGTH**2
-    state = solve_rod(Rod(LENGTH, PLAIN), RodLoad(tip_force=(0.0, force, 0.0)), elements=100)
-    # At N = 100 the scheme's own error is a few 1e-7 of the length.
-    np.testing.assert_allclose(
-        state.tip_position / LENGTH, [along, across, 0.0], atol=2e-6 * max(1.0, load / 5.0)
-    )
-    assert state.moments[0, 2] == pytest.approx(force * along * LENGTH, rel=1e-5)
+@pytest.mark.parametrize("name", TIPS)
+def test_a_tip_lies_where_closed_forms_have_it(name: str) -> None:
+    problem, expected, off = TIPS[name]
+    state = solve_rod(problem, elements=100)
+    assert (np.abs(state.tip_position - state.positions[0] - expected) < off).all()
+    assert {*problem.rod.breaks} <= {*state.arc_lengths.round(15)}
 
 
 def test_hanging_straight_is_stable_and_carries_the_weight() -> None:
@@ -170,80 +181,41 @@ def test_hanging_straight_is_stable_and_carries_the_weight() -> None:
     assert state.energy == pytest.approx(-0.1 * 0.5 - 0.3 * 0.125, rel=1e-12)
 
 
-@pytest.mark.parametrize("end", ["base", "tip"])
-def test_hanging_rod_stretches_under_its_weight(end: str) -> None:
-    """By w L^2 / 2 EA, and by F L / EA of a force at its free end."""
-    rod = Rod(LENGTH, Section(PLAIN.stiffness, extension=40.0))
-    weight, force = 3.0, 2.0
-    if end == "base":
-        problem = RodProblem(rod, RodLoad((weight, 0.0, 0.0), (force, 0.0, 0.0)))
-        grown = solve_rod(problem, elements=40).positions[-1, 0] - LENGTH
-    else:
-        problem = RodProblem(
-            rod,
-            RodLoad((-weight, 0.0, 0.0)),
-            base=Free(),
-            tip=Clamped(),
-            point_loads=(PointLoad(0.0, (-force, 0.0, 0.0)),),
-        )
-        grown = -solve_rod(problem, elements=40).positions[0, 0] - LENGTH
-    assert grown == pytest.approx((0.5 * weight * LENGTH + force) * LENGTH / 40.0, rel=1e-9)
-
-
-def test_rest_strain_that_jumps_at_a_break_is_followed_exactly() -> None:
-    """Unloaded: a quarter circle, then a straight piece."""
-    at = 0.2
-    curvature = 0.5 * math.pi / at
-
-    def strain(s: np.ndarray) -> np.ndarray:
-        return np.column_stack((0.0 * s, 0.0 * s, np.where(s < at, curvature, 0.0)))
-
-    for radius in (0.0, 1e-6):  # either element
-        rod = Rod(LENGTH, PLAIN, radius, rest_strain=strain, breaks=(at,))
-        tip = solve_rod(RodProblem(rod), elements=20).tip_position
-        expected = (1.0 / curvature, 1.0 / curvature + LENGTH - at, 0.0)
-        assert tip == pytest.approx(expected, abs=1e-6)
+@pytest.mark.parametrize("element", RodElement)
+@pytest.mark.parametrize("load", [1.001, 1.1, 1.5])
+def test_straight_column_under_its_load_is_eulers_elastica(
+    load: float, element: RodElement
+) -> None:
+    """Its tip's place by elliptic integrals: K(k) = sqrt(P / EI) L = pi / 2 sqrt(P / P_c)."""
+    root = 0.5 * math.pi * math.sqrt(load) / LENGTH
+    k = brentq(lambda k: ellipk(k * k) - root * LENGTH, 1e-6, 0.999999)
+    thrust = RodLoad(tip_force=(-BENDING * root**2, 0.0, 0.0))
+    state = solve_rod(Rod(LENGTH, PLAIN), thrust, elements=40, element=element)
+    assert state.stable
+    x, y, z = state.tip_position
+    # 40 elements are off by 1e-6; near the critical load that counts more.
+    assert x == pytest.approx(2.0 * ellipe(k * k) / root - LENGTH, abs=1e-5)
+    assert math.hypot(y, z) == pytest.approx(2.0 * k / root, abs=1e-4)
 
 
 def test_point_loads_and_couples_bend_a_held_beam() -> None:
     """Pinned and guided along itself, with a force and a couple anywhere: Bernoulli's beam."""
     force, couple, at, where = 2e-4, 3e-5, 0.17, 0.31
+    loads = PointLoad(at, (0.0, 0.0, -force)), PointLoad(where, moment=(0.0, couple, 0.0))
     problem = RodProblem(
-        Rod(LENGTH, PLAIN),
-        base=Pinned(),
-        tip=Guided((LENGTH, 0.0, 0.0)),
-        point_loads=(
-            PointLoad(at, force=(0.0, 0.0, -force)),
-            PointLoad(where, moment=(0.0, couple, 0.0)),
-        ),
+        Rod(LENGTH, PLAIN), base=Pinned(), tip=Guided((LENGTH, 0.0, 0.0)), point_loads=loads
     )
     state = solve_rod(problem, elements=10)
-    assert {at, where} <= set(state.arc_lengths.tolist())
     held = (force * (LENGTH - at) - couple) / LENGTH
     assert state.base_reaction[2] == pytest.approx(held, rel=1e-4)
     assert state.tip_reaction[2] == pytest.approx(force - held, rel=1e-4)
     # Bending about y at the nodes: the moment of what lies before; it jumps by the couple.
     s = state.arc_lengths
-    bent = held * s - force * np.maximum(s - at, 0.0)
-    inner = ~np.isin(s, (where,))
-    expected = np.where(s > where, bent + couple, bent)
-    found = np.abs(state.moments[:, 1])
-    assert found[inner] == pytest.approx(np.abs(expected)[inner], abs=1e-4 * force * LENGTH)
+    assert {at, where} <= {*s}
+    bent = np.abs(held * s - force * np.maximum(s - at, 0.0) + couple * (s > where))
+    off = np.abs(np.abs(state.moments[:, 1]) - bent)[s != where]
+    assert off.max() < 1e-4 * force * LENGTH
     assert max(imbalance(problem, state)) < 1e-12
-
-
-def test_point_load_presses_where_it_acts() -> None:
-    """A rod on the floor, and a weight on it."""
-    problem = RodProblem(
-        Rod(LENGTH, PLAIN, 2e-3),
-        RodLoad((0.0, 0.0, -0.02)),
-        obstacles=(Obstacle(Plane(), (0.0, 0.0, -2e-3)),),
-        point_loads=(PointLoad(0.23, (0, 0, -1.0)),),
-    )
-    state = solve_rod(problem, elements=50)
-    node = int(np.argmin(np.abs(state.arc_lengths - 0.23)))
-    assert state.normal_forces[0, node] == pytest.approx(1.0 + 0.02 * LENGTH / 50, rel=1e-2)
-    assert np.abs(state.positions[:, 2]).max() < 1e-9
 
 
 @pytest.mark.parametrize("bore", [0.0, 1e-3, 1.999998e-3])
@@ -259,12 +231,13 @@ def test_round_section_has_the_stiffness_of_its_shape(bore: float) -> None:
     assert section.extension == pytest.approx(young * area)
     m = (bore / radius) ** 2
     coefficient = 6 * (1 + nu) * (1 + m) ** 2 / ((7 + 6 * nu) * (1 + m) ** 2 + (20 + 12 * nu) * m)
-    if bore == 0.0:
-        coefficient = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)
-    if bore > 1.9e-3:
-        coefficient = 2.0 * (1.0 + nu) / (4.0 + 3.0 * nu)
+    limits = {
+        0.0: 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
+        1.999998e-3: 2.0 * (1.0 + nu) / (4.0 + 3.0 * nu),
+    }
     # The thin tube's wall is a millionth of its radius.
-    assert section.shear == pytest.approx(coefficient * shear_modulus * area, rel=1e-5)
+    expected = limits.get(bore, coefficient) * shear_modulus * area
+    assert section.shear == pytest.approx(expected, rel=1e-5)
 
 
 def test_parts_of_a_section_are_those_of_its_matrix() -> None:
@@ -276,26 +249,24 @@ def test_parts_of_a_section_are_those_of_its_matrix() -> None:
     np.testing.assert_allclose(np.linalg.inv(stiffness), inverse[:3, :3], rtol=1e-9)
     np.testing.assert_allclose(compliance, np.linalg.inv(matrix[3:, 3:]), rtol=1e-12)
     np.testing.assert_allclose(-stiffness @ inverse[:3, 3:], coupling, rtol=1e-9)
-    assert not Section((1.0, 2.0, 3.0)).parts[2].any()
+    assert not PLAIN.parts[2].any()
 
 
-@pytest.mark.parametrize("flexibility", [1.0, 1e-1, 1e-2])
+@pytest.mark.parametrize("flexibility", [1.0, 1e-2])
 def test_cable_hangs_as_a_catenary_however_flexible(flexibility: float) -> None:
     """Elements are up to 100 times as long as sqrt(EI / F)."""
-    length, span, weight = 1.0, 0.8, 3.0
-    bending = 1e-5 * flexibility
-    u = brentq(lambda u: math.sinh(u) / u - length / span, 1e-3, 5.0)
+    span, weight = 0.8, 3.0
+    u = brentq(lambda u: math.sinh(u) / u - 1.0 / span, 1e-3, 5.0)
     sag = 0.5 * span / u * (math.cosh(u) - 1.0)
     x = np.linspace(0.0, span, 61)
     parabola = np.column_stack((x, 0.0 * x, -4.0 * sag * x * (span - x) / span**2))
     problem = RodProblem(
-        Rod(length, Section((bending, bending, bending))),
+        Rod(1.0, Section((1e-5 * flexibility,) * 3)),
         RodLoad((0.0, 0.0, -weight)),
-        Pinned(),
-        Pinned((span, 0.0, 0.0)),
+        *(Pinned(), Pinned((span, 0.0, 0.0))),
     )
     state = solve_rod(problem, start=parabola, elements=50)
     assert state.stable
     # Bending stiffness lifts the lowest point in proportion; 50 elements leave 1e-6.
     assert -state.positions[:, 2].min() == pytest.approx(sag, abs=2e-4 * flexibility + 2e-6)
-    assert max(imbalance(problem, state)) < 1e-6 * weight * length
+    assert max(imbalance(problem, state)) < 1e-6 * weight

@@ -5,65 +5,42 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
-from core.rod_cases import RODS, gripper_rod, random_direction
-from scipy.optimize import brentq
+from core.rod_cases import gripper_rod, random_direction
 from scipy.spatial.transform import Rotation
-from scipy.special import ellipe, ellipk
 
-from spiral_core import Rod, RodCertificate, RodElement, RodLoad, Section, solve_rod
+from spiral_core import Rod, RodCertificate, RodLoad, Section, solve_rod
 
 # 9/4 times the square of the first zero of the Bessel function J(-1/3).
 GREENHILL = 2.25 * 1.8663508588738948**2
-ROUND = Section.inextensible(1.0, 0.7)
-AXES = [tuple(sign * row) for row in np.eye(3) for sign in (-1.0, 1.0)]
+ROUND = Section.inextensible(1.0, 0.66)
+UPRIGHT = RodLoad((-1.0, 0.0, 0.0))
+AXES = [sign * row for row in np.eye(3) for sign in (-1.0, 1.0)]
 
 
-@pytest.mark.parametrize("elements", [12, 24, 48])
+@pytest.mark.parametrize("elements", [12, 48])
 def test_the_critical_length_of_an_upright_rod_is_greenhills(elements: int) -> None:
     """Straight below it, bent above it: bisection on which of the two is found."""
 
     def bent(length: float) -> bool:
-        state = solve_rod(
-            Rod(length, ROUND), RodLoad((-1.0, 0.0, 0.0)), elements=elements, estimate_error=False
-        )
+        state = solve_rod(Rod(length, ROUND), UPRIGHT, elements=elements, estimate_error=False)
         assert state.stable
         return math.hypot(*state.tip_position[1:]) > 1e-6
 
     low, high = 1.5, 2.5
-    assert bent(high)
-    assert not bent(low)
+    assert bent(high) > bent(low)
     while high - low > 1e-6:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if bent(middle) else (middle, high)
     # Of fourth order: measured 0.2 (h / L)^4, that is 9e-6, 6e-7 and 4e-8.
     assert low == pytest.approx(GREENHILL ** (1.0 / 3.0), rel=0.25 / elements**4 + 2e-6)
-    straight = solve_rod(Rod(low, ROUND), RodLoad((-1.0, 0.0, 0.0)), elements=elements)
+    straight = solve_rod(Rod(low, ROUND), UPRIGHT, elements=elements)
     assert straight.smallest_pivot < 1e-4  # it vanishes there
-    higher = solve_rod(Rod(1.05 * high, ROUND), RodLoad((-1.0, 0.0, 0.0)))
+    higher = solve_rod(Rod(1.05 * high, ROUND), UPRIGHT)
     assert higher.energy < 0.5 * (1.05 * high) ** 2 - 1e-4  # less than upright
-
-
-@pytest.mark.parametrize("element", RodElement)
-@pytest.mark.parametrize("load", [1.001, 1.1, 1.5])
-def test_straight_column_under_its_load_is_eulers_elastica(
-    load: float, element: RodElement
-) -> None:
-    """Its tip's place by elliptic integrals: K(k) = sqrt(P / EI) L = pi / 2 sqrt(P / P_c)."""
-    length, bending = 0.5, 1e-3
-    force = load * math.pi**2 * bending / (4.0 * length**2)
-    root = math.sqrt(force / bending)
-    k = brentq(lambda k: ellipk(k * k) - root * length, 1e-6, 0.999999)
-    height, aside = 2.0 * ellipe(k * k) / root - length, 2.0 * k / root
-    rod = Rod(length, Section((bending, bending, bending)))
-    state = solve_rod(rod, RodLoad(tip_force=(-force, 0.0, 0.0)), elements=40, element=element)
-    assert state.stable
-    x, y, z = state.tip_position
-    # 40 elements are off by 1e-6; near the critical load that counts more.
-    assert x == pytest.approx(height, abs=1e-5)
-    assert math.hypot(y, z) == pytest.approx(aside, abs=1e-4)
 
 
 @pytest.mark.parametrize("length", np.linspace(0.3, 1.0, 15))
@@ -73,38 +50,34 @@ def test_an_upright_gripper_is_solved_at_every_length(length: float) -> None:
     assert state.certificate is RodCertificate.STRICT_MINIMUM
 
 
-@pytest.mark.parametrize("tilt", [0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("tilt", [0.0, 1e-12, 1e-10, 1e-9, 1e-6, 1e-3])
 @pytest.mark.parametrize("heaviness", [9.0, 60.0, 300.0, 1000.0])
 def test_a_straight_rod_buckles_to_the_side_it_leans_to(tilt: float, heaviness: float) -> None:
     """Upright: a circle of equal minima. However small a tilt, it picks one of them."""
     load = RodLoad((-heaviness * math.cos(tilt), 0.6 * heaviness * math.sin(tilt), 0.0))
-    state = solve_rod(Rod(1.0, Section.inextensible(1.0, 0.66)), load)
+    state = solve_rod(Rod(1.0, ROUND), load)
     assert state.stable
+    assert state.discretization_error < 1e-3
     if tilt == 0.0:
         assert state.neutral_modes == 1
         assert state.certificate is RodCertificate.STABLE_UP_TO_ROTATION
-    if tilt >= 1e-6:
-        assert state.certificate is RodCertificate.STRICT_MINIMUM
-    if tilt > 0.0:
-        _, y, z = state.tip_position
-        across = state.positions[:, 1:].sum(axis=0)
-        assert abs(z) <= 0.01
-        assert math.hypot(y, z) > 0.05
-        assert across @ (1.0, 0.0) > 0.0  # the load pulls it to +y
-    assert state.discretization_error < 1e-3
+        return
+    assert state.certificate is RodCertificate.STRICT_MINIMUM or tilt < 1e-6
+    _, y, z = state.tip_position
+    assert abs(z) <= 0.01
+    assert math.hypot(y, z) > 0.05
+    assert state.positions[:, 1].sum() > 0.0  # the load pulls it to +y
 
 
 def test_the_neutral_mode_is_a_zero_of_the_energy() -> None:
     """Turned about the axis the state is one of the same energy, and as good a solution."""
-    rod, load = Rod(1.0, Section.inextensible(1.0, 0.66)), RodLoad((-30.0, 0.0, 0.0))
+    rod, load = Rod(1.0, ROUND), RodLoad((-30.0, 0.0, 0.0))
     state = solve_rod(rod, load)
     turn = Rotation.from_rotvec([1.1, 0.0, 0.0])
     orientations = (turn * Rotation.from_quat(np.array(state.orientations)) * turn.inv()).as_quat()
-    orientations[0] = state.orientations[0]
     turned = solve_rod(rod, load, start=replace(state, orientations=orientations))
-    assert turned.folds == 0
+    assert (turned.folds, turned.neutral_modes) == (0, 1)
     assert turned.energy == pytest.approx(state.energy, rel=1e-12)
-    assert turned.neutral_modes == 1
     np.testing.assert_allclose(
         turned.tip_position, turn.apply(np.array(state.tip_position)), atol=1e-9
     )
@@ -113,56 +86,37 @@ def test_the_neutral_mode_is_a_zero_of_the_energy() -> None:
 @pytest.mark.parametrize("axis", AXES)
 @pytest.mark.parametrize("strain", [(0.0, 0.0, 0.0), (9.0, 0.0, 0.0), (0.0, 0.0, 14.0)])
 def test_loads_along_every_axis_are_solved(
-    axis: tuple[float, float, float], strain: tuple[float, float, float]
+    axis: np.ndarray, strain: tuple[float, float, float]
 ) -> None:
-    for heaviness in (20.0, 200.0):
-        weight = tuple(heaviness * component for component in axis)
-        for pull in (-5.0, 0.0, 5.0):
-            rod = Rod(1.0, Section.inextensible(1.0, 0.66), rest_strain=strain)
-            state = solve_rod(rod, RodLoad(weight, (pull, 0.0, 0.0)))
-            assert state.stable
-            assert state.residual <= 1e-8
-            assert state.last_step <= 1e-6
+    rod = Rod(1.0, ROUND, rest_strain=strain)
+    for heaviness, pull in product((20.0, 200.0), (-5.0, 0.0, 5.0)):
+        state = solve_rod(rod, RodLoad(tuple((heaviness * axis).tolist()), (pull, 0.0, 0.0)))
+        assert state.stable
+        assert state.residual <= 1e-8
+        assert state.last_step <= 1e-6
 
 
-def test_planar_rods_fall_out_of_plane() -> None:
+@pytest.mark.parametrize(("planar", "count"), [(True, 60), (False, 300)])
+def test_random_rods_are_solved_and_certified(planar: bool, count: int) -> None:
     """Without torsion the plane is a symmetry; where it holds no minimum the rod must leave it."""
-    rng = np.random.default_rng(5)
-    for _ in range(60):
-        angle = rng.uniform(0.0, 2.0 * math.pi)
-        case = gripper_rod(
-            length=rng.uniform(0.1, 1.0),
-            modulus=rng.uniform(0.5e6, 3.0e6),
-            curvature=rng.uniform(3.0, 60.0),
-            torsion=0.0,
-            gravity=(math.cos(angle), math.sin(angle), 0.0),
-        )
-        assert solve_rod(case.rod, case.load, estimate_error=False).stable
-
-
-def test_three_hundred_random_rods_are_solved_and_certified() -> None:
     rng = np.random.default_rng(20)
     iterations = []
-    for _ in range(300):
-        curvature = rng.uniform(3.0, 60.0)
-        length = rng.uniform(0.1, 1.0)
-        case = gripper_rod(length, gravity=random_direction(rng))
-        weight = length * math.hypot(*case.load.distributed) * rng.uniform(0.0, 1.0)
+    for _ in range(count):
+        curvature, length = rng.uniform(3.0, 60.0), rng.uniform(0.1, 1.0)
         x, y, z = random_direction(rng)
+        pull = 0.24 * length * rng.uniform() * np.array(random_direction(rng))
         case = gripper_rod(
-            length=length,
-            modulus=rng.uniform(0.5e6, 3.0e6),
-            curvature=curvature,
-            torsion=rng.uniform(-0.95, 0.95) * curvature,
-            gravity=random_direction(rng),
-            tip_force=(weight * x, weight * y, weight * z),
+            *(length, rng.uniform(0.5e6, 3.0e6), curvature),
+            torsion=0.0 if planar else rng.uniform(-0.95, 0.95) * curvature,
+            gravity=(x, math.copysign(math.hypot(y, z), y), 0.0) if planar else (x, y, z),
+            tip_force=(0.0, 0.0, 0.0) if planar else tuple(pull.tolist()),
         )
         state = solve_rod(case.rod, case.load, estimate_error=False)
         assert state.stable
         assert state.residual <= 1e-8
         assert np.isfinite(state.positions).all()
         iterations.append(state.iterations)
-    assert np.median(iterations) < 90  # measured: 62, most of them on few elements
+    assert planar or np.median(iterations) < 90  # measured: 62, most of them on few elements
 
 
 @pytest.mark.parametrize("moment", [(0.0, 2e-3, 0.0), (3e-4, 2e-4, -5e-4), (1e-3, 0.0, 0.0)])
@@ -177,9 +131,7 @@ def test_a_soft_rod_converges_in_its_shape_not_only_in_its_forces() -> None:
     rng = np.random.default_rng(3)
     for _ in range(20):
         case = gripper_rod(
-            length=rng.uniform(0.8, 1.0),
-            modulus=0.5e6,
-            curvature=rng.uniform(3.0, 10.0),
+            *(rng.uniform(0.8, 1.0), 0.5e6, rng.uniform(3.0, 10.0)),
             gravity=(-1.0, *(1e-4 * rng.normal(size=2))),
         )
         state = solve_rod(case.rod, case.load)
@@ -187,13 +139,3 @@ def test_a_soft_rod_converges_in_its_shape_not_only_in_its_forces() -> None:
         moved = np.linalg.norm(again.tip_position - state.tip_position)
         assert moved < 1e-6 * case.rod.length + state.discretization_error
         assert state.last_step <= 1e-6
-
-
-@pytest.mark.parametrize("name", RODS)
-def test_convergence_is_quadratic(name: str) -> None:
-    """From a start nearby a few iterations suffice: the tangent, tip moment and all, is exact."""
-    case = RODS[name]
-    state = solve_rod(case.rod, case.load, elements=40, estimate_error=False)
-    load = replace(case.load, tip_force=tuple(1.001 * f + 1e-6 for f in case.load.tip_force))
-    near = solve_rod(case.rod, load, elements=40, start=state, estimate_error=False)
-    assert 0 < near.iterations <= 4
