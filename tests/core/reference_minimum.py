@@ -10,6 +10,7 @@ gap >= 0 at the nodes; its multipliers play no role in what is compared. Errors 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,22 +35,18 @@ class Case:
     reach: float  # of the centerline: the radii of cylinder and rod
 
 
-@dataclass(frozen=True)
-class Minimum:
+class Minimum(NamedTuple):
     """What was found."""
 
     positions: Array  # (N + 1, 3)
-    strains: Array  # (N, 3)
-    energy: float
     forces: Array  # (N + 1,) of the cylinder on the nodes, outward
 
 
-def least_energy(case: Case, elements: int, start: Array | None = None) -> Minimum:
-    """Return the constrained minimum next to the strains ``start`` (N, 3); straight without."""
+def least_energy(case: Case, elements: int) -> Minimum:
+    """Return the constrained minimum next to the straight rod."""
     h = case.length / elements
     # In these unknowns the elastic energy is half the square of their norm.
     scale = 1.0 / np.sqrt(h * case.stiffness)
-    first = np.zeros((elements, 3)) if start is None else start
     share = np.full(elements + 1, h)
     share[[0, -1]] *= 0.5
     load = share[:, None] * case.weight
@@ -71,22 +68,20 @@ def least_energy(case: Case, elements: int, start: Array | None = None) -> Minim
         rows = np.einsum("ja,jaib->jib", _across(case, positions)[1], slopes)[1:] * scale
         return rows.reshape(elements, -1) / case.length
 
-    begin = ((first - case.rest_strain) / scale).ravel()
+    straight = np.tile(-case.rest_strain / scale, elements)
     found = minimize(
-        energy, begin, jac=True, method="SLSQP",
+        energy, straight, jac=True, method="SLSQP",
         constraints={"type": "ineq", "fun": gap, "jac": gap_slopes},
         options={"maxiter": 1000, "ftol": 1e-13 * case.stiffness[1] / case.length},
     )  # fmt: skip
     if not found.success:
         raise ArithmeticError(found.message)
-    positions, _ = shape(found.x)
     # The forces that leave no imbalance, in the least squares.
     rows = gap_slopes(found.x)
     touching = gap(found.x) < 1e-6
     forces = np.zeros(elements + 1)
     forces[1:][touching] = np.linalg.lstsq(rows[touching].T, energy(found.x)[1])[0] / case.length
-    strains = case.rest_strain + found.x.reshape(-1, 3) * scale
-    return Minimum(positions, strains, float(found.fun), forces)
+    return Minimum(shape(found.x)[0], forces)
 
 
 def _across(case: Case, positions: Array) -> tuple[Array, Array]:
@@ -122,18 +117,13 @@ def _centerline(strains: Array, h: float) -> tuple[Array, Array]:
 
 def _cross_matrix(v: Array) -> Array:
     """Return the matrices (..., 3, 3) of a -> v x a."""
-    out = np.zeros((*v.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., i, j], out[..., j, i] = -v[..., k], v[..., k]
-    return out
+    return np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
 def _right_jacobian(turns: Array) -> Array:
     """Return J (n, 3, 3): exp(a + da) is exp(a) exp(J da), to first order in da."""
-    angles = np.linalg.norm(turns, axis=1)[:, None, None]
-    safe = np.maximum(angles, 1e-4)
-    near = angles < 1e-4
-    first = np.where(near, 0.5 - angles**2 / 24.0, (1.0 - np.cos(safe)) / safe**2)
-    second = np.where(near, 1.0 / 6.0, (safe - np.sin(safe)) / safe**3)
+    angles = np.maximum(np.linalg.norm(turns, axis=1), 1e-4)[:, None, None]
+    first = (1.0 - np.cos(angles)) / angles**2
+    second = (angles - np.sin(angles)) / angles**3
     skew = _cross_matrix(turns)
     return np.eye(3) - first * skew + second * skew @ skew

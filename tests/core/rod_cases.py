@@ -19,7 +19,6 @@ OUTER_RADIUS = INNER_RADIUS + 0.794e-3
 AREA = math.pi * (OUTER_RADIUS**2 - INNER_RADIUS**2)
 SECOND_MOMENT = math.pi / 4.0 * (OUTER_RADIUS**4 - INNER_RADIUS**4)
 WEIGHT = 950.0 * 9.80665 * AREA  # [N/m], of the paper's tube: 0.24
-HELIX = (-9.0, 0.0, 18.0)
 
 
 @dataclass(frozen=True)
@@ -56,41 +55,21 @@ def random_direction(rng: np.random.Generator) -> tuple[float, float, float]:
     return (x, y, z)
 
 
-def straight_rod(length: float = 0.5, bending: float = 2.0e-4, torsional: float = 1.3e-4) -> Rod:
-    """Return a rod without rest strain."""
-    return Rod(length, Section.inextensible(bending, torsional))
-
-
-def helix_rod(section: Section | Callable[[Array], Array]) -> Rod:
-    """Return a helix of a section."""
-    return Rod(0.36, section, rest_strain=HELIX)
-
-
-def six(strength: float) -> Section:
-    """Return a full stiffness: of a rod as soft in stretch as coils and bellows are."""
-    bending = np.array(((3e-4, 2e-5, -1e-5), (2e-5, 2e-4, 3e-5), (-1e-5, 3e-5, 4e-4)))
-    stretch = np.array(((1.0, 0.05, -0.1), (0.05, 0.5, 0.04), (-0.1, 0.04, 0.8)))
-    between = strength * np.array(((8, 2, -3), (2, -3, 4), (-5, 2, 3))) * 1e-3
-    return Section(np.block([[bending, between], [between.T, stretch]]))
-
-
+STRAIGHT = Rod(0.5, Section.inextensible(2.0e-4, 1.3e-4))
+# A full stiffness: of a rod as soft in stretch as coils and bellows are.
+BENDING = np.array(((3e-4, 2e-5, -1e-5), (2e-5, 2e-4, 3e-5), (-1e-5, 3e-5, 4e-4)))
+STRETCH = np.array(((1.0, 0.05, -0.1), (0.05, 0.5, 0.04), (-0.1, 0.04, 0.8)))
+BETWEEN = np.array(((8, 2, -3), (2, -3, 4), (-5, 2, 3))) * 1e-3
+SIX = Section(np.block([[BENDING, BETWEEN], [BETWEEN.T, STRETCH]]))
 # Twist and bending coupled as much as they may be, and two unlike bendings.
 COUPLED = Section.inextensible(bending=6.0e-4, torsional=5.0e-4, sideways=2.0e-4, coupling=4.0e-4)
+HELICAL = Rod(0.36, COUPLED, rest_strain=(-9.0, 0.0, 18.0))
 VARIED_LOAD = RodLoad(
     lambda s: np.column_stack((0.2 + 0.3 * np.cos(8.0 * s), 0.3 * s, -0.2 + s * s)),
     tip_force=(0.01, -0.02, 0.015),
     tip_moment=(3e-4, 2e-4, -5e-4),
 )
 VARIED = Rod(
-    0.4,
-    Section.varying(
-        lambda s: 2.5e-4 * (1.0 + 0.4 * np.sin(9.0 * s)), lambda s: 1.7e-4 * (1.0 - 0.9 * s)
-    ),
-    rest_strain=lambda s: np.column_stack(
-        (-12.0 + 9.0 * s, 4.0 * np.sin(7.0 * s), 22.0 - 25.0 * s)
-    ),
-)
-VARIED_COUPLING = Rod(
     0.36,
     Section.varying(
         lambda s: 0.0006 * (1.0 - 0.8 * s),
@@ -98,21 +77,19 @@ VARIED_COUPLING = Rod(
         sideways=lambda s: 0.0002 * (1.0 + 2.0 * s),
         coupling=lambda s: 0.0004 * np.cos(9.0 * s),
     ),
-    rest_strain=lambda s: np.column_stack((-9.0 + 12.0 * s, 5.0 * s, 18.0 - 20.0 * s)),
+    rest_strain=lambda s: np.column_stack(
+        (-9.0 + 12.0 * s, 4.0 * np.sin(7.0 * s), 18.0 - 20.0 * s)
+    ),
 )
-SIX_LOAD = RodLoad((2e-3, 1e-3, -8e-3), (2e-3, 3e-3, -1e-3), (2e-4, -1e-4, 3e-4))
 
 
-def two_tubes(near: float, far: float, at: float = 0.131) -> Rod:
-    """Return a rod of two tubes of these bending stiffnesses, and of other rest strains."""
-    return Rod(
-        0.36,
-        Section.varying(
-            lambda s: np.where(s < at, near, far), lambda s: 0.66 * np.where(s < at, near, far)
-        ),
-        rest_strain=lambda s: np.where(s[:, None] < at, (-13.5, 0.0, 21.0), (4.0, 0.0, -10.0)),
-        breaks=(at,),
-    )
+# Two tubes, of other stiffness and rest strain.
+TUBES = Rod(
+    0.36,
+    lambda s: np.where(s[:, None] < 0.131, (1.7e-4, 2.5e-4, 2.5e-4), (3.3e-3, 5e-3, 5e-3)),
+    rest_strain=lambda s: np.where(s[:, None] < 0.131, (-13.5, 0.0, 21.0), (4.0, 0.0, -10.0)),
+    breaks=(0.131,),
+)
 
 
 def round_rod(ratio: float) -> Rod:
@@ -123,7 +100,7 @@ def round_rod(ratio: float) -> Rod:
 
 RODS = {
     "upright": gripper_rod(gravity=(-1.0, 0.0, 0.0)),
-    "straight": Case(straight_rod(), RodLoad((0.0, 0.02, -0.01), (1e-3, 2e-3, 0.0))),
+    "straight": Case(STRAIGHT, RodLoad((0.0, 0.02, -0.01), (1e-3, 2e-3, 0.0))),
     "soft in torsion": Case(round_rod(0.1), RodLoad((0.1, 0.1, 0.0))),
     "stiff in torsion": Case(round_rod(10.0), RodLoad((0.1, 0.1, 0.0))),
     "weight": gripper_rod(gravity=(0.3, 0.8, -0.52)),
@@ -132,16 +109,16 @@ RODS = {
     "weight and force": gripper_rod(
         length=0.5, gravity=(0.3, -0.8, 0.52), tip_force=(0.02, 0.01, 0.0)
     ),
-    "coupled": Case(helix_rod(COUPLED), RodLoad((0.07, 0.19, -0.12), (0.004, -0.006, 0.003))),
+    "coupled": Case(HELICAL, RodLoad((0.07, 0.19, -0.12), (0.004, -0.006, 0.003))),
     "coupled, straight": Case(
         Rod(0.36, COUPLED), RodLoad((0.24, 0.0, 0.0), (0.004, -0.006, 0.003))
     ),
     "varied": Case(VARIED, VARIED_LOAD),
-    "varied coupling": Case(VARIED_COUPLING, RodLoad((0.1, 0.15, -0.1))),
-    "two tubes": Case(two_tubes(2.5e-4, 5e-3), RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))),
-    "stretching": Case(Rod(0.5, six(1.0), rest_strain=(2.0, 1.0, -4.0)), SIX_LOAD),
-    "stretching, otherwise": Case(
-        Rod(0.5, six(-0.6), rest_strain=(2.0, 1.0, -4.0)), RodLoad(tip_force=(8e-3, 0.0, 3e-3))
+    "varied, evenly loaded": Case(VARIED, RodLoad((0.1, 0.15, -0.1))),
+    "two tubes": Case(TUBES, RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))),
+    "stretching": Case(
+        Rod(0.5, SIX, rest_strain=(2.0, 1.0, -4.0)),
+        RodLoad((2e-3, 1e-3, -8e-3), (2e-3, 3e-3, -1e-3), (2e-4, -1e-4, 3e-4)),
     ),
 }
 

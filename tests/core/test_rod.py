@@ -10,7 +10,7 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from core.rod_cases import COUPLED, HELIX, gripper_rod, helix_rod, round_rod, straight_rod
+from core.rod_cases import COUPLED, HELICAL, STRAIGHT, gripper_rod, round_rod
 
 from spiral_core import (
     Clamped,
@@ -33,7 +33,6 @@ from spiral_core import (
 )
 
 LOAD = RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))
-ROD = helix_rod(COUPLED)
 
 
 def test_results_are_bit_identical_in_one_process_and_in_two() -> None:
@@ -66,7 +65,7 @@ MIXED_CASES = {
 def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(case: str) -> None:
     given = dict(MIXED_CASES[case])
     kind = {name: given.pop(name) for name in ("section", "radius") if name in given}
-    rod, load = replace(ROD, **kind), RodLoad((0.0, 0.02, 0.0))
+    rod, load = replace(HELICAL, **kind), RodLoad((0.0, 0.02, 0.0))
     state = solve_rod(rod, load, elements=40, **given)
     assert state.stable
     assert state.element is RodElement.MIXED
@@ -75,10 +74,10 @@ def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(case: str) -> N
 
 
 def test_a_problem_is_solved_as_its_parts() -> None:
-    problem = RodProblem(ROD, LOAD)
+    problem = RodProblem(HELICAL, LOAD)
     state = solve_rod(problem, elements=40)
     assert state.element is RodElement.INEXTENSIBLE
-    np.testing.assert_array_equal(state.positions, solve_rod(ROD, LOAD, elements=40).positions)
+    np.testing.assert_array_equal(state.positions, solve_rod(HELICAL, LOAD, elements=40).positions)
     listed = solve_rod(problem, elements=40, start=state.positions.tolist())
     np.testing.assert_allclose(listed.positions, state.positions, atol=1e-5 * 0.36)
     for stop, element in ((False, RodElement.INEXTENSIBLE), (True, RodElement.MIXED)):
@@ -90,7 +89,7 @@ def test_sections_are_compared_and_scaled_as_a_whole() -> None:
     scaled = Section.inextensible(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4).scaled(4.0)
     assert scaled == Section.inextensible(12e-4, 8e-4, sideways=4e-4, coupling=-4e-4)
     assert Section(np.eye(6)) == Section(tuple(map(tuple, np.eye(6).tolist())))
-    spelled = Rod(0.36, Section(np.diag((1.7e-4, 2.5e-4, 2.5e-4))), rest_strain=HELIX)
+    spelled = Rod(0.36, Section(np.diag((1.7e-4, 2.5e-4, 2.5e-4))), rest_strain=(-9.0, 0.0, 18.0))
     plain = replace(spelled, section=Section.inextensible(2.5e-4, 1.7e-4, 2.5e-4))
     tips = [solve_rod(rod, LOAD).tip_position for rod in (plain, spelled)]
     np.testing.assert_array_equal(*tips)
@@ -161,10 +160,10 @@ def test_any_torsional_stiffness_has_the_elements_it_needs(ratio: float) -> None
 TUBE = Rod(0.4, Section((2e-4, 3e-4, 3e-4)), 3e-3)
 INSIDE = Obstacle.along(Cylinder(0.03), (0.2, 0.0, -0.03), (0.0, 1.0, 0.0))
 NO_ANSWERS = [
-    (RodStatus.NOT_FINITE, 10, RodProblem(straight_rod(), RodLoad(tip_force=(0.0, 1e300, 0.0)))),
+    (RodStatus.NOT_FINITE, 10, RodProblem(STRAIGHT, RodLoad(tip_force=(0.0, 1e300, 0.0)))),
     # Twisting a straight rod past its limit: no certificate, and the figures say so.
-    (None, 40, RodProblem(straight_rod(), RodLoad(tip_moment=(5e-3, 0.0, 0.0)))),
-    (RodStatus.UNRESOLVED, 3, RodProblem(straight_rod(), RodLoad(tip_force=(-1.0, 0.01, 0.0)))),
+    (None, 40, RodProblem(STRAIGHT, RodLoad(tip_moment=(5e-3, 0.0, 0.0)))),
+    (RodStatus.UNRESOLVED, 3, RodProblem(STRAIGHT, RodLoad(tip_force=(-1.0, 0.01, 0.0)))),
     (RodStatus.INSIDE_OBSTACLE, None, RodProblem(TUBE, obstacles=(INSIDE,))),
     (RodStatus.NOT_HELD, None, RodProblem(TUBE, RodLoad((0.0, 0.0, -1.0)), base=Free())),
     (RodStatus.SELF_CONTACT, None, RodProblem(replace(TUBE, rest_strain=(0.0, 0.0, 120.0)))),
