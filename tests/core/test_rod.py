@@ -89,9 +89,8 @@ def test_sections_are_compared_and_scaled_as_a_whole() -> None:
     scaled = Section.inextensible(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4).scaled(4.0)
     assert scaled == Section.inextensible(12e-4, 8e-4, sideways=4e-4, coupling=-4e-4)
     assert Section(np.eye(6)) == Section(tuple(map(tuple, np.eye(6).tolist())))
-    spelled = Rod(0.36, Section(np.diag((1.7e-4, 2.5e-4, 2.5e-4))), rest_strain=(-9.0, 0.0, 18.0))
-    plain = replace(spelled, section=Section.inextensible(2.5e-4, 1.7e-4, 2.5e-4))
-    tips = [solve_rod(rod, LOAD).tip_position for rod in (plain, spelled)]
+    plain, full = Section.inextensible(2.5e-4, 1.7e-4), np.diag((1.7e-4, 2.5e-4, 2.5e-4))
+    tips = [solve_rod(replace(HELICAL, section=one)).tip_position for one in (plain, Section(full))]
     np.testing.assert_array_equal(*tips)
 
 
