@@ -47,6 +47,9 @@ def test_a_fold_is_located_releases_energy_and_leaves_two_states() -> None:
         1,
         *(STATIONS - at - 2) * [0],
     ]
+    # Behind the fold the path goes on to the station.
+    there = solve_rod(rods[at + 1], load, elements=COUNT, start=path.states[at + 1])
+    assert there.iterations == 0
     # The loading path passes the same fold; from its end nothing snaps.
     alone = solve_rod(rods[-1], load, elements=COUNT)
     assert alone.folds == 1
