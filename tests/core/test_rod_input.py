@@ -244,7 +244,8 @@ ARGUMENTS: list[Question] = [
         {"problems": [PROBLEM]},
         {
             "problems": (
-                *([], PROBLEM, TWISTED, [PROBLEM, replace(PROBLEM, obstacles=())]),
+                *([], PROBLEM, TWISTED),
+                [PROBLEM, replace(PROBLEM, obstacles=(Obstacle(Plane(), (0, 0, -1)),))],
                 [PROBLEM, replace(PROBLEM, tip=Pinned((0.3, 0, 0)))],
                 [PROBLEM, replace(PROBLEM, rod=replace(ROD, radius=0.5))],
             ),
