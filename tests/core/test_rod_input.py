@@ -31,6 +31,7 @@ from spiral_core import (
     Rod,
     RodLoad,
     RodProblem,
+    RodState,
     Section,
     SignedDistance,
     Sphere,
@@ -78,6 +79,11 @@ def among(shape: Any, elements: int | None = None) -> object:
     """Solve a rod next to an obstacle of a shape."""
     problem = replace(PROBLEM, obstacles=(replace(CLEAR, shape=shape),))
     return solve_contact(problem, elements=elements)
+
+
+def solved() -> RodState:
+    """Return a state to start from."""
+    return solve_contact(PROBLEM, elements=16)
 
 
 def distances(function: Callable[[Array], tuple[Array, Array]]) -> object:
@@ -254,17 +260,21 @@ ARGUMENTS: list[Question] = [
         },
     ),
     (
-        partial(follow_contact, start=solve_contact(PROBLEM, elements=16)),
+        lambda **given: follow_contact(start=solved(), **given),
         {"problems": [PROBLEM]},
         {
             "problems": (
                 [replace(PROBLEM, obstacles=())],
                 [replace(PROBLEM, point_loads=(PointLoad(0.123),))],
             ),
-            "elements": (13,),
         },
     ),
-    (solve_contact(PROBLEM, elements=16).on_obstacle, {"index": 0}, {"index": (1,)}),
+    (
+        lambda elements: follow_contact([PROBLEM], start=solved(), elements=elements),
+        {"elements": 16},
+        {"elements": (13,)},
+    ),
+    (lambda index: solved().on_obstacle(index), {"index": 0}, {"index": (1,)}),
 ]
 
 
