@@ -8,75 +8,38 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """EI [N m^2], GJ [N m^2], and the rest curvature and torsion [1/m] of a uniform rod."""
-
-    bending: float
-    torsional: float
-    curvature: float = 0.0
-    torsion: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class WrappedHelix:
-    """What a helix carries that lies evenly on a cylinder, in its Frenet frame t, N, b.
-
-    Args:
-        binormal_moment: m_b [N m].
-        axial_moment: m_t [N m].
-        tension: n_t [N].
-        binormal_force: n_b [N].
-        line_force: q [N/m] of the cylinder on the rod, outward positive.
-    """
-
-    binormal_moment: float
-    axial_moment: float
-    tension: float
-    binormal_force: float
-    line_force: float
+Array = NDArray[np.float64]
 
 
 def helix_on_cylinder(
-    section: Section, rho: float, angle: float, tension: float | None = None
-) -> WrappedHelix:
-    """Return the loads of a helix at ``angle`` between tangent and axis (Kirchhoff's equations).
+    stiffness: tuple[float, float], strain: tuple[float, float], rho: float, angle: float
+) -> tuple[Array, Array, float]:
+    """Return what a helix carries that lies evenly on a cylinder (Kirchhoff's equations).
 
-    Without ``tension`` it is the one for which no force acts along the axis, as with free ends.
+    Without force along the axis, as with free ends.
+
+    Args:
+        stiffness: GJ and EI [N m^2].
+        strain: rest torsion and curvature [1/m].
+        rho: see above.
+        angle: between tangent and axis.
+
+    Returns:
+        Force [N] and moment [N m] along tangent, normal and binormal, and the line force q [N/m]
+        of the cylinder on the rod, outward positive.
     """
     sin, cos = math.sin(angle), math.cos(angle)
     curvature, torsion = sin * sin / rho, sin * cos / rho
-    m_b = section.bending * (curvature - section.curvature)
-    m_t = section.torsional * (torsion - section.torsion)
+    m_t, m_b = stiffness[0] * (torsion - strain[0]), stiffness[1] * (curvature - strain[1])
     n_b = m_t * curvature - m_b * torsion
-    n_t = -n_b * math.tan(angle) if tension is None else tension
-    return WrappedHelix(m_b, m_t, n_t, n_b, n_t * curvature - torsion * n_b)
-
-
-def relaxed_angle(section: Section, rho: float, near: float) -> float:
-    """Return the angle at which a helix with free ends rests on a frictionless cylinder.
-
-    There is no moment about the axis: m_t cos 2 theta + m_b sin 2 theta = 0.
-    """
-
-    def moment(angle: float) -> float:
-        helix = helix_on_cylinder(section, rho, angle)
-        return helix.axial_moment * math.cos(2.0 * angle) + helix.binormal_moment * math.sin(
-            2.0 * angle
-        )
-
-    width = 0.05
-    while moment(near - width) * moment(near + width) > 0.0:
-        width *= 1.5
-    return brentq(moment, near - width, near + width, xtol=1e-14)
+    n_t = -n_b * math.tan(angle)
+    return np.array((n_t, 0.0, n_b)), np.array((m_t, 0.0, m_b)), n_t * curvature - torsion * n_b
 
 
 def helix_in_tube(bending: float, rho: float, angle: float) -> tuple[float, float]:
@@ -108,7 +71,7 @@ def lift_off_angle(bending: float, rho: float, tension: float) -> float:
 
 def cantilever_over_cylinder(
     bending: float, length: float, rho: float, force: float
-) -> tuple[float, NDArray[np.float64]]:
+) -> tuple[float, Array]:
     """Return the free length [m] and the tip (x, z) of a straight rod pressed over a cylinder.
 
     Clamped level on top of it, with a dead force down at the tip; large deflections. The free part
@@ -116,7 +79,7 @@ def cantilever_over_cylinder(
     EI / (P rho) and the tip sinks by L^2 / (2 rho) - EI^2 / (6 P^2 rho^3).
     """
 
-    def tip(free: float) -> NDArray[np.float64]:
+    def tip(free: float) -> Array:
         turned = (length - free) / rho
         start = [rho * math.sin(turned), rho * (math.cos(turned) - 1.0), -turned, -1.0 / rho]
         return solve_ivp(
