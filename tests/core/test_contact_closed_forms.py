@@ -165,6 +165,14 @@ def test_rod_pulled_over_a_cylinder_lifts_off() -> None:
     assert math.log(coarse / fine, 4.0) > 1.4  # measured: 1.6
 
 
+def rope(length: float, around: float, hanging: float, elements: int) -> Array:
+    """Return places (n, 3) of a rope laid over a bar across the y axis."""
+    s = np.linspace(0.0, length, elements + 1)
+    angle = np.clip((s - hanging) / around, 0.0, math.pi)
+    below = np.minimum(s - hanging, 0.0) - np.maximum(s - hanging - math.pi * around, 0.0)
+    return np.column_stack((-around * np.cos(angle), 0.0 * s, around * np.sin(angle) + below))
+
+
 AROUND, FRICTION = 0.07, 0.3
 
 
@@ -180,10 +188,7 @@ def dragged(
     rod = Rod(length, Section((1e-4,) * 3), radius, friction_radius=lever)
     smooth = Obstacle.along(Cylinder(AROUND - radius), (0.0, 0.0, 0.0), ACROSS)
     load = RodLoad((0.0, 0.0, -weight), (0.0, 0.0, -3.0 if weight else -1.0))
-    s = np.linspace(0.0, length, elements + 1)
-    angle = np.clip((s - hanging) / AROUND, 0.0, math.pi)
-    below = np.minimum(s - hanging, 0.0) + np.minimum(length - hanging - s, 0.0)
-    start = np.column_stack((-AROUND * np.cos(angle), 0.0 * s, AROUND * np.sin(angle) + below))
+    start = rope(length, AROUND, hanging, elements)
     problem = RodProblem(rod, load, Pinned((*start[0],)), obstacles=(smooth,))
     loose = solve_contact(problem, start=start, elements=elements)
     rough = replace(smooth, friction=FRICTION)

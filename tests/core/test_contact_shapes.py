@@ -1,115 +1,93 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every shape's gradient and Hessian are the derivatives of its distance; alike ones agree."""
 
+from __future__ import annotations
+
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.contact_paths import ROUND, SPAN, round_distance
+from core.test_contact_invariants import round_distance
+from scipy.spatial.transform import Rotation
 
-from spiral_core import (
-    Capsule,
-    Cone,
-    Cylinder,
-    Obstacle,
-    Plane,
-    Profile,
-    RodLoad,
-    RodProblem,
-    SignedDistance,
-    Sphere,
-)
+from spiral_core import Capsule, Cone, Cylinder, Obstacle, Plane, Profile, SignedDistance, Sphere
+from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.contact.shapes import Shape
-from spiral_core.rod.contact.solve import solve_contact
+
+random = np.random.default_rng(1)
+POINTS = random.uniform((0.03, 0.0, -0.04), (0.04, 2.0 * math.pi, 0.04), (30, 3))
+POINTS[:, :2] = POINTS[:, :1] * np.column_stack((np.cos(POINTS[:, 1]), np.sin(POINTS[:, 1])))
+UPRIGHT = Cylinder(0.03)
+ROUND = SignedDistance(round_distance, 0.03)
+WAVY = Profile((-0.05, -0.02, 0.01, 0.05), (0.02, 0.025, 0.018, 0.03))
+TUBE = Cylinder(0.05, inside=True)
 
 
-def _egg(points):
-    away = np.linalg.norm(points, axis=1)
-    return away - 0.02, points / away[:, None]
-
-
-SHAPES = (
-    Cylinder(0.02),
-    Cylinder(0.05, inside=True),
-    Cone(0.02, 0.3),
-    Sphere(0.02),
-    Capsule(0.01, 0.03),
-    Plane(),
-    Profile((-0.05, -0.02, 0.01, 0.05), (0.02, 0.025, 0.018, 0.03)),
-    SignedDistance(_egg, 0.02),
+@pytest.mark.parametrize(
+    "shape",
+    [UPRIGHT, TUBE, Cone(0.02, 0.3), Sphere(0.02), Capsule(0.01, 0.03), Plane(), WAVY, ROUND],
+    ids=lambda shape: type(shape).__name__,
 )
-
-
-@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
-def test_derivatives(shape):
-    random = np.random.default_rng(1)
-    angle, z = random.uniform(0, 2 * math.pi, 30), random.uniform(-0.04, 0.04, 30)
-    radius = random.uniform(0.03, 0.04, 30)
-    points = np.column_stack((radius * np.cos(angle), radius * np.sin(angle), z))
-    _, normal, hessian = shape.distance(points)
+def test_derivatives_are_those_of_the_distance(shape: Shape) -> None:
+    _, normal, hessian = shape.distance(POINTS)
     np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, rtol=1e-9)
-    step = 1e-6
-    for k in range(3):
-        shift = step * np.eye(3)[k]
+    for k, shift in enumerate(1e-6 * np.eye(3)):
         (up, rising, _), (down, falling, _) = (
-            shape.distance(points + shift),
-            shape.distance(points - shift),
+            shape.distance(POINTS + sign * shift) for sign in (1.0, -1.0)
         )
-        # of the differences
-        np.testing.assert_allclose(normal[:, k], (up - down) / (2.0 * step), atol=1e-8)
-        slope = (rising - falling) / (2.0 * step)
+        np.testing.assert_allclose(normal[:, k], (up - down) / 2e-6, atol=1e-8)
+        slope = (rising - falling) / 2e-6
         np.testing.assert_allclose(hessian[:, :, k], slope, atol=1e-4 * np.abs(slope).max() + 1e-6)
 
 
-def test_an_obstacle_stands_along_its_axis():
+@pytest.mark.parametrize(
+    ("one", "other", "lift"),
+    [
+        (UPRIGHT, Profile((-0.1, 0.0, 0.1), 3 * (0.03,)), 0.0),
+        (Cone(0.03, 0.2), Profile((-0.1, 0.1), (0.01, 0.05)), 0.0),
+        (Cone(0.03, 0.2), Profile((-0.01, 0.01), (0.028, 0.032)), 0.0),  # a cone beyond its ends
+        (UPRIGHT, Cone(0.03, 0.0), 0.0),
+        (UPRIGHT, Capsule(0.03, 2.0), 0.0),
+        (Sphere(0.03), Capsule(0.03, 1e-12), 0.0),
+        (UPRIGHT, ROUND, 0.0),
+        (Plane(), Sphere(1e5), 1e5),
+    ],
+)
+def test_alike_shapes_are_as_far_away(one: Shape, other: Shape, lift: float) -> None:
+    first, second = one.distance(POINTS), other.distance(POINTS + np.array((0.0, 0.0, lift)))
+    # The Hessian of a user's shape is by differences.
+    for this, that, within in zip(first, second, (1e-7, 1e-6, 2e-5), strict=True):
+        np.testing.assert_allclose(this, that, atol=within)
+
+
+def test_an_obstacle_stands_along_its_axis() -> None:
     for axis in ((0.0, 0.0, -1.0), (1.0, 2.0, -0.5), (0.0, 0.0, 3.0)):
         obstacle = Obstacle.along(Plane(), (0.0, 0.0, 0.0), axis)
-        x, y, z, w = obstacle.orientation
-        third = (2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y))
-        np.testing.assert_allclose(third, np.array(axis) / np.linalg.norm(axis), atol=1e-12)
+        third = Rotation.from_quat(obstacle.orientation).apply((0.0, 0.0, 1.0))
+        np.testing.assert_allclose(third, axis / np.linalg.norm(axis), atol=1e-12)
 
 
-WEIGHT = RodLoad((0.0, 0.02, -0.5))
+ANGLE = np.linspace(0.0, 4.5 * np.pi, 200)
+HELIX = np.column_stack((0.02 * np.cos(ANGLE), 0.02 * np.sin(ANGLE), 0.01 * ANGLE - 0.03))
 
 
-def on(shape: Shape, friction: float = 0.0, axis: tuple[float, float, float] = (0.2, 1.0, 0.1)):
-    """Return the rod that hangs over a shape whose axis lies across below it."""
-    obstacle = Obstacle.along(shape, (0.2, 0.0, -0.07), axis, friction)
-    return RodProblem(SPAN, WEIGHT, obstacles=(obstacle,))
-
-
-ALIKE = {
-    "profile, cylinder": (Profile((-0.1, 0.0, 0.1), 3 * (ROUND,)), Cylinder(ROUND)),
-    "profile, cone": (Profile((-0.1, 0.1), (0.01, 0.05)), Cone(ROUND, 0.2)),
-    "cone, cylinder": (Cone(ROUND, 0.0), Cylinder(ROUND)),
-    "capsule, cylinder": (Capsule(ROUND, 2.0), Cylinder(ROUND)),
-    "capsule, sphere": (Capsule(ROUND, 1e-12), Sphere(ROUND)),
-    "signed distance, cylinder": (SignedDistance(round_distance, ROUND), Cylinder(ROUND)),
-}
-
-
-@pytest.mark.parametrize("friction", [0.0, 0.3])
-@pytest.mark.parametrize("name", ALIKE)
-def test_alike_shapes_hold_the_rod_alike(name: str, friction: float) -> None:
-    smooth = (solve_contact(on(shape), elements=40) for shape in ALIKE[name])
-    one, other = (
-        # What falls off the smooth ball stays away from the rough one.
-        solve_contact(replace(on(shape, friction), load=RodLoad((0.0, 0.02, -0.6))), start=state)
-        for shape, state in zip(ALIKE[name], smooth, strict=True)
-    )
-    assert (one.contact_lengths[0] > 0.0) == (name != "capsule, sphere")
-    # A user's shape has its Hessian by differences, so that the path takes other steps.
-    np.testing.assert_allclose(one.positions, other.positions, atol=1e-6 * SPAN.length)
-    largest = np.abs(other.contact_forces).max()
-    np.testing.assert_allclose(one.contact_forces, other.contact_forces, atol=1e-4 * largest)
-
-
-def test_large_sphere_is_a_plane() -> None:
-    """Its height above the plane is x^2 / 2 ROUND: 8e-7 m at the tip."""
-    far = 1e5
-    sphere = RodProblem(SPAN, WEIGHT, obstacles=(Obstacle(Sphere(far), (0, 0, -0.05 - far)),))
-    plane = RodProblem(SPAN, WEIGHT, obstacles=(Obstacle(Plane(), (0.0, 0.0, -0.05)),))
-    one, other = (solve_contact(problem, elements=40) for problem in (sphere, plane))
-    assert other.contact_lengths[0] > 0.02
-    np.testing.assert_allclose(one.positions, other.positions, atol=2e-6)
+@pytest.mark.parametrize(
+    ("shape", "turns"),
+    [
+        (Cylinder(0.01), 2.25),
+        (Capsule(0.01, 0.05), 5.0 / math.tau),
+        (Cone(0.01, -0.2), 8.0 / math.tau),  # its apex at 50 mm
+        (Cone(0.01, 0.5), 2.25 - 1.0 / math.tau),  # at -20 mm
+        (Profile((-0.01, 0.01), (0.012, 0.008)), 8.0 / math.tau),
+        (Plane(), math.nan),
+        (Sphere(0.01), math.nan),
+        (TUBE, math.nan),
+    ],
+)
+def test_turns_are_those_of_a_helix_about_the_axis(shape: Shape, turns: float) -> None:
+    """Two and a quarter, right-handed; beyond the ends of the solid nothing counts."""
+    turn, shift = Rotation.from_rotvec((0.4, -1.1, 2.0)), (0.3, -0.2, 0.1)
+    there = Obstacle.along(shape, shift, tuple(turn.apply((0.0, 0.0, 1.0))))
+    curve = turn.apply(HELIX) + shift
+    assert turns_about(Obstacle(shape), HELIX) == pytest.approx(turns, nan_ok=True)
+    assert turns_about(there, curve[::-1]) == pytest.approx(-turns, nan_ok=True)
