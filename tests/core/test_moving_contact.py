@@ -4,69 +4,103 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.test_motion import LENGTH, SECTION, TUBE, WEIGHT
 
 from spiral_core import (
     Clamped,
     Cylinder,
     Damping,
     Free,
+    Inertia,
     Obstacle,
     Plane,
     Rod,
     RodLoad,
     RodProblem,
+    Section,
     solve_motion,
 )
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion import solve
 from spiral_core.rod.motion.inertia import UNDAMPED
-from spiral_core.rod.motion.motion import EventKind, MotionStatus
+from spiral_core.rod.motion.motion import EventKind, Motion, MotionStatus
 
 pytestmark = pytest.mark.long
+
+LENGTH, RADIUS, MASS, GRAVITY, FRICTION = 0.36, 5e-3, 0.0283, 9.81, 0.3
+TUBE = Inertia(MASS, MASS * 1.3e-5)
+WEIGHT = RodLoad((0.0, 0.0, -MASS * GRAVITY))
+ROD = Rod(LENGTH, Section((1.8e-4, 2.7e-4, 2.7e-4)), RADIUS)
+LINE = np.linspace((0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0), 13)
+
+
+def over_floor(depth: float = RADIUS, along: float = 0.0) -> RodProblem:
+    """Return a clamped rod that may fall on a rough floor."""
+    floor = Obstacle(Plane(), (along, 0.0, -depth), friction=FRICTION)
+    return RodProblem(ROD, WEIGHT, obstacles=(floor,))
+
+
+def from_lying(problem: Callable[[float], RodProblem], times: np.ndarray) -> Motion:
+    """Return the motion of a rod that nothing holds, from rest on its floor; it cannot roll."""
+
+    def free(time: float) -> RodProblem:
+        return replace(problem(time), rod=replace(ROD, friction_radius=0.0), base=Free())
+
+    lying = solve_contact(free(0.0), start=LINE, elements=12)
+    return solve_motion(free, TUBE, times, start=lying, damping=UNDAMPED)
 
 
 @pytest.mark.parametrize(("ratio", "expected"), [(0.5, 0.5), (2.0, 1.0)])
 def test_a_rod_on_a_plane_that_accelerates_sticks_or_slides(ratio: float, expected: float) -> None:
-    friction = 0.3
-    limit = friction * 9.81
-    floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3), friction=friction)
-    rod = Rod(LENGTH, SECTION, radius=5e-3, friction_radius=0.0)
-
-    def pushed(time: float) -> RodProblem:
-        moved = floor.moved((0.5 * ratio * limit * time**2, 0.0, 0.0))
-        return RodProblem(rod, WEIGHT, base=Free(), obstacles=(moved,))
-
-    points = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
-    lying = solve_contact(pushed(0.0), start=points, elements=12)
-    motion = solve_motion(pushed, TUBE, np.linspace(0.0, 0.2, 21), start=lying, damping=UNDAMPED)
+    limit = FRICTION * GRAVITY
+    motion = from_lying(
+        lambda time: over_floor(along=0.5 * ratio * limit * time**2), np.linspace(0.0, 0.2, 21)
+    )
     assert motion.status is MotionStatus.COMPLETED
     speed = motion.frames[-1].velocities[:, 0].mean()
     assert speed == pytest.approx(expected * limit * 0.2, rel=0.02)  # Euler while it touches
-    slips = [event for event in motion.events if event.kind is EventKind.SLIP]
-    assert bool(slips) == (ratio > 1.0)
+    assert (EventKind.SLIP in [event.kind for event in motion.events]) == (ratio > 1.0)
 
 
-@pytest.mark.parametrize("step", [0.008, 0.002])
-def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity(step: float) -> None:
+def test_a_floor_that_falls_away_is_lost_at_once() -> None:
+    starts = 0.0503
+    motion = from_lying(
+        lambda time: over_floor(RADIUS + 2.5 * GRAVITY * max(0.0, time - starts) ** 2),
+        np.linspace(0.0, 0.15, 16),
+    )
+    (loss,) = motion.events
+    assert (loss.kind, loss.obstacle) == (EventKind.LOSS, 0)
+    assert loss.within <= 0.03 * solve.DEFAULT_LONGEST_STEP * (1.0 + 1e-9)
+    assert 0.0 <= loss.time - starts < 1e-3  # of first order in steps of 5 ms while it touches
+    assert motion.contact_fractions[5:7] == pytest.approx((1.0, 0.0))
+    # From then on it falls by itself.
+    speeds = motion.frames[-1].velocities[:, 2]
+    np.testing.assert_allclose(speeds, -GRAVITY * (0.15 - starts), rtol=2e-2)
+
+
+def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity() -> None:
     push = np.array((1.0, 0.0, 0.0))
-    tilted = RodLoad(distributed=tuple(np.array(WEIGHT.distributed) - TUBE.mass * push))
+    tilted = RodLoad((*(WEIGHT.distributed - MASS * push),))
 
     def coiling(time: float, load: RodLoad, place: np.ndarray) -> RodProblem:
-        rod = Rod(LENGTH, SECTION, 5e-3, (8.0 + 4.0 * time, 0.0, 40.0 + 20.0 * time))
+        rod = replace(ROD, rest_strain=(8.0 + 4.0 * time, 0.0, 40.0 + 20.0 * time))
         center = tuple(place + np.array((0.0, 0.019, 0.0)))
-        round_it = Obstacle.along(Cylinder(0.012), center, (1.0, 0.0, 0.0), friction=0.3)
-        return RodProblem(rod, load, base=Clamped(tuple(place)), obstacles=(round_it,))
+        round_it = Obstacle.along(Cylinder(0.012), center, (1.0, 0.0, 0.0), FRICTION)
+        return RodProblem(rod, load, Clamped((*place,)), obstacles=(round_it,))
 
     start = solve_contact(coiling(0.0, WEIGHT, np.zeros(3)), elements=40)
     times = np.linspace(0.0, 0.5, 6)
-    given = {"start": start, "damping": Damping(0.016, 0.0), "longest_step": step}
-    stood = solve_motion(lambda t: coiling(t, tilted, np.zeros(3)), TUBE, times, **given)
-    moved = solve_motion(lambda t: coiling(t, WEIGHT, 0.5 * t**2 * push), TUBE, times, **given)
+    stood, moved = (
+        solve_motion(
+            lambda t, load=load, way=way: coiling(t, load, 0.5 * t**2 * way),
+            TUBE, times, start=start, damping=Damping(0.016, 0.0), longest_step=8e-3,
+        )
+        for load, way in ((tilted, 0.0 * push), (WEIGHT, push))
+    )  # fmt: skip
     away = moved.positions - 0.5 * times[:, None, None] ** 2 * push
     # The forces of inertia act at nodes, the weight along elements: (1/40)^2.
     assert np.abs(away - stood.positions).max() < 1e-4 * LENGTH
@@ -74,29 +108,36 @@ def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity(step: fl
 
 
 def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> None:
-    floor = Obstacle(Plane(), position=(0.0, 0.0, -0.1))
-    light = RodProblem(Rod(LENGTH, SECTION, radius=5e-3), obstacles=(floor,))
-    heavy = replace(light, load=WEIGHT)
+    heavy = over_floor(0.1)
+    heavy = replace(heavy, obstacles=(replace(heavy.obstacles[0], friction=0.0),))
+    start = solve_contact(replace(heavy, load=RodLoad()), elements=30)
     motion = solve_motion(
-        lambda _: heavy, TUBE, np.linspace(0.0, 8.0, 81), elements=30,
-        start=solve_contact(light, elements=30), damping=Damping(0.05, 0.0, 2.0),
-    )  # fmt: skip
+        lambda _: heavy, TUBE, np.linspace(0.0, 8.0, 81), start=start, damping=Damping(0.05, 0, 2.0)
+    )
     assert motion.status is MotionStatus.COMPLETED
     first = motion.events[0]
     assert first.kind is EventKind.TOUCH
     assert first.within < 1e-3
     # Free fall from 95 mm; the clamp only slows the tip, and its whip only speeds it up a little.
-    assert 0.9 < first.time / math.sqrt(2.0 * 0.095 / 9.81) < 1.6
+    assert 0.9 < first.time / math.sqrt(2.0 * 0.095 / GRAVITY) < 1.6
     rest = solve_contact(heavy, elements=30)
     assert np.abs(motion.positions[-1] - rest.positions).max() < 1e-4 * LENGTH
     assert min(frame.state.gaps.min() for frame in motion.frames) > -1e-6
 
 
-def test_steps_of_the_least_length_are_taken_whatever_their_error(monkeypatch) -> None:
-    floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3), friction=0.3)
-    lying = RodProblem(Rod(LENGTH, SECTION, radius=5e-3), WEIGHT, obstacles=(floor,))
-    line = np.column_stack((np.linspace(0.0, LENGTH, 5), np.zeros(5), np.zeros(5)))
-    start = solve_contact(lying, start=line, elements=4)
+def test_a_rod_is_let_go_beside_an_obstacle() -> None:
+    motion = solve_motion(lambda _: over_floor(0.03), TUBE, (0.0, 0.2), start=LINE)
+    first, last = (frame.state for frame in motion.frames)
+    assert motion.status is MotionStatus.COMPLETED
+    np.testing.assert_allclose(first.gaps[0], 0.025)
+    assert not first.contact_forces.any()
+    assert last.touching.any()
+
+
+def test_steps_of_the_least_length_are_taken_whatever_their_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    start = solve_contact(over_floor(), start=LINE[::3], elements=4)
     tried, advanced = [], solve.advanced
 
     def rough(*given):
@@ -107,42 +148,6 @@ def test_steps_of_the_least_length_are_taken_whatever_their_error(monkeypatch) -
     monkeypatch.setattr(solve, "advanced", rough)
     # Steps grow to half of the longest; then the last two are longer by rounding alone.
     times = (0.0, 0.05, 0.05 + 0.01 + 2.5e-12)
-    motion = solve_motion(lambda _: lying, TUBE, times, start=start)
+    motion = solve_motion(lambda _: over_floor(), TUBE, times, start=start)
     assert motion.status is MotionStatus.COMPLETED
     assert 1.0 < max(tried) / (0.5 * solve.DEFAULT_LONGEST_STEP) < 1.0 + 1e-6
-
-
-def test_a_rod_is_let_go_beside_an_obstacle() -> None:
-    floor = Obstacle(Plane(), position=(0.0, 0.0, -0.03), friction=0.3)
-    heavy = RodProblem(Rod(LENGTH, SECTION, radius=5e-3), WEIGHT, obstacles=(floor,))
-    line = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
-    motion = solve_motion(lambda _: heavy, TUBE, (0.0, 0.2), start=line)
-    first, last = (frame.state for frame in motion.frames)
-    assert motion.status is MotionStatus.COMPLETED
-    np.testing.assert_allclose(first.gaps[0], 0.025)
-    assert not first.contact_forces.any()
-    assert last.touching.any()
-
-
-def test_a_floor_that_falls_away_is_lost_at_once() -> None:
-    starts, fall = 0.0503, 5.0 * 9.81
-
-    def dropped(time: float) -> RodProblem:
-        depth = 0.5 * fall * max(0.0, time - starts) ** 2
-        floor = Obstacle(Plane(), position=(0.0, 0.0, -5e-3 - depth), friction=0.3)
-        rod = Rod(LENGTH, SECTION, radius=5e-3, friction_radius=0.0)
-        return RodProblem(rod, WEIGHT, base=Free(), obstacles=(floor,))
-
-    points = np.column_stack((np.linspace(0.0, LENGTH, 13), np.zeros(13), np.zeros(13)))
-    lying = solve_contact(dropped(0.0), start=points, elements=12)
-    motion = solve_motion(dropped, TUBE, np.linspace(0.0, 0.15, 16), start=lying, damping=UNDAMPED)
-    (loss,) = motion.events
-    assert loss.kind is EventKind.LOSS
-    assert loss.obstacle == 0
-    assert loss.within <= 0.03 * solve.DEFAULT_LONGEST_STEP * (1.0 + 1e-9)
-    assert 0.0 <= loss.time - starts < 1e-3  # of first order in steps of 5 ms while it touches
-    assert motion.contact_fractions[5] == 1.0
-    assert motion.contact_fractions[6] == 0.0
-    # From then on it falls by itself.
-    speeds = motion.frames[-1].velocities[:, 2]
-    np.testing.assert_allclose(speeds, -9.81 * (0.15 - starts), rtol=2e-2)
