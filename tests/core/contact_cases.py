@@ -5,6 +5,7 @@ import math
 from functools import cache
 
 import numpy as np
+from scipy.optimize import brentq
 
 from spiral_core import (
     Actuator,
@@ -50,15 +51,20 @@ def rest_strain(stretch: float) -> tuple[float, float, float]:
     return (fiber_state(ANGLES, stretch).twist / INNER, 0.0, (stretch - 1.0) / INNER)
 
 
+@cache
 def wrap_stretch(radius: float) -> float:
     """Return the stretch at which the helix just fits a cylinder."""
-    low, high = 1.02, 1.3
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        torsion, _, curvature = rest_strain(middle)
-        fits = curvature / (curvature**2 + torsion**2) - OUTER > radius
-        low, high = (middle, high) if fits else (low, middle)
-    return 0.5 * (low + high)
+
+    def room(stretch: float) -> float:
+        torsion, _, curvature = rest_strain(stretch)
+        return curvature / (curvature**2 + torsion**2) - OUTER - radius
+
+    return brentq(room, 1.02, 1.3, xtol=1e-15)
+
+
+def curled(radius: float, fraction: float) -> tuple[float, float, float]:
+    """Return the rest strain at a fraction of the stretch that wraps a cylinder."""
+    return rest_strain(1.0 + fraction * (wrap_stretch(radius) - 1.0))
 
 
 def grip(
@@ -67,13 +73,9 @@ def grip(
     friction: float = 0.0,
     shift: float = 0.0,
 ) -> RodProblem:
-    """Return the gripper tangent to a cylinder, at a fraction of the stretch that wraps it."""
-    wrapped = wrap_stretch(radius)
-    torsion, _, curvature = rest_strain(wrapped)
-    axis = np.array((torsion, 0.0, curvature)) / math.hypot(torsion, curvature)
-    place = np.array((0.0, radius + OUTER, 0.0)) + shift * axis
-    strain = rest_strain(1.0 + fraction * (wrapped - 1.0))
-    rod = Rod(LENGTH, SECTION, OUTER, strain)
-    x, y, z = place
-    obstacle = Obstacle.along(Cylinder(radius), (x, y, z), tuple(axis), friction)
+    """Return the gripper tangent to a cylinder, which is shifted along its axis."""
+    axis = np.array(curled(radius, 1.0))
+    place = np.array((0.0, radius + OUTER, 0.0)) + shift * axis / np.linalg.norm(axis)
+    obstacle = Obstacle.along(Cylinder(radius), (*place.tolist(),), (*axis.tolist(),), friction)
+    rod = Rod(LENGTH, SECTION, OUTER, curled(radius, fraction))
     return RodProblem(rod, obstacles=(obstacle,))

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.contact_cases import BENDING, LENGTH, OUTER, grip, rest_strain, wrap_stretch
+from core.contact_cases import LENGTH, OUTER, curled, grip
+from core.test_contact_rolling import ELEMENTS, FITS, FRICTION, RADIUS, STIFFNESS
 
 from benchmarks.explicit import Coil
 from spiral_core import Damping, Inertia, RodProblem, solve_motion
 
-RADIUS, FRICTION, ELEMENTS = 0.015, 0.3, 60
 MASS, ROTARY, DRAG = 0.0283, 0.0283 * 1.3e-5, 2.0
 # Time of the closing and after it [s]; the pull [m/s] and how long it lasts [s].
 CLOSES, RESTS, PULL, PULLS = 4.0, 2.0, 0.01, 1.0
@@ -20,33 +20,25 @@ CLOSES, RESTS, PULL, PULLS = 4.0, 2.0, 0.01, 1.0
 
 @pytest.mark.slow
 def test_a_closing_within_four_seconds_is_that_of_an_explicit_simulation() -> None:
-    wrapped = wrap_stretch(RADIUS)
-    fits = np.array(rest_strain(wrapped))
-    curled = np.array(rest_strain(1.0 + 1.1 * (wrapped - 1.0)))
-    axis = fits / np.linalg.norm(fits)
-    away = axis * np.sign(fits[0])  # the coil advances this way
-    coil = Coil(
-        LENGTH, BENDING * np.array((2 / 3, 1, 1)), OUTER, RADIUS, fits, 0.0, ELEMENTS, FRICTION,
-        MASS, ROTARY, DRAG,
-    )  # fmt: skip
+    bent = np.array(curled(RADIUS, 1.1))
+    axis = FITS / np.linalg.norm(FITS)
+    away = axis * np.sign(FITS[0])  # the coil advances this way
+    coil = Coil(LENGTH, STIFFNESS, OUTER, RADIUS, FITS, 0.0, ELEMENTS, FRICTION, MASS, ROTARY, DRAG)
     coil.straighten()
-    coil.go(int(CLOSES / coil.step), curled)
+    coil.go(int(CLOSES / coil.step), bent)
     coil.go(int(RESTS / coil.step))
     touching = coil.touching()
-    pulls = 5
-    moves = PULL * PULLS / pulls * float(away @ axis)
-    theirs = [coil.go(int(PULLS / pulls / coil.step), move=moves)[0] for _ in range(pulls)]
+    moves = 0.2 * PULL * PULLS * float(away @ axis)
+    theirs = [coil.go(int(0.2 * PULLS / coil.step), move=moves)[0] for _ in range(5)]
 
     def problem(time: float) -> RodProblem:
-        closed = grip(RADIUS, 1.1, FRICTION)
-        strain = min(time / CLOSES, 1.0) * curled
-        rod = replace(closed.rod, rest_strain=tuple(strain.tolist()), friction_radius=0.0)
+        wrapped = grip(RADIUS, 1.1, FRICTION)
+        strain = min(time / CLOSES, 1.0) * bent
+        rod = replace(wrapped.rod, rest_strain=(*strain.tolist(),), friction_radius=0.0)
         shift = PULL * max(0.0, time - CLOSES - RESTS) * away
-        (obstacle,) = closed.obstacles
-        return replace(closed, rod=rod, obstacles=(obstacle.moved(tuple(shift.tolist())),))
+        return replace(wrapped, rod=rod, obstacles=(wrapped.obstacles[0].moved((*shift,)),))
 
-    line = np.zeros((ELEMENTS + 1, 3))
-    line[:, 0] = np.linspace(0.0, LENGTH, ELEMENTS + 1)
+    line = np.linspace((0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0), ELEMENTS + 1)
     closed = CLOSES + RESTS
     times = [0.0, closed, *(closed + np.linspace(0.0, PULLS, 21)[1:])]
     damping = Damping(0.0, 0.0, DRAG)
