@@ -13,11 +13,11 @@ from core.contact_paths import (
     BETWEEN,
     HEAVY,
     HELD,
+    KINDS,
     LINE,
     PATHS,
     PLACE,
     SPAN,
-    TOUCHING,
     Path,
     held,
 )
@@ -34,7 +34,6 @@ from spiral_core import (
     Free,
     Guided,
     Obstacle,
-    Pinned,
     Plane,
     Profile,
     Rod,
@@ -42,8 +41,6 @@ from spiral_core import (
     RodProblem,
     RodState,
     Section,
-    SignedDistance,
-    Sphere,
 )
 from spiral_core.rod.contact.shapes import Shape
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
@@ -133,28 +130,6 @@ def test_what_the_rod_bears_is_all_that_acts_beyond(name: str) -> None:
         np.testing.assert_allclose(state.forces[i], mean, atol=within)
         turned = np.cross(places[i + 1 :] - places[i], forces[i + 1 :]) + moments[i + 1 :]
         np.testing.assert_allclose(shown[i], turned.sum(axis=0), atol=within * problem.rod.length)
-
-
-@pytest.mark.parametrize("name", TOUCHING)
-def test_friction_is_against_the_slip(name: str) -> None:
-    """The way of the surface's material point from the state before, along the obstacle."""
-    before, state = states(name)[-2:]
-    old, new = PATHS[name].stations[-2:]
-    seen = 0
-    turn = Rotation.from_quat(state.orientations) * Rotation.from_quat(before.orientations).inv()
-    for j, ((was, *_), (now, *_, push)) in enumerate(
-        zip(laws(before, old), laws(state, new), strict=True)
-    ):
-        way = state.positions - before.positions + new.rod.radius * (was - turn.apply(was))
-        way -= np.subtract(new.obstacles[j].position, old.obstacles[j].position)
-        way -= now * np.sum(way * now, axis=1)[:, None]
-        sliding = state.touching[j] & ~state.sticking[j] & before.touching[j]
-        for i in np.flatnonzero(sliding & (np.linalg.norm(way, axis=1) > 1e-9)):
-            size = np.linalg.norm(push[i]) * np.linalg.norm(way[i])
-            # On a long way its direction changes.
-            assert push[i] @ way[i] < -(0.999 if name == "pressed down" else 0.5) * size
-            seen += 1
-    assert seen or name.startswith("random")  # what moves last there may touch nothing
 
 
 LARGER = 10.0
@@ -278,23 +253,13 @@ def test_moving_an_end_step_by_step_does_the_work_of_its_reaction(tip: str) -> N
     assert left[0] / left[1] == pytest.approx(4.0, rel=0.3)
 
 
-def round_distance(points: Array) -> tuple[Array, Array]:
-    """Return the distance from a cylinder about z, as a user would write it."""
-    away = points * (1.0, 1.0, 0.0)
-    rho = np.linalg.norm(away, axis=1)
-    return rho - 0.03, away / rho[:, None]
-
-
 @pytest.mark.parametrize(
     "shape",
     [
         Cylinder(0.03),
         Cone(0.03, 0.3),
         Profile((-0.1, -0.03, 0.03, 0.1), (0.03, 0.035, 0.025, 0.04)),
-        Sphere(0.03),
         Capsule(0.03, 0.02),
-        Plane(),
-        SignedDistance(round_distance, 0.03),
     ],
     ids=lambda shape: type(shape).__name__,
 )
@@ -303,22 +268,19 @@ def test_lifted_and_turned_shape_does_the_work_of_its_forces(shape: Shape) -> No
 
     What is left is of the trapezoidal sum, between whose points nodes begin to touch.
     """
-    flat = isinstance(shape, Plane)
-    step, turn = np.array((0.0, 4e-3, 0.02)), np.array((0.15, 0.1, 0.2)) * (0.2 if flat else 1.0)
-    axis = (0.05, 0.02, 1.0) if flat else (0.3, 1.0, 0.1)
-    low = Obstacle.along(shape, (0.21, 0.003, -0.06 if flat else -0.053), axis)
+    step, turn = np.array((0.0, 4e-3, 0.02)), np.array((0.15, 0.1, 0.2))
+    low = Obstacle.along(shape, (0.21, 0.003, -0.053), (0.3, 1.0, 0.1))
     problem = RodProblem(SPAN, RodLoad((0.0, 0.02, -0.5)), tip=Clamped((0.39, 0.0, 0.0)))
     left = []
     for count in (8, 16):
-        ways = [(part * step, part * turn) for part in np.linspace(0.0, 1.0, count + 1)]
-        stations = [replace(problem, obstacles=(low.moved(*way),)) for way in ways]
+        ways = np.linspace(0.0, 1.0, count + 1)[:, None, None] * (step, turn)
+        stations = [replace(problem, obstacles=(low.moved(*way.tolist()),)) for way in ways]
         found = Path(stations, elements=40).followed()
         pairs = [state.on_obstacle() for state in found]
         power = np.array([each.force @ step + each.torque @ turn for each in pairs])
         gained = found[-1].energy - found[0].energy
         left.append(abs(gained + np.mean(0.5 * (power[1:] + power[:-1]))))
-        assert np.abs([each.torque for each in pairs]).max() > 1e-6 or isinstance(shape, Sphere)
-        assert found[-1].contact_lengths[0] > 0.0
+        assert np.abs([each.torque for each in pairs]).max() > 1e-6
     assert max(left) < 0.03 * abs(gained)
     assert left[1] < 0.01 * abs(gained)
 
@@ -349,40 +311,26 @@ def test_arm_that_carries_a_rod_and_a_bar_changes_nothing_in_it(
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
-@pytest.mark.parametrize("tip", [Free(), Guided((0.3, 0.0, 0.0)), Clamped((0.36, 0.02, 0.03))])
-def test_obstacle_far_away_changes_nothing(tip: object, friction: float) -> None:
-    alone = RodProblem(HELD, RodLoad((0.0, 0.05, -0.3)), tip=tip)
-    far = Obstacle(Plane(), (0.0, 0.0, -2.0), friction=friction)
-    plain = solve_contact(alone, elements=40)
-    state = solve_contact(replace(alone, obstacles=(far,)), elements=40)
-    assert not state.touching.any()
-    for name in ("positions", "orientations", "moments", "forces", "base_reaction"):
-        agree(getattr(state, name), getattr(plain, name), 1e-8)
-    assert state.energy == pytest.approx(plain.energy, rel=1e-9)
-
-
-def test_rod_that_is_paid_out_sinks_onto_a_bar() -> None:
-    """Nodes keep their fractions of its length: each state is the one found at its own length."""
-
-    def cable(length: float) -> RodProblem:
-        bar = Obstacle.along(Cylinder(0.05), (0.3, 0.0, -0.22), (0.0, 1.0, 0.0))
-        rod = Rod(length, Section((1e-4,) * 3, extension=200.0), 2e-3, (0.0, 0.3, 0.0))
-        ends = Pinned(), Pinned((0.6, 0.0, 0.0))
-        return RodProblem(rod, RodLoad((0.0, 0.0, -1.0)), *ends, (bar,))
-
-    x = np.linspace(0.0, 0.6, 61)
-    arch = np.column_stack((x, 0.0 * x, -0.1 * np.sin(np.pi * x / 0.6)))
-    start = solve_contact(cable(0.65), start=arch, elements=60)
-    lengths = (0.66, 0.75, 0.7)
-    path = follow_contact([cable(length) for length in lengths], start=start)
-    assert not path.events
-    assert not start.touching.any()
-    assert path.states[1].normal_forces.sum() > 0.15
-    for state, length in zip(path.states, lengths, strict=True):
-        assert state.arc_lengths[-1] == length
-        fresh = solve_contact(cable(length), start=state.positions, elements=60)
-        np.testing.assert_allclose(state.positions, fresh.positions, atol=1e-7 * length)
-        assert state.energy == pytest.approx(fresh.energy, rel=1e-9)
+@pytest.mark.parametrize(
+    "alone",
+    [
+        *(held("clamped", tip) for tip in KINDS),
+        # Its way may fail at the first increment, before anything has touched.
+        RodProblem(Rod(0.5, Section((1e-3,) * 3), 2e-3), tip=Clamped((0.45, 0.0, 0.0))),
+    ],
+)
+def test_obstacle_far_away_changes_nothing(alone: RodProblem, friction: float) -> None:
+    far = Obstacle(Plane(), (0.0, 0.0, -3.0), friction=friction)
+    plain, state = (
+        solve_contact(replace(alone, obstacles=obstacles), elements=40, throw=False)
+        for obstacles in ((), (far,))
+    )
+    assert state.status is plain.status
+    if plain.stable:
+        assert not state.touching.any()
+        for name in ("positions", "orientations", "moments", "forces", "base_reaction"):
+            agree(getattr(state, name), getattr(plain, name), 1e-8)
+        assert state.energy == pytest.approx(plain.energy, rel=1e-9)
 
 
 @pytest.mark.parametrize("index", [3, 29, 38])

@@ -15,7 +15,6 @@ from spiral_core import (
     Cylinder,
     Obstacle,
     Pinned,
-    Plane,
     Profile,
     Rod,
     RodProblem,
@@ -35,28 +34,16 @@ ACROSS = (0.0, 1.0, 0.0)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
-@pytest.mark.parametrize(
-    ("shape", "axis", "way"),
-    [
-        (Cylinder(5e-3), ACROSS, ((0.0, 0.0, -0.1),)),
-        (Capsule(5e-3, 0.1), ACROSS, ((0.0, 0.0, -0.1),)),
-        # Tilted: else the clamp would be in it.
-        (Plane(), (0.0, 0.0, -1.0), ((0.0, 0.0, -0.045), (0.0, 0.35, 0.0))),
-    ],
-)
-def test_rod_is_not_passed_by_what_moves_fast(
-    shape: Shape, axis: tuple[float, ...], way: tuple[tuple[float, ...], ...], friction: float
-) -> None:
+@pytest.mark.parametrize("shape", [Cylinder(5e-3), Capsule(5e-3, 0.1)])
+def test_rod_is_not_passed_by_what_moves_fast(shape: Shape, friction: float) -> None:
     """In one increment of 20 radii, down through the whole rod if it could."""
-    above = Obstacle.along(shape, (0.2, 0.0, 0.05), axis, friction)
-    there = above.moved(*way)
-    clear, struck = (RodProblem(ROD, obstacles=(one,)) for one in (above, there))
+    above = Obstacle.along(shape, (0.2, 0.0, 0.05), ACROSS, friction)
+    ways = (above, above.moved((0.0, 0.0, -0.1)))
+    clear, struck = (RodProblem(ROD, obstacles=(one,)) for one in ways)
     state = follow_contact([clear, struck], elements=60).states[-1]
     assert state.normal_forces.sum() > 5e-4
     assert state.gaps[:, 1:].min() > -1e-3 * RADIUS
-    assert state.contact_forces.sum(axis=(0, 1))[2] < 0.0
-    under = np.interp(0.2, state.positions[:, 0], state.positions[:, 2])
-    assert under < there.position[2]
+    assert np.interp(0.2, state.positions[:, 0], state.positions[:, 2]) < -0.05
     assert max(imbalance(struck, state)) < 1e-6 * state.normal_forces.sum()
 
 
