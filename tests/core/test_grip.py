@@ -65,17 +65,12 @@ UP_TO_LOSS = (0.6, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 # Grips, and pressures as fractions of the tip criterion's.
 GRIPS = {
     "curls": (
-        lambda: lay_into_coil(gripper(), 0.025, closing=SMOOTH, curve=WrapCurve(gripper())),
-        (0.5, 0.8, 0.9, 0.94, 0.98, 1.02, 1.06, 1.1, 1.14),
-    ),
-    "lets go": (
         lambda: lay_into_coil(gripper(), 0.025, closing=SMOOTH),
-        (0.6, 0.9, 1.1, 1.2, 1.3, 1.4),
+        (0.5, 0.8, 0.9, 0.94, 0.98, 1.02, 1.06, 1.1, 1.14),
     ),
     # On a thin object with much friction, and without.
     "thin, rough": (lambda: cut(*THIN), UP_TO_LOSS),
     "thin": (lambda: cut(*THIN, SMOOTH), UP_TO_LOSS),
-    "clings": (lambda: cut("prototype_p1", 0.40407, 12.4294e-3, 0.63968), UP_TO_LOSS),
     # The tip of a thin object lifts off above the onset.
     "lifts off": (lambda: random_setup(8), np.arange(60.0, 88.0) / 91.258),
     # Wrap and curling begin together, and the loss far above.
@@ -94,10 +89,7 @@ def window(name: str) -> GripWindow:
     return grip_window(setup, stations)
 
 
-FAST = [name for name in GRIPS if name != "clings"]
-
-
-@pytest.mark.parametrize("name", FAST)
+@pytest.mark.parametrize("name", GRIPS)
 def test_window_is_what_its_points_say(name: str) -> None:
     """Located to 0.2 %, a loss to 0.5 %; weight, contact and base reaction sum to zero."""
     found = window(name)
@@ -128,11 +120,11 @@ def test_turns_and_pressure_are_those_of_the_touching_part() -> None:
 
     Its line force is a mean over two outer radii, so between mean and peak.
     """
-    point = window("curls").points[-1]
-    state, tube = point.state, gripper().tube
-    touching = np.flatnonzero(state.touching[0])
-    sine = np.linalg.norm(np.cross(state.tangents, point.setup.axis), axis=1)
-    around = np.sum((sine * state.node_lengths)[touching[0] : touching[-1] + 1])
+    point, tube = window("curls").points[-1], gripper().tube
+    first, *_, last = np.flatnonzero(point.state.touching[0])
+    part = slice(first, last + 1)
+    sine = np.linalg.norm(np.cross(point.state.tangents, point.setup.axis), axis=1)
+    around = sine[part] @ point.state.node_lengths[part]
     circle = 2.0 * math.pi * (0.025 + tube.outer_radius)
     assert point.turns == pytest.approx(around / circle, rel=0.05)
     young = gripper().stiffness.bending / tube.second_moment_of_area
@@ -146,8 +138,6 @@ def test_turns_and_pressure_are_those_of_the_touching_part() -> None:
     [
         ("paper_design_70", 0.025, False, -0.05, 0.0),
         ("prototype_p1", 0.014, False, -0.065, -0.05),
-        ("prototype_p2", 0.02, False, -0.065, -0.05),
-        ("prototype_p2", 0.02, True, 0.0, 0.002),
         ("prototype_p1", 0.014, True, 0.0, 0.002),
     ],
 )
@@ -175,33 +165,24 @@ def test_line_force_of_a_weightless_coil_is_the_uniform_helixs() -> None:
     assert point.line_force[middle].mean() == pytest.approx(expected, rel=0.04)
 
 
-# What stays of the contact after the loss: with friction two of three turns of a thin object's.
-@pytest.mark.parametrize(
-    ("name", "least", "most", "away"),
-    [
-        ("lets go", 0.0, 0.7, 1.0),
-        ("thin, rough", 0.5, 0.8, 3.0),
-        ("thin", 0.0, 0.5, 0.8),
-        # With friction the branch's end is found up to a percent early: the coil still clings.
-        pytest.param("clings", 0.0, 1.0, 0.0, marks=pytest.mark.slow),
-    ],
-)
-def test_after_the_loss_the_end_has_let_go(
-    name: str, least: float, most: float, away: float
-) -> None:
-    """The fall, followed: the tip is some of the object's radii away from it."""
+# What stays of the contact after the loss: with friction two of three turns.
+@pytest.mark.parametrize(("name", "least", "most"), [("thin, rough", 0.5, 0.8), ("thin", 0.0, 0.5)])
+def test_after_the_loss_the_end_has_let_go(name: str, least: float, most: float) -> None:
     found = window(name)
     before, rest = found.points[-1], follow_loss(found)
     assert before.is_wrapped
     assert not rest.is_wrapped
     assert found.loss < rest.pressure <= 1.02 * found.loss
-    assert rest.tip_gap > away * found.setup.obstacle.shape.radius
+    assert rest.tip_gap > 0.8 * found.setup.obstacle.shape.radius
     assert least <= rest.contact_length / before.contact_length < most
     if name == "thin, rough":
         assert 1.5 < rest.turns < before.turns - 0.5
         assert 0.2 * before.normal_force < rest.normal_force < before.normal_force
         assert holding_force(rest, Pull.AWAY).force > 0.1  # what remains still holds
-    assert follow_loss(window("curls")) is None  # nothing was lost
+
+
+def test_where_nothing_is_lost_nothing_falls() -> None:
+    assert follow_loss(window("curls")) is None
 
 
 def test_a_part_near_the_base_may_snap_while_the_end_stays_wrapped() -> None:
@@ -223,21 +204,19 @@ def test_a_part_near_the_base_may_snap_while_the_end_stays_wrapped() -> None:
     ("name", "fractions", "within"),
     [
         # Located to 0.5 % with friction, along another way to 1 %; to 0.2 % without.
-        pytest.param("thin, rough", (0.5, 0.8, 1.05, 1.15, 1.45, 1.75), 0.015,
-                     marks=pytest.mark.slow),
-        ("thin", (0.5, 0.8, 1.05, 1.15, 1.45, 1.75), 4e-3),
+        ("thin, rough", (0.5, 0.8, 1.05, 1.15, 1.45, 1.75), 0.015),
         # What happens between two pressures counts, not only what is there where one looks.
-        ("thin", (0.75, 1.75), 5e-3),
+        ("thin", (0.75, 1.75), 4e-3),
     ],
-)  # fmt: skip
+)
 def test_a_window_is_the_same_by_other_stations(
     name: str, fractions: tuple[float, ...], within: float
 ) -> None:
     found = window(name)
-    stations = [part * found.setup.tip_pressure for part in fractions]
-    other = grip_window(found.setup, stations)
+    other = grip_window(found.setup, [part * found.setup.tip_pressure for part in fractions])
     for mark in ("onset_wrap", "onset_curling", "loss"):
-        assert getattr(other, mark) == pytest.approx(getattr(found, mark), rel=within), mark
+        expected = getattr(found, mark) or 0.0
+        assert (getattr(other, mark) or 0.0) == pytest.approx(expected, rel=within), mark
 
 
 def test_a_curled_touch_before_the_perfect_wrap_is_not_the_window() -> None:
@@ -263,28 +242,26 @@ def test_points_where_tube_and_object_cross_are_no_wrap() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "end"),
+    ("name", "end", "mark", "part"),
     [
-        ("curls", RangeEnd.CURLING),
-        ("upright", RangeEnd.LOSS),  # curls from the onset on
-        ("lifts off", RangeEnd.LIFT_OFF),
-        ("limited", RangeEnd.LIMIT),
-        ("looked at", RangeEnd.LOOKED_AT),
+        ("curls", RangeEnd.CURLING, "onset_curling", 1.0),
+        ("upright", RangeEnd.LOSS, "loss", 0.9),  # curls from the onset on
+        ("lifts off", RangeEnd.LIFT_OFF, "lift_off", 1.0),
+        ("limited", RangeEnd.LIMIT, "top", 1.0),
+        ("looked at", RangeEnd.LOOKED_AT, "top", 1.0),
     ],
 )
-def test_what_bounds_the_recommended_pressures_is_named(name: str, end: RangeEnd) -> None:
+def test_what_bounds_the_recommended_pressures_is_named(
+    name: str, end: RangeEnd, mark: str, part: float
+) -> None:
+    """A payload may be carried beyond curling too."""
     found = window(name)
     grip = solve_grip(found.setup, (), pressures=(), window=found)
-    top = {
-        RangeEnd.CURLING: lambda: found.onset_curling,
-        RangeEnd.LOSS: lambda: 0.9 * found.loss,
-        RangeEnd.LIFT_OFF: lambda: found.lift_off,
-    }.get(end, lambda: found.top)()
+    top = part * getattr(found, mark)
     assert grip.range_end is end
     assert grip.recommended_range == (found.onset_wrap, top)
     assert found.onset_wrap < grip.recommended_pressure() < top
-    safe = found.top if end is RangeEnd.CURLING else top  # beyond curling too
-    assert grip.carrying_range == (found.onset_wrap, safe)
+    assert grip.carrying_range[1] == (found.top if end is RangeEnd.CURLING else top)
 
 
 def test_a_tube_that_neither_moves_nor_rests_is_not_a_loss(
@@ -314,20 +291,21 @@ def test_what_is_said_to_be_carried_at_most_is_carried() -> None:
     onset = found.onset_wrap
     at = [0.98 * onset, 1.05 * onset, found.top]
     grip = solve_grip(found.setup, (Pull.DOWN,), pressures=at, window=found)
-    with pytest.raises(NotGrippableError, match="no pressure holds") as refusal:
-        grip.recommended_pressure(1.0)
-    most = float(re.search(r"at most (\S+) kg", str(refusal.value))[1])
-    held = grip.force(Pull.DOWN) / (most * G)
-    assert grip.payload_ratio(most) == pytest.approx(held)
-    for payload in (0.3 * most, 0.6 * most, 0.995 * most):
+    light, least = np.interp((1.05 * onset, onset), found.pressures, found.normal_forces)
+
+    def carried_at_most(mass: float, **limits: float) -> float:
+        with pytest.raises(NotGrippableError, match="no pressure holds") as refusal:
+            grip.recommended_pressure(mass, **limits)
+        return float(re.search(r"at most (\S+) kg", str(refusal.value))[1])
+
+    most = carried_at_most(1.0)
+    for payload in (0.3 * most, 0.995 * most):
         pressure = grip.recommended_pressure(payload)
         assert onset <= pressure <= grip.carrying_range[1]
         assert holding_force(found.at(pressure), Pull.DOWN).force >= 2.0 * payload * G
-    light, least = np.interp((1.05 * onset, onset), found.pressures, found.normal_forces)
+    assert grip.payload_ratio(most) == pytest.approx(grip.force(Pull.DOWN) / (most * G))
+    assert carried_at_most(0.995 * most, force_max=light) < most
     assert onset <= grip.recommended_pressure(force_max=1.01 * least) < 1.05 * onset
-    with pytest.raises(NotGrippableError, match="without pressing with more than") as both:
-        grip.recommended_pressure(0.995 * most, force_max=light)
-    assert float(re.search(r"at most (\S+) kg", str(both.value))[1]) < most
     with pytest.raises(NotGrippableError, match="presses with"):
         grip.recommended_pressure(force_max=1e-6)
     # A payload is judged within the pressures looked at.
@@ -358,7 +336,6 @@ def test_twice_the_elements_change_a_grip_by_little() -> None:
     [
         ((-G, 0.0, 1e-9), 1.0, True),
         ((-G, 1e-3, 0.0), 1.0, False),
-        ((G, 0.0, 0.0), 1.0, False),
         # The whole tube weighs 37.6 EI / L^2; a column buckles under 7.84 of its own (Greenhill).
         ((-G, 0.0, 0.0), 0.20, False),
         ((-G, 0.0, 0.0), 0.22, True),
@@ -395,29 +372,37 @@ def test_a_given_direction_is_kept_and_points_where_the_coil_advances() -> None:
 
 
 @pytest.mark.parametrize(
-    "ask",
+    "wrong",
     [
-        lambda setup: replace(setup, gripper="paper_design_70"),
-        lambda setup: replace(setup, closing=True),
-        lambda setup: replace(setup, elements=1),
-        lambda setup: replace(setup, elements=3.5),
-        lambda setup: replace(setup, tip_pressure=math.nan),
-        lambda setup: replace(setup, obstacle=Obstacle(Cylinder(0.02), friction=11.0)),
-        lambda setup: grip_window(setup, []),
-        lambda setup: grip_window(setup, [0.0]),
-        lambda setup: grip_window(setup, [2e3, 1e3]),
-        lambda setup: grip_window(setup, [math.nan]),
-        lambda setup: grip_window(setup, [1e9]),
-        lambda setup: solve_grip(setup, ("away",)),
-        lambda setup: solve_grip(setup, pressures=[52e3, 50e3], window=window("curls")),
-        lambda setup: solve_grip(setup, (), pressures=(), window=window("curls")).force(Pull.DOWN),
-        lambda _: window("curls").at(2.0 * window("curls").top),
-        lambda setup: holding_force(
-            replace(window("curls").points[-1], setup=replace(setup, gripper=gripper((0, 0, 0)))),
-            Pull.DOWN,
-        ),
+        {"gripper": "paper_design_70"},
+        {"closing": True},
+        {"elements": 1},
+        {"elements": 3.5},
+        {"tip_pressure": math.nan},
+        {"obstacle": Obstacle(Cylinder(0.02), friction=11.0)},
     ],
 )
-def test_what_makes_no_sense_is_refused(ask) -> None:
+def test_setups_are_checked(wrong: dict[str, object]) -> None:
     with pytest.raises(InvalidInputError):
-        ask(window("curls").setup)
+        replace(window("curls").setup, **wrong)
+
+
+@pytest.mark.parametrize("pressures", [[], [0.0], [2e3, 1e3], [math.nan], [1e9]])
+def test_pressures_increase_up_to_the_limit(pressures: list[float]) -> None:
+    with pytest.raises(InvalidInputError):
+        grip_window(window("curls").setup, pressures)
+
+
+def test_what_was_not_looked_at_is_not_answered() -> None:
+    found = window("curls")
+    setup = found.setup
+    weightless = replace(setup, gripper=gripper((0.0, 0.0, 0.0)))
+    for ask in (
+        lambda: solve_grip(setup, ("away",)),
+        lambda: solve_grip(setup, pressures=[52e3, 50e3], window=found),
+        lambda: solve_grip(setup, (), pressures=(), window=found).force(Pull.DOWN),
+        lambda: found.at(2.0 * found.top),
+        lambda: holding_force(replace(found.points[-1], setup=weightless), Pull.DOWN),
+    ):
+        with pytest.raises(InvalidInputError):
+            ask()

@@ -30,49 +30,47 @@ from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long
 
-OPEN = (PullEnd.NOT_FOLLOWED, PullEnd.STEP_LIMIT, PullEnd.SELF_CONTACT)
+GRIPPER = load_gripper("paper_design_70")
 
 
 @pytest.mark.parametrize(
-    ("radius", "friction", "elements", "pressures", "pulls", "ends", "least", "most"),
+    ("setup", "pressures", "ends", "least", "most"),
     [
         # Close below its loss a coil presses towards the base, and gives way at the first step.
-        (0.02, 0.3, None, (57.0, 75.0, 85.57), (Pull.TOWARDS,), (PullEnd.LOST,), 0.0, 0.0),
-        (0.02, 0.0, None, (57.0, 59.0), (Pull.AWAY, Pull.TOWARDS), (PullEnd.SLIPPED,), 0.0, 0.0),
+        ((0.02, 0.3), (57.0, 75.0, 85.57), {Pull.TOWARDS: PullEnd.LOST}, 0.0, 0.0),
+        ((0.02, 0.0), (57.0, 59.0), dict.fromkeys((Pull.AWAY, Pull.TOWARDS), PullEnd.SLIPPED),
+         0.0, 0.0),
         # The force doubles at each step, until a step is not found.
-        (0.015, 1.5, None, (40.0, 60.0, 70.71), (Pull.AWAY,), OPEN, 0.5, math.inf),
+        ((0.015, 1.5), (40.0, 60.0, 70.71), {Pull.AWAY: PullEnd.NOT_FOLLOWED}, 0.5, math.inf),
         # Pulled with tens of newtons, elements are too long: no state answers there.
-        (0.015, 0.8, 60, (40.0, 60.0, 73.38), (Pull.AWAY,), OPEN, 1.0, math.inf),
+        ((0.015, 0.8, 60), (40.0, 60.0, 73.38), {Pull.AWAY: PullEnd.NOT_FOLLOWED}, 1.0, math.inf),
         # Along gravity, 12 degrees off the object's axis, the tube would be taut after two
         # diameters. It would then pull with 60 N; the object slides at 0.7 N.
-        (0.01615, 0.3, None, (38.4, 57.5, 62.7, 70.33), (Pull.AWAY, Pull.DOWN), (PullEnd.SLIPPED,),
-         0.69, 0.77),
+        ((0.01615, 0.3), (38.4, 57.5, 62.7, 70.33),
+         dict.fromkeys((Pull.AWAY, Pull.DOWN), PullEnd.SLIPPED), 0.69, 0.77),
     ],
 )  # fmt: skip
 def test_force_is_what_holds_or_a_bound(
-    radius: float,
-    friction: float,
-    elements: int | None,
+    setup: tuple[float, ...],
     pressures: tuple[float, ...],
-    pulls: tuple[Pull, ...],
-    ends: tuple[PullEnd, ...],
+    ends: dict[Pull, PullEnd],
     least: float,
     most: float,
 ) -> None:
-    gripper = load_gripper("paper_design_70")
-    setup = lay_into_coil(gripper, radius, friction=friction, elements=elements)
-    point = grip_window(setup, [1e3 * pressure for pressure in pressures]).points[-1]
-    for held in holding_forces(point, pulls).values():
-        assert held.end in ends
+    radius, friction, *elements = setup
+    laid = lay_into_coil(GRIPPER, radius, friction=friction, elements=(*elements, None)[0])
+    point = grip_window(laid, [1e3 * pressure for pressure in pressures]).points[-1]
+    for pull, held in holding_forces(point, list(ends)).items():
+        assert held.end is ends[pull]
         assert least <= held.force <= most
-        assert held.is_lower_bound == (ends is OPEN)
+        assert held.is_lower_bound == (held.end is PullEnd.NOT_FOLLOWED)
         assert held.forces.max() < 1e-12 or most > 0.0
-        assert held.displacement <= 2.0 * radius or held.pull is not Pull.DOWN
+        assert held.displacement <= 2.0 * radius or pull is not Pull.DOWN
 
 
 def test_a_pull_begins_at_the_onset_too() -> None:
     """There the coil shifts by a quarter of a millimeter in the step that moves nothing."""
-    window = grip_window(lay_into_coil(load_gripper("paper_design_70"), 0.02, friction=0.6))
+    window = grip_window(lay_into_coil(GRIPPER, 0.02, friction=0.6))
     point = window.at(window.onset_wrap)
     held = holding_forces(point, (Pull.AWAY, Pull.TOWARDS))
     away = held[Pull.AWAY]
@@ -152,22 +150,22 @@ def sliding() -> tuple[GripPoint, dict[Pull, HoldingForce]]:
 def test_a_weight_that_slides_has_a_curve_of_its_own() -> None:
     """Moved straight along gravity, 7 degrees off its axis, the object cannot slide: 27 N.
 
-    Force, curve, stiffness and way of the pull along gravity belong together.
+    Of its weight a share acts along the axis: the same work along either way.
     """
     point, found = sliding()
     away, down = found[Pull.AWAY], found[Pull.DOWN]
-    directions = [holding.pull_direction(point, pull) for pull in (Pull.DOWN, Pull.AWAY)]
-    share = float(directions[0] @ directions[1])
+    along, gravity = (holding.pull_direction(point, pull) for pull in (Pull.AWAY, Pull.DOWN))
+    share = float(along @ gravity)
     assert 0.98 < share < 1.0
     assert away.force == pytest.approx(0.039, rel=0.1)
-    assert down.force == pytest.approx(away.force / share, rel=1e-12)
-    assert down.force == down.forces.max()
-    assert down.displacement == down.displacements[np.argmax(down.forces)]
-    slope = (down.forces[1] - down.forces[0]) / down.displacements[1]
-    assert down.stiffness == pytest.approx(slope, rel=1e-9)
-    # The same work along either way.
-    work = [np.trapezoid(each.forces, each.displacements) for each in (away, down)]
-    assert work[0] == pytest.approx(work[1], rel=1e-12)
+    np.testing.assert_allclose(down.forces * share, away.forces, rtol=1e-12)
+    np.testing.assert_allclose(down.displacements, away.displacements * share, rtol=1e-12)
+    for held in (away, down):
+        peak = np.argmax(held.forces)
+        assert held.force == held.forces[peak]
+        assert held.displacement == held.displacements[peak]
+        slope = np.diff(held.forces)[0] / np.diff(held.displacements)[0]
+        assert held.stiffness == pytest.approx(slope, rel=1e-9)
 
 
 @pytest.mark.parametrize("unknown", [Pull.DOWN, Pull.AWAY])
