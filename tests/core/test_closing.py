@@ -59,7 +59,7 @@ FILL = FLOW * (5e5 + ATMOSPHERE)  # choked up to half of that
         (VOLUME, 0.0, 0.0, 1e5, 2e5 / FILL),
         # d(pV)/dp = V + p V': V = V0 (1 + p / p0) doubles at p0
         (0.0, 1e-5, 0.0, 1e5, (2.0 * (1e5 + ATMOSPHERE) - ATMOSPHERE) / FILL),
-        (0.0, 0.0, 0.0, 5.1e5, math.inf),
+        (0.0, 0.0, 0.0, 5.1e5, math.inf),  # the supply's pressure is not passed
     ],
 )
 def test_a_volume_fills_evenly_and_empties_exponentially_while_the_flow_is_choked(
@@ -70,27 +70,20 @@ def test_a_volume_fills_evenly_and_empties_exponentially_while_the_flow_is_choke
     assert found == pytest.approx(expected, rel=1e-4)  # 400 samples
 
 
-def test_the_supply_pressure_and_the_atmospheres_are_reached() -> None:
-    supply = Supply(Orifice(1e-9, 0.5), 5e5)
-    assert supply.rates(lambda _: VOLUME, 0.0)[0] == pytest.approx(FILL, rel=1e-9)
-    for start, end in ((0.0, 5e5), (1e5, 0.0)):
-        assert math.isfinite(supply.time_to_fill(lambda _: VOLUME, start, end))
-
-
 def test_subsonic_flow_follows_the_ellipse_and_dies_at_equal_pressures() -> None:
     orifice = Orifice(2e-9, 0.2)
     choked = 2e-9 * REFERENCE_DENSITY * 2e5
-    flow = orifice.mass_flow(2e5, 1.6e5)
-    assert flow == pytest.approx(choked * math.sqrt(1.0 - ((0.8 - 0.2) / 0.8) ** 2))
-    assert orifice.mass_flow(1.6e5, 2e5) == -flow
+    for share in (0.8, 0.5, 0.2, 0.005):
+        flow = orifice.mass_flow(2e5, share * 2e5)
+        assert flow == pytest.approx(choked * math.sqrt(1.0 - max(0.0, (share - 0.2) / 0.8) ** 2))
+        assert orifice.mass_flow(share * 2e5, 2e5) == -flow
     assert orifice.mass_flow(2e5, 2e5) == 0.0
-    assert orifice.mass_flow(2e5, 1e3) == pytest.approx(choked)
-
-
-def test_of_two_orifices_the_narrow_one_decides() -> None:
-    """C^-3 = 1 + 1/8, and b is the mean with these weights."""
-    line = orifices_in_series(Orifice(1e-9, 0.2), Orifice(2e-9, 0.4))
-    assert line.conductance == pytest.approx(1e-9 * (8.0 / 9.0) ** (1.0 / 3.0), rel=1e-12)
+    supply = Supply(orifice, 5e5)  # it and the atmosphere are reached nevertheless
+    for start, end in ((0.0, 5e5), (1e5, 0.0)):
+        assert math.isfinite(supply.time_to_fill(lambda _: VOLUME, start, end))
+    line = orifices_in_series(orifice, Orifice(4e-9, 0.4))
+    # C^-3 = 1 + 1/8, and b is the mean with these weights
+    assert line.conductance == pytest.approx(2e-9 * (8.0 / 9.0) ** (1.0 / 3.0), rel=1e-12)
     assert line.critical_ratio == pytest.approx((0.2 + 0.4 / 8.0) / 1.125, rel=1e-12)
 
 
@@ -98,12 +91,6 @@ def test_the_enclosed_volume_begins_at_rest_and_grows() -> None:
     rest = math.pi * INNER**2 * LENGTH
     assert enclosed_volume(gripper(), 0.0) == pytest.approx(rest)
     assert 1.05 * rest < enclosed_volume(gripper(), 5e4) < 2.0 * rest
-
-
-def test_a_course_is_linear_between_its_points() -> None:
-    course = PressureCourse((0.0, 2.0, 3.0), (0.0, 2e4, 1.4e4))
-    assert [course.at(time) for time in (1.0, 2.5, 99.0)] == pytest.approx([1e4, 1.7e4, 1.4e4])
-    assert PressureCourse.ramp(1e4, 2e4, 1.0) == PressureCourse((0.0, 2.0, 3.0), (0.0, 2e4, 2e4))
 
 
 def laid(
@@ -200,25 +187,30 @@ def under_the_tip(gap: float) -> GripSetup:
 
 
 @pytest.mark.parametrize(
-    ("make", "rise"),
+    ("make", "rise", "pressure"),
     [
-        (lambda: laid(-1.0, 0.0, 0.0)[0], 0.1),
-        (lambda: laid(0.0, 0.0, 0.0)[0], 0.1),
-        (lambda: laid()[0], 1e-6),
-        (lambda: under_the_tip(2e-3), 0.1),
-        (lambda: under_the_tip(0.0), 0.1),
+        (lambda: laid(-1.0, 0.0, 0.0)[0], 0.1, 5e4),
+        (lambda: laid(0.0, 0.0, 0.0)[0], 0.1, 5e4),
+        (lambda: laid()[0], 1e-6, 5e4),
+        (lambda: laid()[0], 0.1, 0.0),
+        (lambda: under_the_tip(2e-3), 0.1, 5e4),
+        (lambda: under_the_tip(0.0), 0.1, 5e4),
     ],
-    ids=["upright", "no gravity", "step of pressure", "object under the tip", "touching the tip"],
+    ids=["upright", "weightless", "step", "no pressure", "object under the tip", "touching it"],
 )
 def test_symmetric_mounts_and_jumps_are_closed_to_the_end(
-    make: Callable[[], GripSetup], rise: float
+    make: Callable[[], GripSetup], rise: float, pressure: float
 ) -> None:
-    closing = close_on(make(), PressureCourse((0.0, rise, 0.2), (0.0, 5e4, 5e4)))
+    """Without pressure the tube stays where it hangs."""
+    closing = close_on(make(), PressureCourse((0.0, rise, 0.2), (0.0, pressure, pressure)))
     assert closing.is_complete
+    first = closing.frames[0].state.positions
     for frame in closing.frames:
         assert np.isfinite(frame.velocities).all()
         assert frame.residual <= 1e-4
         assert frame.state.gaps[0, 1:].min() > -1e-6
+        assert pressure > 0.0 or np.abs(frame.state.positions - first).max() < 1e-8
+    assert pressure > 0.0 or (closing.settling_time, closing.time_to_wrap) == (0.0, None)
 
 
 @pytest.mark.slow
@@ -226,11 +218,3 @@ def test_a_tube_that_strikes_with_many_nodes_goes_on() -> None:
     """Contact forces reach 500 times the scale of forces; steps were not solved from 0.267 s on."""
     frames = list(islice(closing_frames(*random_closing(320)), 58))
     assert frames[-1].time > 0.29
-
-
-def test_without_pressure_the_tube_stays_where_it_hangs() -> None:
-    still = close_on(laid()[0], PressureCourse((0.0, 0.5), (0.0, 0.0)))
-    first, last = (frame.state.positions for frame in (still.frames[0], still.frames[-1]))
-    np.testing.assert_allclose(last, first, atol=1e-8)
-    assert still.settling_time == 0.0
-    assert still.time_to_wrap is None
