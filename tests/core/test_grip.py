@@ -168,7 +168,9 @@ def test_line_force_of_a_weightless_coil_is_the_uniform_helixs() -> None:
 
 
 # What stays of the contact after the loss: with friction two of three turns.
-@pytest.mark.parametrize(("name", "least", "most"), [("thin, rough", 0.5, 0.8), ("thin", 0.0, 0.5)])
+@pytest.mark.parametrize(
+    ("name", "least", "most"), [("thin, rough", 0.5, 0.8), ("thin", 0.0, 0.5), ("clings", 0.0, 1.0)]
+)
 def test_after_the_loss_the_end_has_let_go(name: str, least: float, most: float) -> None:
     found = window(name)
     before, rest = found.points[-1], follow_loss(found)
