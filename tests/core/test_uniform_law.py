@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The uniform law against 45 digits, energy and a membrane; its tabulated curve and its ends."""
+
+import dataclasses
+import math
+import pickle
+
+import numpy as np
+import pytest
+from core.actuator_cases import (
+    PAPER_TUBE,
+    OwnLaw,
+    actuator,
+    derivative,
+    extending_pairs,
+    repeatable,
+)
+from core.reference_uniform import reference_pressure, reference_twist
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spiral_core import (
+    ActuationLimitError,
+    CurvatureForm,
+    FreeActuation,
+    Gent,
+    InvalidInputError,
+    MooneyRivlin,
+    NeoHookean,
+    Yeoh,
+)
+from spiral_core.actuator.actuator import UnloadedShape
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
+from spiral_core.actuator.fibers import fiber_state, largest_volume_stretch
+from spiral_core.actuator.uniform_law import energy_from_stretch, pressure_from_stretch
+from spiral_core.errors import ActuationLimit
+
+EXACT = CurvatureForm.EXACT
+GENT = Gent(shear_modulus=290.0e3, extension_limit=0.5)
+SOFTENING = Yeoh(c1=145.0e3, c2=-30.0e3, c3=3.0e3)
+HARD = {
+    "fiber locking": actuator(88.0, 60.0),
+    "a hoop, whose pressure diverges": actuator(90.0, 60.0),
+    "no twist shear": actuator(88.0, 50.0, twist_shear=False),
+    "locks far out": actuator(85.0, 84.0),
+    "both lock nearly together": actuator(60.0, 60.01),
+    "both lock together": actuator(70.0, -70.0),
+    "volume maximum": actuator(75.0, -70.0),
+    "volume maximum next to rest": actuator(54.8, -54.8),
+    "elastomer's limit": actuator(88.0, 70.0, GENT),
+    "elastomer's limit, very short": actuator(88.0, 70.0, Gent(290.0e3, 0.01)),
+    "elastomer's limit just beyond": actuator(88.0, 60.0, Gent(290.0e3, 2.9)),
+    "limit point": actuator(88.0, 70.0, SOFTENING),
+    "limit point, then stiff": actuator(88.0, 70.0, Yeoh(145.0e3, -400.0e3, 400.0e3)),
+    "tiny angle": actuator(88.0, 1.0),
+    "tiny angles": actuator(2.0, 1.0),
+    "tiny modulus": actuator(material=NeoHookean(1e-6)),
+    "huge modulus": actuator(material=MooneyRivlin(1e14, 1e14)),
+    "exact form": actuator(curvature_form=EXACT),
+    "straight fiber locks": actuator(90.0, 70.0, curvature_form=EXACT),
+    "straight fiber far out": actuator(straight_fiber_radius=9.0e-3, curvature_form=EXACT),
+}
+# One actuator for each kind of limit.
+ENDS = {
+    ActuationLimit.FIBER_LOCKING: HARD["fiber locking"],
+    ActuationLimit.VOLUME_MAXIMUM: actuator(70.0, -65.0),
+    ActuationLimit.LIMIT_POINT: HARD["limit point"],
+    ActuationLimit.MATERIAL_LIMIT: HARD["elastomer's limit"],
+}
+EPSILON = 2.0**-52
+# From rest, over the branch, to its end.
+FRACTIONS = (1e-9, 1e-4, *np.linspace(0.01, 0.99, 8), 1 - 1e-4, 1 - 1e-9, 1.0)
+
+
+def check(case, fraction):
+    """Compare pressure, inverse and shape at a fraction of the branch's elongation."""
+    pair = case.fiber_pair
+    # Families that nearly coincide magnify rounding.
+    crossing = abs(math.sin(pair.alpha - pair.beta))
+    tolerance, bits = max(1e-12, 2e-15 / crossing), 8.0 * EPSILON / crossing
+    actuation = FreeActuation(case)
+    end = actuation.stretch_limit
+    stretch = min(1.0 + fraction * (end - 1.0), end)
+    expected = reference_pressure(case, stretch)
+    # What a few last bits of the stretch mean.
+    nearby = stretch * (1.0 - bits), stretch * (1.0 + bits)
+    bit = max(abs(reference_pressure(case, one) - expected) for one in nearby)
+    found = actuation.pressure_from_stretch(stretch)
+    back = reference_pressure(case, actuation.stretch_from_pressure(found))
+    for one, other in (
+        (pressure_from_stretch(case, stretch), expected),
+        (found, expected),
+        (back, found),
+    ):
+        assert one == pytest.approx(other, rel=tolerance, abs=bit)
+    shape = actuation.unloaded_shape_from_stretch(stretch)
+    direct = unloaded_shape_from_stretch(case, stretch)
+    rounding = 4.0 * EPSILON / case.fiber_radius
+    twists = [reference_twist(case, one) for one in (*nearby, stretch)]
+    spread = (max(twists) - min(twists)) / case.wound_radius
+    assert shape.stretch == pytest.approx(stretch, rel=4.0 * EPSILON)
+    assert shape.backbone_length == pytest.approx(direct.backbone_length, rel=1e-14)
+    assert shape.curvature == pytest.approx(
+        direct.curvature, rel=tolerance, abs=rounding + abs(twists[-1]) * spread
+    )
+    assert shape.torsion == pytest.approx(direct.torsion, rel=tolerance, abs=spread)
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_the_curve_is_the_law_to_twelve_digits(name):
+    for fraction in FRACTIONS:
+        check(HARD[name], float(fraction))
+
+
+@repeatable
+@given(
+    fibers=extending_pairs,
+    law=st.sampled_from([MooneyRivlin(c1=130.0e3, c2=15.0e3), SOFTENING, GENT]),
+    fraction=st.one_of(st.floats(0.0, 1.0), st.sampled_from([1e-12, 1e-6, 1 - 1e-12, 1 - 1e-6])),
+    form=st.sampled_from(CurvatureForm),
+)
+def test_random_curves_are_the_law(fibers, law, fraction, form):
+    case = actuator(material=law, curvature_form=form)
+    check(dataclasses.replace(case, fibers=fibers), fraction)
+
+
+@pytest.mark.parametrize("name", ["fiber locking", "exact form", "locks far out"])
+def test_near_rest_the_shape_is_right_to_its_own_rounding(name):
+    actuation = FreeActuation(HARD[name])
+    step = 1e-3 * actuation.pressure_limit
+    near = [actuation.unloaded_shape(step * 10.0**-k) for k in range(6, 13)]
+    for one, ten in zip(near[1:], near, strict=False):
+        # A tenth of the pressure is a tenth of the curvature, but for its square.
+        assert one.curvature == pytest.approx(0.1 * ten.curvature, rel=1e-7)
+        assert one.torsion == pytest.approx(0.1 * ten.torsion, rel=1e-7)
+
+
+def test_the_limit_point_is_where_the_pressure_is_largest():
+    actuation = FreeActuation(HARD["limit point"])
+    around = np.linspace(actuation.stretch_limit - 0.05, actuation.stretch_limit + 0.05, 101)
+    highest = max(pressure_from_stretch(actuation.actuator, float(one)) for one in around)
+    assert actuation.pressure_limit >= highest * (1.0 - 1e-14)
+
+
+@pytest.mark.parametrize("limit", ENDS)
+def test_limit_is_reached_and_not_passed(limit):
+    actuation = FreeActuation(ENDS[limit])
+    end, top = actuation.stretch_limit, actuation.pressure_limit
+    assert actuation.limit is limit
+    assert actuation.stretch_from_pressure(top) == end
+    assert actuation.pressure_from_stretch(end) == top
+    assert actuation.unloaded_shape(top).stretch == end
+    above = math.nextafter(top, math.inf), 1e300
+    past = [(actuation.unloaded_shape, "pressure", one, top) for one in above]
+    past += [(actuation.pressure_from_stretch, "stretch", math.nextafter(end, 9.0), end)]
+    for ask, quantity, value, bound in past:
+        with pytest.raises(ActuationLimitError) as caught:
+            ask(value)
+        error = caught.value
+        assert (error.limit, error.quantity) == (limit, quantity)
+        assert (error.value, error.bound) == (value, bound)
+    assert actuation.unloaded_shape(0.0) == UnloadedShape(0.0, 0.0, PAPER_TUBE.length, 1.0)
+    # Below it the stretch rises with pressure.
+    pressures = [*np.linspace(0.0, 0.999 * top, 400), *(top * (1 - np.logspace(-4, -9)))]
+    stretches = [actuation.stretch_from_pressure(float(p)) for p in pressures]
+    assert np.all(np.diff(stretches) > 0.0)
+
+
+def test_values_compare_and_pickle_and_are_made_of_actuators():
+    actuation = FreeActuation(actuator())
+    copy = pickle.loads(pickle.dumps(actuation))
+    assert copy == actuation != FreeActuation(actuator(beta=50.0))
+    assert hash(copy) == hash(actuation)
+    assert copy.unloaded_shape(55.0e3) == actuation.unloaded_shape(55.0e3)
+    with pytest.raises(InvalidInputError, match="an Actuator"):
+        FreeActuation(PAPER_TUBE)
+
+
+@pytest.mark.parametrize("pair", [(88.0, 50.0), (90.0, 70.0), (80.0, -75.0), (65.0, 50.0)])
+@pytest.mark.parametrize("law", [OwnLaw(), SOFTENING, Gent(290.0e3, 30.0)], ids=repr)
+@pytest.mark.parametrize("shear", [True, False])
+def test_work_done_equals_energy_stored(pair, law, shear):
+    case = actuator(*pair, material=law, twist_shear=shear)
+    end = FreeActuation(case).stretch_limit
+
+    @np.vectorize
+    def energy(stretch):
+        return energy_from_stretch(case, stretch)
+
+    @np.vectorize
+    def volume(stretch):
+        rest = math.pi * PAPER_TUBE.inner_radius**2 * PAPER_TUBE.length
+        return rest * stretch * fiber_state(case.fibers, stretch).hoop_stretch ** 2
+
+    for fraction in (0.01, 0.5, 0.8):
+        stretch = 1.0 + fraction * (end - 1.0)
+        h = 1e-3 * (end - stretch) * fraction
+        work = derivative(energy, stretch, h) / derivative(volume, stretch, h)
+        # Differences of energies that are small near rest: nine digits or so.
+        assert pressure_from_stretch(case, stretch) == pytest.approx(work, rel=1e-7)
+
+
+@pytest.mark.parametrize("stretch", [1.01, 1.3])
+@pytest.mark.parametrize(("c1", "c2"), [(145.0e3, 0.0), (118.4e3, 105.7e3)])
+def test_without_twist_shear_it_is_a_membrane_in_pure_shear(stretch, c1, c2):
+    # Hoop fibers alone: pressure on the end cap balances the axial stress of Mooney's strip held
+    # at its width, 2 (C1 + C2) (lambda - lambda^-3) per unstretched area.
+    case = actuator(90.0, 60.0, MooneyRivlin(c1, c2), twist_shear=False)
+    force = 2.0 * (c1 + c2) * (stretch - stretch**-3) * PAPER_TUBE.wall_area
+    cap = math.pi * PAPER_TUBE.inner_radius**2
+    assert pressure_from_stretch(case, stretch) == pytest.approx(force / cap, rel=1e-12)
+
+
+@pytest.mark.parametrize(("beta", "percent"), [(50.0, 27), (60.0, 13), (70.0, 5)])
+def test_twist_shear_stiffens_as_documented(beta, percent):
+    with_shear, without = (
+        pressure_from_stretch(actuator(88.0, beta, twist_shear=flag), 1.1) for flag in (True, False)
+    )
+    assert round(100.0 * (with_shear / without - 1.0)) == percent
+
+
+def test_past_the_largest_volume_is_refused():
+    case = actuator(60.0, -60.0)
+    with pytest.raises(ActuationLimitError, match="volume") as caught:
+        pressure_from_stretch(case, 1.2)
+    assert caught.value.limit is ActuationLimit.VOLUME_MAXIMUM
+    assert caught.value.bound == largest_volume_stretch(case.fibers)
