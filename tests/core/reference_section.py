@@ -7,91 +7,70 @@ positions in space and their spectral derivatives, volume from the flux through 
 gradients from the complex step. Lengths are in units of the wound fibers' radius.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 POINTS = 21  # odd: the derivative then sees every mode
-Field = NDArray[Any]
-Energy = Callable[[Field, Field], Field]  # u(I1, I2)
-
-
-@dataclass(frozen=True)
-class Found:
-    """Shape per unstretched length, in units of the wound fibers' radius."""
-
-    stretch: float
-    curvature: float
-    torsion: float
-    energy: float
-    volume: float
 
 
 @dataclass(frozen=True)
 class BruteSection:
     """Fibers by their angles [rad], with single fibers at whole steps around the section."""
 
-    families: tuple[float, ...]
-    single_angle: float = 0.0
-    singles: tuple[int, ...] = (0,)
+    families: tuple
+    single_angle: float
+    singles: tuple
 
-    def state(self, x: Field) -> tuple[Field, Field, Field, Field]:
+    def state(self, x):
         """Return metric components (axial, mixed, hoop) and the volume per length over pi."""
         shift, angle = x[:POINTS], x[POINTS : 2 * POINTS]
         stretch, bend, torsion, radius = x[2 * POINTS :]
         turn = np.array([torsion, 0.0 * bend, bend])
+        rise = np.array([stretch, 0.0, 0.0])
         start = np.stack((0.0 * angle, radius * np.cos(angle), radius * np.sin(angle)), axis=1)
-        points = screwed(start, shift, turn, stretch)
-        along = derivative(points)
-        flow = np.array([stretch, 0.0, 0.0]) + np.cross(turn, points)
-        axial = flow - math.tan(self.single_angle) * along
-        volume = np.sum((0.5 * np.array([stretch, 0.0, 0.0]) + np.cross(turn, points) / 3.0)
-                        * np.cross(points, along)) * 2.0 / POINTS  # fmt: skip
-        dot = lambda a, b: np.sum(a * b, axis=1)  # noqa: E731
-        return dot(axial, axial), dot(axial, along), dot(along, along), volume
+        points = screwed(start, shift, turn, rise)
+        along = DERIVATIVE @ points
+        spin = np.cross(turn, points)
+        axial = rise + spin - math.tan(self.single_angle) * along
+        cone = (0.5 * rise + spin / 3.0) * np.cross(points, along)
+        pairs = (axial, axial), (axial, along), (along, along)
+        return *(np.sum(a * b, axis=1) for a, b in pairs), np.sum(cone) * 2.0 / POINTS
 
-    def constraints(self, x: Field) -> Field:
+    def constraints(self, x):
         """Return what must vanish: fibers' stretch, and two choices of origin."""
-        axial, mixed, hoop, _ = self.state(x)
-        parts = []
-        for angle in self.families:
-            c, s = math.cos(angle), math.sin(angle)
-            parts.append(c * c * axial + 2.0 * s * c * mixed + s * s * hoop - 1.0)
-        c, s = math.cos(self.single_angle), math.sin(self.single_angle)
-        k = list(self.singles)
-        parts.append(c * c * axial[k] + 2.0 * s * c * mixed[k] + s * s * hoop[k] - 1.0)
+        metric = np.stack(self.state(x)[:3])
+
+        def stretched(metric, phi):
+            c, s = math.cos(phi), math.sin(phi)
+            return np.array([c * c, 2.0 * s * c, s * s]) @ metric - 1.0
+
+        parts = [stretched(metric, angle) for angle in self.families]
+        parts.append(stretched(metric[:, list(self.singles)], self.single_angle))
         parts.append([np.sum(x[:POINTS])])
         if not self.singles:  # else the direction of bending fixes the angles
             parts.append([np.sum(x[POINTS : 2 * POINTS] - GRID)])
         return np.concatenate(parts)
 
-    def mean_energy(self, x: Field, energy: Energy) -> Field:
-        axial, mixed, hoop, _ = self.state(x)
-        area = axial * hoop - mixed * mixed
-        trace = axial + hoop
-        result: Field = np.mean(energy(trace + 1.0 / area, area + trace / area))
-        return result
+    def solve(self, energy, pressure, wall):
+        """Return stretch, curvature and torsion of least wall x energy(I1, I2) - pressure x volume.
 
-    def solve(self, energy: Energy, pressure: float, wall: float, guess: Found) -> Found:
-        """Return the minimum of wall x energy - pressure x volume, from a guessed shape."""
-        start = np.concatenate(
-            (np.zeros(POINTS), GRID, [guess.stretch, guess.curvature, guess.torsion, 1.0])
-        )
+        Per unstretched length, in units of the wound fibers' radius.
+        """
+        guess = [1.0, 0.01 * bool(self.singles), math.tan(self.single_angle), 1.0]
         scale = wall * 1.0e5
 
-        def total(x: Field) -> Field:
-            return (wall * self.mean_energy(x, energy) - pressure * self.state(x)[3]) / scale
+        def total(x):
+            axial, mixed, hoop, volume = self.state(x)
+            area, trace = axial * hoop - mixed * mixed, axial + hoop
+            density = np.mean(energy(trace + 1.0 / area, area + trace / area))
+            return (wall * density - pressure * volume) / scale
 
         found = minimize(
             lambda x: float(total(x)),
-            start,
+            np.concatenate((np.zeros(POINTS), GRID, guess)),
             jac=lambda x: gradient(total, x),
             constraints={
                 "type": "eq",
@@ -102,42 +81,29 @@ class BruteSection:
             options={"maxiter": 400, "ftol": 1e-15},
         )
         assert np.abs(self.constraints(found.x)).max() < 1e-9, found.message
-        stretch, bend, torsion, _ = found.x[2 * POINTS :]
-        return Found(stretch, bend, torsion, float(self.mean_energy(found.x, energy)),
-                     float(self.state(found.x)[3]))  # fmt: skip
+        return found.x[2 * POINTS : -1]
 
 
 GRID = 2.0 * np.pi * np.arange(POINTS) / POINTS
-_ORDERS = np.fft.fftfreq(POINTS, 1.0 / POINTS)
-_DERIVATIVE = np.real(
-    np.fft.ifft(1j * _ORDERS[:, None] * np.fft.fft(np.eye(POINTS), axis=0), axis=0)
-)
+ORDERS = np.fft.fftfreq(POINTS, 1.0 / POINTS)
+# Of a closed curve, around the section.
+DERIVATIVE = np.real(np.fft.ifft(1j * ORDERS[:, None] * np.fft.fft(np.eye(POINTS), axis=0), axis=0))
 
 
-def derivative(points: Field) -> Field:
-    """Return the derivative around the section of a closed curve."""
-    return _DERIVATIVE @ points
-
-
-def screwed(points: Field, shift: Field, turn: Field, stretch: Field) -> Field:
-    """Return points moved along the tube: exp of the screw (turn, stretch along x)."""
+def screwed(points, shift, turn, velocity):
+    """Return points moved along the tube: exp of the screw (turn, velocity)."""
     square = np.sum(turn * turn) + 1e-24
-    angle = np.sqrt(square) * shift
-    sine = (np.sin(angle) / np.sqrt(square))[:, None]
+    rate = np.sqrt(square)
+    angle = rate * shift
+    sine = (np.sin(angle) / rate)[:, None]
     cosine = ((1.0 - np.cos(angle)) / square)[:, None]
-    rise = ((angle - np.sin(angle)) / (square * np.sqrt(square)))[:, None]
-    once = np.cross(turn, points)
-    velocity = np.array([stretch, 0.0, 0.0])
-    drift, bent = np.cross(turn, velocity), np.cross(turn, np.cross(turn, velocity))
-    return (points + sine * once + cosine * np.cross(turn, once)
-            + shift[:, None] * velocity + cosine * drift + rise * bent)  # fmt: skip
+    rise = ((angle - np.sin(angle)) / (square * rate))[:, None]
+    once, drift = np.cross(turn, points), np.cross(turn, velocity)
+    moved = points + sine * once + cosine * np.cross(turn, once)
+    return moved + shift[:, None] * velocity + cosine * drift + rise * np.cross(turn, drift)
 
 
-def gradient(function: Callable[[Field], Field], x: Sequence[float] | Field) -> Field:
+def gradient(function, x):
     """Return the derivative of a vector function by the complex step, (..., n)."""
-    columns = []
-    for k in range(len(x)):
-        moved = np.asarray(x, dtype=np.complex128)
-        moved[k] += 1e-30j
-        columns.append(np.imag(function(moved)) / 1e-30)
+    columns = [np.imag(function(x + 1e-30j * one)) / 1e-30 for one in np.eye(len(x))]
     return np.stack(columns, axis=-1)

@@ -1,28 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actuators of the section law that its tests share."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
 import numpy as np
-from core.actuator_cases import LATEX, PAPER_TUBE, degrees
+from core.actuator_cases import LATEX, actuator
 
 from spiral_core import (
-    Actuator,
     CurvatureForm,
     Gent,
-    HyperelasticLaw,
     MooneyRivlin,
     NeoHookean,
     OneFamily,
     PressureLaw,
     SingleFiber,
-    Tube,
     Yeoh,
 )
-from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.section import motion_at
 
 LAWS = (
@@ -33,57 +27,40 @@ LAWS = (
 )
 
 
-STRAIGHT = (SingleFiber(),)
-
-
-def section(
-    alpha: float,
-    beta: float,
-    material: HyperelasticLaw = LATEX,
-    tube: Tube = PAPER_TUBE,
-    gamma: float = 0.0,
-    apart: float = 0.0,
-    thick_wall: bool = False,
-) -> Actuator:
-    """Return an actuator of the section law in its exact form; angles in degrees."""
+def section(alpha, beta, material=LATEX, gamma=0.0, apart=0.0, **choices):
+    """Return an actuator of the section law, by default in its exact form; angles in degrees."""
     half = math.radians(0.5 * apart)
     places = (half, -half) if apart else (0.0,)
     singles = tuple(SingleFiber(math.radians(gamma), place) for place in places)
-    return Actuator(
-        tube,
-        degrees(alpha, beta),
-        material,
-        curvature_form=CurvatureForm.EXACT,
-        single_fibers=singles,
-        thick_wall=thick_wall,
+    exact = {"curvature_form": CurvatureForm.EXACT, "pressure_law": PressureLaw.SECTION}
+    return actuator(alpha, beta, material, **exact | {"single_fibers": singles} | choices)
+
+
+def one_family(angle, law=LATEX, gamma=0.0):
+    """Return a tube with one wound family and a single fiber; angles in degrees."""
+    return dataclasses.replace(
+        section(88.0, 60.0, law, gamma), fibers=OneFamily(math.radians(angle))
     )
 
 
-def uniform(actuator: Actuator) -> Actuator:
+def uniform(bent):
     return dataclasses.replace(
-        actuator,
+        bent,
         pressure_law=PressureLaw.UNIFORM,
         curvature_form=CurvatureForm.FIRST_ORDER,
-        single_fibers=STRAIGHT,
-        thick_wall=False,
+        single_fibers=(SingleFiber(),),
     )
 
 
-def wall_energy(curve: FreeActuation, actuator: Actuator, sizes: list[float]) -> np.ndarray:
-    """Return the mean energy density [Pa] at far-side strains, from the invariants alone."""
-    motion = motion_at(curve.path.fibers, curve.path.direction * np.array(sizes))
-    densities = np.vectorize(actuator.material.energy_density)(
-        3.0 + motion.first, 3.0 + motion.second
-    )
-    return np.asarray((motion.share * densities).sum(axis=1))
+def wall(curve, sizes):
+    """Return energy [J/m], volume [m^2], curvature and twist [1/m] at far-side strains.
 
-
-def one_family(angle: float, law: HyperelasticLaw = LATEX, gamma: float = 0.0) -> Actuator:
-    """Return a tube with one wound family and a single fiber; angles in degrees."""
-    return Actuator(
-        PAPER_TUBE,
-        OneFamily(math.radians(angle)),
-        law,
-        curvature_form=CurvatureForm.EXACT,
-        single_fibers=(SingleFiber(math.radians(gamma)),),
-    )
+    Per length at rest; the energy from the invariants alone.
+    """
+    motion = motion_at(curve.path.fibers, curve.path.direction * np.asarray(sizes))
+    ring, bent = motion.ring, curve.actuator
+    density = np.vectorize(bent.material.energy_density)(3.0 + motion.first, 3.0 + motion.second)
+    energy = bent.tube.wall_area * (motion.share * density).sum(axis=1)
+    volume = math.pi * bent.wound_radius**2 * (1.0 + ring.stretch_change) * ring.hoop**2
+    turns = (turn / ring.hoop / bent.wound_radius for turn in (ring.bend, ring.twist))
+    return np.array([energy, volume, *turns])

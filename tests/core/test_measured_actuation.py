@@ -2,6 +2,7 @@
 """A measured curve in place of a law: the interpolation, and the rest of the chain unchanged."""
 
 import math
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,6 @@ from spiral_core import (
     ExtensionReading,
     FiberAngles,
     FreeActuation,
-    Gripper,
     InvalidInputError,
     MeasuredActuation,
     NotGrippableError,
@@ -24,32 +24,19 @@ from spiral_core import (
     gripper_from_actuator,
     measured_actuation_from_readings,
 )
-from spiral_core.actuator.actuator import ActuationModel
 from spiral_core.errors import ActuationLimit
 
-GOOD = {
-    "pressures": (0.0, 2.0e4, 4.0e4, 6.0e4),
-    "curvatures": (0.0, 8.0, 8.0, 30.0),
-    "torsions": (0.0, -4.0, -9.0, -14.0),
-    "backbone_length": 0.36,
-}
-
-
-def test_it_is_an_actuation_model_that_passes_through_the_data():
-    actuation = MeasuredActuation(**GOOD)
-    assert isinstance(actuation, ActuationModel)
-    for pressure, curvature, torsion in zip(
-        GOOD["pressures"], GOOD["curvatures"], GOOD["torsions"], strict=True
-    ):
-        shape = actuation.unloaded_shape(pressure)
-        assert (shape.curvature, shape.torsion) == (curvature, torsion)
-        assert (shape.backbone_length, shape.stretch) == (0.36, None)
+PRESSURES, CURVATURES = (0.0, 2e4, 4e4, 6e4), (0.0, 8.0, 8.0, 30.0)
+TORSIONS = (0.0, -4.0, -9.0, -14.0)
+ACTUATION = MeasuredActuation(PRESSURES, CURVATURES, TORSIONS, 0.36)
+LAWFUL = FreeActuation(spiral(LAWS[0]))
 
 
 @given(st.floats(0.0, 6.0e4), st.floats(0.0, 6.0e4))
-def test_it_is_monotone_between_the_data(first, second):
-    actuation = MeasuredActuation(**GOOD)
-    low, high = (actuation.unloaded_shape(p) for p in sorted((first, second)))
+def test_it_passes_through_the_data_and_is_monotone_between(first, second):
+    for point in zip(PRESSURES, CURVATURES, TORSIONS, strict=True):
+        assert astuple(ACTUATION.unloaded_shape(point[0])) == (*point[1:], 0.36, None)
+    low, high = (ACTUATION.unloaded_shape(p) for p in sorted((first, second)))
     slack = 1e-12  # rounding of the cubic
     assert low.curvature <= high.curvature + slack
     assert low.torsion >= high.torsion - slack
@@ -58,34 +45,20 @@ def test_it_is_monotone_between_the_data(first, second):
 
 
 def test_it_ends_where_the_data_end():
-    actuation = MeasuredActuation(**GOOD)
-    assert actuation.pressure_limit == 6.0e4
-    assert actuation.limit is ActuationLimit.DATA_END
+    assert (ACTUATION.pressure_limit, ACTUATION.limit) == (6.0e4, ActuationLimit.DATA_END)
     with pytest.raises(ActuationLimitError, match="measured actuation data end here"):
-        actuation.unloaded_shape(6.0001e4)
-    for bad in (-1.0, math.nan, math.inf, True, "1 psi"):
+        ACTUATION.unloaded_shape(6.0001e4)
+    for bad in (-1.0, math.nan, True, "1 psi"):
         with pytest.raises(InvalidInputError):
-            actuation.unloaded_shape(bad)
+            ACTUATION.unloaded_shape(bad)
 
 
 def test_the_rest_of_the_chain_does_not_see_a_difference():
-    lawful = gripper_from_actuator("lawful", spiral(LAWS[0]), density=950.0, pressure_max=110.0e3)
-    pressures = np.linspace(0.0, 110.0e3, 45)
-    shapes = [lawful.unloaded_shape(float(p)) for p in pressures]
-    measured = Gripper(
-        name="measured",
-        tube=lawful.tube,
-        actuation=MeasuredActuation(
-            pressures=pressures.tolist(),
-            curvatures=[shape.curvature for shape in shapes],
-            torsions=[shape.torsion for shape in shapes],
-            backbone_length=lawful.tube.length,
-        ),
-        stiffness=lawful.stiffness,
-        weight_per_length=lawful.weight_per_length,
-        pressure_max=110.0e3,
-    )
-    known, found = WrapCurve(lawful), WrapCurve(measured)
+    lawful = gripper_from_actuator("lawful", LAWFUL.actuator, density=950.0, pressure_max=110.0e3)
+    pressures = np.linspace(0.0, 110.0e3, 45).tolist()
+    shapes = np.array([astuple(lawful.unloaded_shape(pressure))[:2] for pressure in pressures])
+    actuation = MeasuredActuation(pressures, *shapes.T.tolist(), lawful.tube.length)
+    known, found = WrapCurve(lawful), WrapCurve(replace(lawful, actuation=actuation))
     # 45 points interpolate the law's curve to about 1e-5.
     assert found.radius_max == pytest.approx(known.radius_max, rel=1e-3)
     for radius in (0.01, 0.02, 0.03):
@@ -95,39 +68,42 @@ def test_the_rest_of_the_chain_does_not_see_a_difference():
     with pytest.raises(NotGrippableError):
         found.wrap_for_radius(found.radius_max * 1.1)
     with pytest.raises(InvalidInputError, match="measured actuation data end here"):
-        Gripper("too far", lawful.tube, measured.actuation, lawful.stiffness, 0.2, 120.0e3)
+        replace(found.gripper, pressure_max=120.0e3)
 
 
 def test_readings_become_a_curve():
-    actuation = FreeActuation(spiral(LAWS[0]))
     readings = []
     for pressure in (6.0e4, 2.0e4, 4.0e4):
-        shape = actuation.unloaded_shape(pressure)
+        shape = LAWFUL.unloaded_shape(pressure)
         for sign in (1.0, -1.0):  # repeats, whose mean is right
             bend = shape.curvature * 0.2 + sign * 0.01
             readings.append(BendReading(pressure, bend, 0.2, 0.01))
             readings.append(TwistReading(pressure, shape.torsion * 0.2, 0.2, 0.01))
-    curve = measured_actuation_from_readings(readings, 0.361, spiral(LAWS[0]).fibers)
+    curve = measured_actuation_from_readings(readings, 0.361, LAWFUL.actuator.fibers)
     assert tuple(curve.pressures) == (0.0, 2.0e4, 4.0e4, 6.0e4)
     for pressure in curve.pressures:
-        expected, shape = actuation.unloaded_shape(pressure), curve.unloaded_shape(pressure)
-        assert shape.curvature == pytest.approx(expected.curvature, rel=1e-12)
-        assert shape.torsion == pytest.approx(expected.torsion, rel=1e-12)
+        expected, shape = LAWFUL.unloaded_shape(pressure), curve.unloaded_shape(pressure)
+        assert astuple(shape)[:3] == pytest.approx(astuple(expected)[:3], rel=1e-12)
 
 
-SYMMETRIC = (0.36, FiberAngles(alpha=1.1, beta=-1.1))
+BENDS = [BendReading(p, p * 1e-5, 0.2, 0.01) for p in (1.0e4, 2.0e4, 3.0e4)]
+SYMMETRIC = FiberAngles(alpha=1.1, beta=-1.1)
 
 
-def test_readings_that_make_no_curve_are_refused():
-    bends = [BendReading(p, p * 1e-5, 0.2, 0.01) for p in (1.0e4, 2.0e4, 3.0e4)]
-    with pytest.raises(InvalidInputError, match="pressures of the bend angles"):
-        measured_actuation_from_readings([*bends, TwistReading(1.0e4, 0.1, 0.2, 0.01)], *SYMMETRIC)
-    with pytest.raises(InvalidInputError, match="bend angles and twists only"):
-        measured_actuation_from_readings([ExtensionReading(1.0e4, 0.01, 0.1, 1e-4)], *SYMMETRIC)
-    with pytest.raises(InvalidInputError) as caught:
-        measured_actuation_from_readings([*bends, BendReading(4.0e4, 0.2, 0.2, 0.01)], *SYMMETRIC)
-    assert caught.value.field == "curvatures"
-    # A spiral twists: bend angles alone would make a plane coil of it.
-    with pytest.raises(InvalidInputError, match="bend angles and twists: fibers at alpha and beta"):
-        measured_actuation_from_readings(bends, 0.36, spiral(LAWS[0]).fibers)
-    assert measured_actuation_from_readings(bends, *SYMMETRIC).torsions == (0.0,) * 4
+@pytest.mark.parametrize(
+    ("readings", "fibers", "match"),
+    [
+        ([*BENDS, TwistReading(1.0e4, 0.1, 0.2, 0.01)], SYMMETRIC, "pressures of the bend angles"),
+        ([ExtensionReading(1.0e4, 0.01, 0.1, 1e-4)], SYMMETRIC, "bend angles and twists only"),
+        ([*BENDS, BendReading(4.0e4, 0.2, 0.2, 0.01)], SYMMETRIC, "curvatures"),
+        # A spiral twists: bend angles alone would make a plane coil of it.
+        (BENDS, LAWFUL.actuator.fibers, "bend angles and twists: fibers at alpha and beta"),
+    ],
+)
+def test_readings_that_make_no_curve_are_refused(readings, fibers, match):
+    with pytest.raises(InvalidInputError, match=match):
+        measured_actuation_from_readings(readings, 0.36, fibers)
+
+
+def test_bend_angles_alone_are_a_plane_coil_of_symmetric_fibers():
+    assert measured_actuation_from_readings(BENDS, 0.36, SYMMETRIC).torsions == (0.0,) * 4
