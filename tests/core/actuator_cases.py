@@ -2,7 +2,6 @@
 """Actuators, strategies and settings that the tests of the actuator share."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from hypothesis import settings
@@ -25,27 +24,6 @@ def degrees(alpha, beta):
 def actuator(alpha=88.0, beta=60.0, material=LATEX, **choices):
     choices = {"tube": PAPER_TUBE, "pressure_law": PressureLaw.UNIFORM} | choices
     return Actuator(fibers=degrees(alpha, beta), material=material, **choices)
-
-
-@dataclass(frozen=True)
-class OwnLaw:
-    """u = c x + d x y + e y^2 with x = I1 - 3, y = I2 - 3: plain tuples, unknown past some I1."""
-
-    c: float = 145.0e3
-    d: float = 40.0e3
-    e: float = 30.0e3
-    small_strain_modulus: float = 870.0e3
-    first_invariant_limit: float = math.inf
-    known_to: float = math.inf
-
-    def energy_density(self, first, second):
-        x, y = first - 3.0, second - 3.0
-        return self.c * x + self.d * x * y + self.e * y * y if first < self.known_to else math.nan
-
-    def invariant_derivatives(self, first, second):
-        x, y = first - 3.0, second - 3.0
-        known = 1.0 if first < self.known_to else math.nan
-        return known * (self.c + self.d * y), self.d * x + 2.0 * self.e * y
 
 
 def derivative(function, at, step):

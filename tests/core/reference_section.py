@@ -22,7 +22,7 @@ class BruteSection:
 
     families: tuple
     single_angle: float
-    singles: tuple
+    singles: list
 
     def state(self, x):
         """Return metric components (axial, mixed, hoop) and the volume per length over pi."""
@@ -48,7 +48,7 @@ class BruteSection:
             return np.array([c * c, 2.0 * s * c, s * s]) @ metric - 1.0
 
         parts = [stretched(metric, angle) for angle in self.families]
-        parts.append(stretched(metric[:, list(self.singles)], self.single_angle))
+        parts.append(stretched(metric[:, self.singles], self.single_angle))
         parts.append([np.sum(x[:POINTS])])
         if not self.singles:  # else the direction of bending fixes the angles
             parts.append([np.sum(x[POINTS : 2 * POINTS] - GRID)])

@@ -17,7 +17,7 @@ from core.reference_uniform import reference_wall
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_core import ActuationLimitError, FiberAngles, InvalidInputError
+from spiral_core import ActuationLimitError, InvalidInputError
 from spiral_core.actuator.fibers import (
     fiber_derivatives,
     fiber_state,
@@ -39,24 +39,6 @@ def stretch_at(fibers, fraction):
 
 
 @repeatable
-@given(fibers=fiber_pairs, fraction=fractions)
-def test_the_wall_keeps_its_volume_and_both_families_their_length_and_sense(fibers, fraction):
-    stretch = stretch_at(fibers, fraction)
-    state = fiber_state(fibers, stretch)
-    volume = stretch * state.hoop_stretch * state.radial_stretch
-    assert volume == pytest.approx(1.0, rel=1e-15)
-    shear = state.hoop_stretch * state.twist
-    # Rounding is magnified by the division by sin(alpha - beta).
-    tolerance = 8e-16 * (1.0 + state.hoop_stretch + abs(shear))
-    tolerance /= abs(math.sin(fibers.alpha - fibers.beta))
-    for angle in (fibers.alpha, fibers.beta):
-        axial = stretch * math.cos(angle)
-        hoop = state.hoop_stretch * math.sin(angle) + shear * math.cos(angle)
-        assert abs(axial**2 + hoop**2 - 1.0) <= 4.0 * tolerance
-        assert hoop * math.copysign(1.0, angle) > -tolerance
-
-
-@repeatable
 @given(fibers=fiber_pairs, fraction=fractions, shear=st.booleans())
 def test_the_wall_and_its_derivatives_are_those_of_the_reference(fibers, fraction, shear):
     stretch = stretch_at(fibers, fraction)
@@ -73,7 +55,12 @@ def test_the_wall_and_its_derivatives_are_those_of_the_reference(fibers, fractio
     assert slope == pytest.approx(slopes[2], rel=1e-11, abs=4.0 * largest * scale)
     invariants = invariants_from_derivatives(stretch, found, shear)
     assert invariants[::2] == pytest.approx(values[:2], rel=1e-13, abs=largest * scale)
-    assert invariants[1::2] == pytest.approx(slopes[:2], rel=1e-11, abs=largest**2 * scale)
+    rounding = largest**2 * scale * (stretch - 1.0) + 1e-40
+    assert invariants[1::2] == pytest.approx(slopes[:2], rel=1e-11, abs=rounding)
+    state = fiber_state(fibers, stretch)
+    product = state.stretch * state.hoop_stretch * state.radial_stretch
+    assert (product, state.hoop_stretch) == (pytest.approx(1.0, rel=1e-15), found.hoop)
+    assert state.twist == found.shear / found.hoop
 
 
 @pytest.mark.parametrize("fibers", [degrees(90, 60), degrees(88, -30), degrees(40, 60)], ids=repr)
@@ -108,13 +95,6 @@ def test_a_refusal_says_which_pair_and_what_would_extend():
     assert "60 and -30 degrees" in message
     assert "two angles of the same handedness" in message
     assert "|tan(alpha) tan(beta)| > 2 (here 1," in message
-
-
-@pytest.mark.parametrize("off", [1e-3, 1e-9])
-def test_symmetric_pairs_extend_from_the_magic_angle_on(off):
-    require_extending(FiberAngles(MAGIC_ANGLE + off, -MAGIC_ANGLE - off))
-    with pytest.raises(InvalidInputError):
-        require_extending(FiberAngles(MAGIC_ANGLE - off, off - MAGIC_ANGLE))
 
 
 @pytest.mark.parametrize("angle", [55.0, 75.0, 89.0])

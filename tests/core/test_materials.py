@@ -2,10 +2,11 @@
 """Each law: derivatives, the modulus of a tensile test, its limit; and laws that a user writes."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from core.actuator_cases import OwnLaw, actuator, derivative, repeatable
+from core.actuator_cases import actuator, derivative, repeatable
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -71,6 +72,30 @@ def test_gent_says_when_its_chains_run_out(function, beyond):
     assert caught.value.limit is ActuationLimit.MATERIAL_LIMIT
     assert caught.value.bound == GENT.first_invariant_limit == 23.0
     function(math.nextafter(23.0, 0.0), 10.0)
+
+
+@dataclass(frozen=True)
+class OwnLaw:
+    """Neo-Hooke's law, answered by plain tuples, and unknown past some I1."""
+
+    first_invariant_limit: float = math.inf
+    known_to: float = math.inf
+    small_strain_modulus = 6.0
+
+    def energy_density(self, first, _):
+        return first - 3.0 if first < self.known_to else math.nan
+
+    def invariant_derivatives(self, first, _):
+        return (1.0 if first < self.known_to else math.nan), 0.0
+
+
+@both_laws
+def test_plain_tuples_will_do(law):
+    own, neo = (
+        FreeActuation(actuator(material=material, pressure_law=law))
+        for material in (OwnLaw(), NeoHookean(c1=1.0))
+    )
+    assert own.pressure_limit == neo.pressure_limit
 
 
 @both_laws

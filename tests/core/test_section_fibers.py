@@ -11,7 +11,6 @@ from core.section_cases import one_family, section, uniform, wall
 from scipy.optimize import newton
 
 from spiral_core import (
-    ActuationLimitError,
     CurvatureForm,
     FreeActuation,
     InvalidInputError,
@@ -19,11 +18,10 @@ from spiral_core import (
     PressureLaw,
     SingleFiber,
     Tube,
-    design_space,
 )
 from spiral_core.actuator import section as section_module
 from spiral_core.actuator.actuation import section_stiffness
-from spiral_core.actuator.curvature import longest_stretch, unloaded_shape_from_stretch
+from spiral_core.actuator.curvature import unloaded_shape_from_stretch
 from spiral_core.actuator.section import closures, invariant_excess, ring_at, section_path
 from spiral_core.wrap.gripper import stiffness_from_actuator, stiffness_from_section
 
@@ -47,15 +45,6 @@ def test_the_end_of_a_steep_fibers_path_is_found_in_few_states(monkeypatch):
     assert closures(fibers, up_to_end)[1].all()
 
 
-def test_two_fibers_bend_as_one_when_they_meet():
-    one, two = (
-        FreeActuation(section(88.0, 60.0, apart=apart)).unloaded_shape(60.0e3)
-        for apart in (0.0, 0.2)
-    )
-    assert two.curvature == pytest.approx(one.curvature, rel=1e-5)  # cos(0.1 deg)
-    assert two.torsion == pytest.approx(one.torsion, rel=1e-5)
-
-
 def test_one_hoop_family_bends_without_twist():
     """Without a second family nothing turns it; at small strain the hoop keeps plane sections."""
     hoop = FreeActuation(one_family(90.0, NeoHookean(c1=145.0e3)))
@@ -67,13 +56,6 @@ def test_one_hoop_family_bends_without_twist():
     stretch = hoop.stretch_from_pressure(10.0)
     linear = 1.5 * area_ratio * (4.0 / 3.0) * 6.0 * 145.0e3 * (stretch - 1.0)
     assert linear == pytest.approx(10.0, rel=1e-3)  # of the order of the strain
-
-
-def test_one_family_unwinds_and_has_an_inverse():
-    curve = FreeActuation(one_family(70.0))
-    shape = curve.unloaded_shape(40.0e3)
-    assert shape.torsion < -1.0
-    assert curve.pressure_from_stretch(shape.stretch) == pytest.approx(40.0e3, rel=1e-8)
 
 
 BENT, ALONE = section(88.0, 60.0), one_family(70.0)
@@ -98,7 +80,6 @@ def fibers(*places):
         (BENT, {"single_fibers": fibers([], [0.0, 1.0], [0.0, 2.0])}, "at most 2"),
         (BENT, {"single_fibers": fibers([], [0.0, math.pi])}, "170 degrees"),
         (BENT, {"single_fibers": fibers([], [])}, "they are one"),
-        (BENT, {"single_fibers": (3.0,)}, "SingleFiber"),
         (ALONE, {"thick_wall": True}, "famil"),
         (ALONE, {"pressure_law": UNIFORM}, "famil"),
         (ALONE, {"curvature_form": FIRST_ORDER}, "famil"),
@@ -125,13 +106,6 @@ def test_contradictions_are_refused(actuator, choices, match):
 def test_questions_that_these_fibers_cannot_answer_are_refused(ask, match):
     with pytest.raises(InvalidInputError, match=match):
         ask()
-
-
-def test_the_fibers_end_charts_and_stiffness():
-    (space,) = design_space(BENT, [math.radians(50.0)], stretch_max=3.0)
-    assert 1.47 < space.stretch[-1] < longest_stretch(section(88.0, 50.0)) < 1.48
-    with pytest.raises(ActuationLimitError):
-        stiffness_from_section(BENT, 1e12)
 
 
 def test_bending_a_thin_tube_about_its_straight_fiber_takes_four_times_ei():
