@@ -66,9 +66,7 @@ def test_a_heavy_coil_has_the_axis_that_fits_best(gravity, fraction, tolerance):
     found = least_squares(
         lambda shift: misses(wrap, placement.center + shift),
         np.zeros(3),
-        xtol=1e-15,
-        ftol=1e-15,
-        gtol=1e-15,
+        **dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15),
     )
     shift = np.cross(found.x, placement.axis)  # along the axis it does not matter
     # scipy stops when the cost no longer falls: its own error is about the root of rounding.
@@ -96,45 +94,43 @@ def profile_wrap(positions, radii):
     return wrap_for_profile(paper_curve("70 degrees"), ObjectProfile(positions, radii))
 
 
-def test_a_cylinder_is_wrapped_like_a_cylinder():
-    wrap, perfect = profile_wrap([0.0, 0.5], [0.02, 0.02]), paper_curve("70 degrees")
-    perfect = perfect.wrap_for_radius(0.02)
-    assert wrap.pressure == pytest.approx(perfect.pressure, rel=1e-9)
-    assert wrap.pressure_of_thickest == wrap.pressure_of_mean == wrap.pressure
-    assert wrap.end - wrap.start == pytest.approx(perfect.object_length_needed, rel=1e-9)
-    assert {station.regime for station in wrap.stations} == {WrapRegime.PERFECT_WRAP}
+WAVE = np.linspace(0.0, 0.4, 81)
+CONE = [0.0, 0.3], [0.030, 0.011]
+PERFECT, CURLING = WrapRegime.PERFECT_WRAP, WrapRegime.CURLING
 
 
-def test_the_papers_cylinder_that_varies_between_its_two_objects():
-    wave = np.linspace(0.0, 0.4, 81)
-    wrap = profile_wrap(wave, 0.0205 + 0.0095 * np.cos(2.0 * math.pi * wave / 0.4))
-    assert 0.011 <= wrap.radius_min < wrap.radius_max <= 0.030
-    perfect = paper_curve("70 degrees").pressure_from_radius(wrap.radius_min)
-    assert wrap.pressure == pytest.approx(perfect)
-    assert wrap.pressure_of_thickest < wrap.pressure_of_mean < wrap.pressure
-    assert WrapRegime.OVERHANG not in {station.regime for station in wrap.stations}
-
-
-def test_the_most_even_place_is_taken():
-    # A steep cone with a cylinder at its thin end.
-    wrap = profile_wrap([0.0, 0.3, 0.45], [0.035, 0.015, 0.015])
-    assert wrap.start >= 0.3 - 1e-9
-    assert wrap.radius_min == pytest.approx(wrap.radius_max)
-
-
-def test_a_cone_is_held_past_its_perfect_wrap_where_it_is_thick_from_either_end():
-    wrap = profile_wrap([0.0, 0.3], [0.030, 0.011])
-    first, last = wrap.stations[0], wrap.stations[-1]
-    assert first.radius > last.radius
-    assert (first.regime, last.regime) == (WrapRegime.CURLING, WrapRegime.PERFECT_WRAP)
-    assert first.pressure < last.pressure == pytest.approx(wrap.pressure)
+@pytest.mark.parametrize(
+    ("positions", "radii", "regimes"),
+    [
+        ([0.0, 0.5], [0.02, 0.02], {PERFECT}),
+        # A steep cone with a cylinder at its thin end: the most even place is taken.
+        ([0.0, 0.3, 0.45], [0.035, 0.015, 0.015], {PERFECT}),
+        (*CONE, {PERFECT, CURLING}),
+        # The paper's cylinder that varies between its two objects.
+        (WAVE, 0.0205 + 0.0095 * np.cos(5.0 * math.pi * WAVE), {PERFECT, CURLING}),
+    ],
+)
+def test_the_thinnest_place_is_wrapped_perfectly_and_thicker_ones_past_that(
+    positions, radii, regimes
+):
+    wrap, curve = profile_wrap(positions, radii), paper_curve("70 degrees")
+    thin, thick = wrap.radius_min, wrap.radius_max
+    assert min(radii) <= thin <= thick <= max(radii)
+    pressures = wrap.pressure, wrap.pressure_of_mean, wrap.pressure_of_thickest
+    perfect = curve.pressures_from_radii([thin, 0.5 * (thin + thick), thick])
+    assert pressures == pytest.approx(perfect.tolist(), rel=1e-9)
+    assert {station.regime for station in wrap.stations} == regimes
+    assert min(wrap.stations, key=lambda station: station.radius).regime is PERFECT
     # The thickest place decides how much of the object the coil covers.
-    needed = paper_curve("70 degrees").wrap_for_radius(wrap.radius_max).object_length_needed
-    assert needed <= wrap.end - wrap.start + 1e-9
-    turned = profile_wrap([0.0, 0.3], [0.011, 0.030])
+    needed = curve.wrap_for_radius(thick).object_length_needed
+    assert wrap.end - wrap.start == pytest.approx(needed, rel=1e-9)
+
+
+def test_the_two_ends_of_an_object_are_alike():
+    here, there = profile_wrap(*CONE), profile_wrap(CONE[0], CONE[1][::-1])
     # Starts are tried at 101 places: the two windows differ by at most one step.
-    assert turned.radius_min == pytest.approx(wrap.radius_min, abs=0.019 / 100.0)
-    assert turned.radius_max == pytest.approx(wrap.radius_max, abs=2 * 0.019 / 100.0)
+    assert there.radius_min == pytest.approx(here.radius_min, abs=0.019 / 100.0)
+    assert there.radius_max == pytest.approx(here.radius_max, abs=2 * 0.019 / 100.0)
 
 
 @pytest.mark.parametrize(

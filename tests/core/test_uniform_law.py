@@ -42,14 +42,12 @@ HARD = {
     "no twist shear": actuator(88.0, 50.0, twist_shear=False),
     "locks far out": actuator(85.0, 84.0),
     "both lock nearly together": actuator(60.0, 60.01),
-    "both lock together": actuator(70.0, -70.0),
     "volume maximum": actuator(75.0, -70.0),
     "volume maximum next to rest": actuator(54.8, -54.8),
     "elastomer's limit": actuator(88.0, 70.0, GENT),
     "elastomer's limit, very short": actuator(88.0, 70.0, Gent(290.0e3, 0.01)),
     "elastomer's limit just beyond": actuator(88.0, 60.0, Gent(290.0e3, 2.9)),
     "limit point": actuator(88.0, 70.0, SOFTENING),
-    "limit point, then stiff": actuator(88.0, 70.0, Yeoh(145.0e3, -400.0e3, 400.0e3)),
     "tiny angle": actuator(88.0, 1.0),
     "tiny angles": actuator(2.0, 1.0),
     "tiny modulus": actuator(material=NeoHookean(1e-6)),
@@ -93,8 +91,8 @@ def check(case, fraction):
     twists = [fiber_state(pair, one).twist for one in nearby]
     spread = (max(twists) - min(twists)) / case.wound_radius
     rounding = 4.0 * EPSILON / case.fiber_radius + abs(twists[1]) * spread
-    assert shape.stretch == pytest.approx(stretch, rel=4.0 * EPSILON)
-    assert shape.backbone_length == pytest.approx(direct.backbone_length, rel=1e-14)
+    lengths = direct.stretch, direct.backbone_length
+    assert (shape.stretch, shape.backbone_length) == pytest.approx(lengths, rel=4.0 * EPSILON)
     assert shape.curvature == pytest.approx(direct.curvature, rel=tolerance, abs=rounding)
     assert shape.torsion == pytest.approx(direct.torsion, rel=tolerance, abs=spread)
 

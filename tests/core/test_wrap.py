@@ -11,7 +11,6 @@ from core.wrap_cases import OUTER_RADIUS, TILTED, G, linear_curve, paper_curve
 
 from spiral_core import (
     InvalidInputError,
-    NoCoilError,
     NotGrippableError,
     Section,
     WrapCurve,
@@ -160,6 +159,8 @@ def test_the_three_regimes():
         # Told from a state that is known already it is the same, without another solve.
         for state in (None, curve.state_at_pressure(pressure)):
             assert curve.regime(pressure, radius, state) is regime
+    few_turns = curve.regime(0.9999 * curve.pressure_min, curve.radius_max)
+    assert few_turns is WrapRegime.OVERHANG
     with pytest.raises(NotGrippableError):
         curve.regime(perfect, 10.0 * curve.radius_max)
     with pytest.raises(InvalidInputError):
@@ -176,14 +177,6 @@ def test_a_coil_that_closes_on_itself_ends_the_range_and_past_it_the_tip_curls()
     for share in (0.01, 0.3, 1.0):
         pressure = heavy.pressure_max + share * (heavy.gripper.pressure_max - heavy.pressure_max)
         assert heavy.regime(pressure, heavy.radius_max) is WrapRegime.CURLING
-
-
-def test_a_gripper_too_short_to_coil_says_how_many_turns_it_makes():
-    with pytest.raises(NoCoilError) as caught:
-        linear_curve(length=0.1)
-    assert caught.value.turns == pytest.approx(0.1 * math.hypot(50, 20) / (2 * math.pi), rel=1e-6)
-    assert caught.value.turns_required == 1.05
-    assert caught.value.pressure == pytest.approx(1.0e5)
 
 
 @pytest.mark.parametrize("torsion", [-15.0, 15.0])

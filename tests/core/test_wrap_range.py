@@ -17,7 +17,9 @@ from spiral_core.wrap.curve import WrapTable
 from spiral_core.wrap.scan import PressureScan
 
 AXIS = (1.0, 0.0, 0.0)
+# Its coil closes on itself at this share of its pressure.
 CLOSING = {"curvature": 250.0, "torsion": -30.0}
+SHARE = 250.0 / (250.0**2 + 30.0**2) / OUTER_RADIUS
 
 
 def test_of_several_pressures_the_lowest_is_taken_and_gaps_have_none():
@@ -102,14 +104,22 @@ def test_the_thinnest_radii_in_range_are_answered():
         assert curve.wrap_for_radius(radius).object_radius == pytest.approx(radius, abs=1e-10)
 
 
-def test_turns_that_leave_no_room_are_not_called_too_few():
+@pytest.mark.parametrize(
+    ("options", "turns", "closes"),
+    [
+        ({"length": 0.1}, 0.1 * math.hypot(50.0, 20.0), None),
+        # As it closes on itself: turns that leave no room are not called too few.
+        ({"turns_required": 18.0, **CLOSING}, 0.5 * SHARE * math.hypot(250.0, 30.0), 1e5 * SHARE),
+    ],
+)
+def test_the_most_turns_with_room_inside_are_named(options, turns, closes):
     with pytest.raises(NoCoilError) as caught:
-        linear_curve(turns_required=18.0, **CLOSING)
-    rate = math.hypot(250.0, 30.0)
-    closes = 1.0e5 * 250.0 / rate**2 / OUTER_RADIUS
+        linear_curve(**options)
     # Between the samples of the range, 1 % of it apart.
-    assert caught.value.closes_at == pytest.approx(closes, rel=0.02)
-    assert caught.value.turns == pytest.approx(0.5 * rate * closes / 1e5 / 2 / math.pi, rel=0.02)
+    rel = 0.02 if closes else 1e-6
+    assert caught.value.turns == pytest.approx(turns / (2.0 * math.pi), rel=rel)
+    assert caught.value.closes_at == (closes and pytest.approx(closes, rel=rel))
+    assert caught.value.turns_required == options.get("turns_required", 1.05)
 
 
 def test_a_coil_that_opens_again_is_not_called_closed_from_there_on():
