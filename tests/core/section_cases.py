@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actuators of the section law that its tests share."""
 
-import dataclasses
 import math
+from dataclasses import replace
 
 import numpy as np
 from core.actuator_cases import LATEX, actuator
@@ -17,7 +17,7 @@ from spiral_core import (
     SingleFiber,
     Yeoh,
 )
-from spiral_core.actuator.section import motion_at
+from spiral_core.actuator.section import invariant_excess, motion_at
 
 LAWS = (
     NeoHookean(c1=145.0e3),
@@ -38,13 +38,11 @@ def section(alpha, beta, material=LATEX, gamma=0.0, apart=0.0, **choices):
 
 def one_family(angle, law=LATEX, gamma=0.0):
     """Return a tube with one wound family and a single fiber; angles in degrees."""
-    return dataclasses.replace(
-        section(88.0, 60.0, law, gamma), fibers=OneFamily(math.radians(angle))
-    )
+    return replace(section(88.0, 60.0, law, gamma), fibers=OneFamily(math.radians(angle)))
 
 
 def uniform(bent):
-    return dataclasses.replace(
+    return replace(
         bent,
         pressure_law=PressureLaw.UNIFORM,
         curvature_form=CurvatureForm.FIRST_ORDER,
@@ -57,10 +55,16 @@ def wall(curve, sizes):
 
     Per length at rest; the energy from the invariants alone.
     """
-    motion = motion_at(curve.path.fibers, curve.path.direction * np.asarray(sizes))
-    ring, bent = motion.ring, curve.actuator
-    density = np.vectorize(bent.material.energy_density)(3.0 + motion.first, 3.0 + motion.second)
-    energy = bent.tube.wall_area * (motion.share * density).sum(axis=1)
+    return of_ring(curve, motion_at(curve.path.fibers, curve.path.direction * sizes).ring)
+
+
+def of_ring(curve, ring):
+    """Return the same of a section whether it closes or not."""
+    bent = curve.actuator
+    first, second, quadrature = invariant_excess(curve.path.fibers, ring)
+    share = np.tile(ring.weight, len(quadrature) // ring.weight.shape[1]) * quadrature
+    density = np.vectorize(bent.material.energy_density)(3.0 + first, 3.0 + second)
+    energy = bent.tube.wall_area * (share * density).sum(axis=1)
     volume = math.pi * bent.wound_radius**2 * (1.0 + ring.stretch_change) * ring.hoop**2
     turns = (turn / ring.hoop / bent.wound_radius for turn in (ring.bend, ring.twist))
     return np.array([energy, volume, *turns])

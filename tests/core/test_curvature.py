@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Both forms of the shape, what ends them, and the winding sheet."""
 
-import dataclasses
 import math
+from dataclasses import replace
 
 import pytest
 from core.actuator_cases import PAPER_TUBE, actuator, extending_pairs, repeatable
@@ -31,10 +31,10 @@ def test_shapes_follow_from_stretch_twist_and_the_straight_fiber(fibers, fractio
     assume(not exact or abs(twist) * radius < 1.0)
     choices = {"straight_fiber_radius": placed, "curvature_form": form}
     shape, mirrored = (
-        unloaded_shape_from_stretch(dataclasses.replace(actuator(**choices), fibers=pair), stretch)
+        unloaded_shape_from_stretch(replace(actuator(**choices), fibers=pair), stretch)
         for pair in (fibers, fibers.mirrored())
     )
-    assert mirrored == dataclasses.replace(shape, torsion=-shape.torsion)
+    assert mirrored == replace(shape, torsion=-shape.torsion)
     backbone = stretch if exact else 1.0
     assert shape.backbone_length == backbone * PAPER_TUBE.length
     assert shape.torsion == pytest.approx(twist / backbone, rel=1e-14)

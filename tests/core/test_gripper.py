@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A gripper: the rod, load and stiffness it stands for, the section's own stiffness among them."""
 
-import dataclasses
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,9 +60,9 @@ def test_a_stretched_backbone_keeps_its_mass():
 @pytest.mark.parametrize("stiffness", [{"sideways": 1.1e-2}, {"coupling": 0.99e-4}])
 def test_stiffnesses_that_no_tube_has_are_refused(stiffness):
     linear = linear_gripper()
-    dataclasses.replace(linear, stiffness=Section.inextensible(1e-4, 99e-4))
+    replace(linear, stiffness=Section.inextensible(1e-4, 99e-4))
     with pytest.raises(InvalidInputError, match="at most 100 times as stiff"):
-        dataclasses.replace(linear, stiffness=Section.inextensible(1e-4, 1e-4, **stiffness))
+        replace(linear, stiffness=Section.inextensible(1e-4, 1e-4, **stiffness))
 
 
 @pytest.mark.parametrize("form", CurvatureForm)

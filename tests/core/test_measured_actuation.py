@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A measured curve in place of a law: the interpolation, and the rest of the chain unchanged."""
+"""A measured curve in place of a law: the interpolation, and readings that make one."""
 
 import math
-from dataclasses import astuple, replace
+from dataclasses import astuple
 
-import numpy as np
 import pytest
 from core.calibration_cases import LAWS, spiral
 from hypothesis import given
@@ -19,8 +18,6 @@ from spiral_core import (
     InvalidInputError,
     MeasuredActuation,
     TwistReading,
-    WrapCurve,
-    gripper_from_actuator,
     measured_actuation_from_readings,
 )
 from spiral_core.errors import ActuationLimit
@@ -50,21 +47,6 @@ def test_it_ends_where_the_data_end():
     for bad in (-1.0, math.nan, True, "1 psi"):
         with pytest.raises(InvalidInputError):
             ACTUATION.unloaded_shape(bad)
-
-
-def test_the_rest_of_the_chain_does_not_see_a_difference():
-    lawful = gripper_from_actuator("lawful", LAWFUL.actuator, density=950.0, pressure_max=110.0e3)
-    pressures = np.linspace(0.0, 110.0e3, 45).tolist()
-    shapes = np.array([astuple(lawful.unloaded_shape(pressure))[:2] for pressure in pressures])
-    actuation = MeasuredActuation(pressures, *shapes.T.tolist(), lawful.tube.length)
-    known, found = WrapCurve(lawful), WrapCurve(replace(lawful, actuation=actuation))
-    # 45 points interpolate the law's curve to about 1e-5.
-    assert found.radius_max == pytest.approx(known.radius_max, rel=1e-3)
-    radii = [0.01, 0.02, 0.03]
-    expected = known.pressures_from_radii(radii)
-    assert found.pressures_from_radii(radii) == pytest.approx(expected, rel=1e-4)
-    with pytest.raises(InvalidInputError, match="measured actuation data end here"):
-        replace(found.gripper, pressure_max=120.0e3)
 
 
 def test_readings_become_a_curve():

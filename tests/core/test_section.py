@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The section law: closed forms, consistency of its derivatives, its limits."""
 
-import dataclasses
 import math
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -121,8 +121,8 @@ def test_mirror_image_turns_the_other_way(right, left, digits):
     assert left.pressure_limit == pytest.approx(right.pressure_limit, rel=max(digits, 1e-9))
     for pressure in (0.0, 20.0e3, 80.0e3):
         one = right.unloaded_shape(pressure)
-        mirrored = dataclasses.astuple(dataclasses.replace(one, torsion=-one.torsion))
-        found = dataclasses.astuple(left.unloaded_shape(pressure))
+        mirrored = astuple(replace(one, torsion=-one.torsion))
+        found = astuple(left.unloaded_shape(pressure))
         assert found == pytest.approx(mirrored, rel=digits)
 
 
@@ -193,7 +193,7 @@ def test_a_soft_law_balloons_and_a_short_one_runs_out():
     ],
 )
 def test_first_order_shapes_are_those_of_the_even_tube_and_end_with_its_twist(bent, limit):
-    actuation = FreeActuation(dataclasses.replace(bent, curvature_form=CurvatureForm.FIRST_ORDER))
+    actuation = FreeActuation(replace(bent, curvature_form=CurvatureForm.FIRST_ORDER))
     assert actuation.limit is limit
     assert actuation.stretch_limit < locking_stretch(bent.fibers)
     for part in (1e-6, 1e-3, 0.03, 0.1, 0.3, 0.6, 0.9, 0.999, 1.0):
@@ -201,4 +201,4 @@ def test_first_order_shapes_are_those_of_the_even_tube_and_end_with_its_twist(be
         even = unloaded_shape_from_stretch(actuation.actuator, shape.stretch)
         # The stretch is rounded, curvature and torsion are not.
         rounding = 1e-12 + 1e-15 / abs(shape.stretch - 1.0)
-        assert dataclasses.astuple(shape) == pytest.approx(dataclasses.astuple(even), rel=rounding)
+        assert astuple(shape) == pytest.approx(astuple(even), rel=rounding)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The section law for any set of fibers: helical, two, one family; stiffness; what is refused."""
 
-import dataclasses
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from core.actuator_cases import PAPER_TUBE
-from core.section_cases import one_family, section, uniform, wall
+from core.section_cases import of_ring, one_family, section, uniform, wall
 from scipy.optimize import newton
 
 from spiral_core import (
@@ -22,7 +22,7 @@ from spiral_core import (
 from spiral_core.actuator import section as section_module
 from spiral_core.actuator.actuation import section_stiffness
 from spiral_core.actuator.curvature import unloaded_shape_from_stretch
-from spiral_core.actuator.section import closures, invariant_excess, ring_at, section_path
+from spiral_core.actuator.section import closures, ring_at, section_path
 from spiral_core.wrap.gripper import stiffness_from_actuator, stiffness_from_section
 
 pytestmark = pytest.mark.long
@@ -87,7 +87,7 @@ def fibers(*places):
 )
 def test_contradictions_are_refused(actuator, choices, match):
     with pytest.raises(InvalidInputError, match=match):
-        dataclasses.replace(actuator, **choices)
+        replace(actuator, **choices)
 
 
 @pytest.mark.parametrize(
@@ -143,9 +143,8 @@ def test_bending_sideways_takes_a_third_at_rest(pair, gamma):
 @pytest.mark.parametrize("thick", [False, True])
 def test_sideways_stiffness_is_the_second_difference_of_energy_less_work(gamma, thick):
     """The single fiber turned out of the coil's plane by an angle, the wall closed again."""
-    bent, pressure = section(88.0, 60.0, gamma=gamma, thick_wall=thick), 70.0e3
-    curve = FreeActuation(bent)
-    fibers, radius = curve.path.fibers, bent.wound_radius
+    curve = FreeActuation(section(88.0, 60.0, gamma=gamma, thick_wall=thick))
+    fibers, pressure = curve.path.fibers, 70.0e3
     far = np.array([curve.size_from_pressure(pressure)])
     (change,), _ = closures(fibers, far)
 
@@ -154,13 +153,9 @@ def test_sideways_stiffness_is_the_second_difference_of_energy_less_work(gamma, 
 
     def turned(angle):
         """Return energy less work [J/m], and the curvature [1/m], at an angle [rad]."""
-        at = ring(newton(lambda turn: ring(turn, angle).warp, change), angle)
-        first, second, quadrature = invariant_excess(fibers, at)
-        share = np.tile(at.weight, (1, len(quadrature) // at.weight.shape[1])) * quadrature
-        density = np.vectorize(bent.material.energy_density)(3.0 + first, 3.0 + second)
-        volume = math.pi * radius**2 * (1.0 + at.stretch_change[0]) * at.hoop[0] ** 2
-        stored = bent.tube.wall_area * (share * density).sum()
-        return stored - pressure * volume, at.bend[0] / at.hoop[0] / radius
+        closed = newton(lambda turn: ring(turn, angle).warp, change)
+        ((energy,), (volume,), (curvature,), _) = of_ring(curve, ring(closed, angle))
+        return energy - pressure * volume, curvature
 
     rest, curvature = turned(0.0)
     near, farther = (
