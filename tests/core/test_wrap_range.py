@@ -78,22 +78,22 @@ def test_a_tube_that_snaps_is_answered_on_both_sides():
 
 
 @pytest.mark.parametrize(
-    ("options", "radius", "reason"),
+    ("options", "end", "beyond", "reason"),
     [
-        (CLOSING, 1e-6, "too thin .* the coil closes on itself"),
-        ({}, 1e-3, "too thin .* pressure limit of 100000 Pa"),
-        ({}, 1.0, "too thick .* 1.05 turns of this length"),
+        (CLOSING, "radius_min", -1e-9, "too thin .* the coil closes on itself"),
+        ({}, "radius_min", -0.5, "too thin .* pressure limit of 100000 Pa"),
+        ({}, "radius_max", 1e-9, "too thick .* 1.05 turns of this length"),
     ],
 )
-def test_the_nearest_radius_is_named_with_what_ends_the_range(options, radius, reason):
+def test_the_nearest_radius_is_named_with_what_ends_the_range(options, end, beyond, reason):
     curve = linear_curve(**options)
-    nearest = curve.radius_max if radius == 1.0 else curve.radius_min
-    for beyond in (radius, nearest + math.copysign(1e-9, radius - nearest) * nearest):
-        with pytest.raises(NotGrippableError, match=reason) as caught:
-            curve.wrap_for_radius(beyond)
-        error = caught.value
-        assert (error.radius, error.nearest_radius) == (beyond, nearest)
-        assert error.margin == pytest.approx(-abs(beyond - nearest), rel=1e-9)
+    nearest = getattr(curve, end)
+    radius = nearest * (1.0 + beyond)
+    with pytest.raises(NotGrippableError, match=reason) as caught:
+        curve.wrap_for_radius(radius)
+    error = caught.value
+    assert (error.radius, error.nearest_radius) == (radius, nearest)
+    assert error.margin == pytest.approx(-abs(radius - nearest), rel=1e-9)
     printed = re.search(r"nearest grippable radius is (\S+) m", str(error))
     curve.wrap_for_radius(float(printed[1]))
 
