@@ -37,14 +37,11 @@ def test_stiffness_and_weight_are_those_of_the_annulus_unless_given():
     assert light.stiffness == stiffness
     assert light.weight_per_length == pytest.approx(9.80665 * mass, rel=1e-12)
     assert light.pressure_max == light.actuation.pressure_limit
+    stiffness = linear_gripper().stiffness
     given = gripper_from_actuator(
-        "given",
-        actuator(),
-        density=930.0,
-        extra_mass_per_length=0.01,
-        stiffness=linear_gripper().stiffness,
+        "given", actuator(), density=930.0, extra_mass_per_length=0.01, stiffness=stiffness
     )
-    assert given.stiffness == linear_gripper().stiffness
+    assert given.stiffness == stiffness
     assert given.weight_per_length == pytest.approx(9.80665 * (mass + 0.01), rel=1e-12)
 
 

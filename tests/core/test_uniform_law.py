@@ -5,6 +5,7 @@ import math
 import pickle
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -118,9 +119,9 @@ def test_random_curves_are_the_law(fibers, law, fraction, form):
 @pytest.mark.parametrize("name", ["fiber locking", "exact form", "locks far out"])
 def test_near_rest_the_shape_is_right_to_its_own_rounding(name):
     actuation = FreeActuation(HARD[name])
-    step = 1e-3 * actuation.pressure_limit
-    near = [actuation.unloaded_shape(step * 10.0**-k) for k in range(6, 13)]
-    for one, ten in zip(near[1:], near, strict=False):
+    pressures = actuation.pressure_limit * np.logspace(-9, -15, 7)
+    near = [actuation.unloaded_shape(pressure) for pressure in pressures.tolist()]
+    for ten, one in pairwise(near):
         # A tenth of the pressure is a tenth of the curvature, but for its square.
         tenth = 0.1 * ten.curvature, 0.1 * ten.torsion
         assert (one.curvature, one.torsion) == pytest.approx(tenth, rel=1e-7)

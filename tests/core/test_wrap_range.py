@@ -53,6 +53,14 @@ def test_a_short_part_of_the_range_before_a_leap_of_the_turns_is_found():
         assert wrap.turns >= 1.05 - 1e-4 or not curve.is_coiled(wrap.pressure)
 
 
+def test_a_tangent_that_turns_back_at_the_least_sine_grazes_it():
+    wrap = paper_curve().wrap_at_pressure(30.0e3)
+    sines = np.linalg.norm(np.cross(wrap.state.tangents, wrap.axis), axis=1)
+    inner = sines[1:-1]
+    above = inner[inner <= np.minimum(sines[:-2], sines[2:])] - 0.5 * sines[-1]
+    assert wrap.turn_count_margin == pytest.approx(min(above, key=abs), abs=1e-9)
+
+
 def test_a_radius_that_turns_back_next_to_the_limit_is_seen():
     axis = (-0.016933259856470175, -0.01774736315593301, 0.9996991026362106)
     gripper = paper_gripper("P2", (0.0, 0.0, G), axis)
