@@ -45,13 +45,14 @@ def test_stiffness_and_weight_are_those_of_the_annulus_unless_given():
     assert given.weight_per_length == pytest.approx(9.80665 * (mass + 0.01), rel=1e-12)
 
 
-def test_a_stretched_backbone_keeps_its_mass():
+def test_a_stretched_backbone_keeps_its_mass_and_the_whole_stiffness():
+    stiffness = Section.inextensible(3e-4, 2e-4, sideways=4e-4, coupling=1e-4)
     gripper = linear_gripper(weight=0.3, gravity=(0.0, -9.80665, 0.0))
-    shape = UnloadedShape(20.0, -10.0, 0.6)
+    gripper, shape = replace(gripper, stiffness=stiffness), UnloadedShape(20.0, -10.0, 0.6)
     load, rod = gripper.load(shape), gripper.rod(shape)
     assert load.distributed == pytest.approx((0.0, -0.3 * 0.5 / 0.6, 0.0))
     assert (rod.length, rod.rest_strain) == (0.6, (-10.0, 0.0, 20.0))
-    assert rod.section == gripper.stiffness
+    assert rod.section == stiffness
 
 
 @pytest.mark.parametrize("stiffness", [{"sideways": 1.1e-2}, {"coupling": 0.99e-4}])
