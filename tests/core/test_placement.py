@@ -138,7 +138,7 @@ def test_the_two_ends_of_an_object_are_alike():
     [
         ([0.0, 0.3], [0.0005, 0.0004], "too thin"),
         ([0.0, 0.3], [0.08, 0.09], "too thick"),
-        ([0.0, 0.02], [0.02, 0.02], "in radius is 0.02 m long, and the coil covers"),
+        ([0.0, 0.01, 0.02], [0.02, 0.02, 0.02], "in radius is 0.02 m long, and the coil covers"),
         ([0.0, 0.1, 0.2], [0.09, 0.01, 0.09], "in radius is .* m long, and the coil covers"),
         # Ten meters of object, none of them even enough for the coil: a margin that is not met.
         (
