@@ -30,34 +30,26 @@ def modules(package: str) -> dict[str, Path]:
 
 
 @cache
-def imports(path: Path, *, deferred: bool = True) -> frozenset[str]:
+def imports(path: Path) -> frozenset[str]:
     """Return the dotted names a file imports; ``from a import b`` gives ``a.b``.
 
-    Imports for type checkers alone count: they are dependencies too.
-
-    Args:
-        path: a Python file.
-        deferred: whether those inside functions count as well.
+    Imports inside functions, and those for type checkers alone, are dependencies too.
     """
     names: set[str] = set()
-    pending: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
-    while pending:
-        node = pending.pop()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
             names.update(f"{node.module}.{alias.name}" for alias in node.names)
-        elif deferred or not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            pending.extend(ast.iter_child_nodes(node))
     return frozenset(names)
 
 
-def internal_imports(package: str, path: Path, *, deferred: bool = True) -> set[str]:
+def internal_imports(package: str, path: Path) -> set[str]:
     """Return the modules of the same package a file imports; ``__init__`` for its namespace."""
     known = modules(package)
     found = set()
-    for name in imports(path, deferred=deferred):
+    for name in imports(path):
         top, *rest = name.split(".")
         if top == package:
             within = (".".join(rest[:depth]) for depth in range(len(rest), 0, -1))
@@ -68,7 +60,12 @@ def internal_imports(package: str, path: Path, *, deferred: bool = True) -> set[
 def external_imports(package: str) -> set[str]:
     """Return the top-level names a package imports that are neither its own nor Python's."""
     paths = [*modules(package).values(), *(ROOT / package).glob("launch/*.py")]
-    tops = {name.split(".")[0] for path in paths for name in imports(path)}
+    return foreign(package, *paths)
+
+
+def foreign(package: str, *paths: Path) -> set[str]:
+    """Return the top-level names files of a package import, neither its own nor Python's."""
+    tops = {name.partition(".")[0] for path in paths for name in imports(path)}
     return tops - sys.stdlib_module_names - {package}
 
 

@@ -7,10 +7,11 @@ import ast
 import re
 import subprocess
 import sys
+from collections.abc import Iterable
 from graphlib import TopologicalSorter
 
 import pytest
-from repo.source_tree import ROOT, imports, internal_imports, modules
+from repo.source_tree import PYTHON_PACKAGES, ROOT, foreign, imports, internal_imports, modules
 
 # Folder of spiral_core -> the folders it builds on; "" holds the errors and their validation.
 CORE_FOLDERS = {
@@ -39,8 +40,6 @@ EDGE_FOLDERS = {
     "cli.closing": {"files", "reports", "reports.closing", "cli"},
     "cli.ros": {"files", "studio", "cli"},
 }
-PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_ros")
-
 # The same for spiral_gripper_ros; control and planning know no ROS.
 ROS_FOLDERS = {
     "": set(),
@@ -77,23 +76,21 @@ ROS_FREE = frozenset(
     }
 )  # fmt: skip
 
-CORE_LIBRARIES = {"numba", "numpy", "scipy"}
-EDGE_LIBRARIES = {
-    "click", "matplotlib", "numpy", "rich", "ruamel", "trimesh", "viser",
+FOLDERS = dict(zip(PYTHON_PACKAGES, (CORE_FOLDERS, EDGE_FOLDERS, ROS_FOLDERS), strict=True))
+LIBRARIES = {
+    "spiral_core": {"numba", "numpy", "scipy"},
+    "spiral_gripper": {
+        "click", "matplotlib", "numpy", "rich", "ruamel", "spiral_core", "trimesh", "viser",
+    },
+    # Of the modules that know no ROS; a device's library is imported when the device is used.
+    "spiral_gripper_ros": {"numpy", "rich", "serial", "spiral_core", "spiral_gripper"},
 }  # fmt: skip
-# Of the modules that know no ROS; a device's library is imported when the device is used.
-PLAIN_LIBRARIES = {"numpy", "rich", "serial", "spiral_core", "spiral_gripper"}
 NOT_IN_THE_CORE = {
     "asyncio", "datetime", "io", "logging", "os", "pathlib", "random", "shutil", "socket",
     "subprocess", "sys", "tempfile", "threading", "time",
 }  # fmt: skip
 NOT_CALLED_IN_THE_CORE = {"breakpoint", "eval", "exec", "input", "open", "print"}
-
-
-def tops(package: str, module: str) -> set[str]:
-    """Return the top-level names that a module imports, without Python's own."""
-    names = {name.split(".")[0] for name in imports(modules(package)[module])}
-    return names - sys.stdlib_module_names - {package}
+every_package = pytest.mark.parametrize("package", PYTHON_PACKAGES)
 
 
 def folder_of(module: str) -> str:
@@ -110,120 +107,73 @@ def inner_imports(package: str) -> dict[str, set[str]]:
     }
 
 
-@pytest.mark.parametrize(
-    ("package", "folders"),
-    [
-        ("spiral_core", CORE_FOLDERS),
-        ("spiral_gripper", EDGE_FOLDERS),
-        ("spiral_gripper_ros", ROS_FOLDERS),
-    ],
-)
-def test_a_folder_imports_itself_and_those_below(
-    package: str, folders: dict[str, set[str]]
-) -> None:
-    graph = inner_imports(package)
+def nodes(package: str, module: str) -> Iterable[ast.AST]:
+    return ast.walk(ast.parse(modules(package)[module].read_text(encoding="utf-8")))
+
+
+@every_package
+def test_a_folder_imports_itself_and_those_below(package: str) -> None:
+    graph, folders = inner_imports(package), FOLDERS[package]
     assert {folder_of(module) for module in graph} | {""} == folders.keys()
-    upward = {
-        module: beyond
-        for module, imported in graph.items()
-        for folder in [folder_of(module)]
-        if (beyond := {one for one in imported if folder_of(one) not in folders[folder] | {folder}})
-    }
-    assert not upward
+    for module, imported in graph.items():
+        own = folder_of(module)
+        assert {folder_of(one) for one in imported} <= folders[own] | {own}, module
 
 
-def test_contributing_names_every_folder() -> None:
-    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    named = re.findall(r"`([a-z_/]+)`", page)
-    table = {*named, *(name.partition("/")[2] for name in named)}
-    folders = {folder.replace(".", "/") for folder in CORE_FOLDERS | EDGE_FOLDERS | ROS_FOLDERS}
-    assert folders - {"", "cli/ros"} <= table
-
-
-@pytest.mark.parametrize("package", PACKAGES)
+@every_package
 def test_no_import_circle(package: str) -> None:
     """Deferred imports count: a module that needs another one needs it, whenever it asks."""
     # raises CycleError and names the circle
     assert tuple(TopologicalSorter(inner_imports(package)).static_order())
 
 
-@pytest.mark.parametrize("module", sorted(modules("spiral_core")))
-def test_core_needs_nothing_but_numerics(module: str) -> None:
-    assert tops("spiral_core", module) <= CORE_LIBRARIES
+def test_contributing_names_every_folder() -> None:
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = re.findall(r"`([a-z_/]+)`", page)
+    table = {*named, *(name.partition("/")[2] for name in named)}
+    folders = {folder.replace(".", "/") for below in FOLDERS.values() for folder in below}
+    assert folders - {"", "cli/ros"} <= table
 
 
-@pytest.mark.parametrize("module", sorted(modules("spiral_core")))
+@every_package
+def test_a_package_knows_its_own_libraries_and_only_the_node_ros(package: str) -> None:
+    known = modules(package)
+    plain = known.keys()
+    if package == "spiral_gripper_ros":
+        plain = {module for module in known if folder_of(module) in WITHOUT_ROS} | ROS_FREE
+    for module in plain:
+        assert foreign(package, known[module]) <= LIBRARIES[package], module
+        assert internal_imports(package, known[module]) <= plain, module
+
+
+@pytest.mark.parametrize("module", modules("spiral_core"))
 def test_core_touches_no_file_clock_or_screen(module: str) -> None:
-    path = modules("spiral_core")[module]
     # A digest of the kernels' own source files names their cached machine code.
     allowed = {"pathlib"} if module == "numerics.kernel" else set()
-    assert not {name.split(".")[0] for name in imports(path)} & NOT_IN_THE_CORE - allowed
-    called = {
-        node.func.id
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
-    }
-    assert not called & NOT_CALLED_IN_THE_CORE
+    tops = {name.partition(".")[0] for name in imports(modules("spiral_core")[module])}
+    assert not tops & NOT_IN_THE_CORE - allowed
+    calls = (node.func for node in nodes("spiral_core", module) if isinstance(node, ast.Call))
+    assert not {getattr(call, "id", "") for call in calls} & NOT_CALLED_IN_THE_CORE
 
 
-@pytest.mark.parametrize("module", sorted(modules("spiral_gripper")))
-def test_edge_knows_the_core_but_no_ros(module: str) -> None:
-    assert tops("spiral_gripper", module) <= EDGE_LIBRARIES | {"spiral_core"}
-
-
-def ros_free_modules() -> set[str]:
-    """Return the modules of spiral_gripper_ros that know no ROS."""
-    known = modules("spiral_gripper_ros")
-    return {module for module in known if folder_of(module) in WITHOUT_ROS} | ROS_FREE
-
-
-def test_the_modules_that_know_no_ros_exist() -> None:
-    assert modules("spiral_gripper_ros").keys() >= ROS_FREE
-
-
-@pytest.mark.parametrize("module", sorted(ros_free_modules()))
-def test_plain_logic_of_the_node_is_free_of_ros(module: str) -> None:
-    assert tops("spiral_gripper_ros", module) <= PLAIN_LIBRARIES
-    inside = internal_imports("spiral_gripper_ros", modules("spiral_gripper_ros")[module])
-    assert inside <= ros_free_modules()
-
-
-@pytest.mark.parametrize(
-    ("package", "heavy"),
-    [
-        ("spiral_core", {"matplotlib", "numba", "scipy"}),
-        ("spiral_gripper", {"matplotlib", "numba", "rclpy", "scipy"}),
-    ],
-)
-def test_import_is_light(package: str, heavy: set[str]) -> None:
+@pytest.mark.parametrize("package", PYTHON_PACKAGES[:2])
+def test_import_is_light(package: str) -> None:
     code = f"import sys, {package}; print(*sorted({{name.split('.')[0] for name in sys.modules}}))"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(run.stdout.split())
     assert package in loaded
-    assert not loaded & heavy
+    assert not loaded & {"matplotlib", "numba", "rclpy", "scipy"}
 
 
-def names_defined(tree: ast.AST) -> set[str]:
-    """Return the names that a file defines: functions, classes, attributes it assigns, slots."""
-    defined = set()
-    for node in ast.walk(tree):
+@pytest.mark.parametrize("module", modules("spiral_gripper_ros"))
+def test_the_node_uses_no_private_names_of_others(module: str) -> None:
+    private, defined = set(), set()
+    for node in nodes("spiral_gripper_ros", module):
+        stored = isinstance(getattr(node, "ctx", None), ast.Store)
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             defined.add(node.name)
-        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
-            defined.add(node.attr)
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+        elif isinstance(node, ast.Name) and stored:
             defined.add(node.id)
-    return defined
-
-
-@pytest.mark.parametrize("module", sorted(modules("spiral_gripper_ros")))
-def test_the_node_uses_no_private_names_of_others(module: str) -> None:
-    tree = ast.parse(modules("spiral_gripper_ros")[module].read_text(encoding="utf-8"))
-    private = {
-        node.attr
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Attribute)
-        and node.attr.startswith("_")
-        and not node.attr.endswith("__")
-    }
-    assert private <= names_defined(tree)
+        elif isinstance(node, ast.Attribute) and (stored or re.match("_.*(?<!__)$", node.attr)):
+            (defined if stored else private).add(node.attr)
+    assert private <= defined

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import pytest
-from repo.source_tree import ROOT, pyproject
+from repo.source_tree import PACKAGES, ROOT, pyproject
 
 LINE = f"SPDX-License-Identifier: {pyproject()['project']['license']}"
 SUFFIXES = {".action", ".cmake", ".msg", ".py", ".pyi", ".sh", ".srv", ".xacro"}
 NAMES = {"CMakeLists.txt", "Makefile"}
 FOLDERS = ("benchmarks", "docs", "examples", "packaging", "tests")
-PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_msgs", "spiral_gripper_ros")
 BUILT = {"__pycache__", "_site", "build", "install", "log"}
 
 
@@ -26,13 +24,9 @@ def source_files() -> list[str]:
     )
 
 
-def test_there_are_sources_of_each_kind() -> None:
+def test_every_source_file_names_its_license() -> None:
     names = source_files()
     assert all(any(name.endswith(end) for name in names) for end in SUFFIXES | NAMES)
-
-
-@pytest.mark.parametrize("name", source_files())
-def test_a_source_file_names_its_license(name: str) -> None:
-    with (ROOT / name).open(encoding="utf-8") as file:
-        top = [file.readline() for _ in range(2)]
-    assert any(LINE in line for line in top), f'add "# {LINE}" as the first line'
+    for name in names:
+        top = (ROOT / name).read_text(encoding="utf-8").splitlines()[:2]
+        assert any(LINE in line for line in top), f'{name}: add "# {LINE}" as the first line'

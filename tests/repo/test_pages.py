@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of the documentation: tables, links, commands, length, navigation."""
+"""The pages are true: tables, links, commands, length, navigation; the README's Python prints."""
 
+import contextlib
+import io
 import re
+import shlex
 
 import click
 import pytest
-from repo.source_tree import ROOT
+from click.testing import CliRunner
+from repo.source_tree import ROOT, pyproject
 
 from docs.tables import BLOCK, tables, with_tables
 from spiral_gripper.cli.main import spiral_gripper
@@ -14,61 +18,63 @@ from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
 from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
 from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 
-DOCS = ROOT / "docs"
-PAGES = sorted([*DOCS.glob("*.md"), *DOCS.glob("derivations/*.md")])
+DOCS, README = ROOT / "docs", ROOT / "README.md"
+PATHS = sorted([*DOCS.glob("*.md"), *DOCS.glob("derivations/*.md"), *ROOT.glob("*.md")])
+TEXTS = {path: path.read_text(encoding="utf-8") for path in PATHS}
 LINK = re.compile(r"""(?:\]\(|src=")([^)"\s#]*)(?:#([^)\s]*))?[)"]""")
-FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+FENCED = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 # Longest page [words], without what programs write into it.
 LONGEST = 1500
 WRITTEN = re.compile(r"<!-- (?:table|From) .*?<!-- end -->", re.DOTALL)
 # Parameters that a command may set.
 SPECS = (RadiusParameters.specs(), SimulatedRegulatorParameters.specs())
 SET = {spec.name for specs in (*SPECS, PARAMETERS, REGULATOR_PARAMETERS) for spec in specs}
-SET |= {"use_sim_time"}
 # Written by Sphinx.
 BUILT = {"gallery", "reference"}
+TOOLS = {"cd", "colcon", "git", "make", "pip", "python", "python3", "ros2", "source", "."}
+every_page = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.name)
 
 
-def names(paths):
-    return pytest.mark.parametrize("path", paths, ids=lambda path: path.name)
-
-
-def anchors(path):
+def anchors(page):
     """Return what forge and site make of a page's headings."""
-    headings = re.findall(r"^#+ (.*)$", FENCED.sub("", path.read_text("utf-8")), re.MULTILINE)
+    headings = re.findall(r"^#+ (.*)$", FENCED.sub("", page), re.MULTILINE)
     kept = (re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings)
     return {heading.strip().replace(" ", "-") for heading in kept}
 
 
-@names(PAGES)
-def test_the_tables_are_as_the_code_states_them(path):
+def shell_lines(page):
+    """Return the lines of the shell blocks, without prompts and comments."""
+    text = "".join(block for kind, block in FENCED.findall(page) if kind in {"bash", "sh"})
+    return [line for raw in text.splitlines() if (line := raw.split("#")[0].strip("$ "))]
+
+
+def test_the_tables_are_as_the_code_states_them():
     """If this fails: python docs/tables.py."""
-    page = path.read_text(encoding="utf-8")
-    assert page == with_tables(page)
+    for page in TEXTS.values():
+        assert page == with_tables(page)
+    assert sorted(name for _, name, _ in BLOCK.findall("".join(TEXTS.values()))) == sorted(tables())
 
 
-def test_every_table_has_its_page():
-    pages = "".join(path.read_text(encoding="utf-8") for path in PAGES)
-    assert sorted(name for _, name, _ in BLOCK.findall(pages)) == sorted(tables())
-
-
-@names([*PAGES, *ROOT.glob("*.md")])
+@every_page
 def test_every_link_leads_to_a_file_and_its_heading(path):
-    for target, anchor in LINK.findall(FENCED.sub("", path.read_text(encoding="utf-8"))):
+    for target, anchor in LINK.findall(FENCED.sub("", TEXTS[path])):
         if re.match(r"\w+:", target):
             continue
-        linked = path.parent / target if target else path
+        linked = (path.parent / target).resolve() if target else path
         assert linked.exists(), target
-        if path in PAGES:  # Sphinx links to files, and among pages to its own only
+        if path.parent != ROOT:  # Sphinx links to files, and among pages to its own only
             assert linked.is_file(), target
-            assert linked.suffix != ".md" or DOCS in linked.resolve().parents, target
+            assert linked.suffix != ".md" or DOCS in linked.parents, target
         if anchor:
-            assert anchor in anchors(linked), f"{target}#{anchor}"
+            assert anchor in anchors(TEXTS[linked]), f"{target}#{anchor}"
 
 
-@names([*PAGES, ROOT / "README.md"])
-def test_the_options_of_every_command_exist(path):
-    page = path.read_text(encoding="utf-8").replace("\\\n", " ")
+# A changelog tells of yesterday's commands.
+@pytest.mark.parametrize(
+    "path", [path for path in PATHS if path.stem != "CHANGELOG"], ids=lambda path: path.name
+)
+def test_the_commands_of_a_page_have_the_options_parameters_and_targets_it_names(path):
+    page = TEXTS[path].replace("\\\n", " ")
     for line in re.findall(r"spiral-gripper ([a-z].*?)(?:`|#|$)", page, re.MULTILINE):
         command, context = spiral_gripper, click.Context(spiral_gripper)
         words = line.split()
@@ -77,26 +83,54 @@ def test_the_options_of_every_command_exist(path):
             assert command is not None, line
         known = {option for parameter in command.params for option in parameter.opts}
         assert {word for word in words if word.startswith("--")} <= known, line
-
-
-@names([*PAGES, ROOT / "README.md"])
-def test_every_parameter_that_is_set_exists(path):
     launch = "".join(
         file.read_text(encoding="utf-8") for file in ROOT.glob("spiral_gripper_ros/launch/*.py")
     )
-    for name in re.findall(r"(?:-p |`)(\w[\w.]*):=", path.read_text(encoding="utf-8")):
-        assert name in SET or f'"{name}"' in launch, name
+    for name in re.findall(r"(?:-p |`)(\w[\w.]*):=", page):
+        assert name in {*SET, "use_sim_time"} or f'"{name}"' in launch, name
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"^([\w-]+):", makefile, re.MULTILINE))
+    assert {*re.findall(r"(?:`|^)make ([a-z-]+)", page, re.MULTILINE)} <= targets
 
 
-@names([path for path in PAGES if path.parent == DOCS])
-def test_a_page_is_read_in_a_few_minutes(path):
-    text = WRITTEN.sub("", path.read_text(encoding="utf-8"))
-    assert len(re.findall(r"\S*\w\S*", text)) <= LONGEST
+def test_a_page_is_read_in_a_few_minutes():
+    for path in DOCS.glob("*.md"):
+        assert len(re.findall(r"\S*\w\S*", WRITTEN.sub("", TEXTS[path]))) <= LONGEST, path
 
 
 def test_every_page_is_in_the_navigation():
-    index = (DOCS / "index.md").read_text(encoding="utf-8")
-    listed = "\n".join(re.findall(r"```{toctree}.*?```", index, re.DOTALL))
+    listed = "\n".join(re.findall(r"```{toctree}.*?```", TEXTS[DOCS / "index.md"], re.DOTALL))
     found = set(re.findall(r"^([\w/]+)$", listed, re.MULTILINE))
-    pages = {path.relative_to(DOCS).with_suffix("").as_posix() for path in PAGES}
+    pages = {str(path.relative_to(DOCS).with_suffix("")) for path in PATHS if path.parent != ROOT}
     assert {page for page in found if page.split("/")[0] not in BUILT} == pages - {"index"}
+
+
+def test_the_python_of_the_readme_prints_what_it_says():
+    blocks = FENCED.findall(TEXTS[README])
+    programs = [place for place, (language, _) in enumerate(blocks) if language == "python"]
+    assert programs
+    for place in programs:
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(blocks[place][1], "README.md", "exec"), {"__name__": "__main__"})
+        kind, output = blocks[place + 1]
+        assert (kind, printed.getvalue().strip()) == ("text", output.strip())
+
+
+def test_the_commands_of_the_readme_exist():
+    (stated,) = pyproject()["tool"]["dynamic-metadata"]
+    lines = shell_lines(TEXTS[README])
+    assert {"make demo", "make test"} <= set(lines)
+    programs = {re.sub(r"^(\w+=\S+ )*", "", line).split()[0] for line in lines}
+    known = {*stated["scripts"], *stated["ros-scripts"]} | TOOLS
+    assert {program.rpartition("/")[2] or program for program in programs} <= known
+
+
+@pytest.mark.slow
+def test_the_first_screen_has_what_its_command_prints():
+    blocks, lines = FENCED.findall(TEXTS[README]), shell_lines(TEXTS[README])
+    line = next(line for line in lines if " grip paper_design_70" in line)
+    printed = CliRunner().invoke(spiral_gripper, shlex.split(line)[1:], obj={}).output
+    shown = next(text for kind, text in blocks if kind == "text").splitlines()
+    assert len(shown) >= 5
+    assert [row for row in shown if row not in printed] == []
