@@ -9,6 +9,7 @@ import numpy as np
 from spiral_core import (
     Actuator,
     BendReading,
+    CalibrationModel,
     ExtensionReading,
     FiberAngles,
     FreeActuation,
@@ -19,6 +20,7 @@ from spiral_core import (
     Tube,
     TwistReading,
     Yeoh,
+    calibrate,
 )
 
 TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.361)
@@ -28,6 +30,8 @@ LAWS = (
     Yeoh(c1=130.0e3, c2=-10.0e3, c3=20.0e3),
     Gent(shear_modulus=260.0e3, extension_limit=3.0),
 )
+
+PRESSURES = tuple(np.linspace(8.0e3, 96.0e3, 12).tolist())
 
 
 def actuator(material, alpha=75.0, beta=-75.0, **choices):
@@ -48,23 +52,22 @@ def extensions(truth, pressures, error=2.0e-4, noise=None, pressure_noise=0.0):
     actuation = FreeActuation(truth if uniform else truth.without_single_fibers())
     readings = []
     for pressure in pressures:
-        true_pressure, mistake = pressure, 0.0
-        if noise is not None:
-            true_pressure += pressure_noise * noise.standard_normal()
-            mistake = error * noise.standard_normal()
-        extension = 0.1 * (actuation.stretch_from_pressure(true_pressure) - 1.0) + mistake
+        off, mistake = (0.0, 0.0) if noise is None else noise.standard_normal(2)
+        stretch = actuation.stretch_from_pressure(pressure + pressure_noise * off)
+        extension = 0.1 * (stretch - 1.0) + error * mistake
         readings.append(ExtensionReading(pressure, extension, 0.1, error, pressure_noise))
     return readings
 
 
 def bends(truth, pressures, noise=None, error=0.02):
     """Return bend angles of the finished actuator."""
-    shapes = [FreeActuation(truth).unloaded_shape(pressure) for pressure in pressures]
-    mistakes = np.zeros(len(shapes)) if noise is None else noise.standard_normal(len(shapes))
-    return [
-        BendReading(p, x.curvature * x.backbone_length + error * off, TUBE.length, error)
-        for p, x, off in zip(pressures, shapes, mistakes.tolist(), strict=True)
-    ]
+    readings = []
+    for pressure in pressures:
+        shape = FreeActuation(truth).unloaded_shape(pressure)
+        mistake = 0.0 if noise is None else error * noise.standard_normal()
+        angle = shape.curvature * shape.backbone_length + mistake
+        readings.append(BendReading(pressure, angle, TUBE.length, error))
+    return readings
 
 
 def twists(truth, pressures):
@@ -76,15 +79,22 @@ def twists(truth, pressures):
     ]
 
 
+def noisy(truth, seed=4, pressures=PRESSURES):
+    """Return extensions with random errors."""
+    return extensions(truth, pressures, noise=np.random.default_rng(seed))
+
+
+def fitted(truth, readings, robust=False, **model):
+    """Return the fit of an actuator's own law, or of what ``model`` says, to readings."""
+    return calibrate(CalibrationModel(truth, **model), readings, robust=robust)
+
+
 def start_from(truth, factor=1.4):
     """Return the same actuator with a material that is off by a factor."""
     material = truth.material
-    pressures = {
+    off = {
         name: factor * getattr(material, name)
         for name in material.__dataclass_fields__
         if name != "extension_limit"
     }
-    return replace(truth, material=replace(material, **pressures))
-
-
-PRESSURES = tuple(np.linspace(8.0e3, 96.0e3, 12).tolist())
+    return replace(truth, material=replace(material, **off))
