@@ -1,9 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The paper's design example as a requirement, with limits of our own where it states none."""
 
-from __future__ import annotations
+import math
 
-from spiral_core import DesignRequirement, Elastomer, MooneyRivlin, PressureLaw, TubeSize
+from spiral_core import (
+    DesignRequirement,
+    Elastomer,
+    MooneyRivlin,
+    PressureLaw,
+    TubeSize,
+    design_gripper,
+)
 
 PAPER_TUBE = TubeSize("3/8 in x 1/32 in", inner_radius=4.7625e-3, wall_thickness=0.79375e-3)
 LATEX = Elastomer(
@@ -22,13 +29,27 @@ PAPER_EXAMPLE = DesignRequirement(
     pressure_max=110.316e3,
     strain_max=0.3,
 )
-# Bore diameter and wall in 1/32 in; the sizes of the shipped natural_latex.
-SIZES = (
-    (4, 1.0), (6, 1.0), (6, 1.5), (8, 1.0), (8, 1.5), (8, 2.0), (10, 1.0),
-    (10, 1.5), (10, 2.0), (12, 1.0), (12, 1.5), (12, 2.0), (16, 1.0), (16, 2.0),
-)  # fmt: skip
+WEIGHTLESS = {"gravity": (0.0, 0.0, 0.0), "object_length": None, "pressure_max": None}
+# Bore diameter and wall in 1/32 in; sizes of the shipped natural_latex.
 IN_32 = 25.4e-3 / 32.0
 CATALOG = tuple(
     TubeSize(f"{bore}/32 x {wall:g}/32 in", 0.5 * bore * IN_32, wall * IN_32)
-    for bore, wall in SIZES
+    for bore in (4, 6, 8, 10, 12, 16)
+    for wall in (1.0, 1.5, 2.0)
 )
+
+
+def angles(*degrees):
+    return tuple(math.radians(angle) for angle in degrees)
+
+
+def answered(requirement):
+    """Return the report by the tip criterion, as in the paper."""
+    return design_gripper(requirement, contact=False)
+
+
+def designed(requirement):
+    """Return the design of a feasible requirement."""
+    report = answered(requirement)
+    assert report.feasible, report.message
+    return report.design

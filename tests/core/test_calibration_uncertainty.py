@@ -64,6 +64,16 @@ def test_a_combination_nobody_knows_does_not_widen_the_pressure():
     (result,) = pressure_uncertainty(fit, (0.02,))
     assert result.standard_error < 0.02 * result.pressure
 
+    def pressure(values):
+        return WrapCurve(fit.model.trial(values).gripper).pressure_from_radius(0.02)
+
+    steps = np.diag(1e-3 * fit.values)
+    changes = [pressure(fit.values + step) - pressure(fit.values - step) for step in steps]
+    slopes = changes / (2e-3 * fit.values)
+    # Of two constants that nearly cancel: a thousandth of the slopes is left of the differences.
+    expected = np.sqrt(slopes @ fit.covariance @ slopes)
+    assert result.standard_error == pytest.approx(expected, rel=0.01)
+
 
 @pytest.mark.parametrize("truth_form", CurvatureForm)
 def test_the_interval_covers_what_the_readings_cannot_tell_apart(truth_form):
