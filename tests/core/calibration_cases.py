@@ -2,7 +2,7 @@
 """Actuators and synthetic bench tests that the calibration tests share."""
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 
@@ -91,10 +91,5 @@ def fitted(truth, readings, robust=False, **model):
 
 def start_from(truth, factor=1.4):
     """Return the same actuator with a material that is off by a factor."""
-    material = truth.material
-    off = {
-        name: factor * getattr(material, name)
-        for name in material.__dataclass_fields__
-        if name != "extension_limit"
-    }
-    return replace(truth, material=replace(material, **off))
+    constants = (factor * constant for constant in astuple(truth.material))
+    return replace(truth, material=type(truth.material)(*constants))

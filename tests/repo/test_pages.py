@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages are true: tables, links, commands, length, navigation; the README's Python prints."""
+"""The pages are true: tables, links, commands, length; the README's Python prints what it says.
+
+That every page is in the navigation is Sphinx's to say: ``make docs``.
+"""
 
 import contextlib
 import io
@@ -9,7 +12,7 @@ import shlex
 import click
 import pytest
 from click.testing import CliRunner
-from repo.source_tree import ROOT, pyproject
+from repo.source_tree import ROOT
 
 from docs.tables import BLOCK, tables, with_tables
 from spiral_gripper.cli.main import spiral_gripper
@@ -29,9 +32,6 @@ WRITTEN = re.compile(r"<!-- (?:table|From) .*?<!-- end -->", re.DOTALL)
 # Parameters that a command may set.
 SPECS = (RadiusParameters.specs(), SimulatedRegulatorParameters.specs())
 SET = {spec.name for specs in (*SPECS, PARAMETERS, REGULATOR_PARAMETERS) for spec in specs}
-# Written by Sphinx.
-BUILT = {"gallery", "reference"}
-TOOLS = {"cd", "colcon", "git", "make", "pip", "python", "python3", "ros2", "source", "."}
 every_page = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.name)
 
 
@@ -40,12 +40,6 @@ def anchors(page):
     headings = re.findall(r"^#+ (.*)$", FENCED.sub("", page), re.MULTILINE)
     kept = (re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings)
     return {heading.strip().replace(" ", "-") for heading in kept}
-
-
-def shell_lines(page):
-    """Return the lines of the shell blocks, without prompts and comments."""
-    text = "".join(block for kind, block in FENCED.findall(page) if kind in {"bash", "sh"})
-    return [line for raw in text.splitlines() if (line := raw.split("#")[0].strip("$ "))]
 
 
 def test_the_tables_are_as_the_code_states_them():
@@ -98,13 +92,6 @@ def test_a_page_is_read_in_a_few_minutes():
         assert len(re.findall(r"\S*\w\S*", WRITTEN.sub("", TEXTS[path]))) <= LONGEST, path
 
 
-def test_every_page_is_in_the_navigation():
-    listed = "\n".join(re.findall(r"```{toctree}.*?```", TEXTS[DOCS / "index.md"], re.DOTALL))
-    found = set(re.findall(r"^([\w/]+)$", listed, re.MULTILINE))
-    pages = {str(path.relative_to(DOCS).with_suffix("")) for path in PATHS if path.parent != ROOT}
-    assert {page for page in found if page.split("/")[0] not in BUILT} == pages - {"index"}
-
-
 def test_the_python_of_the_readme_prints_what_it_says():
     blocks = FENCED.findall(TEXTS[README])
     programs = [place for place, (language, _) in enumerate(blocks) if language == "python"]
@@ -117,20 +104,10 @@ def test_the_python_of_the_readme_prints_what_it_says():
         assert (kind, printed.getvalue().strip()) == ("text", output.strip())
 
 
-def test_the_commands_of_the_readme_exist():
-    (stated,) = pyproject()["tool"]["dynamic-metadata"]
-    lines = shell_lines(TEXTS[README])
-    assert {"make demo", "make test"} <= set(lines)
-    programs = {re.sub(r"^(\w+=\S+ )*", "", line).split()[0] for line in lines}
-    known = {*stated["scripts"], *stated["ros-scripts"]} | TOOLS
-    assert {program.rpartition("/")[2] or program for program in programs} <= known
-
-
 @pytest.mark.slow
 def test_the_first_screen_has_what_its_command_prints():
-    blocks, lines = FENCED.findall(TEXTS[README]), shell_lines(TEXTS[README])
-    line = next(line for line in lines if " grip paper_design_70" in line)
-    printed = CliRunner().invoke(spiral_gripper, shlex.split(line)[1:], obj={}).output
-    shown = next(text for kind, text in blocks if kind == "text").splitlines()
-    assert len(shown) >= 5
-    assert [row for row in shown if row not in printed] == []
+    line = re.search(r"spiral-gripper (grip paper_design_70.*)", TEXTS[README])[1]
+    printed = CliRunner().invoke(spiral_gripper, shlex.split(line, comments=True), obj={}).output
+    shown = next(text for kind, text in FENCED.findall(TEXTS[README]) if kind == "text")
+    assert len(shown.splitlines()) >= 5
+    assert [row for row in shown.splitlines() if row not in printed] == []
