@@ -39,7 +39,6 @@ from spiral_core import (
     SolverError,
     WrapCurve,
     Yeoh,
-    calibrate,
     gripper_from_actuator,
 )
 from spiral_core.calibration.fit import CalibrationStatus
@@ -80,47 +79,42 @@ def test_exact_readings_give_back_what_they_are_of(case):
 
 
 def test_shapes_tell_stiffnesses_and_grips_the_constant():
+    stiffness = {"bending": 4.0e-4, "torsional": 2.5e-4}
     truth = gripper_from_actuator(
-        "truth",
-        spiral(NeoHookean(c1=145.0e3)),
-        density=950.0,
-        pressure_max=90.0e3,
-        stiffness=Section.inextensible(bending=4.0e-4, torsional=2.5e-4),
-    )
-    curve = WrapCurve(truth)
-    readings = []
+        "truth", spiral(NeoHookean(c1=145.0e3)), density=950.0, pressure_max=90.0e3,
+        stiffness=Section.inextensible(**stiffness),
+    )  # fmt: skip
+    curve, readings = WrapCurve(truth), []
     for pressure in (30.0e3, 60.0e3):
         state = curve.state_at_pressure(pressure)
-        for node in (len(state.arc_lengths) // 2, -1):
-            arc_length = None if node == -1 else float(state.arc_lengths[node])
+        middle = len(state.arc_lengths) // 2
+        for node, arc_length in ((middle, float(state.arc_lengths[middle])), (-1, None)):
             position = tuple(state.positions[node].tolist())
             readings.append(ShapeReading(pressure, position, arc_length, 1.0e-3))
     quantities = (FittedQuantity.BENDING_STIFFNESS, FittedQuantity.TORSIONAL_STIFFNESS)
-    model = CalibrationModel(truth.actuation.actuator, quantities=quantities, gripper=truth)
-    # From the material, until fitted.
-    assert (model.start()[1:] != (4.0e-4, 2.5e-4)).all()
-    fit = calibrate(model, readings)
+    own = truth.actuation.actuator
+    fit = fitted(own, readings, quantities=quantities, gripper=truth)
     # Two rods with other numbers of elements: the discretization's 1e-5 of the length shows.
-    assert fit.values == pytest.approx([145.0e3, 4.0e-4, 2.5e-4], rel=2e-3)
+    assert fit.values == pytest.approx([145.0e3, *stiffness.values()], rel=2e-3)
     assert fit.gripper.stiffness == fit.stiffness
     grips = [GripReading(curve.pressure_from_radius(r), r, 1.0e-4) for r in (0.012, 0.018, 0.025)]
-    start = start_from(truth.actuation.actuator)
-    known = {"bending_stiffness": 4.0e-4, "torsional_stiffness": 2.5e-4}
-    fit = fitted(start, grips, gripper=truth, **known)
+    known = {f"{name}_stiffness": value for name, value in stiffness.items()}
     # A radius depends on the rod's discretization by about 1e-5.
+    fit = fitted(start_from(own), grips, gripper=truth, **known)
     assert fit.value("c1") == pytest.approx(145.0e3, rel=1e-3)
 
 
 def test_stated_errors_only_weigh_readings_against_each_other():
     truth = actuator(LAWS[1])
     readings = noisy(truth, 5)
-    doubled = [replace(reading, error=2.0 * reading.error) for reading in readings]
-    fit, same = fitted(truth, readings), fitted(truth, doubled)
+    fit, same = (
+        fitted(truth, [replace(r, error=factor * r.error) for r in readings]) for factor in (1, 2)
+    )
     assert same.values == pytest.approx(fit.values, rel=1e-4)
     assert same.standard_errors == pytest.approx(fit.standard_errors, rel=1e-4)
     assert same.error_scale == pytest.approx(0.5 * fit.error_scale, rel=1e-6)
-    precise = [replace(r, error=1.0e-9) if r is readings[5] else r for r in readings]
-    assert abs(fitted(truth, precise).predictions[5] - readings[5].extension) < 1.0e-8
+    readings[5] = replace(readings[5], error=1.0e-9)
+    assert abs(fitted(truth, readings).predictions[5] - readings[5].extension) < 1.0e-8
 
 
 @pytest.mark.slow
@@ -135,13 +129,11 @@ def test_stated_errors_only_weigh_readings_against_each_other():
 def test_intervals_hold_the_truth_as_often_as_they_say(
     law, pressures, pressure_noise, tests, lowest, highest
 ):
-    truth, noise = actuator(law), np.random.default_rng(20260101)
-    hits = []
+    truth, noise, hits = actuator(law), np.random.default_rng(20260101), []
     for _ in range(tests):
-        readings = extensions(truth, pressures, noise=noise, pressure_noise=pressure_noise)
-        fit = fitted(truth, readings)
-        ends = [(*fit.interval(name), getattr(law, name)) for name in fit.names]
-        hits.append([low <= true <= high for low, high, true in ends])
+        fit = fitted(truth, extensions(truth, pressures, 2e-4, noise, pressure_noise))
+        low, high = np.transpose([fit.interval(name) for name in fit.names])
+        hits.append((low <= astuple(law)) & (astuple(law) <= high))
     assert all(lowest <= share <= highest for share in np.mean(hits, axis=0))
 
 
@@ -157,42 +149,41 @@ def test_error_of_the_pressure_counts_through_the_slope():
 
 
 def test_fixed_constants_are_held_and_chains_that_never_run_out_end_at_the_bound():
-    truth = actuator(LAWS[1])
+    truth, soft = actuator(LAWS[1]), actuator(LAWS[0])
     fit = fitted(truth, extensions(truth, PRESSURES), fixed={"c2": 40.0e3})
     assert fit.names == ("c1",)
-    assert fit.value("c1") == pytest.approx(90.0e3, rel=1e-6)
-    assert fit.actuator.material.c2 == 40.0e3
-    endless = fitted(actuator(LAWS[0]), extensions(actuator(LAWS[0]), PRESSURES), law=Gent)
+    assert astuple(fit.actuator.material) == pytest.approx((90.0e3, 40.0e3), rel=1e-6)
+    endless = fitted(soft, extensions(soft, PRESSURES), law=Gent)
     assert endless.at_bound == ("extension_limit",)
-    assert endless.value("shear_modulus") == pytest.approx(260.0e3, rel=1e-3)
 
 
-SHAPE = ShapeReading(3.0e4, (0.3, 0.1, 0.0), None, 1.0e-3)
+SHAPE = ShapeReading(3.0e4, (0.3, 0.1, 0.0), 0.4, 1.0e-3)
 MOUNTED = gripper_from_actuator("g", spiral(LAWS[0]), density=950.0)
+FAR = [ExtensionReading(p, 0.01, 0.1, 1.0e-4) for p in (1.0e8, 2.0e8, 4.0e8, 3.0e8)]
+# The slope first falls: Mooney-Rivlin would need a modulus of zero at rest.
+ROWS = ((68.9e3, 2.06), (103.4e3, 2.40), (137.9e3, 2.65))
+FALLING = [BendReading(p, bend, 0.18, 0.02 * bend) for p, bend in ROWS]
 
 
-def test_readings_that_cannot_be_fitted_are_refused():
-    truth = actuator(LAWS[1])
-    with pytest.raises(InvalidInputError, match="readings must be at least 3, to fit c1, c2"):
-        fitted(truth, extensions(truth, PRESSURES[:2]))
-    with pytest.raises(InvalidInputError, match="gripper must be given"):
-        fitted(actuator(LAWS[0]), [SHAPE])
-    with pytest.raises(InvalidInputError, match="arc_length must be at most the length"):
-        fitted(spiral(LAWS[0]), [replace(SHAPE, arc_length=0.4)], gripper=MOUNTED)
-    soft = actuator(Yeoh(c1=1.0, c2=-20.0, c3=0.0))
-    readings = [ExtensionReading(p, 0.01, 0.1, 1.0e-4) for p in (1.0e8, 2.0e8, 4.0e8, 3.0e8)]
-    with pytest.raises(ActuationLimitError, match=r"4e.08|400"):
-        fitted(soft, readings, fixed={"c2": -20.0, "c3": -1.0e9})
+@pytest.mark.parametrize(
+    ("law", "readings", "model", "error", "said"),
+    [
+        (LAWS[1], FAR[:2], {}, InvalidInputError, "readings must be at least 3, to fit c1, c2"),
+        (LAWS[0], [SHAPE], {}, InvalidInputError, "gripper must be given"),
+        (LAWS[0], [SHAPE], {"gripper": MOUNTED}, InvalidInputError, "arc_length must be at most"),
+        (Yeoh(1.0, -20.0, -1.0e9), FAR, {}, ActuationLimitError, "4e.08|400"),
+        (LAWS[1], FALLING, {}, SolverError, CalibrationStatus.STUCK.value),
+    ],
+    ids=["too few", "no gripper", "past the tip", "no start reaches", "no minimum"],
+)
+def test_readings_that_cannot_be_fitted_are_refused(law, readings, model, error, said):
+    with pytest.raises(error, match=said):
+        fitted(actuator(law, 80.0, -80.0), readings, **model)
 
 
-def test_a_fit_that_finds_no_minimum_says_so(monkeypatch):
-    # The slope first falls: Mooney-Rivlin would need a modulus of zero at rest.
-    rows = ((68.9e3, 2.06), (103.4e3, 2.40), (137.9e3, 2.65))
-    readings = [BendReading(p, bend, 0.18, 0.02 * bend) for p, bend in rows]
-    with pytest.raises(SolverError) as caught:
-        fitted(actuator(LAWS[1], 80.0, -80.0), readings)
-    assert caught.value.status is CalibrationStatus.STUCK
+def test_a_fit_that_does_not_end_says_so(monkeypatch):
     monkeypatch.setattr("spiral_core.calibration.fit.EVALUATIONS_MAX", 1)
+    truth = actuator(LAWS[1])
     with pytest.raises(SolverError) as caught:
-        fitted(start_from(actuator(LAWS[1]), 3.0), extensions(actuator(LAWS[1]), PRESSURES))
+        fitted(start_from(truth, 3.0), extensions(truth, PRESSURES))
     assert caught.value.status is CalibrationStatus.ITERATION_LIMIT

@@ -3,6 +3,7 @@
 
 import math
 import pickle
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -83,17 +84,16 @@ def test_the_answer_meets_the_requirement_when_solved_afresh(design):
         assert wrap.unloaded_shape.stretch == pytest.approx(grip.stretch, rel=1e-4)
         assert wrap.turns >= 1.5
         # The turns that hold the object end at a node.
-        place = place_object(wrap)
-        assert placement.center == pytest.approx(place.center, abs=1e-3)
-        assert placement.largest_gap == pytest.approx(place.largest_gap, rel=0.02)
-    assert design.gripper.pressure_max == 110.316e3
-    assert design.radius_min == pytest.approx(curve.radius_min, rel=1e-3)
-    assert design.radius_max == pytest.approx(curve.radius_max, rel=1e-3)
+        assert placement.center == pytest.approx(place_object(wrap).center, abs=1e-3)
+    assert curve.pressure_max <= design.gripper.pressure_max == 110.316e3
+    ends = pytest.approx((design.radius_min, design.radius_max), rel=1e-3)
+    assert (curve.radius_min, curve.radius_max) == ends
     assert 1.5 <= design.largest.turns < 1.51
-    radii, pressures = zip(*((point.radius, point.pressure) for point in design.curve), strict=True)
-    assert radii[:: len(radii) - 1] == pytest.approx((30.0e-3, 11.0e-3), rel=1e-9)
-    assert np.diff(pressures).min() > 0.0
-    assert pressures[-1] == pytest.approx(design.smallest.pressure, rel=1e-4)
+    points = [(point.radius, point.pressure) for point in design.curve]
+    assert points[0] == pytest.approx((30.0e-3, design.largest.pressure), rel=1e-4)
+    assert points[-1] == pytest.approx((11.0e-3, design.smallest.pressure), rel=1e-4)
+    assert sorted(points, reverse=True) == points
+    assert np.diff(points, axis=0)[:, 1].min() > 0.0
 
 
 def test_seven_steps_each_with_its_result(report):
@@ -101,20 +101,16 @@ def test_seven_steps_each_with_its_result(report):
     figures = {f"{s.number} {f.name}": f.value for s in report.steps for f in s.figures}
     assert all(step.satisfied and step.remark for step in report.steps)
     assert all(map(math.isfinite, figures.values()))
-    ratio = figures["2 largest object radius / tube radius"]
-    assert ratio == pytest.approx(30.0 / 4.7625, rel=1e-12)
-    assert figures["3 fiber angle beta"] == pytest.approx(math.radians(70.0))
+    assert figures["2 largest object radius / tube radius"] == pytest.approx(30.0 / 4.7625)
     assert figures["4 helix length"] == pytest.approx(0.36403, abs=5e-6)
     helix, exact = (figures[f"{k} object length at the largest object"] for k in (5, 6))
     # Gravity pulls the coil apart.
     assert 1.2 * helix < exact < 1.6 * helix
-    for verdict in (
-        "50 deg fails as a helix (object length",
-        "60 deg fails as a rod (object length",
-        "70 deg taken",
-        "80 deg would do too",
-    ):
-        assert verdict in report.steps[2].remark
+    assert re.search(
+        r"50 deg fails as a helix \(object length.*60 deg fails as a rod \(object length"
+        ".*70 deg taken.*80 deg would do too",
+        report.steps[2].remark,
+    )
     numbers, _, names = zip(*CALLS, strict=True)
     assert numbers == tuple(range(len(report.tried)))
     assert [name[-6:] for name in names] == ["60 deg", "70 deg", "80 deg"]
@@ -122,15 +118,15 @@ def test_seven_steps_each_with_its_result(report):
 
 
 def test_margins_are_those_of_the_figures(report, design):
-    margins = {margin.constraint: margin for margin in design.margins}
-    # No limit on the length, no contact, and a coil that closes before the actuator ends.
-    unasked = {Constraint.LENGTH, Constraint.SMALLEST_RADIUS}
-    unasked |= {Constraint.PAYLOAD, Constraint.WRAPPED}
-    assert margins.keys() == set(Constraint) - unasked
-    assert margins[Constraint.STRAIN].value == design.smallest.strain
-    assert margins[Constraint.PRESSURE].value == design.smallest.pressure
-    assert margins[Constraint.OBJECT_LENGTH].value == design.largest.object_length
-    assert margins[Constraint.TURN_CLEARANCE].bound == 2.0 * PAPER_TUBE.outer_radius
+    margins = {margin.constraint: margin.value for margin in design.margins}
+    assert margins == {
+        Constraint.STRAIN: design.smallest.strain,
+        Constraint.PRESSURE: design.smallest.pressure,
+        Constraint.TURN_CLEARANCE: design.smallest.turn_spacing,
+        Constraint.OBJECT_LENGTH: design.largest.object_length,
+        Constraint.TURNS: design.largest.turns,
+        Constraint.LARGEST_RADIUS: pytest.approx(design.radius_max, rel=1e-6),
+    }
     chosen = [margin for margin in design.margins if not margin.constraint.is_met_just_so]
     assert report.binding is min(chosen, key=lambda margin: margin.relative)
 
@@ -195,14 +191,13 @@ def test_the_roll_of_the_clamp_is_from_the_straight_fiber_to_gravity(design, gra
 @pytest.mark.slow
 def test_a_known_direction_of_the_objects_is_designed_for():
     """Gaps of the range do not lie between the objects, and no error ends the procedure."""
-    tilted = (0.8 * G, 0.6 * G, 0.0)
-    wanted = replace(PAPER_EXAMPLE, gravity=tilted, object_axis=(1.0, 0.0, 0.0), object_length=None)
-    found = answered(wanted)
+    tilted = {"gravity": (0.8 * G, 0.6 * G, 0.0), "object_axis": (1.0, 0.0, 0.0)}
+    found = answered(replace(PAPER_EXAMPLE, **tilted, object_length=None))
     assert found.binding is not None
     if found.feasible:
         curve = WrapCurve(found.design.gripper)
-        for radius in np.linspace(wanted.radius_min, wanted.radius_max, 25).tolist():
-            assert curve.wrap_for_radius(radius).turns >= wanted.turns_required - 1e-6
+        for radius in np.linspace(11.0e-3, 30.0e-3, 25).tolist():
+            assert curve.wrap_for_radius(radius).turns >= 1.5 - 1e-6
 
 
 FIGURES = {
@@ -258,9 +253,7 @@ HELICAL = replace(
 
 def test_the_single_fibers_angle_is_chosen_when_asked():
     straight, wanted = designed(HELICAL), replace(HELICAL, fiber_angles_gamma=angles(0.0, 2.0))
-    either = designed(wanted)
-    assert either.fiber_angle == straight.fiber_angle == 0.0  # the least strain
-    assert either.length == pytest.approx(straight.length, rel=1e-6)
+    assert designed(wanted).fiber_angle == 0.0  # the least strain
     shorter = designed(replace(wanted, preference=Preference.SHORTEST))
     assert shorter.fiber_angle == pytest.approx(math.radians(2.0))
     assert shorter.length < 0.99 * straight.length
@@ -276,17 +269,15 @@ def test_a_helix_about_a_helical_fiber_is_widest_at_some_stretch():
     actuation = FreeActuation(candidate.actuator(HELICAL, 0.36))
     widest, stretches = widest_helix(actuation)
     radii = [helix_radius(actuation, x) for x in np.linspace(1.001, actuation.stretch_limit, 400)]
-    assert radii[0] < max(radii) <= widest
-    assert max(radii) == pytest.approx(widest, rel=1e-3)
+    assert radii[0] < max(radii) <= widest < 1.001 * max(radii)
     stretch = helix_stretch(actuation, 0.9 * widest)
     assert stretch > stretches[0]
     assert helix_radius(actuation, stretch) == pytest.approx(0.9 * widest, rel=1e-9)
     with pytest.raises(NotGrippableError, match="too thick: the single fiber winds"):
         helix_stretch(actuation, 1.01 * widest)
     # So steep that no coil is wide enough.
-    report = answered(replace(HELICAL, fiber_angles_gamma=angles(12.0)))
+    steep = replace(HELICAL, fiber_angles_gamma=angles(12.0))
+    report = answered(steep)
     assert report.binding.constraint is Constraint.LARGEST_RADIUS
-    assert 0.0 < report.binding.value < 0.03
-    (relaxation, *_) = report.relaxations
-    assert relaxation.field == "radius_max"
-    designed(replace(report.requirement, radius_max=relaxation.sufficient))
+    assert report.relaxations[0].field == "radius_max"
+    designed(replace(steep, radius_max=report.relaxations[0].sufficient))

@@ -32,48 +32,43 @@ WANTED = DesignRequirement(
 LOST = "the coil loses stability"
 
 
+# Candidates by their angle [deg], and whether other places are tried.
+AT_ONCE, NEXT, ELSEWHERE = (50, False), (60, False), (50, True)
+
+
 @pytest.mark.parametrize(
     ("wraps", "calls", "remark"),
     [
-        ({(50, False)}, [(50, False)], "all objects are wrapped where the free coil lies"),
-        ({(60, False)}, [(50, False), (60, False)], "all objects are wrapped where"),
-        (
-            {(50, True)},
-            [(50, False), (60, False), (50, True)],
-            "0.025 m is wrapped from another place than the free coil's",
-        ),
-        (set(), [(50, False), (60, False), (50, True)], f"0.025 m is not wrapped: {LOST}"),
+        (AT_ONCE, [AT_ONCE], "all objects are wrapped where the free coil lies"),
+        (NEXT, [AT_ONCE, NEXT], "all objects are wrapped where the free coil lies"),
+        (ELSEWHERE, [AT_ONCE, NEXT, ELSEWHERE], "0.025 m is wrapped from another place than"),
+        (None, [AT_ONCE, NEXT, ELSEWHERE], f"0.025 m is not wrapped: {LOST}"),
     ],
-    ids=["at once", "the next", "elsewhere", "nowhere"],
 )
 def test_the_first_candidate_that_wraps_every_object_is_taken(wraps, calls, remark, monkeypatch):
     made, told = [], []
 
     def close(requirement, evaluation, say, *, anywhere=False):
-        """Wrap what the rule says of the angle [deg] and of other places."""
         made.append((round(math.degrees(evaluation.candidate.fiber_angle_beta)), anywhere))
         say("closing")
-        first, *others = objects_of(requirement)
-        wrapped = made[-1] in wraps
-        shift = 0.02 if anywhere else 0.0
-        one = ClosedObject(first, 4e4, shift) if wrapped else ClosedObject(first, reason=LOST)
-        return (one, *(ClosedObject(radius, 5e4) for radius in others))
+        lost = {} if made[-1] == wraps else {"onset": None, "reason": LOST}
+        first, *others = (ClosedObject(radius, 5e4) for radius in objects_of(requirement))
+        return (replace(first, shift=0.02 * anywhere, **lost), *others)
 
     monkeypatch.setattr(closing, "close_on_objects", close)
     report = design_gripper(WANTED, lambda *call: told.append(call))
     assert made == calls
     assert all(done < total for done, total, _ in told)
     fails = "beta 50 deg fails as a rod (objects wrapped" in report.steps[2].remark
-    assert fails == ((60, False) in wraps)
+    assert fails == (wraps == NEXT)
     step = report.steps[-1]
     assert (step.number, step.satisfied, report.feasible) == (8, bool(wraps), bool(wraps))
     assert step.remark.startswith(remark)
     if wraps:
-        ((beta, _),) = wraps
-        assert report.design.actuator.fibers.beta == pytest.approx(math.radians(beta))
-    assert (report.binding.constraint is Constraint.WRAPPED) == (not wraps)
-    if not wraps:
-        assert (report.binding.value, report.binding.bound) == (2.0, 3.0)
+        assert report.design.actuator.fibers.beta == pytest.approx(math.radians(wraps[0]))
+        assert report.binding.constraint is not Constraint.WRAPPED
+    else:
+        assert report.binding == Margin(Constraint.WRAPPED, 2.0, 3.0)
         assert report.relaxations == ()
         assert report.message.endswith(step.remark)
     made.clear()
@@ -98,21 +93,20 @@ def test_an_object_is_looked_for_elsewhere_only_if_asked(monkeypatch):
     evaluation, asked = solve_candidate(wanted, wanted.candidates()[0]), []
 
     def found(setup):
-        asked.append(setup.obstacle.position)
+        asked.append(setup)
         x, y, z = setup.obstacle.position
         return replace(setup, obstacle=replace(setup.obstacle, position=(x, y, z + 0.01)))
 
     def window(setup, **_):
-        onset = 6e4 if asked and setup.obstacle.position != asked[0] else None
+        onset = 6e4 if asked and setup is not asked[0] else None
         return SimpleNamespace(onset_wrap=onset, end=SimpleNamespace(value=LOST))
 
     monkeypatch.setattr(closing, "find_place", found)
     monkeypatch.setattr(closing, "grip_window", window)
-    (here,) = close_on_objects(wanted, evaluation, lambda _: None)
-    assert (here.onset, here.reason, asked) == (None, LOST, [])
+    here = close_on_objects(wanted, evaluation, lambda _: None)
+    assert (here, asked) == ((ClosedObject(0.02, reason=LOST),), [])
     (there,) = close_on_objects(wanted, evaluation, lambda _: None, anywhere=True)
-    assert (there.onset, there.reason) == (6e4, "")
-    assert there.shift == pytest.approx(0.01)
+    assert there == ClosedObject(0.02, 6e4, pytest.approx(0.01))
 
 
 def test_the_pareto_set_leaves_out_what_contact_does_not_wrap():

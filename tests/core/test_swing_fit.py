@@ -127,9 +127,8 @@ def test_readings_that_tell_nothing_are_refused(times, size, field, said):
     assert refused.value.field == field
 
 
-def test_minutes_for_seconds_and_values_out_of_range_are_refused():
+def test_minutes_for_seconds_and_air_below_zero_are_refused():
     times = np.arange(0.0, 8.0, 0.02)
-    with pytest.raises(InvalidInputError, match="unit of time"):
-        fitted(times / 60.0, exact(0.02, times), 0)
-    with pytest.raises(InvalidInputError, match="air"):
-        fitted(times, exact(0.02, times), air=-1.0)
+    for given, held, said in ((times / 60.0, {}, "unit of time"), (times, {"air": -1.0}, "air")):
+        with pytest.raises(InvalidInputError, match=said):
+            fitted(given, exact(0.02, times), **held)
