@@ -47,9 +47,6 @@ def test_design_space_of_hoop_windings_in_closed_form():
 def test_design_space_ends_where_fibers_lock():
     (curve,) = design_space(HOOP, [math.radians(20.0)], stretch_max=1.5)
     assert 1.06 < curve.stretch[-1] < 1.0 / math.cos(math.radians(20.0))
-    for stretch in (1.01, math.nan, math.inf):
-        with pytest.raises(InvalidInputError, match="stretch_max"):
-            design_space(HOOP, [1.0], stretch_max=stretch)
 
 
 def test_without_weight_rod_and_helix_agree_and_gravity_opens_the_coil_at_low_pressure():
@@ -87,8 +84,7 @@ def test_the_windows_of_a_chart_are_those_of_the_grips(monkeypatch):
     steps = lambda *step: done.append(step)  # noqa: E731
     chart = charts.contact_chart(WrapCurve(gripper), 0.025, 0.033, progress=steps)
     assert done == [(1, 2), (2, 2)]
-    assert np.isnan(chart.onset_wrap).tolist() == [True, False]
     window = grip_window(lay_into_coil(gripper, float(chart.radius[1])))
     for name in ("onset_wrap", "onset_curling", "loss"):
-        end = getattr(window, name) or math.nan
-        assert getattr(chart, name)[1] == pytest.approx(end, rel=0.0, nan_ok=True)
+        expected = [math.nan, getattr(window, name) or math.nan]  # the first is not wrapped
+        np.testing.assert_array_equal(getattr(chart, name), expected)

@@ -110,9 +110,8 @@ def test_an_object_is_looked_for_elsewhere_only_if_asked(monkeypatch):
 
 
 def test_the_pareto_set_leaves_out_what_contact_does_not_wrap():
-    wanted = replace(
-        WANTED, radius_min=0.006, radius_max=0.0125, tubes=(TubeSize("8", 4e-3, 1e-3),)
-    )
+    small = {"radius_min": 0.006, "radius_max": 0.0125, "tubes": (TubeSize("8", 4e-3, 1e-3),)}
+    wanted = replace(WANTED, **small)
     points = solve_points(wanted, wanted.candidates())
     closed = [judged(point, close_on_objects(wanted, point, lambda _: None)) for point in points]
     assert closed_pareto_set(wanted, points) == pareto_set(closed)
