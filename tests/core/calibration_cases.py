@@ -5,6 +5,7 @@ import math
 from dataclasses import astuple, replace
 
 import numpy as np
+import pytest
 
 from spiral_core import (
     Actuator,
@@ -14,6 +15,7 @@ from spiral_core import (
     FiberAngles,
     FreeActuation,
     Gent,
+    InvalidInputError,
     MooneyRivlin,
     NeoHookean,
     PressureLaw,
@@ -87,6 +89,11 @@ def noisy(truth, seed=4, pressures=PRESSURES):
 def fitted(truth, readings, robust=False, **model):
     """Return the fit of an actuator's own law, or of what ``model`` says, to readings."""
     return calibrate(CalibrationModel(truth, **model), readings, robust=robust)
+
+
+def refused(said):
+    """Expect that an input is refused with these words."""
+    return pytest.raises(InvalidInputError, match=said)
 
 
 def start_from(truth, factor=1.4):

@@ -273,8 +273,9 @@ def test_a_helix_about_a_helical_fiber_is_widest_at_some_stretch():
     stretch = helix_stretch(actuation, 0.9 * widest)
     assert stretch > stretches[0]
     assert helix_radius(actuation, stretch) == pytest.approx(0.9 * widest, rel=1e-9)
-    with pytest.raises(NotGrippableError, match="too thick: the single fiber winds"):
+    with pytest.raises(NotGrippableError, match="too thick: the single fiber winds") as caught:
         helix_stretch(actuation, 1.01 * widest)
+    assert caught.value.nearest_radius == widest
     # So steep that no coil is wide enough.
     steep = replace(HELICAL, fiber_angles_gamma=angles(12.0))
     report = answered(steep)
