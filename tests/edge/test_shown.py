@@ -9,50 +9,51 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from click.testing import CliRunner
 from rich.console import Console
 
 from spiral_core import InvalidInputError, Pull, WrapCurve, grip_cases
 from spiral_core.grip.grip import GripOutcome
 from spiral_core.message import Message, Quantity
 from spiral_gripper import convert_from_si, display_units, load_gripper, plot
-from spiral_gripper.cli import main as cli
-from spiral_gripper.files.shown import (
-    axis_label,
-    number,
-    scale_of,
-    shown,
-    shown_message,
-    shown_range,
-)
+from spiral_gripper.cli.main import run
+from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
 from spiral_gripper.files.units import Dimension
 from spiral_gripper.reports.grip.rows import print_forces
 from spiral_gripper.reports.grip.study import print_outcomes
 
 WRAP = ["wrap", "paper_design_70", "--radius", "20 mm"]
+DESIGN = ["design", "--radius-min", "12 mm", "--radius-max", "25 mm", "--tube", "9.5 mm x 0.8 mm"]
 
 
-def run(*arguments):
-    return CliRunner().invoke(cli.spiral_gripper, list(arguments), obj={})
+@pytest.fixture
+def said(capfd):
+    def said(*arguments, code=0):
+        assert run(arguments) == code
+        return " ".join("".join(capfd.readouterr()).split())
+
+    return said
 
 
-def test_units_made_of_others_follow_the_chosen_ones():
-    with display_units("lbf", "in", "psi", "rad"):
+def test_units_made_of_others_follow_the_chosen_ones_until_the_end_of_the_block():
+    with suppress(ZeroDivisionError), display_units("lbf", "in", "psi", "rad"):
         assert shown(6894.757293, "Pa/s") == "1 psi/s"
         assert shown(4.4482216 * 0.0254, "N m") == "1 lbf in"
         assert shown(4.4482216 / 0.0254, "N/m") == "1 lbf/in"
         assert shown(4.4482216 * 0.0254**2, "N m^2") == "1 lbf in^2"
         assert shown(1.5, "rad") == "1.5 rad"
         assert shown_range(0.0254, 0.0508) == "1 in to 2 in"
-        assert shown(2.54, "m") == "100 in"
-    assert (shown(0.5, "N m"), scale_of("N/m").unit) == ("500 N mm", "N/mm")
-
-
-def test_the_usual_units_return_with_the_end_of_the_block():
-    with suppress(ZeroDivisionError), display_units("bar"):
-        assert number(2e5, "Pa") == "2"
         raise ZeroDivisionError
-    assert (number(2e5, "Pa"), shown(2.0, "m")) == ("200", "2 m")
+    assert (shown(0.5, "N m"), scale_of("N/m").unit) == ("500 N mm", "N/mm")
+    assert (number(2e5, "Pa"), shown(2.0, "m"), shown(0.9, "m")) == ("200", "2 m", "900 mm")
+
+
+def test_a_message_is_shown_part_by_part_and_other_text_as_it_is():
+    limit = Message("at most {}", Quantity(6894.757, "Pa"))
+    text = Message("tube of {}; {}; {}", "10 mm x 1 mm", Quantity(0.254, "m"), limit)
+    assert str(text) == "tube of 10 mm x 1 mm; 0.254 m; at most 6894.76 Pa"
+    with display_units("psi", "in"):
+        assert shown_message(text) == "tube of 10 mm x 1 mm; 10 in; at most 1 psi"
+        assert shown_message("254 mm") == "254 mm"
 
 
 @pytest.mark.parametrize("units", [("psi", "kPa"), ("furlong",), ("",), ("g/m",), ("%",), ("MM",)])
@@ -65,79 +66,45 @@ def test_a_picture_is_drawn_in_the_chosen_units():
     curve = WrapCurve(load_gripper("paper_design_70"))
     with display_units("psi", "in"):
         axes = plot(curve).axes[0]
-        assert axes.get_xlabel() == axis_label("object radius", "m") == "object radius [in]"
-        assert axes.get_ylabel() == "pressure [psi]"
-    assert axes.get_xlim()[1] == pytest.approx(
-        convert_from_si(curve.radius_max, "in", Dimension.LENGTH)
-    )
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("object radius [in]", "pressure [psi]")
+    largest = convert_from_si(curve.radius_max, "in", Dimension.LENGTH)
+    assert axes.get_xlim()[1] == pytest.approx(largest)
 
 
-def test_a_command_prints_in_the_chosen_units_and_forgets_them():
-    chosen = run(*WRAP, "--units", "psi, in")
-    assert chosen.exit_code == 0
-    assert "8.274 psi" in chosen.output
-    assert "0.7874 in" in chosen.output
-    assert not any(unit in chosen.output for unit in (" kPa", " mm"))
-    assert "57.05 kPa" in run(*WRAP).output
-
-
-DESIGN = ["design", "--radius-min", "12 mm", "--radius-max", "25 mm", "--tube", "9.5 mm x 0.8 mm"]
+def test_a_command_prints_in_the_chosen_units_and_forgets_them(said):
+    chosen = said(*WRAP, "--units", "psi, in")
+    assert "8.274 psi" in chosen
+    assert "0.7874 in" in chosen
+    assert "57.05 kPa" in said(*WRAP)
+    document = json.loads(said(*WRAP, "--json", "--units", "psi,in"))
+    assert document["pressure"] == pytest.approx(55.47e3, rel=1e-3)  # as the table has it
+    refused = said(*WRAP[:-1], "60 mm", "--units", "in", code=2)
+    assert "the nearest grippable radius is 1.489 in" in refused
+    refused = said(*WRAP, "--units", "psi,furlong", code=2)
+    assert "got 'furlong'" in refused
+    for one in ("pressure: kPa, psi, bar", "length: mm, in", "angle: deg", "force: N", "mass: g"):
+        assert one in refused
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "code", "verdict"),
     [
-        DESIGN,
-        [*DESIGN, "--pressure-max", "20 kPa"],
-        ["shape", "prototype_p1", "--pressure", "8 psi"],
-        [*WRAP[:-1], "0.8 in", "--pressure", "8 psi"],
-        ["winding-sheet", "prototype_p1"],
+        (DESIGN, 0, r"feasible: .* length [\d.]+ in, [\d.]+ psi to [\d.]+ psi"),
+        (
+            [*DESIGN, "--pressure-max", "20 kPa"],
+            1,
+            r"not feasible: .*[\d.]+ psi, .*at most 2\.90\d* psi",
+        ),
+        (["shape", "prototype_p1", "--pressure", "8 psi"], 0, "8 psi"),
+        ([*WRAP[:-1], "0.8 in", "--pressure", "8 psi"], 0, "0.8 in"),
+        (["winding-sheet", "prototype_p1"], 0, "in"),
     ],
 )
-def test_no_usual_unit_is_left_where_all_are_chosen(arguments):
-    printed = " ".join(run(*arguments, "--units", "psi,in,rad,lbf,oz").output.split())
-    assert " in" in printed
+def test_no_usual_unit_is_left_where_all_are_chosen(said, arguments, code, verdict):
+    printed = said(*arguments, "--units", "psi,in,rad,lbf,oz", code=code)
+    assert re.search(verdict, printed)
     named = printed.replace("9.5 mm x 0.8 mm", "")  # the tube's name, as it was typed
     assert re.findall(r"\d (?:mm|m|kPa|Pa|deg|N|N mm|kg)\b", named) == []
-
-
-def test_the_verdict_of_a_design_is_in_the_chosen_units():
-    feasible = " ".join(run(*DESIGN, "--units", "psi,in").output.split())
-    assert re.search(r"feasible: .* length [\d.]+ in, [\d.]+ psi to [\d.]+ psi", feasible)
-    refused = run(*DESIGN, "--pressure-max", "20 kPa", "--units", "psi,in").output
-    assert re.search(
-        r"not feasible: .*[\d.]+ psi, .*at most 2\.90\d* psi", " ".join(refused.split())
-    )
-
-
-def test_a_message_is_shown_part_by_part_and_other_text_as_it_is():
-    limit = Message("at most {}", Quantity(6894.757, "Pa"))
-    text = Message("tube of {}; {}; {}", "10 mm x 1 mm", Quantity(0.254, "m"), limit)
-    assert str(text) == "tube of 10 mm x 1 mm; 0.254 m; at most 6894.76 Pa"
-    with display_units("psi", "in"):
-        assert shown_message(text) == "tube of 10 mm x 1 mm; 10 in; at most 1 psi"
-        assert shown_message("254 mm") == "254 mm"
-
-
-def test_json_stays_in_si():
-    document = json.loads(run(*WRAP, "--json", "--units", "psi,in").output)
-    assert document["pressure"] == pytest.approx(55.47e3, rel=1e-3)  # as the table has it
-
-
-def test_a_refusal_is_in_the_chosen_units(capfd):
-    asked = [*WRAP[:-1], "60 mm", "--units", "in"]
-    assert cli.run(asked) == 2
-    assert "the nearest grippable radius is 1.489 in" in capfd.readouterr().err
-
-
-def test_units_that_are_none_are_refused(capfd):
-    assert cli.run([*WRAP, "--units", "psi,parsnip"]) == 2
-    assert "got 'parsnip'" in capfd.readouterr().err
-    assert cli.run([*WRAP, "--units", "psi,furlong"]) == 2
-    said = capfd.readouterr().err
-    assert "got 'furlong'" in said
-    for one in ("pressure: kPa, psi, bar", "length: mm, in", "angle: deg", "force: N", "mass: g"):
-        assert one in said
 
 
 def test_the_columns_of_a_study_name_their_units():
@@ -146,10 +113,11 @@ def test_the_columns_of_a_study_name_their_units():
     cases = grip_cases([gripper, replace(gripper, name="another")], [0.02], [0.3, 0.6])
     outcome = GripOutcome("", 66e3, 65e3, 74e3, None, 70e3, 0.2, 0.7, 0.9, 0.15, False, True)
     print_outcomes(cases, [outcome] * 4, console)
-    said = console.file.getvalue()
-    assert said.count("forces at the recommended pressure [kPa, N]; > at least") == 2
-    assert "another, gravity (9.81 0 0), 2 grips" in said
-    assert said.count("│  20 mm │      0.3 │      65 │    74 │    - │ 70 │  0.9 │  > 0.15 │") == 2
+    printed = console.file.getvalue()
+    assert printed.count("forces at the recommended pressure [kPa, N]; > at least") == 2
+    assert "another, gravity (9.81 0 0), 2 grips" in printed
+    row = "│  20 mm │      0.3 │      65 │    74 │    - │ 70 │  0.9 │  > 0.15 │"
+    assert printed.count(row) == 2
     console = Console(file=io.StringIO(), width=200)
     grip = SimpleNamespace(forces={Pull.AWAY: [], Pull.TWIST_LEFT: []}, points=[])
     with display_units("psi"):

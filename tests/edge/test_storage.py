@@ -1,14 +1,96 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files are read within bounds, and written whole or not at all."""
+"""Files are found by name or path, read within bounds, and written whole or not at all."""
 
 import errno
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from spiral_core import MooneyRivlin
+from spiral_gripper import DescriptionError, available_grippers, load_description, load_gripper
 from spiral_gripper.files import storage
+from spiral_gripper.files.catalog import GRIPPERS, find_description
 from spiral_gripper.files.storage import LARGEST_FILE, FileError, read_text, write_file
+
+# Name, angle of the second family [deg], length [m] and other figures of the paper and our own.
+SHIPPED = [
+    ("paper_design_70", 70, 0.361),
+    ("prototype_p1", 50, 0.5),
+    ("prototype_p2", 60, 0.5),
+]
+
+
+@pytest.mark.parametrize(("name", "beta", "length"), SHIPPED)
+def test_shipped_files_say_what_the_paper_and_our_readings_say(name, beta, length):
+    assert available_grippers() == tuple(row[0] for row in SHIPPED)
+    description = load_description(name)
+    actuator, gripper = description.actuator, description.gripper
+    assert (gripper.name, bool(description.description)) == (name, True)
+    tube = (actuator.tube.inner_radius, actuator.tube.wall_thickness, actuator.tube.length)
+    assert tube == (4.7625e-3, 0.794e-3, length)
+    angles = np.degrees([actuator.fibers.alpha, actuator.fibers.beta])
+    assert angles == pytest.approx([88.0, beta], rel=1e-15)
+    assert (actuator.material, description.density) == (MooneyRivlin(c1=130e3, c2=15e3), 950.0)
+    assert (gripper.gravity, gripper.object_axis) == ((9.80665, 0.0, 0.0), None)
+    # The highest pressure at which the paper shows shapes: eight steps of 2 psi.
+    assert gripper.pressure_max == pytest.approx(8 * 13.7895e3, rel=2e-6)  # stated to six digits
+    assert gripper.turns_required == 1.05
+    assert description.written["model.pressure_law"] == actuator.pressure_law.value == "uniform"
+
+
+@pytest.mark.parametrize("name", available_grippers())
+def test_shipped_files_say_where_each_figure_comes_from(name):
+    text = (GRIPPERS.path / f"{name}.yaml").read_text(encoding="utf-8")
+    said = " ".join(line.strip().removeprefix("#").strip() for line in text.splitlines())
+    assert "which assumes an evenly stretched wall; they are valid only with it" in said
+    figures = [line for line in text.splitlines() if ": " in line and line.strip()[:1] != "#"]
+    commented = [line for line in figures if " # " in line]
+    # Explained by a comment above them or by their unit alone.
+    plain = ("name", "description", "c1", "c2", "density", "gravity_magnitude")
+    assert len(commented) >= 10
+    assert all(line.strip().startswith(plain) for line in figures if line not in commented)
+
+
+def test_a_name_is_a_shipped_gripper_whatever_the_folder_holds(tmp_path, monkeypatch):
+    (tmp_path / "prototype_p1").write_text("name: impostor\n")
+    monkeypatch.chdir(tmp_path)
+    assert load_gripper("prototype_p1").name == "prototype_p1"
+    with pytest.raises(DescriptionError):
+        load_gripper("./prototype_p1")
+    for path in ("mine.yaml", "./mine", Path("mine")):
+        assert find_description(path) == Path(path)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ("prototype_p3", "no gripper has this name; did you mean prototype_p2? the shipped grip"),
+        ("xyzzy", "no gripper has this name; the shipped grippers are paper_design_70, prototype"),
+        ("", "no gripper has this name; the shipped grippers are paper_design_70, prototype"),
+        ("protoype_p1.yaml", "there is no such file; did you mean prototype_p1? the shipped grip"),
+        (".", "it is a folder"),
+        ("a\x00b.yaml", "its name holds a null character; the shipped grippers are"),
+    ],
+)
+def test_a_gripper_that_is_not_there(tmp_path, monkeypatch, asked, message):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(DescriptionError) as caught:
+        load_gripper(asked)
+    named = asked or '""'
+    assert str(caught.value).startswith(f"{named}: this file cannot be read: {message}")
+
+
+def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
+    text = (GRIPPERS.path / "prototype_p1.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "mine.yaml"
+    path.write_bytes(text.replace("\n", "\r\n").encode("utf-8-sig"))
+    assert load_gripper(path) == load_gripper("prototype_p1")
+    path.write_bytes(text.replace("500 mm  ", "500").replace("\n", "\r\n").encode("utf-8-sig"))
+    with pytest.raises(DescriptionError) as caught:
+        load_gripper(path)
+    assert caught.value.problems[0].line == text[: text.index("500 mm  ")].count("\n") + 1
 
 
 def test_text_is_read_up_to_the_limit(tmp_path):
@@ -20,57 +102,43 @@ def test_text_is_read_up_to_the_limit(tmp_path):
         read_text(path)
 
 
-def test_devices_pipes_and_folders_are_refused_at_once(tmp_path):
-    pipe = tmp_path / "pipe.csv"
-    os.mkfifo(pipe)
-    for path in (Path("/dev/zero"), pipe):
-        with pytest.raises(FileError, match="a device or a pipe"):
-            read_text(path)
-    with pytest.raises(FileError, match="it is a folder"):
-        read_text(tmp_path)
-
-
 @pytest.mark.parametrize(
-    ("name", "reason"),
+    ("name", "cannot_be_read", "cannot_be_written"),
     [
-        ("no.csv", "there is no such file"),
-        ("a\0b", "null character"),
-        ("a" * 300, "its name is too long"),
-        ("loop", "its links lead in a circle"),
-        ("bytes", r"it is not text in UTF-8 \(byte 3 is 0xff\)"),
+        ("/dev/zero", "a device or a pipe", "not a plain file"),
+        ("pipe", "a device or a pipe", "not a plain file"),
+        ("no/file", "there is no such file", "there is no folder"),
+        ("a\0b", "null character", "null character"),
+        ("a" * 300, "its name is too long", "its name is too long"),
+        ("loop", "its links lead in a circle", ""),
+        ("bytes", r"it is not text in UTF-8 \(byte 3 is 0xff\)", ""),
+        ("", "it is a folder", ""),
     ],
 )
-def test_what_cannot_be_read_says_why(tmp_path, name, reason):
+def test_what_cannot_be_read_or_written_says_why(tmp_path, name, cannot_be_read, cannot_be_written):
+    os.mkfifo(tmp_path / "pipe")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     (tmp_path / "bytes").write_bytes(b"ab\xff")
-    with pytest.raises(FileError, match=reason):
+    with pytest.raises(FileError, match=cannot_be_read):
         read_text(tmp_path / name)
+    if cannot_be_written:
+        with pytest.raises(FileError, match=cannot_be_written):
+            write_file(tmp_path / name, "")
 
 
-def test_a_file_is_written_with_the_permissions_of_any_other(tmp_path):
+def test_a_file_is_written_as_any_other_replaced_on_request_and_a_link_stays_a_link(tmp_path):
     (tmp_path / "other").write_text("")
-    write_file(tmp_path / "mine", "ä")
-    assert (tmp_path / "mine").read_bytes() == "ä".encode()
-    assert (tmp_path / "mine").stat().st_mode == (tmp_path / "other").stat().st_mode
-    write_file(tmp_path / "mine", b"\0")
-    assert (tmp_path / "mine").read_bytes() == b"\0"
-
-
-def test_an_existing_file_is_kept_where_it_must_be(tmp_path):
-    path = tmp_path / "mine"
-    path.write_text("mine")
+    mine, link = tmp_path / "mine", tmp_path / "link"
+    link.symlink_to(mine)
+    write_file(link, "ä")
+    assert link.is_symlink()
+    assert mine.read_bytes() == "ä".encode()
+    assert mine.stat().st_mode == (tmp_path / "other").stat().st_mode
     with pytest.raises(FileError, match="exists already and is kept"):
-        write_file(path, "other", replace=False)
-    assert path.read_text() == "mine"
-    write_file(path, "other")
-    assert path.read_text() == "other"
-
-
-def test_a_link_stays_a_link(tmp_path):
-    (tmp_path / "link").symlink_to(tmp_path / "target")
-    write_file(tmp_path / "link", "text")
-    assert (tmp_path / "link").is_symlink()
-    assert (tmp_path / "target").read_text() == "text"
+        write_file(mine, "other", replace=False)
+    assert mine.read_text(encoding="utf-8") == "ä"
+    write_file(mine, b"\0")
+    assert mine.read_bytes() == b"\0"
 
 
 @pytest.mark.parametrize("replace", [True, False])
@@ -88,17 +156,4 @@ def test_a_write_that_fails_leaves_everything_as_it_was(tmp_path, monkeypatch, r
         write_file(path, "after", replace=replace)
     if isinstance(cause, OSError):
         assert str(caught.value) == f"{path} cannot be written: the disk is full"
-    assert [one.name for one in tmp_path.iterdir()] == (["mine"] if replace else [])
-    assert not replace or path.read_text() == "before"
-
-
-def test_what_cannot_be_written_says_why(tmp_path):
-    with pytest.raises(FileError, match="there is no folder"):
-        write_file(tmp_path / "no" / "mine", "")
-    os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(FileError, match="it is not a plain file"):
-        write_file(tmp_path / "pipe", "")
-    with pytest.raises(FileError, match="its name is too long"):
-        write_file(tmp_path / ("a" * 300), "")
-    with pytest.raises(FileError, match="null character"):
-        write_file(tmp_path / "a\0b", "")
+    assert [one.read_text() for one in tmp_path.iterdir()] == ["before"] * replace

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tubing files: the shipped sizes, and every way a file can be wrong."""
+"""Tubing files: the shipped sizes, every way a file can be wrong, and what is hardly meant."""
 
 from __future__ import annotations
 
@@ -8,39 +8,41 @@ import re
 from pathlib import Path
 
 import pytest
+from repo.source_tree import ROOT
 
-from spiral_core import DesignRequirement, InvalidInputError, MooneyRivlin
+from spiral_core import DesignRequirement, InvalidInputError, MooneyRivlin, PressureLaw
 from spiral_core.design.requirement import SECTION_OVER_UNIFORM
-from spiral_gripper import (
-    DescriptionError,
-    available_grippers,
-    available_tubing,
-    load_tubing,
-    parse_tube_size,
-)
-from spiral_gripper.files.tubing import parse_tubing
+from spiral_gripper import DescriptionError, available_tubing, load_tubing, parse_tube_size
+from spiral_gripper.cli.main import run
+from spiral_gripper.files.tubing import Tubing, parse_tubing
 
 GOOD = """\
 name: mine
 material: {law: neo_hookean, c1: 145 kPa, density: 950 kg/m^3}
-sizes: [8 mm x 1 mm, 3/8 in x 1/32 in]
+sizes: [8 mm x 1 mm, 6 mm x 3 mm]
 """
 
 
-def test_the_shipped_list() -> None:
+def changed(old: str, new: str) -> Tubing:
+    assert old in GOOD
+    return parse_tubing(GOOD.replace(old, new), Path("mine.yaml"))
+
+
+def test_the_shipped_list_and_a_file_of_ones_own() -> None:
     assert available_tubing() == ("natural_latex",)
-    assert "natural_latex" not in available_grippers()
     tubing = load_tubing("natural_latex")
     assert tubing.elastomer.law == MooneyRivlin(130.0e3, 15.0e3)
     assert (tubing.name, tubing.elastomer.density) == ("natural latex", 950.0)
     assert len(tubing.sizes) == len({size.name for size in tubing.sizes}) == 14
     paper = next(size for size in tubing.sizes if size.name == "3/8 in x 1/32 in")
-    assert paper.inner_radius == pytest.approx(4.7625e-3, rel=1e-12)
-    assert paper.wall_thickness == pytest.approx(0.79375e-3, rel=1e-12)
+    assert (paper.inner_radius, paper.wall_thickness) == pytest.approx((4.7625e-3, 0.79375e-3))
+    own = changed("mine", "mine")
+    assert ([size.name for size in own.sizes], own.warnings) == (["8 mm x 1 mm", "6 mm x 3 mm"], ())
+    assert own.elastomer.pressure_law is PressureLaw.SECTION
 
 
 def test_the_tubing_that_the_page_offers_for_helical_fibers_is_designed_with() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "design.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     tubing = parse_tubing(example, Path("section.yaml"))
     shipped = load_tubing("natural_latex").elastomer.law
@@ -54,34 +56,56 @@ def test_the_tubing_that_the_page_offers_for_helical_fibers_is_designed_with() -
     assert {candidate.fiber_angle_gamma for candidate in requirement.candidates()} == {gamma}
 
 
-def test_a_good_file() -> None:
-    tubing = parse_tubing(GOOD, Path("mine.yaml"))
-    assert [size.name for size in tubing.sizes] == ["8 mm x 1 mm", "3/8 in x 1/32 in"]
-    assert tubing.sizes[0].inner_radius == pytest.approx(4e-3)
+SIZES = "sizes: [8 mm x 1 mm, 6 mm x 3 mm]"
 
 
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ("sizes: [8 mm x 1 mm, ", "sizes: [8 x 1, ", "mine.yaml:3:9: sizes must be bore and wall"),
+        ("8 mm x 1 mm", "8 x 1", "mine.yaml:3:9: sizes must be bore and wall"),
         ("8 mm x 1 mm", "8 mm x 1 kPa", "not a length"),
         ("8 mm x 1 mm", "8 mm x 0 mm", "wall_thickness"),
-        ("8 mm x 1 mm", "8 mm", "bore and wall"),
-        ("sizes: [8 mm x 1 mm, 3/8 in x 1/32 in]", "sizes: []", "a list of"),
-        ("sizes: [8 mm x 1 mm, 3/8 in x 1/32 in]", "", "sizes is missing"),
+        ("8 mm x 1 mm", "1 mm x 8 mm", 'did you mean "8 mm x 1 mm"?'),
+        (SIZES, "sizes: []", "a list of"),
+        (SIZES, "", "sizes is missing"),
         ("c1: 145 kPa, ", "", "material.c1 is missing"),
-        ("c1: 145 kPa", "c1: -145 kPa", "material.c1 must be a positive"),
-        ("density: 950 kg/m^3", "density: 950", "material.density must be a density"),
-        ("law: neo_hookean", "law: rubber", "material.law must be one of"),
+        ("145 kPa", "-145 kPa", "material.c1 must be a positive"),
+        ("950 kg/m^3", "950", "material.density must be a density"),
         ("name: mine", "nme: mine", "nme is not a field here"),
         (GOOD, "", "cannot be read: it is empty"),
     ],
 )
 def test_a_bad_file_is_refused_in_its_place(old: str, new: str, expected: str) -> None:
     with pytest.raises(DescriptionError) as raised:
-        parse_tubing(GOOD.replace(old, new), Path("mine.yaml"))
+        changed(old, new)
     assert expected in str(raised.value)
     assert "gripper description" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("8 mm x 1 mm", "8 m x 1 m", "mine.yaml:3:9: inner_radius of 8 m x 1 m is not between"),
+        ("6 mm x 3 mm", "6 mm x 9 mm", "mine.yaml:3:22: wall_thickness of 6 mm x 9 mm is 3 times"),
+        ("145 kPa", "145 MPa", "mine.yaml:2:1: material has a Young's modulus of 870 MPa"),
+        ("950 kg/m^3", "0.95 kg/m^3", "mine.yaml:2:52: material.density 0.95 kg/m^3 is not"),
+    ],
+)
+def test_tubing_that_is_hardly_meant_is_named(old: str, new: str, expected: str) -> None:
+    (found,) = changed(old, new).warnings
+    assert found.startswith(expected)
+
+
+def test_the_design_names_what_is_hardly_meant_of_the_tubing_it_takes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(GOOD.replace("950 kg", "0.95 kg"), encoding="utf-8")
+    radii = ["--radius-min", "8 mm", "--radius-max", "15 mm", "--beta", "70 deg"]
+    assert run(["design", *radii, "--tubing", str(path), "--tube", "6 mm x 1 mm"]) == 0
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith(f"warning: {path}:2:52: material.density")
+    assert second.startswith("warning: wall_thickness of 6 mm x 1 mm is 0.33 of the bore radius")
 
 
 def test_unknown_names_are_told_what_there_is() -> None:
@@ -91,7 +115,7 @@ def test_unknown_names_are_told_what_there_is() -> None:
         load_tubing("natural_latx.yaml")
 
 
-@pytest.mark.parametrize("text", ["8 mm", "8 mm x", "x 1 mm", "8 x 1", "8 mm x 1 mm x 2 mm", ""])
+@pytest.mark.parametrize("text", ["8 mm x", "x 1 mm", "8 mm x 1 mm x 2 mm", ""])
 def test_sizes_need_two_lengths(text: str) -> None:
     with pytest.raises(InvalidInputError, match="tube size must be bore and wall"):
         parse_tube_size(text)
