@@ -1,80 +1,84 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: help, version, and what it says to who waits."""
-
-from __future__ import annotations
+"""The command line: help, what it says to who waits, Ctrl-C, the doctor."""
 
 import io
+import json
+import os
+import signal
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 
 import pytest
 
+from spiral_core import FittedQuantity
+from spiral_core.calibration.regression import DEFAULT_LEVEL
+from spiral_core.calibration.uncertainty import DRAWS_MIN
+from spiral_core.wrap.gripper import DEFAULT_TURNS, FRICTION_MAX
+from spiral_gripper.cli import calibrate, doctor, types
 from spiral_gripper.cli import main as main_module
-from spiral_gripper.cli import types
 from spiral_gripper.cli.main import COMMANDS, run
+from spiral_gripper.files.description import GRAVITY_MAX
+from spiral_gripper.files.fields import LAWS
 
 
-def test_help_loads_nothing_heavy() -> None:
+def started(*command):
+    """Return a running program of Python, in a group of its own."""
+    return subprocess.Popen(
+        [sys.executable, *command],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+
+
+def test_help_loads_nothing_heavy():
     helps = [["--help"], *([name, "--help"] for name in COMMANDS)]
     code = (
         "import sys; from spiral_gripper.cli.main import run\n"
         f"for arguments in {helps}: run(arguments)\n"
         "print(*sys.modules, file=sys.stderr)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.count("Usage: spiral-gripper") == len(helps)
-    loaded = set(done.stderr.split())
-    assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "rich"}
+    printed, modules = started("-c", code).communicate()
+    assert printed.count("Usage: spiral-gripper") == len(helps)
+    assert not set(modules.split()) & {"numpy", "scipy", "numba", "matplotlib", "rich"}
     light = {"spiral_core.lazy", "spiral_core.notice"}
-    assert {name for name in loaded if name.startswith("spiral_core.")} == light
+    assert {name for name in modules.split() if name.startswith("spiral_core.")} == light
 
 
-@pytest.mark.parametrize("group", ["sweep", "chart", "grippers"])
-def test_help_of_a_group_tells_every_command_in_full(
-    capsys: pytest.CaptureFixture[str], group: str
-) -> None:
-    assert run([group, "--help"]) == 0
-    assert "..." not in capsys.readouterr().out.partition("Commands:")[2]
-
-
-def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_tells_every_command_in_full(capsys):
+    for group in ("sweep", "chart", "grippers"):
+        assert run([group, "--help"]) == 0
+        assert "..." not in capsys.readouterr().out.partition("Commands:")[2]
+    for group in ([], ["sweep"]):
+        assert run(group) == 2
+        said = capsys.readouterr().err
+        assert said.startswith(" ".join(["Usage: spiral-gripper", *group]))
+        assert "\nCommands:\n" in said
     assert run(["--help"]) == 0
     text = capsys.readouterr().out
     assert all(f"  {name} " in text and entry.help in text for name, entry in COMMANDS.items())
-
-
-def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["--version"]) == 0
     assert capsys.readouterr().out.startswith("spiral-gripper 0.")
 
 
-@pytest.mark.parametrize("group", [[], ["sweep"], ["chart"]])
-def test_no_command_shows_the_help(capsys: pytest.CaptureFixture[str], group: list[str]) -> None:
-    assert run(group) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(" ".join(["Usage: spiral-gripper", *group]))
-    assert "\nCommands:\n" in said
-
-
-def test_options_have_the_cores_defaults_and_limits() -> None:
-    from spiral_core.wrap.gripper import DEFAULT_TURNS, FRICTION_MAX
-    from spiral_gripper.files.description import GRAVITY_MAX
-
+def test_options_have_the_cores_defaults_and_limits():
+    """They are stated twice, so that help loads nothing."""
     assert types.DEFAULT_TURNS == DEFAULT_TURNS
-    assert types.FRICTION.convert("10", None, None) == FRICTION_MAX
-    assert types.FRICTION.most == "10"
+    assert types.FRICTION.convert("10", None, None) == FRICTION_MAX == float(types.FRICTION.most)
     assert types.ACCELERATION.most == f"{GRAVITY_MAX:g} m/s^2"
+    assert tuple(LAWS) == calibrate.LAWS
+    assert tuple(quantity.value for quantity in FittedQuantity) == calibrate.QUANTITIES
+    assert (calibrate.DEFAULT_LEVEL, calibrate.DRAWS_MIN) == (DEFAULT_LEVEL, DRAWS_MIN)
 
 
 class Terminal(io.StringIO):
     """Standard error as a person at a terminal has it."""
 
-    def isatty(self) -> bool:
+    def isatty(self):
         return True
 
 
-def test_who_waits_for_a_compilation_is_told_once() -> None:
+def test_who_waits_for_a_compilation_is_told_once():
     """By what imports the edge, command or script: the core prints nothing."""
     code = """
 import io, sys
@@ -91,8 +95,7 @@ print(repr(sys.stderr.getvalue()))
 twice(1), twice(1.0)
 print(repr(sys.stderr.getvalue()))
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    before, after = done.stdout.splitlines()
+    before, after = started("-c", code).communicate()[0].splitlines()
     assert before == "''"
     assert after.count("compiling the solver, once") == 1
 
@@ -114,3 +117,80 @@ def test_who_waits_at_a_terminal_is_told_what_for(monkeypatch, command, told):
     with pytest.raises(SystemExit):
         main_module.main()
     assert ("computing" in screen.getvalue()) is told
+
+
+def test_an_interrupt_ends_a_sweep_in_one_line():
+    wait = "import time; from spiral_gripper.cli import workers\n"
+    wait += "with workers.process_pool(2) as pool: list(pool.map(time.sleep, [60.0] * 4))"
+    process = started(
+        "-c",
+        "import sys, click; from spiral_gripper.cli import main\n"
+        f"main.spiral_gripper.main = lambda **_: exec({wait!r})\n"
+        "print('begin', flush=True); sys.exit(main.run([]))",
+    )
+    assert process.stdout.readline() == "begin\n"
+    time.sleep(0.5)  # the workers start: the most delicate moment
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
+    _, said = process.communicate(timeout=120.0)
+    assert said == "spiral-gripper: interrupted\n"
+
+
+@pytest.mark.slow
+def test_an_interrupted_sweep_prints_the_grips_that_are_done():
+    radii = [part for mm in range(20, 40) for part in ("--radius", f"{mm} mm")]
+    sweep = ["sweep", "grips", "paper_design_70", *radii, "--jobs", "1"]
+    process = started("-m", "spiral_gripper.cli.main", *sweep)
+    assert process.stderr.readline() == "solving ...\n"  # the first grip is done
+    process.send_signal(signal.SIGINT)
+    answer, said = process.communicate(timeout=300.0)
+    assert process.returncode == 1
+    assert " of 20 grips are done" in said
+    assert "20 mm" in answer
+    assert "39 mm" not in answer
+
+
+def test_a_command_that_holds_nothing_ends_at_once():
+    grip = ["grip", "paper_design_70", "--radius", "20 mm"]
+    process = started("-m", "spiral_gripper.cli.main", *grip)
+    assert "pulling" in process.stderr.readline()
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=10.0) == ("", "")
+    assert process.returncode == -signal.SIGINT
+
+
+@pytest.mark.long
+def test_the_doctor_finds_a_working_installation_well():
+    process = started("-m", "spiral_gripper.cli.main", "doctor", "prototype_p1", "--json")
+    document = json.loads(process.communicate()[0])
+    assert document["problems"] == process.returncode == 0
+    found = {each["name"]: each["text"] for each in document["checks"]}
+    assert list(found) == ["versions", "kernels", "prototype_p1", "grip", "node"]
+    assert "Python" in found["versions"]
+    assert "tip criterion for radii from 2.59" in found["prototype_p1"]
+    assert "an object of 9.604 mm" in found["grip"]
+    node = "an object of 9.604 mm" if find_spec("rclpy") else "not installed"
+    assert node in found["node"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("broken", "error", "said"),
+    [
+        ("versions", ImportError("numba needs another numpy"), "another numpy"),
+        ("kernels", SystemExit(3), "SystemExit: 3"),
+        ("", None, "tube.length"),
+    ],
+)
+def test_the_doctor_names_what_fails(answer, monkeypatch, tmp_path, broken, error, said):
+    def fail(*_):
+        raise error
+
+    path = tmp_path / "mine.yaml"
+    path.write_text("name: mine\n")
+    if broken:
+        monkeypatch.setattr(doctor, f"check_{broken}", fail)
+    document = answer("doctor", "prototype_p1" if broken else str(path), code=1)
+    found = {each["name"]: each["text"] for each in document["checks"]}
+    assert said in found[broken or str(path)]
+    assert document["problems"] >= 1
+    assert broken or len(found) == 3  # a broken file ends the examination
