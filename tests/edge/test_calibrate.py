@@ -1,229 +1,371 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From files to a calibration: the run, what it refuses and doubts, and its pictures."""
+"""From files to a calibration: what is fitted, refused, doubted, reported, drawn and written."""
 
+import contextlib
+import io
 import json
 import re
+import shutil
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
-from edge.calibrate_cases import PSI, TRUE_C1, bench_folder, bench_test, fitted, run
 
 from spiral_core import (
+    FittedQuantity,
+    FreeActuation,
     InvalidInputError,
-    MooneyRivlin,
+    MeasuredActuation,
     NeoHookean,
     ShapeReading,
     WrapCurve,
+    measured_actuation_from_readings,
 )
-from spiral_gripper import load_description
-from spiral_gripper.bench.doubts import outlier_warnings, warnings_of
-from spiral_gripper.bench.measurements import Measurements
+from spiral_gripper import load_description, load_gripper
+from spiral_gripper.bench.calibrated_file import (
+    calibrated_text,
+    write_calibrated_description,
+)
+from spiral_gripper.bench.doubts import warnings_of
+from spiral_gripper.bench.measurements import Measurements, load_measurements
 from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.bench.run import run_calibration
+from spiral_gripper.cli.main import run
+from spiral_gripper.files.storage import FileError
 from spiral_gripper.files.table import TableError
-from spiral_gripper.reports.style import save_figure
 
 pytestmark = pytest.mark.long
 
+PSI = 6894.757293168361
+TRUE_C1 = 160.0e3
+SHIPPED = load_description("paper_design_70")
+
+
+def bench_test(unit="psi", per_unit=PSI, stiffer=1.0, rows=range(1, 15)):
+    """Return a synthetic bench test: extension of a 100 mm section, noise of 0.1 mm."""
+    truth = FreeActuation(replace(SHIPPED.actuator, material=NeoHookean(c1=TRUE_C1)))
+    noise = np.random.default_rng(8)
+    lines = [f"pressure [{unit}],extension [mm],extension_error [mm],section_length [mm]"]
+    for row in rows:
+        extension = 100.0 * (truth.stretch_from_pressure(row * PSI) - 1.0)
+        pressure = row * stiffer * PSI / per_unit
+        lines.append(f"{pressure:.6g},{extension + 0.1 * noise.standard_normal():.3f},0.1,100")
+    return "\n".join(lines) + "\n"
+
+
+class Said(NamedTuple):
+    """What a command said, all of it and its warnings about the modulus."""
+
+    text: str
+    modulus: list[str]
+
+
+class Bench:
+    """A folder with a gripper file of wrong constants and a bench test of the right ones."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.file, self.csv = folder / "mine.yaml", folder / "bench.csv"
+        shutil.copy(SHIPPED.source, self.file)
+        self.csv.write_text(bench_test(), encoding="utf-8")
+
+    def fitted(self, **request):
+        """Return the choice of laws."""
+        self.description = load_description(self.file)
+        tube = self.description.actuator.tube
+        self.measurements = load_measurements(self.csv, tube.length)
+        options = CalibrationOptions(**request)
+        return run_calibration(self.description, [self.measurements], options)
+
+    def said(self, *arguments, code=0):
+        """Run the command on the files of the folder."""
+        written = io.StringIO()
+        with contextlib.redirect_stdout(written), contextlib.redirect_stderr(written):
+            assert run(["calibrate", str(self.file), str(self.csv), *arguments]) == code
+        text = written.getvalue()
+        return Said(text, [line for line in text.splitlines() if "rubber's modulus" in line])
+
 
 @pytest.fixture
-def folder(tmp_path):
-    return bench_folder(tmp_path)
+def bench(tmp_path):
+    return Bench(tmp_path)
 
 
-def test_the_description_gives_law_start_and_mount(folder):
-    description, _, choice = fitted(folder, laws=("mooney_rivlin",))
-    assert choice.best.model.fitted_law is MooneyRivlin
-    assert choice.best.model.gripper is description.gripper
-    _, _, choice = fitted(folder, laws=("neo_hookean", "mooney_rivlin"))
-    assert choice.best.model.fitted_law is NeoHookean
-    low, high = choice.best.interval("c1")
+def test_the_command_goes_from_csv_to_file_picture_and_report(bench):
+    picture, report = bench.folder / "residuals.png", bench.folder / "report.html"
+    asked = ["--radius", "20 mm", "--radius", "1 m", "--plot", str(picture)]
+    # A radius out of reach comes after file, picture and report.
+    printed = bench.said(*asked, "--report", str(report), code=2).text
+    lines = printed.splitlines()
+    assert lines[0] == "law: NeoHookean"
+    assert any(line.startswith("c1: 1") and "95 % interval" in line for line in lines)
+    assert any(line.startswith("leave-one-out error: ") for line in lines)
+    assert any(line.startswith("20 mm: ") for line in lines)
+    assert lines[-1].startswith("spiral-gripper: an object of radius 1 m cannot be gripped")
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+    written = load_description(bench.folder / "mine_calibrated.yaml").actuator.material
+    assert written.c1 == pytest.approx(TRUE_C1, rel=0.02)
+    text = report.read_text(encoding="utf-8").replace("&#x27;", "'")
+    rows = [line for line in lines[:-1] if ": " in line and not line.startswith("wrote")]
+    assert any(line.startswith("warning: ") for line in rows)
+    for line in rows:
+        name, _, value = line.partition(": ")
+        assert name.strip() in text
+        assert value in text
+    assert "an object of radius 1 m cannot be gripped" in text
+    assert text.count("data:image/png;base64,") == 2  # the residuals, and pressure against radius
+
+
+def test_the_calibration_in_json_is_the_report_and_nothing_is_saved_unless_wanted(bench):
+    asked = ["--radius", "20 mm", "--law", "neo_hookean", "--no-save", "--level", "0.9"]
+    document = json.loads(bench.said(*asked, "--json").text)
+    assert (document["law"], document["level"]) == ("NeoHookean", 0.9)
+    low, high = document["values"]["c1"]["interval"]
     assert low < TRUE_C1 < high
+    (pressure,) = document["pressures"]
+    assert pressure["radius"] == 0.02
+    assert pressure["interval"][0] < pressure["pressure"] < pressure["interval"][1]
+    (warning,) = document["warnings"]
+    (rival,) = pressure["rivals"]
+    assert "do not tell the fitted law from NeoHookean, exact curvature" in warning
+    assert pressure["own_interval"][1] < rival["pressure"] < pressure["interval"][1]
+    assert max(map(abs, document["standardized_residuals"])) < 4.0
+    held = bench.said("--hold", "c2=0 kPa", "--draws", "40", "--robust", *asked[:2], *asked[-3:])
+    assert "90 % interval" in held.text
+    assert not list(bench.folder.glob("*_calibrated*"))
 
 
-def test_stiffness_is_kept_only_where_the_file_states_it(folder):
-    _, _, choice = fitted(folder)
-    assert choice.best.model.bending_stiffness is None
-    path = folder / "mine.yaml"
-    path.write_text(path.read_text() + "\nstiffness:\n  bending: 5e-4 N m^2\n")
-    _, _, choice = fitted(folder)
-    assert choice.best.model.bending_stiffness == 5.0e-4
-    assert choice.best.model.torsional_stiffness is None
-    own = path.read_text().replace("bending: 5e-4 N m^2", "section_at: 20 kPa")
-    path.write_text(own.replace("pressure_law: uniform", "pressure_law: section"))
-    _, _, choice = fitted(folder)
-    assert choice.best.model.bending_stiffness is None
-    assert choice.best.model.torsional_stiffness is None
+def test_the_law_is_the_files_unless_the_readings_tell_no_more_or_another_is_asked(bench):
+    simple = bench.said("--no-save").text
+    assert simple.startswith("law: NeoHookean\n")
+    assert "do not tell the constants of mooney_rivlin, the file's law" in simple
+    assert "--law mooney_rivlin fits it anyway" in simple
+    asked = bench.said("--no-save", "--law", "mooney_rivlin").text
+    assert asked.startswith("law: MooneyRivlin\n")
+    assert "the file's law" not in asked
+    assert any("c1 and c2 cannot be told" in line for line in warnings_of(
+        bench.fitted(laws=("mooney_rivlin",)).best
+    ))  # fmt: skip
+    # Several readings at one pressure tell one constant.
+    bench.csv.write_text(bench_test(rows=[6] * 6))
+    assert "fits it anyway" not in bench.said("--no-save").text
+    refused = bench.said("--no-save", "--law", "mooney_rivlin", code=2)
+    assert "at 2 different pressures above 0 at least" in refused.text
 
 
-def in_bars(text):
-    """Return a bench test whose kilopascals are called bars."""
-    return text.replace("pressure [kPa]", "pressure [bar]")
+def test_laws_that_fail_are_reported_and_all_failing_is_an_error(bench):
+    choice = bench.fitted(laws=("mooney_rivlin", "neo_hookean"), fixed={"c2": 0.0})
+    assert [name for name, _ in choice.failures] == ["neo_hookean"]
+    assert choice.best.model.gripper is bench.description.gripper
+    with pytest.raises(InvalidInputError):
+        bench.fitted(fixed={"c3": 0.0})
+    with pytest.raises(InvalidInputError, match="one of neo_hookean"):
+        CalibrationOptions(laws=("ogden",))
+    with pytest.raises(InvalidInputError):  # curves need bend angles
+        measured_actuation_from_readings([], 0.5, SHIPPED.actuator.fibers)
 
 
-def test_readings_that_only_a_mix_up_of_units_gives_are_refused_unless_accepted(folder):
-    (folder / "bench.csv").write_text(in_bars(bench_test("kPa", per_unit=1.0e3)))
+def test_stiffness_is_kept_only_where_the_file_states_it(bench):
+    text = bench.file.read_text(encoding="utf-8")
+    section = text.replace("pressure_law: uniform", "pressure_law: section")
+    for changed, bending in (
+        (text, None),
+        (f"{text}\nstiffness:\n  bending: 5e-4 N m^2\n", 5.0e-4),
+        (f"{section}\nstiffness:\n  section_at: 20 kPa\n", None),
+    ):
+        bench.file.write_text(changed, encoding="utf-8")
+        model = bench.fitted().best.model
+        assert (model.bending_stiffness, model.torsional_stiffness) == (bending, None)
+
+
+def test_readings_that_only_a_mix_up_of_units_gives_are_refused_unless_accepted(bench):
+    in_kilopascals = bench_test("kPa", per_unit=1.0e3)
+    bench.csv.write_text(in_kilopascals.replace("pressure [kPa]", "pressure [bar]"))
     with pytest.raises(TableError) as caught:
-        fitted(folder)
+        bench.fitted()
     (problem,) = caught.value.problems
     assert (problem.line, problem.heading) == (2, "pressure, extension")
     assert "no elastomer gives these readings with the described tube, but kPa" in problem.reason
-    _, _, choice = fitted(folder, accept_implausible=True, laws=("neo_hookean",))
+    choice = bench.fitted(accept_implausible=True, laws=("neo_hookean",))
     assert choice.best.value("c1") == pytest.approx(TRUE_C1 * 100.0, rel=0.02)
 
 
-@pytest.mark.parametrize("factor", [0.15, 4.0, 6.0, 8.0])
-def test_a_rubber_of_another_stiffness_is_fitted_and_named(folder, factor):
-    (folder / "bench.csv").write_text(bench_test(stiffer=factor))
-    result = run(folder)
-    assert result.exit_code == 0, result.output
-    (warning,) = [line for line in result.output.splitlines() if "modulus" in line]
+@pytest.mark.parametrize("factor", [0.15, 4.0, 8.0])
+def test_a_rubber_of_another_stiffness_is_fitted_and_named(bench, factor):
+    bench.csv.write_text(bench_test(stiffer=factor))
+    (warning,) = bench.said().modulus
     assert warning.startswith("warning: the fitted rubber's modulus is ")
     assert ("taken for" in warning) == (factor != 0.15)  # the file is in psi
     assert "(--section-length)" in warning
-    c1 = load_description(folder / "mine_calibrated.yaml").actuator.material.c1
+    c1 = load_description(bench.folder / "mine_calibrated.yaml").actuator.material.c1
     assert c1 == pytest.approx(TRUE_C1 * factor, rel=0.05)
 
 
-def test_laws_that_fail_are_reported_and_all_failing_is_an_error(folder):
-    request = {"laws": ("mooney_rivlin", "neo_hookean"), "fixed": {"c2": 0.0}}
-    _, _, choice = fitted(folder, **request)
-    assert [name for name, _ in choice.failures] == ["neo_hookean"]
-    with pytest.raises(InvalidInputError):
-        fitted(folder, fixed={"c3": 0.0})
-    with pytest.raises(InvalidInputError, match="one of neo_hookean"):
-        CalibrationOptions(laws=("ogden",))
-
-
-def test_the_picture_shows_what_was_measured_and_fitted(folder):
-    _, measurements, choice = fitted(folder, laws=("neo_hookean",))
-    figure = residual_figure(choice.best, "mine")
-    fit, left_over = figure.axes
-    assert fit.get_ylabel() == "extension [mm]"
-    assert fit.get_xlabel() == left_over.get_xlabel() == "pressure [kPa]"
-    measured, curve = fit.lines[0], fit.lines[-1]
-    extensions = [1e3 * reading.extension for reading in measurements.readings]
-    assert measured.get_ydata() == pytest.approx(extensions)
-    assert curve.get_ydata() == pytest.approx(1e3 * choice.best.predictions)
-    assert left_over.lines[-1].get_ydata() == pytest.approx(choice.best.residuals)
-    save_figure(figure, folder / "residuals.png")
-    assert (folder / "residuals.png").read_bytes()[:4] == b"\x89PNG"
-
-
-def test_the_picture_of_shapes_has_three_coordinates(folder):
-    description = load_description(folder / "mine.yaml")
-    curve = WrapCurve(description.gripper)
-    readings = tuple(
-        ShapeReading(p, tuple(curve.state_at_pressure(p).tip_position.tolist()), None, 1e-3)
-        for p in (3.0e4, 6.0e4, 9.0e4)
-    )
-    measurements = Measurements(Path("shape.csv"), readings, (2, 3, 4))
-    shapes = run_calibration(description, [measurements])
-    figure = residual_figure(shapes.best, "mine")
-    assert figure.axes[0].get_ylabel() == "coordinate [mm]"
-    texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert texts == ["fitted", "x, measured", "y, measured", "z, measured"]
-
-
-def test_the_report_warns_of_weak_directions_bounds_and_outliers(folder):
-    text = bench_test().splitlines()
-    cells = text[5].split(",")
-    text[5] = ",".join([cells[0], f"{float(cells[1]) + 3.0:.3f}", *cells[2:]])
-    (folder / "bench.csv").write_text("\n".join(text) + "\n")
-    _, measurements, choice = fitted(folder, laws=("mooney_rivlin",))
-    assert any("c1 and c2 cannot be told apart" in line for line in warnings_of(choice.best))
-    (outlier,) = outlier_warnings(choice.best, [measurements])
-    assert f"bench.csv:6: the reading at {5 * PSI * 1e-3:.4g} kPa is " in outlier
-    assert "leave it out with --robust" in outlier
-    robust = run(folder, "--law", "neo_hookean", "--robust", "--no-save", "--json")
-    document = json.loads(robust.output)
-    assert document["left_out"] == document["outliers"] == [4]
-    assert document["standardized_residuals"][4] < -10.0
-    (outlier,) = document["warnings"]
-    assert "bench.csv:6" in outlier
-    assert "--robust left it out" in outlier
-
-
-@pytest.mark.parametrize(
-    ("change", "exit_code", "said"),
-    [
-        (lambda rows: [*rows, rows[4]], 0, "copies of other readings: {file}:16 (of {file}:5)"),
-        (
-            lambda rows: [*rows, rows[4].replace(",", ",1", 1)], 2,
-            "{file}:5: \"extension\": must be alike: at one pressure",
-        ),
-        (
-            lambda rows: [row.replace(",", ",-", 1) if row == rows[4] else row for row in rows], 2,
-            "{file}:5: \"extension\": must be positive for these fibers",
-        ),
-        (lambda rows: rows[:2], 2, "at least 2, to fit c1 and judge the errors"),
-    ],
-    ids=["copy", "far apart", "wrong sign", "one row"],
-)  # fmt: skip
-def test_readings_that_contradict_are_refused_and_copies_named(folder, change, exit_code, said):
-    file = folder / "bench.csv"
-    head, *rows = bench_test().splitlines()
-    file.write_text("\n".join([head, *change(["", *rows])[1:]]) + "\n")
-    result = run(folder, "--law", "neo_hookean", "--no-save")
-    assert result.exit_code == exit_code, result.output
-    assert said.format(file=file) in result.output
-
-
-def test_a_forgotten_section_length_makes_a_modulus_that_is_doubted(folder):
-    assert "warning: the fitted rubber's modulus" not in run(folder, "--no-save").output
-    text = (folder / "bench.csv").read_text(encoding="utf-8")
-    forgotten = [line.rpartition(",")[0] for line in text.splitlines()]
-    (folder / "bench.csv").write_text("\n".join(forgotten), encoding="utf-8")
-    result = run(folder, "--no-save")
-    assert result.exit_code == 0, result.output
-    (warning,) = [line for line in result.output.splitlines() if "modulus" in line]
+def test_a_forgotten_section_length_makes_a_modulus_that_is_doubted(bench):
+    assert bench.said("--no-save").modulus == []
+    forgotten = [line.rpartition(",")[0] for line in bench_test().splitlines()]
+    bench.csv.write_text("\n".join(forgotten), encoding="utf-8")
+    (warning,) = bench.said("--no-save").modulus
     length = float(warning.partition("a measured section of ")[2].split()[0])
     assert length == pytest.approx(100.0, rel=0.2)  # by the file's rubber, not by the true one
 
 
-def test_the_files_law_is_simplified_only_where_the_readings_tell_no_more(folder):
-    result = run(folder, "--no-save")
-    assert result.output.splitlines()[0] == "law: NeoHookean"
-    assert "do not tell the constants of mooney_rivlin, the file's law" in result.output
-    assert "--law mooney_rivlin fits it anyway" in result.output
-    asked = run(folder, "--no-save", "--law", "mooney_rivlin")
-    assert asked.output.splitlines()[0] == "law: MooneyRivlin"
-    assert "the file's law" not in asked.output
-    # Several readings at one pressure tell one constant.
-    (folder / "bench.csv").write_text(bench_test(rows=[6] * 6))
-    result = run(folder, "--no-save")
-    assert result.output.splitlines()[0] == "law: NeoHookean"
-    assert "fits it anyway" not in result.output
-    refused = run(folder, "--no-save", "--law", "mooney_rivlin")
-    assert refused.exit_code == 2
-    assert "at 2 different pressures above 0 at least" in refused.output
+@pytest.mark.parametrize(
+    ("change", "code", "said"),
+    [
+        (lambda row: f"{row}\n{row}", 0, "copies of other readings: {file}:7 (of {file}:6)"),
+        (
+            lambda row: f"{row}\n{row.replace(',', ',1', 1)}", 2,
+            '{file}:6: "extension": must be alike: at one pressure',
+        ),
+        (
+            lambda row: row.replace(",", ",-", 1), 2,
+            '{file}:6: "extension": must be positive for these fibers',
+        ),
+        (
+            lambda row: row.replace("5,", "five,", 1), 2,
+            '{file}:6: column 1 "pressure [psi]": must be',
+        ),
+        (
+            lambda row: ",".join([row.split(",")[0], "9", *row.split(",")[2:]]), 0,
+            "{file}:6: the reading at 34.47 kPa is ",
+        ),
+    ],
+    ids=["copy", "far apart", "wrong sign", "no number", "outlier"],
+)  # fmt: skip
+def test_readings_that_contradict_are_refused_and_copies_and_outliers_named(
+    bench, change, code, said
+):
+    rows = bench_test().splitlines()
+    rows[5] = change(rows[5])
+    bench.csv.write_text("\n".join(rows) + "\n")
+    printed = bench.said("--law", "neo_hookean", "--no-save", code=code).text
+    assert said.format(file=bench.csv) in printed
+    if "the reading" in said:
+        assert "leave it out with --robust" in printed
+        robust = bench.said("--law", "neo_hookean", "--robust", "--no-save", "--json")
+        document = json.loads(robust.text)
+        assert document["left_out"] == document["outliers"] == [4]
+        assert document["standardized_residuals"][4] < -8.0
+        assert "--robust left it out" in document["warnings"][0]
 
 
-def test_readings_at_rest_tell_nothing_and_disturb_nothing(folder):
-    (folder / "bench.csv").write_text(bench_test(rows=[0] * 4))
-    assert run(folder, "--no-save").exit_code == 2
-    (folder / "bench.csv").write_text(bench_test(rows=[0, *range(1, 15)]).replace("0,-0.", "0,0."))
-    result = run(folder, "--no-save")
-    assert result.exit_code == 0, result.output
-    assert "nan" not in result.output
-    share = re.search(r"stated errors \(rms\), ([\d.]+)% of the largest reading", result.output)
+def test_few_readings_readings_at_rest_and_impossible_errors_are_named(bench):
+    for rows, code in ([1], 2), ([0] * 4, 2), ([0, *range(1, 15)], 0):
+        bench.csv.write_text(bench_test(rows=rows).replace("0,-0.", "0,0."))
+        printed = bench.said("--law", "neo_hookean", "--no-save", code=code).text
+        assert "nan" not in printed
+        assert rows != [1] or "at least 2, to fit c1 and judge the errors" in printed
+    share = re.search(r"stated errors \(rms\), ([\d.]+)% of the largest reading", printed)
     assert 0.0 < float(share[1]) < 10.0
+    for error, said in (("0.002", "more"), ("10", "less")):
+        bench.csv.write_text(bench_test().replace(",0.1,100", f",{error},100"))
+        assert f"far {said} than the stated errors allow" in bench.said("--no-save").text
 
 
-def test_readings_that_contradict_their_errors_are_named(folder):
-    text = bench_test().replace(",0.1,100", ",0.002,100")
-    (folder / "bench.csv").write_text(text)
-    assert "far more than the stated errors allow" in run(folder, "--no-save").output
-    (folder / "bench.csv").write_text(text.replace(",0.002,100", ",10,100"))
-    assert "far less than the stated errors allow" in run(folder, "--no-save").output
-
-
-def test_bars_are_the_stated_errors(folder):
-    text = bench_test().replace(",0.1,100", ",0.5,100")
-    (folder / "bench.csv").write_text(text)
-    _, _, choice = fitted(folder)
+def test_the_picture_shows_what_was_measured_and_fitted(bench):
+    bench.csv.write_text(bench_test().replace(",0.1,100", ",0.5,100"))
+    choice = bench.fitted(laws=("neo_hookean",))
     fit, left_over = residual_figure(choice.best, "mine").axes
+    assert fit.get_ylabel() == "extension [mm]"
+    assert fit.get_xlabel() == left_over.get_xlabel() == "pressure [kPa]"
+    extensions = [1e3 * reading.extension for reading in bench.measurements.readings]
+    assert fit.lines[0].get_ydata() == pytest.approx(extensions)
+    assert fit.lines[-1].get_ydata() == pytest.approx(1e3 * choice.best.predictions)
+    assert left_over.lines[-1].get_ydata() == pytest.approx(choice.best.residuals)
     bars = fit.containers[0].lines[2][0].get_segments()
     assert all(top[1] - bottom[1] == pytest.approx(2.0) for bottom, top in bars)  # +- 2 of 0.5 mm
     assert left_over.get_legend().get_texts()[0].get_text() == "± 2 stated errors"
+
+
+def test_the_picture_of_shapes_has_three_coordinates():
+    curve = WrapCurve(SHIPPED.gripper)
+    readings = tuple(
+        ShapeReading(p, tuple(curve.state_at_pressure(p).tip_position.tolist()), None, 1e-3)
+        for p in (3.0e4, 6.0e4, 9.0e4)
+    )
+    choice = run_calibration(SHIPPED, [Measurements(Path("shape.csv"), readings, (2, 3, 4))])
+    axes = residual_figure(choice.best, "mine").axes[0]
+    assert axes.get_ylabel() == "coordinate [mm]"
+    texts = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert texts == ["fitted", "x, measured", "y, measured", "z, measured"]
+
+
+def test_the_calibrated_file_keeps_comments_and_gives_back_the_fit(bench):
+    choice = bench.fitted(laws=("neo_hookean",))
+    sources = [bench.measurements.source]
+    path = write_calibrated_description(bench.description, choice.best, sources)
+    opening, _, rest = path.read_text(encoding="utf-8").partition("\n")
+    assert opening.startswith("# Calibrated: neo_hookean fitted to bench.csv, 14 readings")
+    original, changed = bench.file.read_text(encoding="utf-8"), {"law:", "c1:", "c2:"}
+    kept = [line for line in original.splitlines() if not changed & set(line.split())]
+    assert [line for line in rest.splitlines() if not changed & set(line.split())] == kept
+    assert "  law: neo_hookean" in rest
+    assert "c2" not in rest
+    calibrated = load_description(path)
+    assert calibrated.actuator.material.c1 == pytest.approx(choice.best.value("c1"), rel=1e-9)
+    low, high = (f"{end * 1e-3:.4g} kPa" for end in choice.best.interval("c1"))
+    assert f"# fitted; {low} to {high}" in rest
+
+
+def test_no_file_is_overwritten_and_none_written_into_the_package(bench, monkeypatch):
+    choice, before = bench.fitted(laws=("mooney_rivlin",)), bench.file.read_bytes()
+    write = write_calibrated_description
+    names = [write(bench.description, choice.best).name for _ in range(2)]
+    assert names == ["mine_calibrated.yaml", "mine_calibrated_2.yaml"]
+    with pytest.raises(FileError, match="exists already and is kept"):
+        write(bench.description, choice.best, [bench.measurements.source], bench.file)
+    assert bench.file.read_bytes() == before
+    monkeypatch.chdir(bench.folder)
+    path = write(SHIPPED, choice.best)
+    assert path == Path("paper_design_70_calibrated.yaml")
+    assert not SHIPPED.source.with_name(path.name).exists()
+    soft = replace(choice.best, values=np.array([1.0e3, 0.0]))
+    with pytest.raises(FileError, match=r"pressure_max, 16 psi in .*mine\.yaml, must be"):
+        write(bench.description, soft)
+
+
+def test_other_quantities_get_their_fields_and_units(bench):
+    best = bench.fitted(laws=("mooney_rivlin",)).best
+    model = replace(best.model, quantities=tuple(FittedQuantity))
+    values = np.array([*best.values, 3.0e-4, 2.0e-4, 5.0e-3])
+    covariance = np.diag((0.01 * values) ** 2)
+    calibration = replace(
+        best, names=model.names, model=model, values=values, covariance=covariance
+    )
+    bench.file.write_text(calibrated_text(bench.description, calibration))
+    found = load_description(bench.file)
+    assert found.gripper.stiffness == calibration.stiffness
+    assert found.actuator.straight_fiber_radius == pytest.approx(5.0e-3)
+
+
+def test_the_command_writes_a_measured_curve(bench):
+    gripper, length = SHIPPED.gripper, SHIPPED.actuator.tube.length
+    lines = ["pressure [kPa],bend_angle [deg],twist [deg]"]
+    for kilopascals in (20, 40, 60, 80, 100, 111):
+        shape = FreeActuation(SHIPPED.actuator).unloaded_shape(kilopascals * 1e3)
+        bend, twist = np.degrees([shape.curvature * length, shape.torsion * length])
+        lines.append(f"{kilopascals},{bend:.4f},{twist:.4f}")
+    bench.csv.write_text("\n".join(lines) + "\n")
+    asked = ["--measured-curve", "--error", "bend_angle=1 deg", "--error", "twist=1 deg"]
+    before = set(bench.folder.iterdir())
+    bench.said(*asked, "--no-save")
+    assert set(bench.folder.iterdir()) == before
+    assert bench.said(*asked).text.startswith("measured up to 111 kPa\n")
+    path = bench.folder / "mine_measured.yaml"
+    assert path.read_text().startswith("# The actuation curve was measured in bench.csv; ")
+    found = load_gripper(path)
+    assert isinstance(found.actuation, MeasuredActuation)
+    assert found.stiffness == gripper.stiffness
+    # Six intervals interpolate the law's curve to a few parts in a thousand.
+    for name in ("curvature", "torsion"):
+        expected = getattr(gripper.unloaded_shape(50.0e3), name)
+        assert getattr(found.unloaded_shape(50.0e3), name) == pytest.approx(expected, rel=5e-3)
+    refused = bench.said(*asked, "--radius", "20 mm", code=2)
+    assert "--measured-curve fits nothing: leave --radius out" in refused.text
+    bench.csv.write_text("\n".join(line.rpartition(",")[0] for line in lines) + "\n")
+    refused = bench.said(*asked[:3], code=2)
+    assert "bend angles and twists: fibers at alpha and beta" in refused.text
