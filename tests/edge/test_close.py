@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``close``: what it prints, draws and keeps after Ctrl-C."""
 
-from __future__ import annotations
-
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +18,6 @@ from spiral_core import (
 from spiral_core.grip.closing import slow_closing
 from spiral_core.grip.setup import hanging_tube
 from spiral_core.grip.window import GripPoint
-from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import load_description
 from spiral_gripper.reports.closing import document
 from spiral_gripper.reports.closing.document import CLOSE, CloseQuestion, solve_close
@@ -31,124 +27,106 @@ from spiral_gripper.reports.grip.plots import object_surface
 pytestmark = pytest.mark.long
 
 ASKED = ["close", "paper_design_70", "--radius", "20 mm", "--rate", "500 kPa/s", "--wait", "0.2 s"]
+GRIPPER = load_description("paper_design_70").gripper
+FAST = CloseQuestion(GRIPPER, 0.02, 5e5, None, 0.2, None, Damping(), advise=False)
 
 
-def test_a_fast_closing_is_told_drawn_and_animated(tmp_path, capsys) -> None:
+def told(solved):
+    """Return what people and what programs are told."""
+    return dict(rows_of(CLOSE, solved)), document_of(CLOSE, solved)
+
+
+def test_a_fast_closing_is_told_drawn_and_animated(tmp_path, answer):
     plot, film = tmp_path / "closing.png", tmp_path / "closing.gif"
-    assert run([*ASKED, "--json", "--plot", str(plot), "--animate", str(film)]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = answer(*ASKED, "--plot", str(plot), "--animate", str(film))
     assert told["complete"]
     assert told["time_to_touch"] is None or told["time_to_touch"] > 0.0
     assert told["frames"][-1]["pressure"] == pytest.approx(told["pressure"])
     assert len(told["frames"][0]["tip"]) == 3
     assert not told["orderly"]
     forces, spread = told["holding_forces"], told["spread"]
-    for value, (low, high) in (
-        (told["contact_fraction"], spread["contact_fraction"]),
-        *((forces[pull], spread["holding_forces"][pull]) for pull in forces),
-    ):
+    ranges = [(forces[pull], spread["holding_forces"][pull]) for pull in forces]
+    for value, (low, high) in (*ranges, (told["contact_fraction"], spread["contact_fraction"])):
         assert low <= value <= high
     assert plot.read_bytes().startswith(b"\x89PNG")
     assert film.read_bytes().startswith(b"GIF89a")
 
 
-def test_an_orderly_closing_is_repeated_on_request_only() -> None:
-    gripper = load_description("paper_design_70").gripper
-    question = CloseQuestion(gripper, 0.02, 5e4, 1e4, 0.2, None, Damping(), advise=False)
+def test_an_orderly_closing_is_repeated_on_request_only():
+    question = replace(FAST, rate=5e4, pressure=1e4)
     plain, repeated = solve_close(question), solve_close(replace(question, spread=True))
+    rows, data = told(plain)
     assert plain.orderly
-    assert plain.spread is None
-    assert " to " not in dict(rows_of(CLOSE, plain))["presses with"]
-    assert " to " in dict(rows_of(CLOSE, repeated))["presses with"]
-    assert document_of(CLOSE, plain)["spread"] is None
+    assert data["spread"] is None
+    assert " to " not in rows["presses with"]
+    assert " to " in told(repeated)[0]["presses with"]
 
 
-def test_an_interrupt_keeps_what_was_computed() -> None:
-    gripper = load_description("paper_design_70").gripper
-    question = CloseQuestion(gripper, 0.02, 5e5, None, 0.2, None, Damping(), advise=False)
-
-    def interrupted(done: int, _: int) -> None:
+def test_an_interrupt_keeps_what_was_computed():
+    def interrupted(done, _):
         if done == 5:
             raise KeyboardInterrupt
 
-    solved = solve_close(question, interrupted)
+    solved = solve_close(FAST, interrupted)
+    rows, data = told(solved)
     assert len(solved.closing.frames) == 5
-    assert not solved.closing.is_complete
     assert not solved.forces
-    assert "NOT COMPLETE" in dict(rows_of(CLOSE, solved))
-    assert document_of(CLOSE, solved)["complete"] is False
+    assert "NOT COMPLETE" in rows
+    assert data["complete"] is False
 
 
-def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(monkeypatch) -> None:
+def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(monkeypatch):
     monkeypatch.setattr(document, "closing_spread", lambda *_, **__: None)
     monkeypatch.setattr(document, "RISES", (0.1, 0.2))
-    gripper = load_description("paper_design_70").gripper
-    question = CloseQuestion(gripper, 0.02, 5e5, None, 0.2, None, Damping(), advise=True)
     total = 2 * document.FRAMES
 
-    def interrupted(done: int, of: int) -> None:
+    def interrupted(done, of):
         if of == total and done == document.FRAMES + 5:
             raise KeyboardInterrupt
 
-    solved = solve_close(question, interrupted)
-    rows = dict(rows_of(CLOSE, solved))
+    solved = solve_close(replace(FAST, advise=True), interrupted)
+    rows, data = told(solved)
     assert solved.closing.is_complete
     assert len(solved.forces) == 2
     assert solved.advice.rates == (solved.pressure / 0.2,)
     assert solved.advice.fastest in (None, solved.pressure / 0.2)
     assert "INTERRUPTED" in rows
     assert "NOT COMPLETE" not in rows
-    assert document_of(CLOSE, solved)["complete"] is False
+    assert data["complete"] is False
 
 
-def test_a_tube_whose_hanging_state_is_not_found_is_answered_all_the_same(monkeypatch) -> None:
+def test_a_tube_whose_hanging_state_is_not_found_is_answered_all_the_same(monkeypatch):
     monkeypatch.setattr(document, "closing_spread", lambda *_, **__: None)
 
-    def lost(*_: object, **__: object) -> None:
+    def lost(*_, **__):
         raise SolverError(RodStatus.NOT_HELD, 1.0, 1)
 
     monkeypatch.setattr(document, "settling_after_move", lost)
-    gripper = load_description("paper_design_70").gripper
-    solved = solve_close(CloseQuestion(gripper, 0.02, 5e5, None, 0.2, None, Damping(), False))
-    assert dict(rows_of(CLOSE, solved))["hanging tube swings at"] == "not known"
-    assert document_of(CLOSE, solved)["hanging_frequency"] is None
+    rows, data = told(solve_close(FAST))
+    assert rows["hanging tube swings at"] == "not known"
+    assert data["hanging_frequency"] is None
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        (["--rate", "1e-9 kPa/s"], "rate must be at least"),
-        (["--animate", "/nowhere/closing.gif"], "no folder /nowhere"),
-    ],
-)
-def test_what_cannot_be_is_refused_before_anything_is_computed(more, said, capsys) -> None:
-    assert run([*ASKED, *more]) == 2
-    assert said in capsys.readouterr().err
+def test_what_cannot_be_is_refused_before_anything_is_computed(said):
+    assert "rate must be at least" in said(*ASKED, "--rate", "1e-9 kPa/s", code=2)
+    assert "no folder /nowhere" in said(*ASKED, "--animate", "/nowhere/closing.gif", code=2)
 
 
-@pytest.mark.parametrize(("within", "text"), [(0.03, "4.46 s"), (0.1, "4.5 s"), (0.6, "4 s")])
-def test_times_are_printed_as_finely_as_they_are_known(within: float, text: str) -> None:
-    assert document._seconds(4.456, within) == text
-
-
-def test_the_object_of_an_animation_has_one_length() -> None:
-    setup = lay_into_coil(load_description("paper_design_70").gripper, 0.02)
+def test_the_object_of_an_animation_has_one_length():
+    setup = lay_into_coil(GRIPPER, 0.02)
     hanging = GripPoint(0.0, setup, hanging_tube(setup))
-    lengths = []
-    for reach in (None, (-0.3, 0.1)):
-        surface = object_surface(hanging, reach)
-        heights = (
-            surface.triangles.reshape(-1, 3) - np.asarray(setup.obstacle.position)
-        ) @ setup.axis
-        lengths.append(np.ptp(heights))
-    assert lengths[1] == pytest.approx(0.4 + 8.0 * hanging.outer_radius, rel=1e-6)
-    assert lengths[0] != pytest.approx(lengths[1], rel=0.01)
+    place = np.asarray(setup.obstacle.position)
+    surfaces = [object_surface(hanging, reach) for reach in (None, (-0.3, 0.1))]
+    own, given = (
+        np.ptp((surface.triangles.reshape(-1, 3) - place) @ setup.axis) for surface in surfaces
+    )
+    assert given == pytest.approx(0.4 + 8.0 * hanging.outer_radius, rel=1e-6)
+    assert own != pytest.approx(given, rel=0.01)
 
 
-def test_a_whip_that_no_step_resolves_is_damped_and_does_not_grow() -> None:
+def test_a_whip_that_no_step_resolves_is_damped_and_does_not_grow():
     """Closed within 0.06 s, of the random closings; the tip's speed used to grow without end."""
-    gripper = load_description("paper_design_70").gripper
-    mounted = replace(gripper, gravity=(-3.6647440504628714, 9.08108194442507, 0.5234367065213805))
+    mounted = replace(GRIPPER, gravity=(-3.6647440504628714, 9.08108194442507, 0.5234367065213805))
     setup = lay_into_coil(mounted, 0.01064857027254252, friction=0.327075422011259)
     pressure = 103495.56108724188
     closing = close_on(setup, PressureCourse.ramp(pressure / 0.057511869201622226, pressure, 0.5))
@@ -157,40 +135,28 @@ def test_a_whip_that_no_step_resolves_is_damped_and_does_not_grow() -> None:
 
 
 @pytest.mark.slow
-def test_pulses_keep_the_grip_that_one_fast_rise_loses() -> None:
+def test_pulses_keep_the_grip_that_one_fast_rise_loses():
     """The table of courses in docs/closing.md: a valve that always rises at 60 kPa/s."""
-    setup = lay_into_coil(load_description("paper_design_70").gripper, 0.02)
-    pressure, rate, wait = 1.15 * setup.tip_pressure, 6e4, 3.0
-    pulse, pause = pressure / 8.0 / rate, 0.25
-    times, pressures = [0.0], [0.0]
-    for level in np.arange(1, 9) * pressure / 8.0:
-        times += [times[-1] + pulse, times[-1] + pulse + pause]
-        pressures += [level, level]
-    times[-1] += wait
-    rise, change = pressure / rate, np.array((0.1, 0.3)) * pressure / rate
-    over, down = rise + change
-    courses = {
-        "straight": PressureCourse.ramp(rate, pressure, wait),
-        "overshoot": PressureCourse(
-            (0.0, over, over + 0.5 * wait, over + 0.5 * wait + change[0], over + wait + change[0]),
-            (0.0, 1.1 * pressure, 1.1 * pressure, pressure, pressure),
-        ),
-        "squeezed twice": PressureCourse(
-            (
-                0.0,
-                rise,
-                rise + 0.5 * wait,
-                down + 0.5 * wait,
-                down + change[1] + 0.5 * wait,
-                down + change[1] + wait,
-            ),
-            (0.0, pressure, pressure, 0.7 * pressure, pressure, pressure),
-        ),
-        "pulses": PressureCourse(tuple(times), tuple(pressures)),
-    }
-    slow = holding_force(slow_closing(setup, pressure)).force
-    kept = {name: close_on(setup, c).holding_force().force / slow for name, c in courses.items()}
+    setup = lay_into_coil(GRIPPER, 0.02)
+    top, wait = 1.15 * setup.tip_pressure, 3.0
+    rise = top / 6e4
+
+    def kept(*points):
+        """Return the share that a course of times and shares of the pressure keeps."""
+        times, shares = np.array(points).T
+        course = PressureCourse(tuple(times), tuple(top * shares))
+        return close_on(setup, course).holding_force().force / slow
+
+    slow = holding_force(slow_closing(setup, top)).force
     assert slow == pytest.approx(0.465, rel=0.01)
-    assert kept["pulses"] == pytest.approx(1.03, abs=0.05)
-    for name in ("straight", "overshoot", "squeezed twice"):
-        assert kept[name] < 0.25
+    steps = range(8)
+    starts = [(k * (rise / 8.0 + 0.25), k / 8.0) for k in steps]
+    ends = [(k * (rise / 8.0 + 0.25) + rise / 8.0, (k + 1) / 8.0) for k in steps]
+    pulses = [point for pair in zip(starts, ends, strict=True) for point in pair]
+    assert kept(*pulses, (pulses[-1][0] + 0.25 + wait, 1.0)) == pytest.approx(1.03, abs=0.05)
+    half = rise + 0.5 * wait
+    assert kept((0.0, 0.0), (rise, 1.0), (rise + wait, 1.0)) < 0.25
+    over = [(1.1 * rise, 1.1), (0.1 * rise + half, 1.1), (0.2 * rise + half, 1.0)]
+    assert kept((0.0, 0.0), *over, (1.2 * rise + wait, 1.0)) < 0.25
+    squeezed = [(rise, 1.0), (half, 1.0), (0.3 * rise + half, 0.7), (0.6 * rise + half, 1.0)]
+    assert kept((0.0, 0.0), *squeezed, (1.6 * rise + wait, 1.0)) < 0.25
