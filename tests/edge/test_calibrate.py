@@ -8,7 +8,6 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -19,8 +18,6 @@ from spiral_core import (
     InvalidInputError,
     MeasuredActuation,
     NeoHookean,
-    ShapeReading,
-    WrapCurve,
     measured_actuation_from_readings,
 )
 from spiral_gripper import load_description, load_gripper
@@ -29,7 +26,7 @@ from spiral_gripper.bench.calibrated_file import (
     write_calibrated_description,
 )
 from spiral_gripper.bench.doubts import warnings_of
-from spiral_gripper.bench.measurements import Measurements, load_measurements
+from spiral_gripper.bench.measurements import load_measurements
 from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.residual_plot import residual_figure
 from spiral_gripper.bench.run import run_calibration
@@ -56,13 +53,6 @@ def bench_test(unit="psi", per_unit=PSI, stiffer=1.0, rows=range(1, 15)):
     return "\n".join(lines) + "\n"
 
 
-class Said(NamedTuple):
-    """What a command said, all of it and its warnings about the modulus."""
-
-    text: str
-    modulus: list[str]
-
-
 class Bench:
     """A folder with a gripper file of wrong constants and a bench test of the right ones."""
 
@@ -85,8 +75,7 @@ class Bench:
         written = io.StringIO()
         with contextlib.redirect_stdout(written), contextlib.redirect_stderr(written):
             assert run(["calibrate", str(self.file), str(self.csv), *arguments]) == code
-        text = written.getvalue()
-        return Said(text, [line for line in text.splitlines() if "rubber's modulus" in line])
+        return written.getvalue()
 
 
 @pytest.fixture
@@ -98,7 +87,7 @@ def test_the_command_goes_from_csv_to_file_picture_and_report(bench):
     picture, report = bench.folder / "residuals.png", bench.folder / "report.html"
     asked = ["--radius", "20 mm", "--radius", "1 m", "--plot", str(picture)]
     # A radius out of reach comes after file, picture and report.
-    printed = bench.said(*asked, "--report", str(report), code=2).text
+    printed = bench.said(*asked, "--report", str(report), code=2)
     lines = printed.splitlines()
     assert lines[0] == "law: NeoHookean"
     assert any(line.startswith("c1: 1") and "95 % interval" in line for line in lines)
@@ -121,7 +110,7 @@ def test_the_command_goes_from_csv_to_file_picture_and_report(bench):
 
 def test_the_calibration_in_json_is_the_report_and_nothing_is_saved_unless_wanted(bench):
     asked = ["--radius", "20 mm", "--law", "neo_hookean", "--no-save", "--level", "0.9"]
-    document = json.loads(bench.said(*asked, "--json").text)
+    document = json.loads(bench.said(*asked, "--json"))
     assert (document["law"], document["level"]) == ("NeoHookean", 0.9)
     low, high = document["values"]["c1"]["interval"]
     assert low < TRUE_C1 < high
@@ -134,16 +123,17 @@ def test_the_calibration_in_json_is_the_report_and_nothing_is_saved_unless_wante
     assert pressure["own_interval"][1] < rival["pressure"] < pressure["interval"][1]
     assert max(map(abs, document["standardized_residuals"])) < 4.0
     held = bench.said("--hold", "c2=0 kPa", "--draws", "40", "--robust", *asked[:2], *asked[-3:])
-    assert "90 % interval" in held.text
+    assert "90 % interval" in held
     assert not list(bench.folder.glob("*_calibrated*"))
 
 
 def test_the_law_is_the_files_unless_the_readings_tell_no_more_or_another_is_asked(bench):
-    simple = bench.said("--no-save").text
+    simple = bench.said("--no-save")
     assert simple.startswith("law: NeoHookean\n")
+    assert "rubber's modulus" not in simple
     assert "do not tell the constants of mooney_rivlin, the file's law" in simple
     assert "--law mooney_rivlin fits it anyway" in simple
-    asked = bench.said("--no-save", "--law", "mooney_rivlin").text
+    asked = bench.said("--no-save", "--law", "mooney_rivlin")
     assert asked.startswith("law: MooneyRivlin\n")
     assert "the file's law" not in asked
     assert any("c1 and c2 cannot be told" in line for line in warnings_of(
@@ -151,9 +141,9 @@ def test_the_law_is_the_files_unless_the_readings_tell_no_more_or_another_is_ask
     ))  # fmt: skip
     # Several readings at one pressure tell one constant.
     bench.csv.write_text(bench_test(rows=[6] * 6))
-    assert "fits it anyway" not in bench.said("--no-save").text
+    assert "fits it anyway" not in bench.said("--no-save")
     refused = bench.said("--no-save", "--law", "mooney_rivlin", code=2)
-    assert "at 2 different pressures above 0 at least" in refused.text
+    assert "at 2 different pressures above 0 at least" in refused
 
 
 def test_laws_that_fail_are_reported_and_all_failing_is_an_error(bench):
@@ -196,21 +186,12 @@ def test_readings_that_only_a_mix_up_of_units_gives_are_refused_unless_accepted(
 @pytest.mark.parametrize("factor", [0.15, 4.0, 8.0])
 def test_a_rubber_of_another_stiffness_is_fitted_and_named(bench, factor):
     bench.csv.write_text(bench_test(stiffer=factor))
-    (warning,) = bench.said().modulus
+    (warning,) = re.findall(".*rubber's modulus.*", bench.said())
     assert warning.startswith("warning: the fitted rubber's modulus is ")
     assert ("taken for" in warning) == (factor != 0.15)  # the file is in psi
     assert "(--section-length)" in warning
     c1 = load_description(bench.folder / "mine_calibrated.yaml").actuator.material.c1
     assert c1 == pytest.approx(TRUE_C1 * factor, rel=0.05)
-
-
-def test_a_forgotten_section_length_makes_a_modulus_that_is_doubted(bench):
-    assert bench.said("--no-save").modulus == []
-    forgotten = [line.rpartition(",")[0] for line in bench_test().splitlines()]
-    bench.csv.write_text("\n".join(forgotten), encoding="utf-8")
-    (warning,) = bench.said("--no-save").modulus
-    length = float(warning.partition("a measured section of ")[2].split()[0])
-    assert length == pytest.approx(100.0, rel=0.2)  # by the file's rubber, not by the true one
 
 
 @pytest.mark.parametrize(
@@ -242,12 +223,12 @@ def test_readings_that_contradict_are_refused_and_copies_and_outliers_named(
     rows = bench_test().splitlines()
     rows[5] = change(rows[5])
     bench.csv.write_text("\n".join(rows) + "\n")
-    printed = bench.said("--law", "neo_hookean", "--no-save", code=code).text
+    printed = bench.said("--law", "neo_hookean", "--no-save", code=code)
     assert said.format(file=bench.csv) in printed
     if "the reading" in said:
         assert "leave it out with --robust" in printed
         robust = bench.said("--law", "neo_hookean", "--robust", "--no-save", "--json")
-        document = json.loads(robust.text)
+        document = json.loads(robust)
         assert document["left_out"] == document["outliers"] == [4]
         assert document["standardized_residuals"][4] < -8.0
         assert "--robust left it out" in document["warnings"][0]
@@ -256,14 +237,14 @@ def test_readings_that_contradict_are_refused_and_copies_and_outliers_named(
 def test_few_readings_readings_at_rest_and_impossible_errors_are_named(bench):
     for rows, code in ([1], 2), ([0] * 4, 2), ([0, *range(1, 15)], 0):
         bench.csv.write_text(bench_test(rows=rows).replace("0,-0.", "0,0."))
-        printed = bench.said("--law", "neo_hookean", "--no-save", code=code).text
+        printed = bench.said("--law", "neo_hookean", "--no-save", code=code)
         assert "nan" not in printed
         assert rows != [1] or "at least 2, to fit c1 and judge the errors" in printed
     share = re.search(r"stated errors \(rms\), ([\d.]+)% of the largest reading", printed)
     assert 0.0 < float(share[1]) < 10.0
     for error, said in (("0.002", "more"), ("10", "less")):
         bench.csv.write_text(bench_test().replace(",0.1,100", f",{error},100"))
-        assert f"far {said} than the stated errors allow" in bench.said("--no-save").text
+        assert f"far {said} than the stated errors allow" in bench.said("--no-save")
 
 
 def test_the_picture_shows_what_was_measured_and_fitted(bench):
@@ -279,19 +260,6 @@ def test_the_picture_shows_what_was_measured_and_fitted(bench):
     bars = fit.containers[0].lines[2][0].get_segments()
     assert all(top[1] - bottom[1] == pytest.approx(2.0) for bottom, top in bars)  # +- 2 of 0.5 mm
     assert left_over.get_legend().get_texts()[0].get_text() == "± 2 stated errors"
-
-
-def test_the_picture_of_shapes_has_three_coordinates():
-    curve = WrapCurve(SHIPPED.gripper)
-    readings = tuple(
-        ShapeReading(p, tuple(curve.state_at_pressure(p).tip_position.tolist()), None, 1e-3)
-        for p in (3.0e4, 6.0e4, 9.0e4)
-    )
-    choice = run_calibration(SHIPPED, [Measurements(Path("shape.csv"), readings, (2, 3, 4))])
-    axes = residual_figure(choice.best, "mine").axes[0]
-    assert axes.get_ylabel() == "coordinate [mm]"
-    texts = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert texts == ["fitted", "x, measured", "y, measured", "z, measured"]
 
 
 def test_the_calibrated_file_keeps_comments_and_gives_back_the_fit(bench):
@@ -354,7 +322,7 @@ def test_the_command_writes_a_measured_curve(bench):
     before = set(bench.folder.iterdir())
     bench.said(*asked, "--no-save")
     assert set(bench.folder.iterdir()) == before
-    assert bench.said(*asked).text.startswith("measured up to 111 kPa\n")
+    assert bench.said(*asked).startswith("measured up to 111 kPa\n")
     path = bench.folder / "mine_measured.yaml"
     assert path.read_text().startswith("# The actuation curve was measured in bench.csv; ")
     found = load_gripper(path)
@@ -365,7 +333,7 @@ def test_the_command_writes_a_measured_curve(bench):
         expected = getattr(gripper.unloaded_shape(50.0e3), name)
         assert getattr(found.unloaded_shape(50.0e3), name) == pytest.approx(expected, rel=5e-3)
     refused = bench.said(*asked, "--radius", "20 mm", code=2)
-    assert "--measured-curve fits nothing: leave --radius out" in refused.text
+    assert "--measured-curve fits nothing: leave --radius out" in refused
     bench.csv.write_text("\n".join(line.rpartition(",")[0] for line in lines) + "\n")
     refused = bench.said(*asked[:3], code=2)
-    assert "bend angles and twists: fibers at alpha and beta" in refused.text
+    assert "bend angles and twists: fibers at alpha and beta" in refused

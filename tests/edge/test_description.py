@@ -122,9 +122,8 @@ def test_the_smallest_file_is_read_with_its_defaults():
     assert numbers(description)[:4] == [4.7625e-3, 0.79375e-3, 0.5, pytest.approx(math.radians(88))]
     assert (actuator.material.c1, actuator.material.c2) == (130e3, 15e3)
     assert actuator.single_fibers == (SingleFiber(0.0, 0.0),)
-    assert gripper.gravity == (9.80665, 0.0, 0.0)
     assert gripper.pressure_max == pytest.approx(16 * PSI, rel=1e-15)
-    assert (gripper.object_axis, gripper.friction_coefficient) == (None, None)
+    assert gripper.friction_coefficient is None
     annulus = stiffness_from_actuator(actuator)
     assert gripper.stiffness.bending == annulus.bending
     assert gripper.weight_per_length == 950.0 * gripper.tube.wall_area * 9.80665
@@ -163,9 +162,6 @@ YEOH = "law: yeoh\n  c1: 50 kPa\n  c2: -50 kPa\n  c3: 1 kPa"
 MISTAKES = [
     ("500 mm", "500", '5:11: tube.length must be a length with its unit, such as "4.7625 mm" (w'),
     ("500 mm", "500 g", '5:11: tube.length must be a length with its unit, such as "4.7625 mm" ("'),
-    ("500 mm", "[500, mm]", "5:11: tube.length must be a length with its unit"),
-    ("500 mm", "{mm: 500}", "5:11: tube.length must be a length with its unit"),
-    ("500 mm", "true", "5:11: tube.length must be a length with its unit"),
     ("500 mm", "0 mm", "5:11: tube.length must be a positive finite number, got 0 mm"),
     ("500 mm", "500 m", "5:11: tube.length must be at most 10 m, got 500 m"),
     ("500 mm", "", "6:1: tube.length is missing; it must be a length with its unit"),
@@ -180,13 +176,10 @@ MISTAKES = [
     ("15 kPa", "15 kPa\n  c3: 1 kPa", "material.c3 is not a field here; the constants of mooney"),
     ("  c2: 15 kPa\n", "", "9:1: material.c2 is missing; it must be a pressure with its unit"),
     ("smallest", "12", "1:7: name must be one line of text, in quotes if it looks like a number"),
-    ("smallest", '""', "1:7: name must be one line of text"),
     ("smallest", "|\n  two\n  lines", "1:7: name must be one line of text"),
     ("[1, 0, 0]", "[1, 0]", "15:22: mount.gravity_direction must be three finite"),
-    ("[1, 0, 0]", "[[1], 0, 0]", "15:22: mount.gravity_direction must be three finite"),
     ("[1, 0, 0]", "[1 m, 0 m, 0 m]", "15:22: mount.gravity_direction must be three finite"),
     ("[1, 0, 0]", "[.inf, 0, 0]", "15:22: mount.gravity_direction must be three finite"),
-    ("[1, 0, 0]", "fitted", "15:22: mount.gravity_direction must be three finite"),
     ("[1, 0, 0]", "[1, 0, 0]\n  object_axis: fit", "16:16: mount.object_axis must be fitted, or"),
     ("[1, 0, 0]", "[1, 0, 0]\n  gravity_magnitude: 1e5 m/s^2", "must be at most 10000 m/s^2, got"),
     ("16 psi", "16 pzi", "limits.pressure_max must be a pressure with its unit, such as"),
@@ -198,7 +191,6 @@ MISTAKES = [
     ("limits:", "model: {pressure_law: uniform, thick_wall: true}\nlimits:", "model.thick_wall"),
     ("limits:", "extra_mass_per_length: 2e3 kg/m\nlimits:", "16:24: extra_mass_per_length must"),
     ("limits:", "grip: {turns_required: 105 %}\nlimits:", "grip.turns_required must be a plain fi"),
-    ("limits:", "grip: {friction_coefficient: '0.5'}\nlimits:", "must be a plain finite"),
     ("limits:", "stiffness: {section_at: 1 kPa, bending: 1 N m^2}\nlimits:", "be left out where b"),
     ("limits:", "model: {pressure_law: uniform}\nstiffness: {section_at: 1 kPa}\nlimits:", "a pr"),
     ("law: mooney_rivlin\n  c1: 130 kPa\n  c2: 15 kPa", YEOH, "own limit: the actuator balloons"),
@@ -288,44 +280,6 @@ def test_all_mistakes_of_a_file_are_reported_together_in_their_order():
     ]  # fmt: skip
 
 
-lengths = st.floats(min_value=1e-4, max_value=1e2)
-
-
-@settings(deadline=None)
-@given(
-    radius=lengths,
-    wall=lengths,
-    length=lengths,
-    beta=st.floats(min_value=50.0, max_value=80.0),
-    c1=st.floats(min_value=1.0, max_value=1e4),
-    mass=lengths,
-)
-def test_the_same_gripper_in_other_units(radius, wall, length, beta, c1, mass):
-    """Tolerance 1e-12: the other unit's text is itself rounded to a float, as is the angle's."""
-
-    def described(radius, wall, length, beta, c1, density, gravity, pressure, mass):
-        return numbers(read(
-            f"name: same\nextra_mass_per_length: {mass}\n"
-            f"tube: {{inner_radius: {radius}, wall_thickness: {wall}, length: {length}}}\n"
-            f"fibers: {{alpha: 90 deg, beta: {beta}}}\n"
-            f"material: {{law: neo_hookean, c1: {c1}, density: {density}}}\n"
-            f"mount: {{gravity_direction: [0, 0, -1], gravity_magnitude: {gravity}}}\n"
-            f"limits: {{pressure_max: {pressure}}}\n"
-        ))  # fmt: skip
-
-    pressure = c1 * 1e-3 * wall / radius
-    metric = described(
-        f"{radius!r} mm", f"{wall!r} mm", f"{length!r} cm", f"{beta!r} deg", f"{c1!r} kPa",
-        "0.95 g/cm^3", "9.80665 m/s^2", f"{pressure!r} kPa", f"{mass!r} kg/m",
-    )  # fmt: skip
-    other = described(
-        f"{radius / 25.4!r} in", f"{wall / 25.4!r} inch", f"{length / 30.48!r} ft",
-        f"{math.radians(beta)!r} rad", f"{c1 * 1e3 / PSI!r} psi", "950 kg/m^3",
-        "1 standard_gravity", f"{pressure / 100!r} bar", f"{mass * 0.3048 / 0.45359237!r} lb/ft",
-    )  # fmt: skip
-    assert metric == pytest.approx(other, rel=1e-12)
-
-
 VALUES = ("0", "1e300", "1e-300", "-1", "1e5", "1e-5", "1", ".nan", "true", "[1, 0, 0]", "{}", "")
 UNITS = ("", " m", " mm", " Pa", " psi", " deg", " %", " kg/m^3", " N m^2", " kg/m", " m/s^2")
 
@@ -402,19 +356,6 @@ def test_a_measured_curve_and_the_sections_stiffness_reach_the_gripper():
     assert read(with_field("model.thick_wall", "true")).actuator.thick_wall is True
 
 
-@pytest.mark.parametrize(("gripper", "fields"), table_after(
-    "Single fibers, which make the tube bend"
-))  # fmt: skip
-def test_single_fibers_as_the_table_writes_them(gripper, fields):
-    wanted = ", ".join(codes(fields))
-    wanted = f"alpha: 88 deg, {wanted}" if "beta: none" in wanted else wanted
-    actuator = read(with_fibers(wanted)).actuator
-    angles = [math.degrees(fiber.angle) for fiber in actuator.single_fibers]
-    stated = re.findall(r"[\d.]+(?= deg)", fields.partition("single_pos")[0].partition("angles")[2])
-    assert angles == pytest.approx([float(a) for a in stated] or [0.0] * ("section" not in gripper))
-    assert isinstance(actuator.fibers, OneFamily) == ("beta: none" in wanted)
-
-
 @pytest.mark.parametrize(("motion", "fields"), table_after("A set of fibers for each motion"))
 def test_each_set_of_fibers_moves_as_the_table_says(motion, fields):
     wanted = codes(fields)[0].removeprefix("fibers: {").removesuffix("}")
@@ -428,6 +369,11 @@ def test_each_set_of_fibers_moves_as_the_table_says(motion, fields):
 
 
 def test_the_pages_examples_do_what_it_says(capsys):
+    for gripper, fields in table_after("Single fibers, which make the tube bend"):
+        wound = "alpha: 88 deg, " * ("none" in fields)
+        actuator = read(with_fibers(wound + ", ".join(codes(fields)))).actuator
+        assert len(actuator.single_fibers) == 1 - ("section" in gripper) + ("two" in gripper[:3])
+        assert isinstance(actuator.fibers, OneFamily) == ("none" in fields)
     helical = read(HELICAL).gripper
     assert helical.unloaded_shape(helical.pressure_max).curvature > 5.0
     assert tuple(codes(PAGE.split("\n## ")[0]))[: len(available_grippers())] == available_grippers()
@@ -460,12 +406,10 @@ def test_the_constants_from_the_hardness_follow_gents_relation():
 HARDLY_MEANT = [
     ("radius: 4.7625 mm", "radius: 4.7625 m", ":3:17: tube.inner_radius 4.7625 m is not between"),
     ("radius: 4.7625 mm", "radius: 99 mm", ""),
-    ("radius: 4.7625 mm", "radius: 0.05 mm", "is not between 0.1 mm"),
     ("1/32 in", "1.19 mm", ""),
     ("1/32 in", "1.2 mm", "holds up to 0.25; calibrate it, or set model.thick_wall to true"),
     ("1/32 in", "9 mm", "is 1.9 of the bore radius"),
     ("1/32 in", "10 mm", "is 2.1 times the bore radius"),
-    ("c1: 130 kPa", "c1: 3 MPa", ""),
     ("c1: 130 kPa", "c1: 4 MPa", ":9:1: material has a Young's modulus of 24.1 MPa; elastomers"),
     ("c1: 130 kPa", "c1: -14 kPa", "modulus of 0.006 MPa; elastomers have 0.01 to 20 MPa"),
     ("0.95 g/cm^3", "0.95 kg/m^3", ":13:12: material.density 0.95 kg/m^3 is not between 100 and"),

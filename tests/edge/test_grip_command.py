@@ -16,13 +16,6 @@ pytestmark = pytest.mark.long
 
 ASKED = ["grip", "paper_design_70", "--radius", "25 mm", "--friction", "0.2"]
 ASKED += ["--frictionless-closing"]
-SECTION_LAW = """name: mine
-tube: {inner_radius: 4.7625 mm, wall_thickness: 1/32 in, length: 400 mm}
-fibers: {alpha: 88 deg, beta: 70 deg}
-material: {law: neo_hookean, c1: 100 kPa, density: 0.95 g/cm^3}
-mount: {gravity_direction: [1, 0, 0]}
-limits: {pressure_max: 14 psi}
-"""
 # Questions, windows and what remains after them, by what was asked: once for all tests here.
 solved = {}
 
@@ -66,23 +59,6 @@ def test_programs_get_the_window_and_the_forces(answer, tmp_path):
     text = picture.read_text(encoding="utf-8")
     for part in ("tip criterion", "along gravity", "90 and 180 elements: window differs by"):
         assert part in text
-
-
-@pytest.mark.slow
-def test_every_command_takes_the_sections_stiffness(answer, tmp_path):
-    """Shape, wrap and grip from a file that asks for it, and from one that does not."""
-    tips, wraps = [], []
-    for extra in ("", "stiffness: {section_at: 55 kPa}\n"):
-        file = tmp_path / f"mine{len(extra)}.yaml"
-        file.write_text(SECTION_LAW + extra, encoding="utf-8")
-        tips.append(np.array(answer("shape", str(file), "--pressure", "40 kPa")["positions"][-1]))
-        asked = [str(file), "--radius", "20 mm"]
-        wraps.append(answer("wrap", *asked, "--tip-criterion")["pressure"])
-    held = answer("grip", *asked, "--pressure", "60 kPa")
-    assert held["tip_criterion"] == pytest.approx(wraps[1], rel=1e-6)
-    assert held["onset_wrap"] == pytest.approx(wraps[1], rel=0.02)
-    assert wraps[1] < 0.99 * wraps[0]  # gravity unbends it less
-    assert np.linalg.norm(tips[1] - tips[0]) > 0.02
 
 
 def test_people_get_rows_and_a_table(said):

@@ -67,7 +67,13 @@ def test_another_gripper_of_the_same_name_is_solved_anew_with_its_own_friction(
 
 def test_people_get_a_table_and_the_reasons(solved, said):
     printed = said(*SWEEP, "--gravity-direction", "0", "0", "2")
-    for part in ("2 grips", "15 mm", "9.81", "20 mm: too thick for this test"):
+    for part in (
+        "2 grips",
+        "15 mm",
+        "9.81",
+        "pressure [kPa, N]; > at least",
+        "20 mm: too thick for this test",
+    ):
         assert part in printed
     assert len(solved) == 2
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures: shaded surfaces, shapes with their object, the winding sheet in true size."""
+"""Pictures: what is drawn is what was computed; surfaces, shapes, charts, the winding sheet."""
 
 import math
 import re
@@ -7,148 +7,168 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from spiral_core import (
+    CalibrationModel,
+    ExtensionReading,
+    FreeActuation,
     InvalidInputError,
+    NeoHookean,
     ObjectPlacement,
-    Rod,
-    RodLoad,
-    Section,
-    WrapCurve,
-    solve_rod,
+    calibrate,
+    pressure_uncertainty,
 )
 from spiral_core.actuator.actuator import windings_of
-from spiral_gripper import load_description, plot
-from spiral_gripper.cli.main import run
-from spiral_gripper.reports.shaded import (
-    OBJECT_RINGS,
-    draw_surfaces,
-    turned_surface,
-)
+from spiral_core.grip.grip import GripCase, GripOutcome
+from spiral_gripper import display_units, load_description, plot
+from spiral_gripper.bench.residual_plot import pressure_figure
+from spiral_gripper.reports.grip.plots import MOST_PANELS, window_figure
+from spiral_gripper.reports.plots import section_figure
+from spiral_gripper.reports.shaded import OBJECT_RINGS, draw_surfaces, turned_surface
 from spiral_gripper.reports.shape_plots import shape_figure
 from spiral_gripper.reports.winding_sheet import winding_figures
 
-RADIUS = 0.0055
+DESCRIPTION = load_description("paper_design_70")
+GRIPPER = DESCRIPTION.gripper
+ACTUATOR = load_description("prototype_p2").actuator
+HELD = GripOutcome("", 5.7e4, 5.5e4, 6.2e4, 8.7e4, 5.9e4, 0.15, 0.3, 0.22, 0.1)
 
 
-@pytest.fixture(scope="module")
-def state():
-    return solve_rod(
-        Rod(0.36, Section.inextensible(2.7e-4, 1.8e-4), rest_strain=(-13.5, 0.0, 21.0)),
-        RodLoad((0.24, 0.0, 0.0)),
-    )
-
-
-@pytest.fixture(scope="module")
-def actuator():
-    return load_description("prototype_p2").actuator
-
-
-def cylinder(x, radius):
-    """A cylinder along the base's z axis, before (x > 0) or behind the plane x = 0."""
-    ends = np.array([[x, 0.0, -0.1], [x, 0.0, 0.1]])
-    return turned_surface(ends, np.full(OBJECT_RINGS, radius))
-
-
-def painted(surface, color):
-    return surface._replace(colors=np.tile(to_rgb(color), (len(surface.triangles), 1)))
-
-
-def drawn(surfaces):
-    """Return the picture of surfaces seen along -x, z upwards."""
+def drawn(*cylinders):
+    """Return the picture, seen along -x with z upwards, of cylinders: place x, radius and color."""
+    surfaces = []
+    for x, radius, color in cylinders:
+        ends = np.array([[x, 0.0, -0.1], [x, 0.0, 0.1]])
+        one = turned_surface(ends, np.full(OBJECT_RINGS, radius))
+        surfaces.append(one._replace(colors=np.tile(to_rgb(color), (len(one.triangles), 1))))
     axes = Figure().add_subplot()
     draw_surfaces(axes, surfaces, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     (faces,) = axes.collections
-    return axes, faces
+    return axes, faces, len(surfaces[0].triangles)
 
 
 def test_near_faces_are_drawn_over_far_ones():
-    near = painted(cylinder(0.05, 0.01), "#ff0000")
-    far = painted(cylinder(-0.05, 0.02), "#0000ff")
-    for surfaces in ([near, far], [far, near]):
-        _, faces = drawn(surfaces)
-        red = faces.get_facecolor()[:, 0] > 0.0
+    near, far = (0.05, 0.01, "red"), (-0.05, 0.02, "blue")
+    for cylinders in ((near, far), (far, near)):
+        red = drawn(*cylinders)[1].get_facecolor()[:, 0] > 0.0
         assert red.any()
         assert not red[: np.flatnonzero(~red).max()].any()
 
 
 def test_a_picture_is_to_scale_in_millimeters_and_shows_the_front_only():
-    axes, faces = drawn([cylinder(0.0, 0.02)])
+    axes, faces, whole = drawn((0.0, 0.02, "red"))
     points = np.concatenate([path.vertices for path in faces.get_paths()])
-    assert np.ptp(points[:, 0]) == pytest.approx(40.0, rel=1e-3)
-    assert np.ptp(points[:, 1]) == pytest.approx(200.0)
+    assert np.ptp(points, axis=0) == pytest.approx((40.0, 200.0), rel=1e-3)
     assert axes.get_aspect() == 1.0
     # Half of the side's triangles face the viewer; the caps are seen from their edge.
-    whole = len(cylinder(0.0, 0.02).triangles)
     assert len(faces.get_paths()) == pytest.approx(0.5 * whole, rel=0.05)
 
 
-def test_a_shape_has_the_outline_of_its_object_or_none(state):
-    placement = ObjectPlacement((0.1, 0.0, 0.0), (1.0, 0.0, 0.0), 0.02, 0.08, 0.0)
-    figure = shape_figure(state.positions, RADIUS, "title", placement)
+def test_a_shape_has_its_objects_projection_as_outline_or_none():
+    positions = np.linspace([0.0, 0.0, 0.0], [0.3, 0.1, 0.1], 30)
+    assert not shape_figure(positions, 0.0055, "title").axes[0].patches
+    placement = ObjectPlacement((1.0, 2.0, 3.0), (0.0, 0.6, 0.8), 0.5, 2.5, 0.0)
+    figure = shape_figure(positions, 0.0055, "title", placement)
     assert [axes.get_xlabel() for axes in figure.axes] == ["y [mm]", "z [mm]"]
     assert [len(axes.patches) for axes in figure.axes] == [3, 3]
-    assert not shape_figure(state.positions, RADIUS, "title").axes[0].patches
-
-
-def test_a_drawn_outline_is_the_objects_projection(state):
-    placement = ObjectPlacement((1.0, 2.0, 3.0), (0.0, 0.6, 0.8), 0.5, 2.5, 0.0)
-    figure = shape_figure(state.positions, RADIUS, "title", placement)
     body, *ends = (patch.get_xy() for patch in figure.axes[1].patches)
     # Seen along y the axis has 0.8 of its length, 2.5 m and 1.5 radii at each end.
-    assert np.ptp(body[:, 0]) == pytest.approx(0.8 * 4.0e3)
-    assert np.ptp(body[:, 1]) == pytest.approx(1.0e3)
+    assert np.ptp(body, axis=0) == pytest.approx((0.8 * 4.0e3, 1.0e3))
     for end in ends:
         assert np.ptp(end[:, 0]) == pytest.approx(0.6 * 1.0e3, rel=1e-3)
 
 
-def test_the_sheet_shows_each_turn_in_true_size(actuator):
-    (page,) = winding_figures(actuator, "p2", 0.02)
+def test_the_sheet_shows_each_turn_in_true_size():
+    (page,) = winding_figures(ACTUATOR, "p2", 0.02)
     assert page.get_size_inches() * 25.4 == pytest.approx((210.0, 279.0))
     (axes,) = page.axes
     assert (*axes.get_xlim(), *axes.get_ylim()) == (0.0, 210.0, 0.0, 279.0)
-    ruler = axes.get_lines()[0].get_xdata()
-    assert np.ptp(ruler) == pytest.approx(100.0)
-    around = 2e3 * math.pi * actuator.tube.outer_radius
+    ruler, *lines = axes.get_lines()
+    assert np.ptp(ruler.get_xdata()) == pytest.approx(100.0)
+    around = 2e3 * math.pi * ACTUATOR.tube.outer_radius
     strips = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
     assert [strip.width for strip in strips] == pytest.approx([around] * len(strips))
-    assert sum(strip.height for strip in strips) == pytest.approx(1e3 * actuator.tube.length)
-    angles = [turn.angle for turn in windings_of(actuator)]
-    angles += [fiber.angle for fiber in actuator.single_fibers]
-    lines = axes.get_lines()[1:]  # strip by strip, behind the ruler
-    assert len(lines) == len(strips) * len(angles)
+    assert sum(strip.height for strip in strips) == pytest.approx(1e3 * ACTUATOR.tube.length)
+    angles = [turn.angle for turn in windings_of(ACTUATOR)]
+    angles += [fiber.angle for fiber in ACTUATOR.single_fibers]
+    assert len(lines) == len(strips) * len(angles)  # strip by strip
     for number, line in enumerate(lines):
         strip, slope = strips[number // len(angles)], math.tan(angles[number % len(angles)])
         pieces = line.get_xydata().reshape(-1, 3, 2)[:, :2]  # two ends each, and the gap
         assert pieces[:, :, 1] == pytest.approx(np.tile((strip.y0, strip.y1), (len(pieces), 1)))
-        assert np.ptp(pieces[:, :, 0], axis=1) == pytest.approx(abs(slope) * strip.height)
-        assert ((pieces[:, 1, 0] - pieces[:, 0, 0]) * slope >= 0.0).all()
+        across = pieces[:, 1, 0] - pieces[:, 0, 0]
+        assert across == pytest.approx(np.full(len(pieces), slope * strip.height), abs=1e-9)
         assert np.diff(pieces[:, 0, 0]) == pytest.approx(-around)  # each turn is drawn anew
         assert line.clipbox.extents == pytest.approx(axes.transData.transform_bbox(strip).extents)
-        ends = (pieces[0, 0, 0], pieces[-1, 1, 0]) if slope >= 0.0 else (pieces[-1, 0, 0],)
-        assert all(strip.x0 <= end <= strip.x1 for end in ends)
 
 
-def test_a_sheet_that_cannot_be_is_refused(actuator, tmp_path, capsys):
-    thick = replace(actuator, tube=replace(actuator.tube, inner_radius=0.03))
+def test_a_sheet_that_cannot_be_is_refused_and_a_long_tube_takes_two(tmp_path, said):
+    thick = replace(ACTUATOR, tube=replace(ACTUATOR.tube, inner_radius=0.03))
     with pytest.raises(InvalidInputError, match=r"outer diameter \[mm\] must be at most 59"):
         winding_figures(thick, "thick", 0.02)
-    long = replace(actuator, tube=replace(actuator.tube, length=1.5))
+    long = replace(ACTUATOR, tube=replace(ACTUATOR.tube, length=1.5))
     assert len(winding_figures(long, "long", 0.02)) == 2
     file = tmp_path / "sheet.svg"
-    assert run(["winding-sheet", "prototype_p2", "--save", str(file)]) == 0
-    shown = capsys.readouterr().out
+    shown = said("winding-sheet", "prototype_p2", "--save", str(file))
     assert "540 mm" in shown
     assert "right-handed, pitch 20.16 mm" in shown
     assert re.search(r'width="595.*pt" height="790.*pt"', file.read_text(encoding="utf-8"))
 
 
-def test_plot_draws_what_it_knows_and_refuses_the_rest():
-    gripper = load_description("paper_design_70").gripper
-    wrap = WrapCurve(gripper).wrap_for_radius(0.02)
-    assert [axes.get_xlabel() for axes in plot(wrap).axes] == ["y [mm]", "z [mm]"]
-    assert plot(gripper).axes[0].get_ylabel() == "pressure [kPa]"
+def test_the_band_is_the_interval_of_the_calibration():
+    truth = replace(DESCRIPTION.actuator, material=NeoHookean(c1=1.5e5))
+    stretch = FreeActuation(truth).stretch_from_pressure
+    noise = np.random.default_rng(3).normal(size=6).tolist()
+    readings = [
+        ExtensionReading(p, 0.1 * (stretch(p) - 1.0) + 2e-4 * e, 0.1, 2e-4)
+        for p, e in zip(np.linspace(1e4, 6e4, 6).tolist(), noise, strict=True)
+    ]
+    fit = calibrate(CalibrationModel(truth, gripper=GRIPPER), readings)
+    assert plot(fit).axes[1].get_lines()[1].get_ydata() == pytest.approx(fit.residuals)
+    (axes,) = pressure_figure(fit, "mine", 0.95).axes
+    band = next(area for area in axes.collections if area.get_hatch())
+    corners = band.get_paths()[0].vertices
+    radius = corners[:, 0].min()
+    (one,) = pressure_uncertainty(fit, [1e-3 * radius], 0.95)
+    ends = sorted({round(p, 6) for r, p in corners.tolist() if r == radius})
+    assert ends == pytest.approx([1e-3 * end for end in one.interval], rel=1e-6)
+    alone = replace(fit, model=replace(fit.model, gripper=None))
+    assert pressure_figure(alone, "mine", 0.95) is None
+
+
+def test_a_section_is_stretched_away_from_the_straight_fiber(tmp_path, said):
+    rest, pressed = (
+        np.ravel(
+            next(one for one in axes.collections if isinstance(one, QuadMesh)).get_array().data
+        )
+        for axes in section_figure(DESCRIPTION.actuator, [0.0, 6e4], "mine").axes[:2]
+    )
+    assert rest == pytest.approx(1.0)
+    assert pressed.argmin() in (0, 180, 181, 361)  # the fiber's angle, on both walls
+    stretch = FreeActuation(DESCRIPTION.actuator).stretch_from_pressure(6e4)
+    assert pressed[:180].mean() == pytest.approx(stretch, rel=1e-6)
+    picture = tmp_path / "section.png"
+    asked = ["chart", "section", "paper_design_70", "--plot", str(picture)]
+    said(*asked, "--pressure", "5 kPa", "--pressure", "6 psi")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert "up to three times" in said(*asked, *["--pressure", "5 kPa"] * 4, code=2)
+
+
+def test_windows_are_drawn_over_the_radius_in_the_units_wanted():
+    cases = [GripCase(GRIPPER, r, 0.3) for r in (0.02, 0.01, 0.03)]
+    refused = GripOutcome("too thick")
+    with display_units("psi", "in"):
+        (axes,) = window_figure(cases, [HELD, replace(HELD, loss=None), refused]).axes
+    recommended = next(line for line in axes.get_lines() if line.get_label() == "recommended")
+    radii, pressures = recommended.get_xydata().T
+    assert radii == pytest.approx(np.array([0.01, 0.02, 0.03]) / 0.0254)
+    assert pressures == pytest.approx([5.9e4 / 6894.757293] * 2 + [math.nan], nan_ok=True)
+    assert axes.get_ylabel() == "pressure [psi]"
+    cases = [GripCase(GRIPPER, 0.02, 0.1 * k) for k in range(MOST_PANELS + 1)]
+    with pytest.raises(InvalidInputError, match="at most 3 panels"):
+        window_figure(cases, [HELD] * len(cases))
     with pytest.raises(InvalidInputError, match="one of Grip, Wrap, WrapCurve"):
         plot(3.0)

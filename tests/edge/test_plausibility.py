@@ -36,11 +36,8 @@ READINGS = extensions(TRUTH, PRESSURES, noise=np.random.default_rng(4))
         ("pressure", 1.0, None),
         ("pressure", 1.6, None),  # handbook constants may be this far off
         ("pressure", 1.0 / PSI, "psi taken for kPa"),
-        ("pressure", PSI, "kPa taken for psi"),
         ("pressure", 0.01, "bar taken for kPa"),
-        ("pressure", 100.0 / PSI, "psi taken for bar"),
         ("extension", 1.0 / 25.4, "in taken for mm"),
-        ("extension", 25.4, "mm taken for in"),
         ("extension", 0.1, "cm taken for mm"),
         ("extension", 0.001, "m taken for mm"),
         ("bend_angle", math.degrees(1.0), "deg taken for rad"),

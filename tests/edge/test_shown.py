@@ -1,37 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures in the units that the reader chose, wherever they are printed or drawn."""
 
-import io
 import json
 import re
 from contextlib import suppress
-from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
-from rich.console import Console
 
-from spiral_core import InvalidInputError, Pull, WrapCurve, grip_cases
-from spiral_core.grip.grip import GripOutcome
+from spiral_core import InvalidInputError
 from spiral_core.message import Message, Quantity
-from spiral_gripper import convert_from_si, display_units, load_gripper, plot
-from spiral_gripper.cli.main import run
+from spiral_gripper import display_units
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
-from spiral_gripper.files.units import Dimension
-from spiral_gripper.reports.grip.rows import print_forces
-from spiral_gripper.reports.grip.study import print_outcomes
 
 WRAP = ["wrap", "paper_design_70", "--radius", "20 mm"]
 DESIGN = ["design", "--radius-min", "12 mm", "--radius-max", "25 mm", "--tube", "9.5 mm x 0.8 mm"]
-
-
-@pytest.fixture
-def said(capfd):
-    def said(*arguments, code=0):
-        assert run(arguments) == code
-        return " ".join("".join(capfd.readouterr()).split())
-
-    return said
 
 
 def test_units_made_of_others_follow_the_chosen_ones_until_the_end_of_the_block():
@@ -60,15 +42,6 @@ def test_a_message_is_shown_part_by_part_and_other_text_as_it_is():
 def test_what_is_no_unit_of_these_is_refused(units):
     with pytest.raises(InvalidInputError, match="units must be"), display_units(*units):
         pass
-
-
-def test_a_picture_is_drawn_in_the_chosen_units():
-    curve = WrapCurve(load_gripper("paper_design_70"))
-    with display_units("psi", "in"):
-        axes = plot(curve).axes[0]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("object radius [in]", "pressure [psi]")
-    largest = convert_from_si(curve.radius_max, "in", Dimension.LENGTH)
-    assert axes.get_xlim()[1] == pytest.approx(largest)
 
 
 def test_a_command_prints_in_the_chosen_units_and_forgets_them(said):
@@ -105,22 +78,3 @@ def test_no_usual_unit_is_left_where_all_are_chosen(said, arguments, code, verdi
     assert re.search(verdict, printed)
     named = printed.replace("9.5 mm x 0.8 mm", "")  # the tube's name, as it was typed
     assert re.findall(r"\d (?:mm|m|kPa|Pa|deg|N|N mm|kg)\b", named) == []
-
-
-def test_the_columns_of_a_study_name_their_units():
-    console = Console(file=io.StringIO(), width=80)
-    gripper = load_gripper("paper_design_70")
-    cases = grip_cases([gripper, replace(gripper, name="another")], [0.02], [0.3, 0.6])
-    outcome = GripOutcome("", 66e3, 65e3, 74e3, None, 70e3, 0.2, 0.7, 0.9, 0.15, False, True)
-    print_outcomes(cases, [outcome] * 4, console)
-    printed = console.file.getvalue()
-    assert printed.count("forces at the recommended pressure [kPa, N]; > at least") == 2
-    assert "another, gravity (9.81 0 0), 2 grips" in printed
-    row = "│  20 mm │      0.3 │      65 │    74 │    - │ 70 │  0.9 │  > 0.15 │"
-    assert printed.count(row) == 2
-    console = Console(file=io.StringIO(), width=200)
-    grip = SimpleNamespace(forces={Pull.AWAY: [], Pull.TWIST_LEFT: []}, points=[])
-    with display_units("psi"):
-        print_forces(SimpleNamespace(grip=grip, held={}, rest_held={}), console)
-    for column in ("pressure [psi]", "in contact [mm]", "away from the base [N]", "[N mm]"):
-        assert column in console.file.getvalue()

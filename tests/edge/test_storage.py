@@ -40,19 +40,6 @@ def test_shipped_files_say_what_the_paper_and_our_readings_say(name, beta, lengt
     assert description.written["model.pressure_law"] == actuator.pressure_law.value == "uniform"
 
 
-@pytest.mark.parametrize("name", available_grippers())
-def test_shipped_files_say_where_each_figure_comes_from(name):
-    text = (GRIPPERS.path / f"{name}.yaml").read_text(encoding="utf-8")
-    said = " ".join(line.strip().removeprefix("#").strip() for line in text.splitlines())
-    assert "which assumes an evenly stretched wall; they are valid only with it" in said
-    figures = [line for line in text.splitlines() if ": " in line and line.strip()[:1] != "#"]
-    commented = [line for line in figures if " # " in line]
-    # Explained by a comment above them or by their unit alone.
-    plain = ("name", "description", "c1", "c2", "density", "gravity_magnitude")
-    assert len(commented) >= 10
-    assert all(line.strip().startswith(plain) for line in figures if line not in commented)
-
-
 def test_a_name_is_a_shipped_gripper_whatever_the_folder_holds(tmp_path, monkeypatch):
     (tmp_path / "prototype_p1").write_text("name: impostor\n")
     monkeypatch.chdir(tmp_path)

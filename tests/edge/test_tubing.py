@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tubing files: the shipped sizes, every way a file can be wrong, and what is hardly meant."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path
@@ -14,7 +12,7 @@ from spiral_core import DesignRequirement, InvalidInputError, MooneyRivlin, Pres
 from spiral_core.design.requirement import SECTION_OVER_UNIFORM
 from spiral_gripper import DescriptionError, available_tubing, load_tubing, parse_tube_size
 from spiral_gripper.cli.main import run
-from spiral_gripper.files.tubing import Tubing, parse_tubing
+from spiral_gripper.files.tubing import parse_tubing
 
 GOOD = """\
 name: mine
@@ -23,12 +21,12 @@ sizes: [8 mm x 1 mm, 6 mm x 3 mm]
 """
 
 
-def changed(old: str, new: str) -> Tubing:
+def changed(old, new):
     assert old in GOOD
     return parse_tubing(GOOD.replace(old, new), Path("mine.yaml"))
 
 
-def test_the_shipped_list_and_a_file_of_ones_own() -> None:
+def test_the_shipped_list_and_a_file_of_ones_own():
     assert available_tubing() == ("natural_latex",)
     tubing = load_tubing("natural_latex")
     assert tubing.elastomer.law == MooneyRivlin(130.0e3, 15.0e3)
@@ -41,12 +39,11 @@ def test_the_shipped_list_and_a_file_of_ones_own() -> None:
     assert own.elastomer.pressure_law is PressureLaw.SECTION
 
 
-def test_the_tubing_that_the_page_offers_for_helical_fibers_is_designed_with() -> None:
+def test_the_tubing_that_the_page_offers_for_helical_fibers_is_designed_with():
     page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     tubing = parse_tubing(example, Path("section.yaml"))
     shipped = load_tubing("natural_latex").elastomer.law
-    assert isinstance(shipped, MooneyRivlin)
     scaled = MooneyRivlin(SECTION_OVER_UNIFORM * shipped.c1, SECTION_OVER_UNIFORM * shipped.c2)
     assert tubing.elastomer.law == scaled
     gamma = math.radians(2.0)
@@ -75,7 +72,7 @@ SIZES = "sizes: [8 mm x 1 mm, 6 mm x 3 mm]"
         (GOOD, "", "cannot be read: it is empty"),
     ],
 )
-def test_a_bad_file_is_refused_in_its_place(old: str, new: str, expected: str) -> None:
+def test_a_bad_file_is_refused_in_its_place(old, new, expected):
     with pytest.raises(DescriptionError) as raised:
         changed(old, new)
     assert expected in str(raised.value)
@@ -91,14 +88,12 @@ def test_a_bad_file_is_refused_in_its_place(old: str, new: str, expected: str) -
         ("950 kg/m^3", "0.95 kg/m^3", "mine.yaml:2:52: material.density 0.95 kg/m^3 is not"),
     ],
 )
-def test_tubing_that_is_hardly_meant_is_named(old: str, new: str, expected: str) -> None:
+def test_tubing_that_is_hardly_meant_is_named(old, new, expected):
     (found,) = changed(old, new).warnings
     assert found.startswith(expected)
 
 
-def test_the_design_names_what_is_hardly_meant_of_the_tubing_it_takes(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_design_names_what_is_hardly_meant_of_the_tubing_it_takes(tmp_path, capsys):
     path = tmp_path / "mine.yaml"
     path.write_text(GOOD.replace("950 kg", "0.95 kg"), encoding="utf-8")
     radii = ["--radius-min", "8 mm", "--radius-max", "15 mm", "--beta", "70 deg"]
@@ -108,7 +103,7 @@ def test_the_design_names_what_is_hardly_meant_of_the_tubing_it_takes(
     assert second.startswith("warning: wall_thickness of 6 mm x 1 mm is 0.33 of the bore radius")
 
 
-def test_unknown_names_are_told_what_there_is() -> None:
+def test_unknown_names_are_told_what_there_is():
     with pytest.raises(DescriptionError, match="the shipped tubing is natural_latex"):
         load_tubing("silicone")
     with pytest.raises(DescriptionError, match="did you mean natural_latex"):
@@ -116,6 +111,6 @@ def test_unknown_names_are_told_what_there_is() -> None:
 
 
 @pytest.mark.parametrize("text", ["8 mm x", "x 1 mm", "8 mm x 1 mm x 2 mm", ""])
-def test_sizes_need_two_lengths(text: str) -> None:
+def test_sizes_need_two_lengths(text):
     with pytest.raises(InvalidInputError, match="tube size must be bore and wall"):
         parse_tube_size(text)
