@@ -251,8 +251,7 @@ def test_the_picture_shows_what_was_measured_and_fitted(bench):
     bench.csv.write_text(bench_test().replace(",0.1,100", ",0.5,100"))
     choice = bench.fitted(laws=("neo_hookean",))
     fit, left_over = residual_figure(choice.best, "mine").axes
-    assert fit.get_ylabel() == "extension [mm]"
-    assert fit.get_xlabel() == left_over.get_xlabel() == "pressure [kPa]"
+    assert (fit.get_ylabel(), left_over.get_xlabel()) == ("extension [mm]", "pressure [kPa]")
     extensions = [1e3 * reading.extension for reading in bench.measurements.readings]
     assert fit.lines[0].get_ydata() == pytest.approx(extensions)
     assert fit.lines[-1].get_ydata() == pytest.approx(1e3 * choice.best.predictions)

@@ -110,11 +110,13 @@ def test_an_export_arrives(page, kind, tmp_path):
 
 
 def test_contact_and_holding_force_come_and_the_pull_plays(page):
+    before = tip(page)
     page.get_by_text("Set the wrap pressure").click()
+    wait_until(lambda: tip(page) != before)
+    wait_until(lambda: page.get_by_text("perfect wrap", exact=True).is_visible())
     appears(page, r"computing \.\.\., \d+ s|away from the base at")
     appears(page, "away from the base at")
     appears(page, "in contact")
-    wait_until(lambda: page.get_by_text("perfect wrap", exact=True).is_visible())
     page.screenshot(path=os.environ.get("STUDIO_SCREENSHOT"))
     page.get_by_text("Play the pull").click()
     appears(page, r"pulled by [\d.]+ mm: [\d.]+ N")
