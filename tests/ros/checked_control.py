@@ -30,18 +30,18 @@ class ImmutablePlanner(FakePlanner):
         self.error, self.recommended, self.highest_good = error, recommended, highest_good
 
     def pressure(self, radius):
-        """Return the pressure for a radius, or None if there is none."""
+        """Return the pressure for a radius; NaN if there is none."""
         try:
             pressure = self.plan(radius).pressure
         except Exception:
-            return None
-        return pressure if math.isfinite(pressure) and pressure > 0.0 else None
+            return math.nan
+        return pressure if 0.0 < pressure < math.inf else math.nan
 
 
 class CheckedControl(RuleBasedStateMachine):
     """The control logic and a regulator, called as the node does; every command is checked."""
 
-    tally: ClassVar[Counter] = Counter()
+    tally: ClassVar[Counter] = Counter()  # of states and ends
 
     def __init__(self):
         super().__init__()
@@ -58,7 +58,6 @@ class CheckedControl(RuleBasedStateMachine):
         self.ended = {}  # final reports by grasp
         self.overpressure = 0.0  # of the newest grasp; None: the default one
         self.regime = None  # seen since it began
-        self.visited = set()
         self.ceiling = math.inf  # the lowest cap since the newest goal
 
     # --- calling it as the node does --------------------------------------------------------
@@ -80,12 +79,10 @@ class CheckedControl(RuleBasedStateMachine):
 
     def command(self):
         """Let it command, and check the command."""
-        before = self.control.snapshot()
-        running = [grasp for grasp in self.running() if self.is_running(grasp)]
+        before, running = self.control.snapshot(), self.running()
         command = self.control.command(self.time())
         seen, limits = self.control.snapshot(), self.limits
         step = min(self.elapsed + CLOCK_RESOLUTION, LONGEST_STEP)
-        assert math.isfinite(command)
         assert 0.0 <= command <= limits.pressure_cap
         assert command - self.last <= limits.pressure_rate_up * step * (1.0 + 1e-9)
         assert command == seen.pressure_command
@@ -96,9 +93,6 @@ class CheckedControl(RuleBasedStateMachine):
             self.check_grasp(grasp, seen)
         self.check_fault(before, seen)
         self.last, self.elapsed = command, 0.0
-        self.visited.add(seen.state)
-        self.tally["commands"] += 1
-        self.tally[f"state {seen.state.name}"] += 1
 
     def check_grasp(self, grasp, seen):
         """Check a grasp that ran before the command."""
@@ -119,19 +113,6 @@ class CheckedControl(RuleBasedStateMachine):
             if before.state not in (State.INACTIVE, State.FAULT):
                 assert seen.refusal == seen.pressure_fault
 
-    def look(self):
-        """Tell it how the gripper holds the object."""
-        seen = self.control.snapshot()
-        regime = self.eyes
-        if regime == "honest":
-            pressure = seen.measured.pressure if seen.measured else seen.pressure_command
-            regime = None if seen.plan is None else regime_at(pressure, seen.plan.pressure)
-        self.control.observe(self.time(), regime)
-        self.regime = regime
-        is_heard = seen.pressure_fault.reason is not Reason.PRESSURE_LOST
-        wrapped = seen.radius is not None and is_heard and self.is_held()
-        assert self.control.snapshot().wrapped is wrapped
-
     def is_held(self):
         """Return whether the regime seen last holds the object in use."""
         seen = self.control.snapshot()
@@ -141,8 +122,8 @@ class CheckedControl(RuleBasedStateMachine):
         curls = self.regime is WrapRegime.CURLING and over > 0.0
         return curls or self.regime is WrapRegime.PERFECT_WRAP
 
-    def tick(self, period, radius):
-        """Let one period of the node's timer pass."""
+    def tick(self, period=0.02, radius=None):
+        """Let one period of the node's timer pass, and look at how the object is held."""
         self.now += period
         if radius is not None:
             self.guarded(self.control.offer_radius, self.time(), radius, self.planner)
@@ -150,27 +131,22 @@ class CheckedControl(RuleBasedStateMachine):
         if measured is not None:
             self.control.offer_measured(self.time(), measured)
         self.command()
-        self.look()
+        seen, self.regime = self.control.snapshot(), self.eyes
+        if self.regime == "honest":
+            self.regime = seen.plan and regime_at(seen.pressure, seen.plan.pressure)
+        self.control.observe(self.time(), self.regime)
+        is_heard = seen.pressure_fault.reason is not Reason.PRESSURE_LOST
+        wrapped = seen.radius is not None and is_heard and self.is_held()
+        assert self.control.snapshot().wrapped is wrapped
 
     def running(self):
-        """Return the grasps that are not known to have ended."""
-        return [grasp for grasp in self.timeouts if grasp not in self.ended]
-
-    def outcome(self, grasp):
-        return grasp.report.outcome
-
-    def is_running(self, grasp):
-        return self.outcome(grasp) is GraspOutcome.RUNNING
-
-    def was_aborted(self):
-        """Return whether the newest grasp has ended with its pressure held."""
-        newest = next(reversed(self.timeouts))
-        return self.outcome(newest) in (GraspOutcome.FAILED, GraspOutcome.CANCELED)
+        """Return the grasps that run."""
+        return [grasp for grasp in self.timeouts if grasp.report.outcome is GraspOutcome.RUNNING]
 
     def is_possible(self, seen):
         """Return whether the wrap of the newest grasp is what the planner says, within the cap."""
         pressure = self.planner.pressure(seen.radius)
-        if pressure is None or not pressure + (self.overpressure or 0.0) <= self.ceiling:
+        if not pressure + (self.overpressure or 0.0) <= self.ceiling:
             return False
         assert seen.plan.pressure == pressure
         if self.overpressure is None:
@@ -184,12 +160,3 @@ class CheckedControl(RuleBasedStateMachine):
         """Return the largest pressure of a default grip on a wrap, without a cap [Pa]."""
         most = max(HIGHEST_GRIP_RATIO, self.planner.recommended or 0.0)
         return min(most * (1.0 + 1e-9), self.planner.highest_good) * wrap
-
-    def note_end(self, report):
-        """Check a report that has become final."""
-        succeeded = report.outcome is GraspOutcome.SUCCEEDED
-        assert succeeded is (report.refusal.reason is Reason.NONE)
-        assert succeeded is (report.refusal.text == "")
-        assert not succeeded or report.progress == 1.0
-        self.tally[f"outcome {report.outcome.name}"] += 1
-        self.tally[f"reason {report.refusal.reason.name}"] += 1

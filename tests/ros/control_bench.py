@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The control logic with all it needs, for tests of what it does step by step."""
+"""The control logic with all it needs, and the steps of which courses are made."""
+
+from dataclasses import replace
 
 from ros.fakes import FakePlanner, FakeRegulator, RegulatorFault, regime_at
 
+from spiral_core import SolverError
+from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
@@ -19,8 +23,10 @@ LIMITS = Limits(
     pressure_tolerance=1.0e3,
 )
 TICK = 0.02
+WRAP = 5.0e4  # of the bench's planner at 20 mm [Pa]
 RUNNING, SUCCEEDED = GraspOutcome.RUNNING, GraspOutcome.SUCCEEDED
 FAILED, CANCELED = GraspOutcome.FAILED, GraspOutcome.CANCELED
+NOT_CERTIFIED = SolverError(RodStatus.UNSTABLE, 1.0, 7)
 # What can be wrong with a regulator, the pressure at which it is stuck, and what that is called.
 FAULTS = [
     (RegulatorFault.LEAK, 0.0, Reason.PRESSURE_LOW),
@@ -34,14 +40,23 @@ FAULTS = [
 class Bench:
     """The control logic, a regulator that may measure, and a clock that the test winds."""
 
-    def __init__(self, limits=LIMITS, *, measured=True):
-        self.control = GripControl(limits)
+    def __init__(self, **limits):
+        self.limits = replace(LIMITS, **limits)
+        self.control = GripControl(self.limits)
         self.planner = FakePlanner()
         self.regulator = FakeRegulator()
-        self.is_measured = measured
+        self.is_measured = True
         self.sees = regime_at
         self.now = 100.0
+        self.grasped = None
         self.control.activate()
+
+    def follow(self, *course):
+        """Take steps; return what the last one answers."""
+        answer = None
+        for step in course:
+            answer = step(self)
+        return answer
 
     def run(self, duration, radius=None):
         """Tick for a while, with a radius before every tick if given; return the commands."""
@@ -64,18 +79,18 @@ class Bench:
     def look(self):
         seen, regime = self.seen, None
         if seen.plan is not None:
-            pressure = seen.measured.pressure if seen.measured else seen.pressure_command
-            regime = self.sees(pressure, seen.plan.pressure)
+            regime = self.sees(seen.pressure, seen.plan.pressure)
         self.control.observe(self.now, regime)
 
     def grasp(self, radius=0.02, **goal):
-        return self.control.start_grasp(self.now, GraspGoal(radius, **goal), self.planner)
+        self.grasped = self.control.start_grasp(self.now, GraspGoal(radius, **goal), self.planner)
+        return self.grasped
 
-    def end(self, grasp, longest=5.0):
+    def end(self, grasp):
         """Tick until a grasp ends; return how and why."""
         start = self.now
         while grasp.report.outcome is RUNNING:
-            assert self.now - start <= longest, "it does not end"
+            assert self.now - start <= 5.0, "it does not end"
             self.tick()
         return grasp.report.outcome, grasp.report.refusal.reason
 
@@ -90,3 +105,69 @@ class Bench:
     @property
     def reason(self):
         return self.seen.refusal.reason
+
+
+# --- steps ---------------------------------------------------------------------------------------
+
+
+def wait(duration, radius=None):
+    return lambda bench: bench.run(duration, radius)
+
+
+def goal(radius=0.02, **fields):
+    return lambda bench: bench.grasp(radius, **fields)
+
+
+def given(**values):
+    """Set attributes of the bench."""
+    return lambda bench: vars(bench).update(values)
+
+
+def limit(**limits):
+    def reconfigure(bench):
+        bench.limits = replace(bench.limits, **limits)
+        bench.control.reconfigure(bench.limits)
+
+    return reconfigure
+
+
+def gravity(**planner):
+    """Change what the planner answers: its product, error, recommended and highest_good."""
+
+    def turn(bench):
+        vars(bench.planner).update(planner)
+        bench.control.replan(bench.planner)
+
+    return turn
+
+
+def breaks(fault, pressure=None):
+    def change(bench):
+        bench.regulator.fault = fault
+        if pressure is not None:
+            bench.regulator.pressure = pressure
+
+    return change
+
+
+def call(name, *arguments, **named):
+    """Call a method of the control logic."""
+    return lambda bench: getattr(bench.control, name)(*arguments, **named)
+
+
+def leap(duration):
+    return lambda bench: vars(bench).update(now=bench.now + duration)
+
+
+def cancel(bench):
+    bench.control.cancel(bench.now, bench.grasped)
+
+
+def hang(bench):
+    """Let the node hang, and the regulator's watchdog vent meanwhile."""
+    bench.now += 1.0
+    bench.regulator.pressure, bench.regulator.latched = 0.0, True
+
+
+track = wait(1.5, 0.02)
+hold = (goal(), wait(2.0))

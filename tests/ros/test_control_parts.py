@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The parts of the control logic: the ramp, the gate of radii, and the course of a grasp."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from ros.fakes import FakePlan
+
+from spiral_gripper_ros.control.grasp import Grasp, GraspGoal
+from spiral_gripper_ros.control.limits import AbortPolicy, Limits
+from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
+from spiral_gripper_ros.control.radius_gate import RadiusGate
+from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, State
+from spiral_gripper_ros.control.target import LONGEST_STEP, capped_pressure, ramped_pressure
+
+LIMITS = Limits(
+    pressure_cap=1.0e5,
+    pressure_rate_up=5.0e4,
+    pressure_rate_down=2.0e5,
+    radius_rate_limit=0.05,
+    radius_jump_limit=0.002,
+    grasp_timeout=3.0,
+    pressure_settle_time=0.5,
+    pressure_tolerance=1.0e3,
+)
+
+
+@pytest.mark.parametrize(
+    ("previous", "goal", "elapsed", "command"),
+    [
+        (1.0e4, 9.0e4, 0.02, 1.1e4),
+        (9.0e4, 0.0, 0.02, 8.6e4),
+        (4.9999e4, 5.0e4, 0.02, 5.0e4),
+        (5.0001e4, 5.0e4, 0.02, 5.0e4),
+        (0.0, 1.0e5, 100.0, 5.0e3),  # a stalled process does not jump
+        (3.0e4, 9.0e4, -1.0, 3.0e4),  # nor does time that runs backwards
+        *((bad, 9.0e4, 0.02, 0.0) for bad in (math.nan, math.inf, -math.inf)),
+        *((3.0e4, bad, 0.02, 0.0) for bad in (math.nan, math.inf, -math.inf)),
+        *((3.0e4, 9.0e4, bad, 0.0) for bad in (math.nan, math.inf, -math.inf)),
+    ],
+)
+def test_the_ramp_keeps_its_rates_and_ends_exactly(previous, goal, elapsed, command):
+    assert ramped_pressure(previous, goal, elapsed, LIMITS) == pytest.approx(command, rel=1e-15)
+
+
+@given(st.floats(), st.floats(), st.floats())
+def test_whatever_comes_in_the_cap_and_the_rates_hold(previous, goal, elapsed):
+    command = ramped_pressure(previous, goal, elapsed, LIMITS)
+    assert 0.0 <= command <= LIMITS.pressure_cap
+    if 0.0 <= previous <= LIMITS.pressure_cap and command > 0.0:
+        assert command - previous <= LIMITS.pressure_rate_up * LONGEST_STEP * (1.0 + 1e-12)
+        assert previous - command <= LIMITS.pressure_rate_down * LONGEST_STEP * (1.0 + 1e-12)
+
+
+@given(st.floats(), st.floats())
+def test_the_cap_is_safe_for_any_float_and_passes_what_is_below_it(pressure, cap):
+    is_number = math.isfinite(pressure) and math.isfinite(cap)
+    expected = max(min(pressure, cap), 0.0) if is_number else 0.0
+    assert capped_pressure(pressure, cap) == expected
+
+
+def judge(gate, now, radius, limits=LIMITS):
+    refusal = gate.refusal(now, radius, (0.01, 0.04), limits)
+    return Reason.NONE if refusal is None else refusal.reason
+
+
+@pytest.mark.parametrize(
+    ("radius", "expected"),
+    [
+        (math.nan, Reason.RADIUS_NOT_FINITE),
+        (math.inf, Reason.RADIUS_NOT_FINITE),
+        (-math.inf, Reason.RADIUS_NOT_FINITE),
+        (0.0, Reason.RADIUS_NOT_POSITIVE),
+        (-0.02, Reason.RADIUS_NOT_POSITIVE),
+        (math.nextafter(0.01, 0.0), Reason.RADIUS_TOO_SMALL),
+        (0.01, Reason.NONE),
+        (0.04, Reason.NONE),
+        (math.nextafter(0.04, 1.0), Reason.RADIUS_TOO_LARGE),
+    ],
+)
+def test_impossible_radii_are_refused_by_their_reason_and_believed_never(radius, expected):
+    gate = RadiusGate()
+    assert judge(gate, 0.0, radius) is expected
+    if expected is not Reason.NONE:
+        assert judge(gate, 0.0, 0.011) is Reason.NONE
+        assert judge(gate, 9.0, radius) is expected
+        assert judge(gate, 9.0, 0.011) is Reason.NONE
+
+
+def test_a_jump_is_refused_and_spoils_nothing_that_follows():
+    gate = RadiusGate()
+    assert judge(gate, 10.0, 0.02) is judge(gate, 10.0, 0.0219) is Reason.NONE
+    assert judge(gate, 10.02, 0.035) is Reason.RADIUS_JUMP
+    assert judge(gate, 10.04, 0.02) is Reason.NONE
+    assert judge(gate, 0.0, 0.03) is Reason.RADIUS_JUMP  # time that runs backwards allows nothing
+    assert judge(gate, 0.0, 0.03, replace(LIMITS, radius_jump_limit=0.02)) is Reason.NONE
+    gate.reset()
+    assert judge(gate, 0.0, 0.039) is Reason.NONE
+
+
+@pytest.mark.parametrize("period", [0.001, 0.01, 0.1])
+def test_a_real_step_is_believed_after_the_same_time_at_any_message_rate(period):
+    gate, step, now = RadiusGate(), 0.012, 0.0
+    judge(gate, now, 0.02)
+    expected = (step - LIMITS.radius_jump_limit) / LIMITS.radius_rate_limit
+    while judge(gate, now, 0.02 + step) is Reason.RADIUS_JUMP:
+        now += period
+    assert expected - 1e-9 <= now <= expected + period + 1e-9
+
+
+def grasp(command=0.0, now=0.0, **goal):
+    seen = Snapshot(
+        state=State.GRASPING,
+        refusal=NOT_REFUSED,
+        radius=0.02,
+        plan=FakePlan(5.0e4),
+        radius_age=None,
+        pressure_target=5.0e4,
+        pressure_command=command,
+        accepted=0,
+        refused={},
+    )
+    return Grasp(GraspGoal(0.02, **goal), now, seen, LIMITS)
+
+
+def test_a_goal_comes_before_the_parameters():
+    asked = grasp(now=10.0, timeout=1.0, abort_policy=AbortPolicy.HOLD)
+    assert asked.abort_policy is AbortPolicy.HOLD
+    assert asked.is_late(11.0) < asked.is_late(math.nextafter(11.0, 12.0))
+    assert grasp().is_late(3.0) < grasp().is_late(math.nextafter(3.0, 4.0))
+
+
+def test_as_commanded_it_is_settled_after_the_settling_time_at_the_target():
+    asked = grasp()
+    for command, target, at, settled in (
+        (0.0, 5.0e4, 1.0, False),
+        (5.0e4, 5.0e4, 1.0, True),
+        (5.0e4, 6.0e4, 1.6, False),
+        (6.0e4, 6.0e4, 1.7, True),
+    ):
+        asked.commanded(at, command, target)
+        assert not asked.is_settled(at + 0.49, False, LIMITS)
+        assert asked.is_settled(at + 0.51, False, LIMITS) is settled
+
+
+def test_as_measured_it_is_settled_once_the_pressure_has_stayed_at_the_target():
+    asked = grasp()
+    asked.measured(0.0, 5.0e4, 5.0e4, LIMITS)
+    asked.measured(1.0, 5.0e4, 5.0e4, LIMITS)
+    assert not asked.is_settled(1.0, True, LIMITS)
+    asked.commanded(1.0, 4.9e4, 5.0e4)  # what came before it arrived does not count
+    asked.commanded(1.0, 5.0e4, 5.0e4)
+    for after, pressure, settled in (
+        (0.0, 4.91e4, False),
+        (0.99 * PERSISTENCE, 5.0e4, False),
+        (1.01 * PERSISTENCE, 5.09e4, True),
+        (1.5 * PERSISTENCE, 4.89e4, False),
+        (2.0 * PERSISTENCE, 5.0e4, False),
+    ):
+        asked.measured(1.0 + after, pressure, 5.0e4, LIMITS)
+        assert asked.is_settled(9.0, True, LIMITS) is settled
+
+
+@pytest.mark.parametrize(
+    ("start", "command", "target", "expected"),
+    [
+        (0.0, 0.0, 5.0e4, 0.0),
+        (8.0e4, 5.0e4, 4.0e4, 0.75),
+        (5.0e4, 5.0e4, 5.0e4, 1.0),
+        (2.0e4, 1.0e4, 5.0e4, 0.0),
+        (2.0e4, 6.0e4, 5.0e4, 1.0),
+        (5.0e4, 4.0e4, 5.0e4, 0.0),
+    ],
+)
+def test_progress_is_the_commands_part_of_the_way(start, command, target, expected):
+    assert grasp(start).progress(command, target) == pytest.approx(expected)
