@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The control logic with all it needs, and the steps of which courses are made."""
 
+from collections import Counter
 from dataclasses import replace
 
 from ros.fakes import FakePlanner, FakeRegulator, RegulatorFault, regime_at
@@ -10,7 +11,8 @@ from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.control.snapshot import Snapshot
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason
 
 LIMITS = Limits(
     pressure_cap=9.0e4,
@@ -105,6 +107,13 @@ class Bench:
     @property
     def reason(self):
         return self.seen.refusal.reason
+
+
+def snapshot(state, refusal=NOT_REFUSED, **fields):
+    """A snapshot of which nothing but its state is known, and these fields."""
+    unknown = dict.fromkeys(("radius", "plan", "radius_age"))
+    figures = {"pressure_target": 0.0, "pressure_command": 0.0, "accepted": 0, "refused": Counter()}
+    return Snapshot(**{"state": state, "refusal": refusal} | unknown | figures | fields)
 
 
 # --- steps ---------------------------------------------------------------------------------------

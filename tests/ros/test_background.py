@@ -1,25 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Questions that wait when a node ends are dropped without a word."""
+"""What the node's process does beside its commands: questions, garbage, escaped exceptions."""
 
-from __future__ import annotations
-
+import gc
 import logging
 import threading
+import weakref
 from unittest.mock import Mock
 
 import pytest
 import rclpy.executors
+from rclpy.executors import ExternalShutdownException
 
+from spiral_gripper_ros.node.garbage import GarbageFreezer
+from spiral_gripper_ros.process.guards import LONGEST_FAILURE, ErrorLog, GuardedLoop
 from spiral_gripper_ros.runtime.background import Background
 
 
-def test_questions_that_wait_when_the_node_ends_are_dropped(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_questions_that_wait_when_the_node_ends_are_dropped_without_a_word(caplog):
     background = Background()
     begun, end = threading.Event(), threading.Event()
 
-    def first() -> None:
+    def first():
         begun.set()
         end.wait(60.0)
 
@@ -32,3 +33,60 @@ def test_questions_that_wait_when_the_node_ends_are_dropped(
         end.set()
     assert not waiting.done()
     assert not caplog.records
+
+
+class Loaded:
+    def __init__(self):
+        self.itself = self  # garbage that only a collection finds
+
+
+def test_what_is_loaded_is_looked_at_once_and_what_was_loaded_before_is_collected():
+    memory, loaded = GarbageFreezer(), Loaded()
+    try:
+        memory.freeze_for(None)
+        assert gc.get_freeze_count() == 0
+        memory.freeze_for(loaded)
+        settled, gone = gc.get_freeze_count(), weakref.ref(loaded)
+        assert settled > 1000
+        later = [Loaded() for _ in range(10)]
+        memory.freeze_for(loaded)
+        assert gc.get_freeze_count() <= settled  # what is freed meanwhile counts no more
+        loaded = later[0]
+        memory.freeze_for(loaded)
+        assert gone() is None
+    finally:
+        gc.unfreeze()
+
+
+class Turns:
+    """An executor that raises what it is given, one a turn; and a logger."""
+
+    def __init__(self, *errors):
+        self.errors, self.logged = list(errors), []
+        self.log = ErrorLog(Mock(error=self.logged.append))
+        self.loop = GuardedLoop(self.log, self)
+
+    def spin_once(self, timeout_sec):
+        error = self.errors.pop(0)
+        if error is not None:
+            raise error
+
+
+def test_an_executor_that_fails_is_logged_and_ends_the_process_only_if_it_fails_again_and_again():
+    failures = [RuntimeError("broken")] * LONGEST_FAILURE
+    turns = Turns(*failures[1:], None, *failures)
+    for _ in range(2 * LONGEST_FAILURE - 1):
+        turns.loop.turn()
+    with pytest.raises(RuntimeError, match="broken"):
+        turns.loop.turn()
+    assert turns.log.count == 2 * LONGEST_FAILURE - 1
+    (told,) = turns.logged
+    assert "broken" in told
+    assert "Traceback" in told
+
+
+def test_a_shutdown_from_outside_is_no_failure():
+    turns = Turns(ExternalShutdownException())
+    with pytest.raises(ExternalShutdownException):
+        turns.loop.turn()
+    assert turns.log.count == 0

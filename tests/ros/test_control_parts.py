@@ -7,14 +7,13 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros.fakes import FakePlan
+from ros.control_bench import snapshot
 
 from spiral_gripper_ros.control.grasp import Grasp, GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
 from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
 from spiral_gripper_ros.control.radius_gate import RadiusGate
-from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, State
+from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.control.target import LONGEST_STEP, capped_pressure, ramped_pressure
 
 LIMITS = Limits(
@@ -113,17 +112,7 @@ def test_a_real_step_is_believed_after_the_same_time_at_any_message_rate(period)
 
 
 def grasp(command=0.0, now=0.0, **goal):
-    seen = Snapshot(
-        state=State.GRASPING,
-        refusal=NOT_REFUSED,
-        radius=0.02,
-        plan=FakePlan(5.0e4),
-        radius_age=None,
-        pressure_target=5.0e4,
-        pressure_command=command,
-        accepted=0,
-        refused={},
-    )
+    seen = snapshot(State.GRASPING, pressure_target=5.0e4, pressure_command=command)
     return Grasp(GraspGoal(0.02, **goal), now, seen, LIMITS)
 
 

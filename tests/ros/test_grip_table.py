@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grips of some radii, and what they say of any other."""
+"""Grips of some radii, what they say of any other, and where that is refined."""
 
 import math
 from dataclasses import replace
@@ -16,32 +16,36 @@ from spiral_gripper_ros.planning.grip_table import (
     GripEntry,
     blended_answer,
     blended_window,
-    neighbors,
+    table_radii,
 )
+from spiral_gripper_ros.planning.refining_table import MOST_REFINED, TOLERANCE, RefiningTable
+
+NEVER_LOST = figures(curling=None, loss=None)
 
 
 @pytest.mark.parametrize(
-    ("pressure", "regime"),
+    ("grip", "pressure", "regime"),
     [
-        (0.0, WrapRegime.OVERHANG),
-        (4.899e4, WrapRegime.OVERHANG),
-        (4.9e4, WrapRegime.PERFECT_WRAP),
-        (5.999e4, WrapRegime.PERFECT_WRAP),
-        (6.0e4, WrapRegime.CURLING),
-        (7.999e4, WrapRegime.CURLING),
-        (8.0e4, WrapRegime.OVERHANG),
+        (figures(), 4.899e4, WrapRegime.OVERHANG),
+        (figures(), 4.9e4, WrapRegime.PERFECT_WRAP),
+        (figures(), 5.999e4, WrapRegime.PERFECT_WRAP),
+        (figures(), 6.0e4, WrapRegime.CURLING),
+        (figures(), 7.999e4, WrapRegime.CURLING),
+        (figures(), 8.0e4, WrapRegime.OVERHANG),
+        (NEVER_LOST, 1.0e9, WrapRegime.PERFECT_WRAP),
     ],
 )
-def test_the_regime_is_that_of_the_contact(pressure, regime):
-    assert figures().regime(pressure) is regime
-    assert GripEntry(figures(), 0.0).answer(pressure, at_pose=True).regime is regime
-
-
-def test_what_never_curls_and_is_never_lost_stays_wrapped():
-    grip = figures(curling=None, loss=None)
-    assert grip.regime(1e9) is WrapRegime.PERFECT_WRAP
-    answer = GripEntry(grip, 0.0).answer(5.0e4, at_pose=False)
-    assert (answer.onset_curling, answer.loss) == (math.inf, math.inf)
+def test_the_regime_is_that_of_the_contact_at_radii_of_the_table_and_between(
+    grip, pressure, regime
+):
+    assert grip.regime(pressure) is regime
+    answer = GripEntry(grip, 0.0).answer(pressure, at_pose=True)
+    assert answer.regime is regime
+    assert (answer.onset_curling, answer.loss) == (
+        grip.onset_curling or math.inf,
+        grip.loss or math.inf,
+    )
+    assert blend(0.02, 0.8 * pressure, grip, grip).regime is regime
 
 
 def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
@@ -56,59 +60,44 @@ def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
 
 
 def test_the_drawn_tube_is_blended_between_pressures():
-    grip = figures()
-    assert grip.shape(0.0).positions[0, 0] == 0.0
-    assert grip.shape(3.75e4).positions[2, 1] == pytest.approx(3.75e4)
-    assert grip.shape(7.5e4).positions[0, 0] == pytest.approx(7.5e4)
-    assert grip.shape(7.6e4) is None
-    norms = np.linalg.norm(grip.shape(1.0e4).orientations, axis=1)
-    assert norms == pytest.approx(1.0)
+    for pressure in (0.0, 3.75e4, 7.5e4):
+        shape = figures().shape(pressure)
+        assert shape.positions == pytest.approx(np.full((3, 3), pressure))
+        assert np.linalg.norm(shape.orientations, axis=1) == pytest.approx(1.0)
+    assert figures().shape(7.6e4) is None
 
 
-def blend(radius, pressure, low=None, high=None, tip=4.0e4):
-    entries = [GripEntry(low or figures(), 3.0), GripEntry(high or figures(), 5.0)]
+def blend(radius, pressure, low, high, tip=4.0e4):
+    entries = [GripEntry(low, 3.0), GripEntry(high, 5.0)]
     return blended_answer([0.01, 0.03], entries, radius, tip, pressure)
 
 
 def test_at_the_radii_of_the_table_the_answer_is_that_of_its_grips():
     thin, thick = figures(), figures(tip=3.0e4, curling=3.5e4, loss=None, force=0.5)
-    alone = GripEntry(thin, 3.0).answer(5.5e4, at_pose=False)
-    assert blend(0.01, 5.5e4, thin, thick, tip=5.0e4).away == pytest.approx(alone.away)
-    answer = blend(0.03, 3.2e4, thin, thick, tip=3.0e4)
-    alone = GripEntry(thick, 3.0).answer(3.2e4, at_pose=False)
-    assert (answer.away, answer.normal_force) == pytest.approx((alone.away, alone.normal_force))
-    assert answer.onset_curling == pytest.approx(3.5e4)
+    for radius, grip, pressure in ((0.01, thin, 5.5e4), (0.03, thick, 3.2e4)):
+        alone = GripEntry(grip, 3.0).answer(pressure, at_pose=False)
+        answer = blend(radius, pressure, thin, thick, tip=grip.tip_pressure)
+        assert (answer.away, answer.normal_force, answer.onset_curling) == pytest.approx(
+            (alone.away, alone.normal_force, alone.onset_curling)
+        )
 
 
 def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
-    answer = blend(0.02, 4.4e4)  # 1.1 of 40 kPa, as 55 kPa of 50
+    answer = blend(0.02, 4.4e4, figures(), figures())  # 1.1 of 40 kPa, as 55 kPa of 50
     assert answer.away == pytest.approx(GripEntry(figures(), 0.0).answer(5.5e4, at_pose=False).away)
-    assert answer.onset_wrap == pytest.approx(0.98 * 4.0e4)
-    assert answer.loss == pytest.approx(1.6 * 4.0e4)
+    assert (answer.onset_wrap, answer.loss) == pytest.approx((0.98 * 4.0e4, 1.6 * 4.0e4))
     assert answer.computed_at == 3.0
+    # Good grips between two radii end between theirs, here at 1.2 and 1.1 of the tip criterion's.
+    grips = [figures(), figures(tip=3.0e4, curling=3.3e4)]
+    entries = [GripEntry(replace(g, highest_good=0.99 * g.highest_good), 0.0) for g in grips]
+    _, good, _ = blended_window([0.01, 0.03], entries, 0.02, 4.0e4)
+    assert good == pytest.approx(0.99 * 4.0e4 * 0.5 * (1.2 + 1.1))
 
 
 def test_where_only_one_neighbor_loses_the_grip_that_one_counts():
     answer = blend(0.011, 4.4e4, figures(loss=None), figures(loss=6.0e4))
     assert answer.loss == pytest.approx(4.8e4)
     assert blend(0.02, 4.85e4, figures(loss=None), figures(loss=6.0e4)).away == 0.0
-
-
-@pytest.mark.parametrize(
-    ("radius", "places"),
-    [(0.01, (0, 1)), (0.02, (1, 2)), (0.04, (1, 2)), (0.015, (0, 1)), (0.009, None), (0.041, None)],
-)
-def test_the_neighbors_of_a_radius(radius, places):
-    assert neighbors((0.01, 0.02, 0.04), radius) == places
-
-
-def test_good_grips_between_two_radii_end_between_theirs():
-    grips = (figures(), figures(tip=3.0e4, curling=3.3e4))  # at 1.2 and 1.1 of the tip criterion's
-    entries = [
-        GripEntry(replace(grip, highest_good=0.99 * grip.highest_good), 0.0) for grip in grips
-    ]
-    _, good, _ = blended_window([0.01, 0.03], entries, 0.02, 4.0e4)
-    assert good == pytest.approx(0.99 * 4.0e4 * 0.5 * (1.2 + 1.1))
 
 
 @pytest.mark.slow
@@ -122,3 +111,79 @@ def test_forces_between_those_computed_are_hardly_above_what_holds_and_not_far_b
         for pull in (Pull.AWAY, Pull.TOWARDS, Pull.DOWN):
             ratio = getattr(told, pull.name.lower()) / holding_force(point, pull).force
             assert 0.9 < ratio < 1.05, (multiple, pull)
+
+
+# --- refinement ------------------------------------------------------------------------------
+
+RADII = table_radii(0.01, 0.04, 3)
+
+
+def filled(force, radii=RADII):
+    """A table that is done, of grips whose force is a function of the radius, and its radii."""
+    table, solved = RefiningTable(radii), []
+    while (radius := table.next_radius()) is not None:
+        solved.append(radius)
+        scale = force(radius)
+        table = table.added(radius, scale and GripEntry(figures(force=scale), 0.0))
+        assert len(solved) < 1000
+    return table, solved
+
+
+def away(table, radius):
+    answer = table.answer(radius, 5.0e4, 5.5e4)
+    return None if answer is None else answer.away
+
+
+@pytest.mark.parametrize(
+    ("force", "count", "share"),
+    [
+        (lambda radius: 1.0 + 10.0 * radius, 5, 1.0),  # the middles only
+        (lambda radius: radius**-2.0, None, 1.0),
+        (lambda radius: 1.0 / radius, None, 1.0),
+        (lambda radius: radius**3.0, None, 1.0),
+        (lambda radius: 1.0 if radius < 0.025 else 3.0, MOST_REFINED * len(RADII), 0.8),
+    ],
+)
+def test_it_is_refined_until_every_answer_keeps_the_tolerance_or_it_is_full(force, count, share):
+    table, solved = filled(force)
+    exact = figures().away[1] + (5.5 - 1.0) * (5.5e4 - 5.25e4) / 2.25e4
+    radii = [0.01 + 0.03 * (i + 0.5) / 500 for i in range(500)]
+    known = [(found, force(radius)) for radius in radii if (found := away(table, radius))]
+    assert all(abs(found / (scale * exact) - 1.0) <= TOLERANCE for found, scale in known)
+    assert solved[:3] == pytest.approx([RADII[1], RADII[0], RADII[2]])
+    assert 5 <= len(solved) <= MOST_REFINED * len(RADII)
+    assert count in (None, len(solved))
+    assert share <= len(known) / len(radii)
+    if share < 1.0:  # a jump that no table resolves
+        assert away(table, 0.025) is None
+        assert table.window(0.025, 5.0e4) is not None
+
+
+def test_nothing_is_answered_before_it_has_been_compared():
+    table = RefiningTable(RADII)
+    for radius in RADII:
+        assert away(table, 0.012) is None
+        table = table.added(radius, GripEntry(figures(), 0.0))
+    assert away(table, 0.012) is None
+    before = table
+    table = table.added(math.sqrt(RADII[0] * RADII[1]), GripEntry(figures(), 0.0))
+    assert away(table, 0.012) is not None
+    assert away(before, 0.012) is None  # another thread may be reading it
+    assert away(table, 0.03) is None
+    assert away(table, 0.041) is table.window(0.041, 5.0e4) is None
+
+
+def test_what_is_not_held_is_neither_answered_nor_refined():
+    table, solved = filled(lambda radius: None if radius > 0.03 else 1.0)
+    assert len(solved) == 4
+    assert away(table, 0.015) is not None
+    assert away(table, 0.03) is table.window(0.03, 5.0e4) is None
+
+
+@pytest.mark.parametrize("name", ["normal_forces", "away", "towards", "down"])
+def test_each_force_is_compared(name):
+    table = RefiningTable(RADII)
+    for radius in RADII:
+        table = table.added(radius, GripEntry(figures(), 0.0))
+    grip = replace(figures(), **{name: 2.0 * getattr(figures(), name)})
+    assert away(table.added(0.015, GripEntry(grip, 0.0)), 0.012) is None

@@ -1,89 +1,63 @@
 # SPDX-License-Identifier: Apache-2.0
+"""The node's parameters: what they may be, the limits they make, and what nobody has."""
+
 import math
+import os
+import re
+from dataclasses import fields
 from operator import attrgetter
 
 import pytest
+from repo.source_tree import ROOT
 
 from spiral_core import InvalidInputError
-from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
-from spiral_gripper_ros.parameters.spec import (
-    GRAVITY_LIMIT,
-    gravity_problem,
-    may_be_unset,
-)
-from spiral_gripper_ros.parameters.table import (
-    PARAMETERS,
-    GripperParameters,
-)
+from spiral_gripper.files.catalog import GRIPPERS
+from spiral_gripper.files.storage import LARGEST_FILE
+from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO, Limits
+from spiral_gripper_ros.node.proposed_gripper import ProposedGripper
+from spiral_gripper_ros.parameters.given import judge_given_parameters
+from spiral_gripper_ros.parameters.spec import GRAVITY_LIMIT, gravity_problem, may_be_unset
+from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
 
-DEFAULTS = {spec.name: spec.default for spec in PARAMETERS}
-NUMBERS = [spec for spec in PARAMETERS if spec.low is not None]
+NODE = "/left/spiral_gripper"
 
 
-def test_names_are_unique_and_every_parameter_is_described():
-    assert len(DEFAULTS) == len(PARAMETERS)
+def test_a_name_is_the_path_of_its_value_and_every_parameter_is_described():
+    values = GripperParameters()
+    assert len({spec.name for spec in PARAMETERS}) == len(PARAMETERS)
     for spec in PARAMETERS:
+        value = attrgetter(spec.name)(values)
+        assert value == spec.default or value != value, spec.name
         assert spec.description.endswith(".")
         assert (spec.low is None) == (spec.high is None)
 
 
-def test_a_name_is_the_path_of_its_value():
-    values = GripperParameters()
-    for spec in PARAMETERS:
-        value = attrgetter(spec.name)(values)
-        assert value == spec.default or value != value, spec.name
-
-
-def test_the_defaults_are_accepted():
-    assert GripperParameters.refusal(DEFAULTS) is None
-
-
-@pytest.mark.parametrize("spec", NUMBERS, ids=lambda spec: spec.name)
-def test_bounds_are_accepted_and_what_lies_outside_is_not(spec):
-    assert GripperParameters.refusal({spec.name: spec.low}) is None
-    assert GripperParameters.refusal({spec.name: spec.high}) is None
-    unset = () if may_be_unset(spec) else (math.nan,)
-    for bad in (spec.low - 1.0, 2.0 * spec.high, *unset, math.inf, -math.inf, True, "1"):
-        refusal = GripperParameters.refusal({spec.name: bad})
-        assert refusal is not None, bad
-        assert spec.name in refusal
-
-
-@pytest.mark.parametrize(
-    ("name", "policies"),
-    [
-        ("radius.timeout_policy", TimeoutPolicy),
-        ("grasp.abort_policy", AbortPolicy),
-        ("pressure.fault_policy", FaultPolicy),
-    ],
-)
-def test_a_choice_that_is_none_names_those_there_are(name, policies):
-    refusal = GripperParameters.refusal({name: "panic"})
-    for policy in policies:
-        assert policy.value in refusal
-        assert GripperParameters.refusal({name: policy.value}) is None
-
-
-def test_a_gripper_has_a_name():
-    assert GripperParameters.refusal({"gripper": "prototype_p1"}) is None
-    assert "not empty" in GripperParameters.refusal({"gripper": ""})
-
-
-def test_parameters_of_others_are_none_of_its_business():
+@pytest.mark.parametrize("spec", PARAMETERS, ids=lambda spec: spec.name)
+def test_what_lies_within_its_range_or_choices_is_accepted_and_nothing_else(spec):
+    good, bad = [spec.default, *spec.choices], []
+    if spec.low is not None:
+        good += [spec.low, spec.high]
+        bad += [spec.low - 1.0, 2.0 * spec.high, 10**400, math.inf, -math.inf, True, "1"]
+        bad += [] if may_be_unset(spec) else [math.nan]
+    elif isinstance(spec.default, str) and spec.default:
+        bad.append("panic" if spec.choices else "")
     assert GripperParameters.refusal({"use_sim_time": True}) is None
+    for value in good:
+        assert GripperParameters.refusal({spec.name: value}) is None
+    for value in bad:
+        refusal = GripperParameters.refusal({spec.name: value})
+        assert spec.name in refusal
+        assert all(choice in refusal for choice in spec.choices)
 
 
 @pytest.mark.parametrize(
     "gravity",
     [(1.0, 2.0), (1.0, 2.0, 3.0, 4.0), (math.nan, 0.0, 0.0), (0.0, 0.0, 1.01 * GRAVITY_LIMIT)],
 )
-def test_a_gravity_that_is_none_is_refused(gravity):
+def test_a_gravity_that_is_none_is_refused_but_weightlessness_is_one(gravity):
+    assert gravity_problem((0.0, 0.0, 0.0)) is None
     assert gravity_problem(gravity) is not None
     assert GripperParameters.refusal({"gravity.vector": gravity}) is not None
-
-
-def test_weightlessness_is_a_gravity():
-    assert gravity_problem((0.0, 0.0, 0.0)) is None
 
 
 @pytest.mark.parametrize(
@@ -95,90 +69,176 @@ def test_no_parameter_raises_the_cap_above_the_grippers_limit(parameter, expecte
     assert values.limits(pressure_max=1.0e5).pressure_cap == expected
 
 
-def test_every_limit_comes_from_its_parameter():
-    values = GripperParameters.from_names(
-        {
-            "pressure.rate_up": 101.0,
-            "pressure.rate_down": 102.0,
-            "radius.timeout": 103.0,
-            "radius.timeout_policy": "vent",
-            "radius.rate_limit": 0.104,
-            "radius.jump_limit": 0.105,
-            "radius.hysteresis": 0.0106,
-            "grasp.timeout": 107.0,
-            "grasp.abort_policy": "hold",
-            "measured_pressure.timeout": 108.0,
-            "pressure.settle_time": 10.9,
-            "pressure.tolerance": 110.0,
-            "pressure.fault_policy": "vent",
-            "grip.ratio": 1.15,
-            "keep_alive.timeout": 116.0,
-            "gravity.timeout": 117.0,
-            "gravity.timeout_policy": "vent",
-        }
-    )
-    assert values.limits(pressure_max=1.0e5) == Limits(
-        pressure_cap=1.0e5,
-        pressure_rate_up=101.0,
-        pressure_rate_down=102.0,
-        radius_timeout=103.0,
-        radius_timeout_policy=TimeoutPolicy.VENT,
-        radius_rate_limit=0.104,
-        radius_jump_limit=0.105,
-        radius_hysteresis=0.0106,
-        grasp_timeout=107.0,
-        grasp_abort_policy=AbortPolicy.HOLD,
-        measured_pressure_timeout=108.0,
-        pressure_settle_time=10.9,
-        pressure_tolerance=110.0,
-        pressure_fault_policy=FaultPolicy.VENT,
-        grip_ratio=1.15,
-        keep_alive_timeout=116.0,
-        gravity_timeout=117.0,
-        gravity_timeout_policy=FaultPolicy.VENT,
-    )
+def test_every_limit_comes_from_the_parameter_of_its_name_and_has_its_default():
+    own = GripperParameters().limits(pressure_max=1.0e5)
+    assert own == Limits(pressure_cap=1.0e5, grip_ratio=None)
+    by_name = {spec.name.replace(".", "_"): spec for spec in PARAMETERS}
+    for field in fields(Limits):
+        spec, before = by_name[field.name], getattr(own, field.name)
+        if field.name == "pressure_cap":
+            continue
+        value = (
+            spec.high
+            if spec.low is not None
+            else next(choice for choice in spec.choices if choice != before.value)
+        )
+        limits = GripperParameters.from_names({spec.name: value}).limits(pressure_max=1.0e5)
+        changed = getattr(limits, field.name)
+        assert getattr(changed, "value", changed) == value != before
+        assert [
+            one.name
+            for one in fields(Limits)
+            if getattr(limits, one.name) != getattr(own, one.name)
+        ] == [field.name]
 
 
-def test_the_defaults_of_the_table_are_those_of_the_limits():
-    assert GripperParameters().limits(pressure_max=1.0e5) == Limits(
-        pressure_cap=1.0e5, grip_ratio=None
-    )
+@pytest.mark.parametrize("field", fields(Limits), ids=lambda field: field.name)
+def test_limits_refuse_what_is_no_limit(field):
+    bad = [math.nan, math.inf, -1.0]
+    if field.name == "grip_ratio":
+        bad += [0.999, math.nextafter(HIGHEST_GRIP_RATIO, 2.0)]
+    if field.name.endswith("policy"):
+        bad = ["vent"]
+    for value in bad:
+        with pytest.raises(InvalidInputError, match=f"{field.name} must be"):
+            Limits(**{"pressure_cap": 1.0e5, field.name: value})
 
 
-@pytest.mark.parametrize(
-    "field",
-    [
-        "pressure_cap",
-        "pressure_rate_up",
-        "pressure_rate_down",
-        "radius_timeout",
-        "radius_rate_limit",
-        "radius_jump_limit",
-        "radius_hysteresis",
-        "grasp_timeout",
-        "measured_pressure_timeout",
-        "pressure_settle_time",
-        "pressure_tolerance",
-    ],
-)
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0])
-def test_limits_refuse_what_is_no_limit(field, bad):
-    with pytest.raises(InvalidInputError, match=field):
-        Limits(**{"pressure_cap": 1.0e5, field: bad})
+# --- a gripper that is proposed --------------------------------------------------------------
+
+
+def test_a_good_gripper_is_read_and_kept_until_the_next_proposal(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text((GRIPPERS.path / "prototype_p2.yaml").read_text())
+    proposed = ProposedGripper()
+    for name in ("prototype_p1", str(file)):
+        assert proposed.refusal({"gripper": name}) is None
+        assert proposed.description is not None
+    assert proposed.description.source == file
+    assert proposed.refusal({"radius.timeout": 1.0}) is None
+    assert proposed.description is None
 
 
 @pytest.mark.parametrize(
-    ("field", "names"),
+    ("name", "reason"),
     [
-        ("radius_timeout_policy", "hold, vent, ramp_down"),
-        ("grasp_abort_policy", "vent, hold"),
-        ("pressure_fault_policy", "report, vent"),
+        ("no_such_gripper", "no gripper has this name"),
+        ("./nowhere.yaml", "there is no such file"),
+        ("/dev/zero", "not a plain file"),
+        ("pipe.yaml", "not a plain file"),  # and does not hold up the node
+        ("long.yaml", "more than 2 MB"),
+        ("wrong.yaml", "lenght"),
+        (os.curdir, "it is a folder"),
+        ("null\0byte.yaml", "null"),
     ],
 )
-def test_a_policy_must_be_one(field, names):
-    with pytest.raises(InvalidInputError, match=f"{field} must be one of {names}"):
-        Limits(**{"pressure_cap": 1.0e5, field: "vent"})
+def test_what_cannot_be_read_is_refused_with_the_reason(tmp_path, monkeypatch, name, reason):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.yaml")
+    os.truncate(os.open("long.yaml", os.O_CREAT | os.O_WRONLY), LARGEST_FILE + 1)
+    text = (GRIPPERS.path / "prototype_p2.yaml").read_text()
+    (tmp_path / "wrong.yaml").write_text(text.replace("length:", "lenght:", 1))
+    path = f"./{name}" if name.endswith(".yaml") else name
+    proposed = ProposedGripper()
+    assert reason in proposed.refusal({"gripper": path})
+    assert proposed.description is None
 
 
-def test_no_number_is_too_large_to_be_refused():
-    assert "publish.rate must be" in GripperParameters.refusal({"publish.rate": 10**400})
+# --- what is given at start and nobody has ---------------------------------------------------
+
+
+def judge(*args, ros="--ros-args"):
+    return judge_given_parameters([ros, *args], [NODE], ["pressure.cap", "gripper"])
+
+
+@pytest.fixture
+def judged(tmp_path):
+    """Judges the text of a file."""
+
+    def judge_text(text):
+        path = tmp_path / "given.yaml"
+        path.write_text(text)
+        return judge("--params-file", str(path))
+
+    return judge_text
+
+
+@pytest.mark.parametrize(
+    ("key", "applies"),
+    [
+        ("/**", True),
+        (NODE, True),
+        ("/**/spiral_gripper", True),
+        ("/*/spiral_gripper", True),
+        ("/left/*", True),
+        ("/left/spiral_*", True),
+        ("left: {spiral_gripper", True),  # nested
+        ("/right/spiral_gripper", False),
+        ("spiral_gripper", False),
+        ("/left/other", False),
+        ("/*", False),
+        ("/left", False),
+    ],
+)
+def test_a_file_for_another_node_is_an_error(judged, key, applies):
+    end = "}}" if "{" in key else "}"
+    findings = judged(f"{{{key}: {{ros__parameters: {{pressure.cap: 2.0e4}}}}{end}")
+    assert (len(findings.errors), findings.warnings) == (0 if applies else 1, [])
+    for error in findings.errors:
+        assert f"has no parameters for {NODE}, only for /{key.strip('/')}" in error
+        assert "/**/spiral_gripper" in error
+
+
+@pytest.mark.parametrize("text", ["", "7", "/**:\n", "[1, 2]"])
+def test_a_file_without_parameters_is_an_error(judged, text):
+    (error,) = judged(text).errors
+    assert "only for nothing" in error
+
+
+@pytest.mark.parametrize(
+    ("values", "unknown"),
+    [
+        ("{pressure: {cap: 2.0e4}}", []),
+        ("{pressure.cap: 2.0e4}", []),
+        ("{pressure: {cpa: 2.0e4}, gripper: p1}", ["pressure.cpa"]),
+        ("{pressure: {cap: {deep: 1}}}", ["pressure.cap.deep"]),
+    ],
+)
+def test_a_foreign_name_is_an_error_or_in_a_section_for_every_node_a_warning(
+    judged, values, unknown
+):
+    own = judged(f"/**/spiral_gripper: {{ros__parameters: {values}}}")
+    of_all = judged(f"/**: {{ros__parameters: {values}}}")
+    assert own.warnings == of_all.errors == []
+    assert own.errors == of_all.warnings
+    assert [error.split(": ")[1].split(" is not")[0] for error in own.errors] == unknown
+    assert all("did you mean pressure.cap?" in error for error in own.errors)
+
+
+def test_the_file_on_the_page_has_names_of_the_node(tmp_path):
+    page = (ROOT / "docs/node_parameters.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    path = tmp_path / "given.yaml"
+    path.write_text(text)
+    args = ["--ros-args", "--params-file", str(path)]
+    findings = judge_given_parameters(args, [NODE], [spec.name for spec in PARAMETERS])
+    assert findings.errors == findings.warnings == []
+
+
+@pytest.mark.parametrize(
+    ("args", "count"),
+    [
+        ([], 0),
+        (["-p", "pressure.cap:=1.0"], 0),
+        (["-p", "use_sim_time:=true"], 0),
+        (["-p", "qos_overrides./x.publisher.depth:=1"], 0),
+        (["-p", "camera:=1"], 1),
+        (["--param", "spiral_gripper:camera:=1"], 1),
+        (["-p", "other:camera:=1"], 0),
+        (["-r", "a:=b", "--", "-p", "camera:=2"], 0),
+        (["--params-file", "none.yaml"], 1),
+    ],
+)
+def test_names_on_the_command_line_are_judged_for_their_node(args, count):
+    assert len(judge(*args).errors) == count
+    assert not judge(*args, ros="--").errors
