@@ -3,7 +3,7 @@
 
 import math
 from dataclasses import replace
-from itertools import pairwise, product
+from itertools import pairwise
 
 import pytest
 from hypothesis import given as drawn
@@ -34,7 +34,6 @@ from ros.control_bench import (
 from ros.fakes import RegulatorFault, regime_at
 
 from spiral_core import InvalidInputError, WrapRegime
-from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, TimeoutPolicy
 from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.snapshot import MeasuredPressure
@@ -54,6 +53,13 @@ uncertified, certified = gravity(error=NOT_CERTIFIED), gravity(error=None)
 heavy, beyond = gravity(product=1.2e3), gravity(product=2.0e3)
 vents = limit(pressure_fault_policy=FaultPolicy.VENT)
 leaks = breaks(RegulatorFault.LEAK)
+
+
+def fails(bench):
+    """Let the planner certify nothing from now on."""
+    bench.planner.error = NOT_CERTIFIED
+
+
 # By state, reason and end of the goal: the command, whether the object is held, and the steps.
 COURSES = {
     (State.TRACKING, Reason.NONE, None): [
@@ -62,11 +68,9 @@ COURSES = {
         (1.0e3 / 0.0201001, True, track, wait(1.0, 0.0201001)),
         (WRAP, True, track, cut, raised, track),
         (6.0e4, True, track, heavy, wait(0.4, 0.02)),
-        (WRAP, True, track, uncertified, certified, wait(0.02, 0.02)),
         (WRAP, True, wait(0.1, 0.02), leap(-1.0e3), track),
         (1.0e3 / 0.035, True, track, call("deactivate"), call("activate"), wait(1.0, 0.035)),
         (WRAP, False, track, leaks, wait(2.0, 0.02)),  # it is only reported
-        (WRAP, True, track, leaks, wait(2.0, 0.02), breaks(RegulatorFault.NONE), track),
         # A sensor that stays lost is overcome by policy report, or by an activation without it.
         (WRAP, True, vents, track, unmeasured, track, call("activate"), track),
         (
@@ -77,7 +81,6 @@ COURSES = {
         (1.1 * WRAP, True, limit(grip_ratio=1.1), track),
         (1.02 * WRAP, True, limit(grip_ratio=1.1, pressure_cap=1.02 * WRAP), track),
         (1.1 * WRAP, True, unknown, track),
-        (1.05 * WRAP, True, unknown, gravity(recommended=1.05), track),
         (WRAP, True, unknown, gravity(recommended=0.97), track),
         (1.2 * WRAP, True, unknown, gravity(recommended=1.3, highest_good=1.2), track),
         # A lowered cap takes the overpressure first.
@@ -104,34 +107,24 @@ COURSES = {
     (State.HOLDING, Reason.RADIUS_NOT_FINITE, None): [(WRAP, True, track, wait(0.02, math.inf))],
     (State.HOLDING, Reason.RADIUS_JUMP, None): [(WRAP, True, track, wait(0.02, 0.03))],
     (State.HOLDING, Reason.PRESSURE_CAP, None): [
-        (3.0e4, False, track, cut),
         (3.0e4, False, track, cut, wait(0.02, 0.02)),
     ],
     (State.HOLDING, Reason.NOT_CERTIFIED, None): [
         (WRAP, True, track, uncertified, wait(0.2, 0.02)),
-        (
-            *(WRAP, True, track, wait(0.02, math.nan)),
-            lambda bench: setattr(bench.planner, "error", NOT_CERTIFIED),
-            wait(0.02, 0.021),
-        ),
+        (WRAP, True, track, fails, wait(0.02, 0.021)),
     ],
     (State.HOLDING, Reason.RADIUS_STALE, None): [
         (WRAP, True, track, leap(-1.0e3), wait(1.0)),
         # A cap that is raised again raises no command before the next radius.
         (3.0e4, False, track, cut, raised, wait(3.0)),
-        (0.0, False, track, limit(pressure_cap=0.0), raised, wait(3.0)),
     ],
-    (State.RELEASED, Reason.RELEASED, None): [(0.0, False, track, call("release"))],
     (State.INACTIVE, Reason.NOT_ACTIVE, None): [
         (0.0, False, vents, call("deactivate"), wait(1.0), breaks(RegulatorFault.ABSOLUTE), track),
     ],
     (State.GRASPING, Reason.NONE, SUCCEEDED): [
         (WRAP, True, *hold),
         (WRAP, True, *hold, wait(60.0)),
-        (WRAP, True, *hold, cancel),  # it has ended
-        (WRAP, True, unmeasured, *hold),
         (5.5e4, True, goal(overpressure=5.0e3), wait(2.0)),
-        (1.05 * WRAP, True, unknown, gravity(recommended=1.05), *hold),
         (4.0e4, True, wait(1.0, 0.025), goal(None), wait(2.0)),
         (1.0e4, False, wait(1.0, 0.025), goal(None, pressure=1.0e4), wait(2.0, 0.02)),
         (WRAP, True, goal(), wait(0.5, 0.03), wait(0.5, math.nan), wait(2.0, 0.03)),
@@ -148,7 +141,6 @@ COURSES = {
         (WRAP, True, goal(), cut, raised, wait(1.0), *hold),
         (1.0e5, True, *hold, beyond, limit(pressure_cap=1.2e5), *hold),
         (WRAP, True, keeps, wait(0.2), cancel, *hold),
-        (WRAP, True, goal(), wait(0.2), leap(-1.0e3), wait(1.5)),
         (2.5e4, True, goal(), wait(0.3), goal(0.04), wait(1.5)),
         # A client is expected from the begin of a grip, or of the time-out, on.
         (WRAP, True, *hold, limit(keep_alive_timeout=0.5), wait(0.24)),
@@ -157,12 +149,10 @@ COURSES = {
         (WRAP, False, limit(keep_alive_timeout=1.0), wait(60.0), goal(), sees(None), wait(0.76)),
     ],
     (State.GRASPING, Reason.PRESSURE_CAP, RUNNING): [
-        (3.0e4, False, goal(), wait(0.5), cut),
         (3.0e4, False, goal(), wait(0.5), cut, wait(1.0), raised, certified),
         (1.0e4, False, goal(None, pressure=6.0e4), wait(0.2), limit(pressure_cap=1.0e4)),
     ],
     (State.GRASPING, Reason.PRESSURE_CAP, SUCCEEDED): [
-        (WRAP, True, *hold, beyond),
         (WRAP, True, *hold, beyond, limit(pressure_cap=1.2e5)),
     ],
     (State.GRASPING, Reason.NOT_CERTIFIED, RUNNING): [(WRAP, True, goal(), uncertified, wait(2.0))],
@@ -177,7 +167,6 @@ COURSES = {
     ],
     (State.GRASPING, Reason.GRASP_TIMEOUT, FAILED): [
         (2.0e4, False, keeps, wait(0.2), leap(60.0)),
-        (2.0e4, False, keeps, wait(0.2), leap(1.0e15)),
     ],
     (State.RELEASED, Reason.GRASP_TIMEOUT, FAILED): [
         (0.0, False, goal(timeout=0.3), wait(0.32)),
@@ -188,23 +177,14 @@ COURSES = {
     (State.GRASPING, Reason.GRASP_CANCELED, CANCELED): [
         (2.0e4, False, keeps, wait(0.2), cancel, heavy, wait(1.0, 0.02)),
         (1.0e4, False, keeps, wait(0.2), cancel, limit(pressure_cap=1.0e4), wait(0.1), raised),
-        *(
-            (
-                2.0e4,
-                False,
-                limit(grasp_abort_policy=own),
-                goal(abort_policy=asked),
-                wait(0.2),
-                cancel,
-            )
-            for own, asked in product(AbortPolicy, [None, *AbortPolicy])
-            if (asked or own) is AbortPolicy.HOLD
-        ),
+        (2.0e4, False, limit(grasp_abort_policy=AbortPolicy.HOLD), goal(), wait(0.2), cancel),
     ],
     (State.RELEASED, Reason.GRASP_CANCELED, CANCELED): [
-        (0.0, False, limit(grasp_abort_policy=own), goal(abort_policy=asked), wait(0.2), cancel)
-        for own, asked in product(AbortPolicy, [None, *AbortPolicy])
-        if (asked or own) is AbortPolicy.VENT
+        (0.0, False, goal(), wait(0.2), cancel),
+        (
+            *(0.0, False, limit(grasp_abort_policy=AbortPolicy.HOLD)),
+            *(goal(abort_policy=AbortPolicy.VENT), wait(0.2), cancel),
+        ),
     ],
     (State.RELEASED, Reason.CLIENT_LOST, SUCCEEDED): [
         (0.0, False, *hold, wait(5.0), limit(keep_alive_timeout=0.5), wait(0.6)),
@@ -248,27 +228,8 @@ def test_a_grasp_reports_its_way_and_its_end(bench, is_measured):
 
 
 @pytest.mark.parametrize(
-    ("text", "steps"),
-    [
-        ("within 0.3 s", [goal(timeout=0.3)]),
-        ("overhang", [sees(WrapRegime.OVERHANG), goal()]),
-        ("unknown", [sees(None), goal()]),
-        (NOT_CERTIFIED.status.value, [goal(), uncertified]),
-        ("vented by itself", [*hold, hang]),
-        ("still there", [vents, track, breaks(RegulatorFault.LOST), track, call("rearm")]),
-    ],
-)
-def test_what_fails_says_what_kept_it(bench, text, steps):
-    answer = bench.follow(*steps)
-    bench.run(3.2)
-    refusal = answer if isinstance(answer, Refusal) else bench.seen.refusal
-    assert text in refusal.text
-
-
-@pytest.mark.parametrize(
     ("reason", "fields", "steps"),
     [
-        (Reason.RADIUS_NOT_FINITE, {"radius": math.nan}, [track]),
         (Reason.RADIUS_TOO_LARGE, {"radius": 0.2}, hold),
         (Reason.PRESSURE_CAP, {"radius": 0.0105}, hold),
         *(
@@ -278,14 +239,11 @@ def test_what_fails_says_what_kept_it(bench, text, steps):
         ),
         (Reason.INVALID_REQUEST, {"timeout": 0.0}, [track]),
         (Reason.INVALID_REQUEST, {"pressure": 1.0, "overpressure": 1.0}, [track]),
-        (Reason.PRESSURE_CAP, {"overpressure": 4.1e4}, hold),
         (Reason.PRESSURE_CAP, {"overpressure": 1.0e308}, [goal(), wait(0.2)]),
         (Reason.PRESSURE_CAP, {"radius": None, "pressure": 1.0e308}, hold),
         (Reason.NOT_CERTIFIED, {}, [uncertified]),
-        (Reason.INTERNAL_ERROR, {}, [call("fail", "boom")]),
         (Reason.PRESSURE_LOW, {"radius": 0.03}, [*hold, leaks, wait(1.0)]),
         # Nothing is followed whose radius could be grasped.
-        (Reason.NO_RADIUS, {"radius": None}, []),
         (Reason.NO_RADIUS, {"radius": None}, hold),
         (Reason.RADIUS_NOT_FINITE, {"radius": None}, [track, wait(0.1, math.nan)]),
         (Reason.RELEASED, {"radius": None}, [call("release")]),
@@ -440,27 +398,15 @@ def test_a_release_is_answered_though_nothing_is_commanded_any_more(holding, end
     assert (release.report.outcome, release.report.refusal.reason) == (FAILED, reason)
 
 
-@pytest.mark.parametrize("now", [math.nan, math.inf])
-def test_a_time_that_is_none_is_an_error(holding, now):
-    for method, arguments in (
-        ("command", ()),
-        ("offer_radius", (0.02, holding.planner)),
-        ("offer_measured", (0.0,)),
-        ("observe", (None,)),
-        ("cancel", (holding.grasped,)),
-        ("start_release", (ReleaseGoal(),)),
-        ("start_grasp", (GraspGoal(0.02), holding.planner)),
-    ):
-        with pytest.raises(InvalidInputError, match="now"):
-            holding.follow(call(method, now, *arguments))
-
-
 @drawn(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))
 def test_inner_time_never_runs_backwards_and_never_ends(readings):
     clock = MonotonicClock()
     times = [clock.advance(reading) for reading in readings]
     for before, after in pairwise(times):
         assert 0.0 <= after - before <= LONGEST_LEAP * (1.0 + 1e-9)
+    for bad in (math.nan, math.inf):
+        with pytest.raises(InvalidInputError, match="now"):
+            clock.advance(bad)
     clock.advance(0.0)
     before = clock.now
     assert clock.advance(0.02) - before == pytest.approx(0.02, abs=1e-6)
