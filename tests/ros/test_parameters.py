@@ -169,15 +169,14 @@ def judged(tmp_path):
         ("/**", True),
         (NODE, True),
         ("/**/spiral_gripper", True),
-        ("/*/spiral_gripper", True),
         ("/left/*", True),
         ("/left/spiral_*", True),
         ("left: {spiral_gripper", True),  # nested
-        ("/right/spiral_gripper", False),
         ("spiral_gripper", False),
         ("/left/other", False),
         ("/*", False),
         ("/left", False),
+        ("", False),
     ],
 )
 def test_a_file_for_another_node_is_an_error(judged, key, applies):
@@ -187,12 +186,6 @@ def test_a_file_for_another_node_is_an_error(judged, key, applies):
     for error in findings.errors:
         assert f"has no parameters for {NODE}, only for /{key.strip('/')}" in error
         assert "/**/spiral_gripper" in error
-
-
-@pytest.mark.parametrize("text", ["", "7", "/**:\n", "[1, 2]"])
-def test_a_file_without_parameters_is_an_error(judged, text):
-    (error,) = judged(text).errors
-    assert "only for nothing" in error
 
 
 @pytest.mark.parametrize(

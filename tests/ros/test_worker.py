@@ -12,15 +12,13 @@ import time
 from pathlib import Path
 
 import pytest
+from ros.harness import design_request
 
-from spiral_core import InvalidInputError, NotGrippableError, PressureLaw
+from spiral_core import InvalidInputError, NotGrippableError
 from spiral_gripper import load_description
+from spiral_gripper_ros.node.design_service import question_from_msg
 from spiral_gripper_ros.planning import design_question
-from spiral_gripper_ros.planning.design_question import (
-    DesignQuestion,
-    design,
-    requirement_from_question,
-)
+from spiral_gripper_ros.planning.design_question import design
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
 from spiral_gripper_ros.planning.planner import compile_all
 from spiral_gripper_ros.planning.worker import (
@@ -31,24 +29,8 @@ from spiral_gripper_ros.planning.worker import (
     solve_grip,
 )
 
-QUESTION = DesignQuestion(
-    object_radius_min=0.011,
-    object_radius_max=0.030,
-    object_length=0.25,
-    length_max=0.0,
-    pressure_max=0.0,
-    strain_max=0.0,
-    turns_required=1.5,
-    tubing="",
-    tube_inner_radii=(),
-    tube_wall_thicknesses=(),
-    fiber_angles_beta=(),
-    fiber_angle_alpha=0.0,
-    fiber_angles_gamma=(),
-    end_allowance=0.0,
-    gravity=(9.80665, 0.0, 0.0),
-    object_axis=None,
-    preference="",
+QUESTION = question_from_msg(
+    design_request(0.011, 0.030, object_length=0.25, turns_required=1.5), (9.80665, 0.0, 0.0)
 )
 LONG = dataclasses.replace(
     QUESTION,
@@ -60,19 +42,6 @@ LONG = dataclasses.replace(
 @pytest.fixture
 def description():
     return load_description("paper_design_70")
-
-
-def test_angles_of_the_single_fiber_are_candidates_and_count_as_such(description):
-    assert requirement_from_question(QUESTION, description).fiber_angles_gamma == (0.0,)
-    section = dataclasses.replace(description.actuator, pressure_law=PressureLaw.SECTION)
-    gripper_of_section = dataclasses.replace(description, actuator=section)
-    helical = dataclasses.replace(QUESTION, fiber_angles_gamma=(0.0, 0.03))
-    assert requirement_from_question(helical, gripper_of_section).fiber_angles_gamma == (0.0, 0.03)
-    with pytest.raises(InvalidInputError, match="belong to the uniform pressure law"):
-        requirement_from_question(helical, description)
-    many = dataclasses.replace(LONG, fiber_angles_gamma=tuple(0.001 * k for k in range(9)))
-    with pytest.raises(InvalidInputError, match="combinations of tube and angles must be at most"):
-        requirement_from_question(many, gripper_of_section)
 
 
 def stuck():
