@@ -322,8 +322,8 @@ def test_policy_vent_vents_at_a_fault_until_it_is_mended_and_rearmed(
     bench.follow(breaks(fault, max(stuck_at, 0.5 * bench.regulator.pressure)), wait(3.0, 0.02))
     assert (bench.state, bench.reason, bench.seen.pressure_command) == (State.FAULT, reason, 0.0)
     assert bool(bench.seen.refused[Reason.PRESSURE_INVALID]) is (fault is RegulatorFault.NAN)
-    remains = bench.seen.pressure_fault.reason
-    assert (bench.control.rearm() is None) is (remains is Reason.NONE)
+    remains = bench.seen.pressure_fault.reason is not Reason.NONE
+    assert (bench.control.rearm() is not None) is remains
     bench.follow(call("fail", "again"), breaks(RegulatorFault.NONE))
     assert set(bench.run(2.0, radius=0.02)) == {0.0}
     assert bench.control.rearm() is None
@@ -331,16 +331,11 @@ def test_policy_vent_vents_at_a_fault_until_it_is_mended_and_rearmed(
 
 
 @pytest.mark.parametrize(("fault", "stuck_at", "reason"), FAULTS)
-@pytest.mark.parametrize("policy", AbortPolicy)
-def test_a_fault_of_the_measured_pressure_lets_a_grasp_fail(bench, fault, stuck_at, reason, policy):
-    bench.run(0.5)
-    grasp = bench.grasp(abort_policy=policy)
-    bench.follow(breaks(fault, stuck_at))
-    assert bench.end(grasp) == (FAILED, reason)
-    is_vented = policy is AbortPolicy.VENT
-    assert bench.state is (State.RELEASED if is_vented else State.GRASPING)
-    (command,) = set(bench.run(1.0))
-    assert (bench.reason, command == 0.0) == (reason, is_vented)
+def test_a_fault_of_the_measured_pressure_lets_a_grasp_fail(bench, fault, stuck_at, reason):
+    bench.follow(wait(0.5), keeps, breaks(fault, stuck_at))
+    assert bench.end(bench.grasped) == (FAILED, reason)
+    assert len(set(bench.run(1.0))) == 1
+    assert (bench.state, bench.reason) == (State.GRASPING, reason)
 
 
 LOST, HIGH = Reason.PRESSURE_LOST, Reason.PRESSURE_HIGH
@@ -401,12 +396,10 @@ def test_a_release_is_answered_though_nothing_is_commanded_any_more(holding, end
 @drawn(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))
 def test_inner_time_never_runs_backwards_and_never_ends(readings):
     clock = MonotonicClock()
-    times = [clock.advance(reading) for reading in readings]
-    for before, after in pairwise(times):
+    for before, after in pairwise([clock.advance(reading) for reading in readings]):
         assert 0.0 <= after - before <= LONGEST_LEAP * (1.0 + 1e-9)
     for bad in (math.nan, math.inf):
         with pytest.raises(InvalidInputError, match="now"):
             clock.advance(bad)
-    clock.advance(0.0)
-    before = clock.now
+    before = clock.advance(0.0)
     assert clock.advance(0.02) - before == pytest.approx(0.02, abs=1e-6)

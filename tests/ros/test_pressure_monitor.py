@@ -146,35 +146,31 @@ def test_noise_is_no_fault_does_not_hide_one_and_does_not_make_it_chatter(bench)
 
 
 def test_without_any_message_nothing_is_measured_and_nothing_is_wrong(bench):
-    bench.run(5.0e4, 1.0, math.nan)
+    bench.run(5.0e4, 1.0, (4.98e4, 5.02e4))
+    measured = bench.monitor.measured(bench.now + 0.25)
+    assert (measured.pressure, measured.age) == (
+        pytest.approx(5.0e4, abs=20.0),
+        pytest.approx(0.25),
+    )
+    bench.run(5.0e4, 1.0)
+    assert bench.monitor.measured(bench.now) is None
     bench.monitor.forget()
     assert bench.run(5.0e4, 5.0) == [NONE]
     assert bench.monitor.measured(bench.now) is None
+    bench.monitor.forget()
     assert bench.run(5.0e4, 1.0, math.nan)[-1] is LOST  # nothing possible was ever said
-
-
-def test_the_measured_pressure_is_smoothed_and_has_an_age_until_it_is_lost(bench):
-    bench.run(5.0e4, 1.0, (4.98e4, 5.02e4))
-    measured = bench.monitor.measured(bench.now + 0.25)
-    assert measured.pressure == pytest.approx(5.0e4, abs=20.0)
-    assert measured.age == pytest.approx(0.25)
-    bench.run(5.0e4, 0.52)
-    assert bench.monitor.measured(bench.now) is None
-
-
-def test_what_was_in_force_before_the_first_command_is_not_known():
-    bench = Bench()
+    bench.monitor.forget()  # and what was in force before the first command is not known
     assert bench.run(0.0, LIMITS.pressure_settle_time, 3.0e4) == [NONE]
     assert bench.run(0.0, 1.0, 0.0) == [NONE]
 
 
-@pytest.mark.parametrize("bound", [LOWEST_PRESSURE, HIGHEST_PRESSURE])
-def test_an_impossible_pressure_is_dropped(bench, bound):
-    for pressure in (math.nan, math.copysign(math.inf, bound), math.nextafter(bound, 9.0 * bound)):
-        assert bench.monitor.offer(bench.now, pressure, LIMITS).reason is INVALID
-    assert bench.monitor.measured(bench.now).pressure == pytest.approx(5.0e4)
-    assert bench.fault is NONE
-    assert bench.monitor.offer(bench.now, bound, LIMITS) is None
+def test_an_impossible_pressure_is_dropped(bench):
+    for bound in (LOWEST_PRESSURE, HIGHEST_PRESSURE):
+        for pressure in (math.nan, bound * math.inf, math.nextafter(bound, 9.0 * bound)):
+            assert bench.monitor.offer(bench.now, pressure, LIMITS).reason is INVALID
+        assert bench.monitor.measured(bench.now).pressure == pytest.approx(5.0e4)
+    assert bench.monitor.offer(bench.now, LOWEST_PRESSURE, LIMITS) is None
+    assert bench.monitor.offer(bench.now, HIGHEST_PRESSURE, LIMITS) is None
 
 
 def test_a_burst_of_late_messages_is_no_fault(bench):

@@ -77,9 +77,10 @@ HAPPENS = {
     Event.DEACTIVATE: (Reason.NOT_ACTIVE, call("deactivate")),
     Event.RADIUS: (Reason.NONE, lambda bench: bench.radius(0.0201)),
     Event.REFUSED: (Reason.GRAVITY_INVALID, refused),
-    Event.STALE_HOLD: (Reason.RADIUS_STALE, *stop_the_stream(TimeoutPolicy.HOLD)),
-    Event.STALE_RAMP_DOWN: (Reason.RADIUS_STALE, *stop_the_stream(TimeoutPolicy.RAMP_DOWN)),
-    Event.STALE_VENT: (Reason.RADIUS_STALE, *stop_the_stream(TimeoutPolicy.VENT)),
+    **{
+        Event[f"STALE_{policy.name}"]: (Reason.RADIUS_STALE, *stop_the_stream(policy))
+        for policy in TimeoutPolicy
+    },
     Event.EMPTY: (Reason.RADIUS_STALE, wait(2.5)),
     Event.AGREED: (Reason.TAKEN_OVER, measure),
     Event.GOAL: (Reason.NONE, goal(0.03)),
