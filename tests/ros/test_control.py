@@ -379,18 +379,18 @@ def test_a_release_is_done_by_what_is_measured_after_it_began(bench, course):
 
 
 @pytest.mark.parametrize(
-    ("end", "reason"),
+    ("end", "outcome", "reason"),
     [
-        (call("deactivate"), Reason.NOT_ACTIVE),
-        (call("fail", "a defect"), Reason.INTERNAL_ERROR),
+        (call("deactivate"), FAILED, Reason.NOT_ACTIVE),
+        (call("fail", "a defect"), FAILED, Reason.INTERNAL_ERROR),
+        (cancel, CANCELED, Reason.GRASP_CANCELED),
     ],
 )
-def test_a_release_is_answered_though_nothing_is_commanded_any_more(holding, end, reason):
-    canceled, release = (holding.control.start_release(0.0, ReleaseGoal()) for _ in range(2))
-    canceled.cancel(holding.now)
-    assert (canceled.report.outcome, release.report.outcome) == (CANCELED, RUNNING)
+def test_a_release_is_answered_though_nothing_is_commanded_any_more(holding, end, outcome, reason):
+    holding.grasped = release = holding.control.start_release(holding.now, ReleaseGoal())
+    assert release.report.outcome is RUNNING
     holding.follow(end)
-    assert (release.report.outcome, release.report.refusal.reason) == (FAILED, reason)
+    assert (release.report.outcome, release.report.refusal.reason) == (outcome, reason)
 
 
 @drawn(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))

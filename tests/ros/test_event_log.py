@@ -55,13 +55,9 @@ FOLLOWING = ("info", "following object_radius, radius 20 mm, target 62 kPa")
             [FOLLOWING, ("error", LEAK.text), ("info", "measured_pressure is as commanded again")],
         ),
         (
-            [TRACKING, snapshot(State.TRACKING, gravity_fault=LEAK), TRACKING],
-            [FOLLOWING, ("warning", LEAK.text), ("warning", "gravity is heard again")],
-        ),
-        (
-            [snapshot(State.TRACKING, pressure_command=6.2e4, wrapped=True)] * 2 + [TRACKING],
+            [TRACKING, *[replace(TRACKING, wrapped=True, pressure_command=6.2e4)] * 2, TRACKING],
             [
-                ("info", "following object_radius, target 0 kPa"),
+                FOLLOWING,
                 ("info", "the object is wrapped at 62 kPa"),
                 ("info", "no object is wrapped any more"),
             ],

@@ -36,8 +36,7 @@ def test_plan_wrap_computes_the_grip_if_it_is_asked_for(client, namespace):
         placed = with_grip(client, overpressure=8.0e3, pose=[pose])
         assert placed.grip[0].at_pose
         assert placed.grip[0].normal_force == pytest.approx(grip.normal_force, rel=0.2)
-        nowhere = Pose(position=Point(x=math.nan))
-        bad = with_grip(client, pose=[nowhere])
+        bad = with_grip(client, pose=[Pose(position=Point(x=math.nan))])
         assert bad.reason == Reason.INVALID_REQUEST
         assert node.stop() == 0
         assert "Traceback" not in node.log()

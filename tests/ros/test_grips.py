@@ -138,16 +138,14 @@ def test_the_grip_that_is_known_is_told(known):
     assert told.plan[0].contact_length == grip.contact_length > 0.0
     force = contact_force(seen.plan, planner, seen.pressure_target)
     assert force == pytest.approx(grip.normal_force)
-    by_tip = planner.line_force(seen.plan.wrap, seen.pressure_target)
-    assert force != pytest.approx(by_tip * seen.plan.wrap.contact_length, rel=0.01)
     server = GraspServer(known.node, known.runtime, Grasp, "another")
     feedback = server.feedback(None, SimpleNamespace(progress=1.0, elapsed=1.0))
     server.destroy()
     assert feedback.settling_time == grip.settling_time
     assert grip.settling_time[0] > 0.0
-    known.follow(0.02, payload=1.0)
-    (grip,) = known.told["wrap"].grip
-    assert grip.holding_force_down[0] - grip.payload_margin[0] == pytest.approx(9.80665)
+    known.follow(0.02, duration=0.1, payload=1.0)
+    weight = grip.holding_force_down[0] - known.told["wrap"].grip[0].payload_margin[0]
+    assert weight == pytest.approx(9.80665)
     assert all_finite(known.told["status"], known.told["wrap"])
 
 
@@ -237,7 +235,6 @@ def test_the_message_tells_what_is_known_and_every_number_is_finite():
     assert (list(message.onset_curling), list(message.loss)) == ([], [8.0e4])
     assert list(message.holding_force_down) == pytest.approx([0.5])
     assert list(message.payload_margin) == pytest.approx([0.5 - 0.02 * 9.80665])
-    assert list(message_of(payload=0.0).payload_margin) == pytest.approx([0.5])
     assert not message_of(payload=None).payload_margin
     assert not message_of(gravity=(0.0, 0.0, 0.0)).holding_force_down
     assert not grip_to_msg(None, 10.0, 0.02, DOWN)
@@ -247,13 +244,20 @@ def test_the_message_tells_what_is_known_and_every_number_is_finite():
     assert not message_of(8.0e4).settling_time
 
 
-def test_a_shell_and_a_python_program_are_told_the_grip_or_that_it_is_not_known():
-    lines = "\n".join(grip_lines(message_of()))
-    for text in ("110 mm of tube, 1.1 N in all", "none up to the limit", "at 80 kPa", "7 s ago"):
-        assert text in lines
-    assert "not known" in grip_lines(None)[0]
-    for grips, away, towards in (([message_of()], 1.0, 0.1), ([], None, None)):
-        result = Grasp.Result(success=True, grip=grips)
-        told = result_of_wrap(SimpleNamespace(status=GoalStatus.STATUS_SUCCEEDED, result=result))
-        assert told.holding_force_away == (away and pytest.approx(away))
-        assert told.holding_force_towards == (towards and pytest.approx(towards))
+@pytest.mark.parametrize(
+    ("grips", "line", "away", "towards"),
+    [
+        ([message_of()], "1 N away from the base, 0.1 N towards it", 1.0, 0.1),
+        ([], "not known (yet)", None, None),
+    ],
+)
+def test_a_shell_and_a_python_program_are_told_the_grip_or_that_it_is_not_known(
+    grips, line, away, towards
+):
+    assert line in "\n".join(grip_lines(*grips or [None]))
+    result = Grasp.Result(success=True, grip=grips)
+    told = result_of_wrap(SimpleNamespace(status=GoalStatus.STATUS_SUCCEEDED, result=result))
+    assert (told.holding_force_away, told.holding_force_towards) == (
+        away and pytest.approx(away),
+        towards and pytest.approx(towards),
+    )
