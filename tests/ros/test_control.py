@@ -305,10 +305,9 @@ def test_a_stream_that_stops_or_turns_bad_is_stale_at_its_time_out(bench, policy
     before = Reason.NONE if radius is None else Reason.RADIUS_NOT_FINITE
     # Bad radii after the time-out change the reason no more.
     assert reasons == [before] * 25 + [Reason.RADIUS_STALE] * 125
-    refusal, refused = bench.seen.refusal, bench.seen.refused
-    assert refusal.text.count("last refused: object_radius must be") == (radius is not None)
-    assert refused[Reason.RADIUS_STALE] == 1
-    assert refused[Reason.RADIUS_NOT_FINITE] == (0 if radius is None else 150)
+    bad = {} if radius is None else {Reason.RADIUS_NOT_FINITE: 150}
+    assert bench.seen.refused == {Reason.RADIUS_STALE: 1} | bad
+    assert ("last refused: object_radius must be" in bench.seen.refusal.text) is bool(bad)
     bench.control.activate()
     assert (bench.seen.accepted, bench.seen.refused) == (0, {})
 

@@ -47,8 +47,8 @@ FOLLOWING = ("info", "following object_radius, radius 20 mm, target 62 kPa")
             [FOLLOWING, ("warning", "holding at 0 kPa: object_radius 0.03 m is far away")],
         ),
         (
-            [snapshot(State.GRASPING, radius=r, pressure_target=6.0e4) for r in (0.02, 0.03)],
-            [("info", f"grasping, radius {r} mm, target 60 kPa") for r in (20, 30)],
+            [snapshot(State.GRASPING, radius=radius) for radius in (0.02, 0.03)],
+            [("info", f"grasping, radius {radius} mm, target 0 kPa") for radius in (20, 30)],
         ),
         (
             [TRACKING, snapshot(State.TRACKING, pressure_fault=LEAK), TRACKING],

@@ -7,7 +7,6 @@ from concurrent.futures import Future
 import pytest
 from ros.grip_stand_ins import DOWN, figures
 
-from spiral_core.errors import NotGrippableError
 from spiral_gripper_ros.planning.grip_follower import (
     GRAVITY_TOLERANCE,
     SETTLING,
@@ -18,7 +17,6 @@ from spiral_gripper_ros.planning.object_pose import SeenObject
 from spiral_gripper_ros.planning.worker import EndedError
 
 RANGE = (0.005, 0.04)
-NEVER = NotGrippableError(0.02, "the tube passes by", 0.0, None)
 
 
 class Bench:
@@ -77,19 +75,6 @@ def test_the_table_is_filled_from_the_middle_one_after_the_other(grips):
     assert grips.force(0.0395) is None
 
 
-def test_an_object_that_contact_never_wraps_is_refused_with_its_reason(grips):
-    grips.fill()
-    grips.settle(InUse(0.02))
-    grips.answer(NEVER)
-    assert grips.follower.refusal(InUse(0.02)) is None
-    assert grips.follow(InUse(0.02))
-    assert grips.follower.refusal(InUse(0.0201)) is NEVER
-    assert grips.follower.refusal(InUse(0.021)) is None
-    grips.gravity = (0.0, 9.80665, 0.0)
-    grips.follow()
-    assert grips.follower.refusal(InUse(0.02)) is None
-
-
 def test_a_defect_is_raised_once_and_not_asked_for_again_but_what_was_killed_is(grips):
     grips.fill(EndedError("its process was killed"))
     grips.answer(ZeroDivisionError("broken on purpose"))
@@ -121,8 +106,6 @@ def test_an_object_that_is_seen_is_solved_at_its_place_and_the_table_does_not_st
     assert grips.force(0.02, seen) is None
     grips.answer(figures())
     grips.follow(InUse(0.02, seen))
-    assert grips.follower.answer(InUse(0.02, seen), 5.0e4, 5.0e4).at_pose
-    assert not grips.follower.answer(InUse(0.02), 5.0e4, 5.0e4).at_pose
     for center, axis, is_known in (
         (seen.center, (0.0, 0.0, -1.0), True),
         (seen.center, (0.0, 0.06, 0.998), False),
