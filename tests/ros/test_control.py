@@ -193,7 +193,14 @@ COURSES = {
     (State.FAULT, Reason.PRESSURE_LOW, FAILED): [
         (0.0, False, vents, keeps, wait(0.2), leaks, wait(2.0)),
     ],
-    (State.RELEASED, Reason.PRESSURE_LOW, SUCCEEDED): [(0.0, False, *hold, hang, wait(1.0))],
+    (State.RELEASED, Reason.PRESSURE_LOW, SUCCEEDED): [
+        (0.0, False, *hold, hang, wait(1.0)),
+        # Found empty after its link was lost for a while: its watchdog has vented.
+        (
+            *(0.0, False, *hold, unmeasured, wait(1.0), given(is_measured=True)),
+            *(breaks(RegulatorFault.STUCK, 0.0), wait(1.0)),
+        ),
+    ],
 }
 
 
@@ -361,6 +368,7 @@ LOW, NO_FAULT = Refusal(Reason.PRESSURE_LOW, "a leak"), Refusal(Reason.NONE, "")
         # Nothing, or the same pressure, until it is late:
         [(2.9, 0.0, 4.0, NO_FAULT, RUNNING), (3.1, 0.0, 4.2, NO_FAULT, LOST)],
         [(2.9, 3.0e4, 0.0, NO_FAULT, RUNNING), (3.1, 3.0e4, 0.0, NO_FAULT, HIGH)],
+        [(0.1, 3.0e4, 4.0, Refusal(LOST, "silent"), LOST)],
         # Nothing was ever measured:
         [(0.29, None, 0.0, NO_FAULT, RUNNING), (0.31, None, 0.0, NO_FAULT, SUCCEEDED)],
     ],
@@ -383,6 +391,7 @@ def test_a_release_is_done_by_what_is_measured_after_it_began(bench, course):
         (call("deactivate"), FAILED, Reason.NOT_ACTIVE),
         (call("fail", "a defect"), FAILED, Reason.INTERNAL_ERROR),
         (cancel, CANCELED, Reason.GRASP_CANCELED),
+        (lambda bench: bench.follow(goal(), wait(TICK)), FAILED, Reason.GRASP_REPLACED),
     ],
 )
 def test_a_release_is_answered_though_nothing_is_commanded_any_more(holding, end, outcome, reason):
