@@ -27,13 +27,24 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from ros.client_harness import PATIENCE
 from ros.control_bench import SUCCEEDED, Bench
-from ros.harness import BARE, START_DEADLINE, Client, RunningNode
+from ros.harness import (
+    BARE,
+    FAST_RAMP,
+    PATIENT,
+    START_DEADLINE,
+    Client,
+    RunningNode,
+    deliver,
+    tick_until,
+)
+from std_msgs.msg import Float64
 
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.client import SpiralGripper
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.gripper_node import GripperNode
+from spiral_gripper_ros.runtime.outputs import Outputs
 
 # An example takes its time on a busy machine.
 hypothesis.settings.register_profile(
@@ -119,6 +130,20 @@ def node(namespace):
     yield node
     node.vent()
     node.destroy_node()
+
+
+@pytest.fixture
+def told(node, monkeypatch):
+    """What that node publishes last, by its topic, while it wraps an object of 20 mm."""
+    monkeypatch.setattr(Outputs, "markers_are_wanted", True)
+    told = {}
+    node.runtime.outputs.publish = told.__setitem__
+    node.runtime.outputs.publish_diagnostics = lambda message: told.update(diagnostics=message)
+    quick = [Parameter(name, value=value) for name, value in (FAST_RAMP | PATIENT).items()]
+    assert all(result.successful for result in node.set_parameters(quick))
+    deliver(node, "object_radius", Float64(data=0.02))
+    tick_until(node, lambda: node.runtime.control.snapshot().wrapped)
+    return told
 
 
 @pytest.fixture

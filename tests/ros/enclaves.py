@@ -37,17 +37,11 @@ _ACTION_SERVICES = ("send_goal", "cancel_goal", "get_result")
 _ACTION_TOPICS = ("feedback", "status")
 # How a right on an action's services and one on its topics follow from the right on the action.
 _OF_ACTIONS = {"execute": ("reply", "publish"), "call": ("request", "subscribe")}
-_GRAPH = {
-    "publish": "publisher",
-    "subscribe": "subscriber",
-    "reply": "service",
-    "request": "client",
-}
+_GRAPH = dict(zip(RIGHTS, ("publisher", "subscriber", "service", "client"), strict=True))
 
 
 def rights_by_enclave(namespace="/", files=(POLICY, SIMULATION)):
     """Return the rights of each enclave, by the last part of its path, for a namespace."""
-    enclaves = [enclave for file in files for enclave in _read(file).find("enclaves")]
     return {
         enclave.get("path").removeprefix(PREFIX): {
             right
@@ -56,7 +50,8 @@ def rights_by_enclave(namespace="/", files=(POLICY, SIMULATION)):
             for entry in group
             for right in _rights(profile, group, entry, namespace)
         }
-        for enclave in enclaves
+        for file in files
+        for enclave in _read(file).find("enclaves")
     }
 
 

@@ -18,7 +18,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as PythonParameter
 from rclpy.parameter import parameter_value_to_python
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
@@ -105,34 +105,35 @@ class Client(Node):
     for. Every command and every status is heard only from ``wait_until_active`` on.
 
     While ``regulator`` is set it answers each command with the measured pressure that it returns.
+    ``spinner`` spins it, and what else is added to that.
     """
 
     def __init__(self, namespace):
         super().__init__("test_client", namespace=namespace)
-        self.pressures, self.backbones, self.statuses, self.diagnostics = [], [], [], []
-        self.measured_backbones, self.wraps = [], []
-        self.regulator = None
-        self._radius = self.create_publisher(
-            Float64, "object_radius", QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
-        )
-        self._stamped = self.create_publisher(ObjectRadius, "object_radius_stamped", 1)
-        self._gravity = self.create_publisher(Vector3Stamped, "gravity", 1)
-        self._measured = self.create_publisher(Float64, "measured_pressure", 1)
-        for kind, topic, callback in (
-            (PoseArray, "backbone", self.backbones.append),
-            (PoseArray, "measured_backbone", self.measured_backbones.append),
-            (GripStatus, "status", self.statuses.append),
-            (Wrap, "wrap", self.wraps.append),
-        ):
-            self.create_subscription(kind, topic, callback, ALL_AND_LATCHED)
+        self.pressures, self.diagnostics, self.regulator = [], [], None
+        self._latched = [], [], [], []
+        self.backbones, self.measured_backbones, self.statuses, self.wraps = self._latched
+        topics = ("backbone", "measured_backbone", "status", "wrap")
+        kinds = (PoseArray, PoseArray, GripStatus, Wrap)
+        for kind, topic, heard in zip(kinds, topics, self._latched, strict=True):
+            self.create_subscription(kind, topic, heard.append, ALL_AND_LATCHED)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, ALL)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
+        self._senders = {
+            topic: self.create_publisher(kind, topic, QoSProfile(depth=1))
+            for kind, topic in (
+                (Float64, "object_radius"),
+                (ObjectRadius, "object_radius_stamped"),
+                (Vector3Stamped, "gravity"),
+                (Float64, "measured_pressure"),
+            )
+        }
         self._calls = {}
-        self._spinner = Spinner()
-        self._spinner.add_node(self)
+        self.spinner = Spinner()
+        self.spinner.add_node(self)
 
     def close(self):
-        self._spinner.shutdown()
+        self.spinner.shutdown()
         self.destroy_node()
 
     # --- waiting -------------------------------------------------------------------------------
@@ -141,15 +142,15 @@ class Client(Node):
         """Handle what arrives within a time, and all that has arrived by then."""
         end = time.monotonic() + duration
         while True:
-            self._spinner.spin_once(timeout_sec=max(0.0, min(0.02, end - time.monotonic())))
-            if time.monotonic() >= end and self._spinner.idle:
+            self.spinner.spin_once(timeout_sec=max(0.0, min(0.02, end - time.monotonic())))
+            if time.monotonic() >= end and self.spinner.idle:
                 return
 
     def wait_until(self, condition, what, deadline=DEADLINE):
         end = time.monotonic() + deadline
         while not condition():
             assert time.monotonic() < end, f"not within {deadline} s: {what}; last: {self.status}"
-            self._spinner.spin_once(timeout_sec=0.02)
+            self.spinner.spin_once(timeout_sec=0.02)
 
     def wait_until_active(self, deadline=START_DEADLINE):
         """Wait for a status and a command of the active node, and until it hears us."""
@@ -171,8 +172,7 @@ class Client(Node):
         return all(count >= 1 for count in self._listeners())
 
     def _listeners(self):
-        publishers = (self._radius, self._stamped, self._gravity, self._measured)
-        return [publisher.get_subscription_count() for publisher in publishers]
+        return [sender.get_subscription_count() for sender in self._senders.values()]
 
     def hear_more(self, count=5):
         """Wait until the node has said so many times more what it commands, and why."""
@@ -196,17 +196,12 @@ class Client(Node):
     def status(self):
         return self.statuses[-1] if self.statuses else None
 
-    @property
-    def planned(self):
-        """The newest of what is planned for the object in use; None: no object is."""
-        return self.wraps[-1].plan[0] if self.wraps and self.wraps[-1].plan else None
-
     def wait_for_plan(self, radius, pressure):
         """Wait until a wrap of this radius at this pressure is planned; return its message."""
 
         def is_told():
-            plan = self.planned
-            return plan is not None and (plan.object_radius, plan.pressure) == (radius, pressure)
+            plans = self.wraps[-1].plan if self.wraps else []
+            return [(plan.object_radius, plan.pressure) for plan in plans] == [(radius, pressure)]
 
         self.wait_until(is_told, f"the plan for {radius} at {pressure}")
         return self.wraps[-1]
@@ -221,21 +216,21 @@ class Client(Node):
         self.diagnostics += [status for status in message.status if status.name == own]
 
     def send_radius(self, radius):
-        self._radius.publish(Float64(data=radius))
+        self._senders["object_radius"].publish(Float64(data=radius))
 
     def send_stamped_radius(self, radius, age=0.0):
         message = ObjectRadius(radius=radius)
         message.header.stamp = (self.get_clock().now() - Duration(seconds=age)).to_msg()
-        self._stamped.publish(message)
+        self._senders["object_radius_stamped"].publish(message)
 
     def send_gravity(self, gravity, frame_id=""):
         message = Vector3Stamped()
         message.header.frame_id = frame_id
         message.vector.x, message.vector.y, message.vector.z = gravity
-        self._gravity.publish(message)
+        self._senders["gravity"].publish(message)
 
     def send_measured(self, pressure):
-        self._measured.publish(Float64(data=pressure))
+        self._senders["measured_pressure"].publish(Float64(data=pressure))
 
     def wrap(self, radius):
         """Offer a radius until its wrap pressure is commanded and heard; return the status then."""
@@ -287,10 +282,6 @@ class Client(Node):
         request = plan_request(radii, **fields)
         return self.call(PlanWrap, "plan_wrap", request, deadline).plans
 
-    def design_gripper(self, smallest, largest, **fields):
-        request = design_request(smallest, largest, **fields)
-        return self.call(DesignGripper, "design_gripper", request)
-
     def transition(self, name):
         """Ask for a lifecycle transition by its name; return whether it succeeded."""
         number = getattr(Transition, f"TRANSITION_{name.upper()}")
@@ -319,11 +310,6 @@ class Client(Node):
         )
         return [parameter_value_to_python(value) for value in answer.values]
 
-    def describe_parameters(self):
-        listed = self.call(ListParameters, f"{NODE}/list_parameters").result.names
-        request = DescribeParameters.Request(names=listed)
-        return self.call(DescribeParameters, f"{NODE}/describe_parameters", request).descriptors
-
     def restore(self):
         """Bring the node to a fresh activation with known parameters; forget what was before."""
         self.regulator = None
@@ -349,14 +335,7 @@ class Client(Node):
 
     def forget(self):
         """Forget everything that was received."""
-        for received in (
-            self.pressures,
-            self.backbones,
-            self.measured_backbones,
-            self.statuses,
-            self.wraps,
-            self.diagnostics,
-        ):
+        for received in (self.pressures, self.diagnostics, *self._latched):
             received.clear()
 
 
@@ -381,6 +360,33 @@ def deliver(node, topic, message):
     """Call what a node in this process has subscribed with, as its executor would."""
     heard = [s for s in node.subscriptions if s.topic_name.rpartition("/")[2] == topic]
     heard[0].callback(message)
+
+
+def tick(node):
+    """Call all timers of a node in this process, as if the time of each had come."""
+    for timer in list(node.timers):
+        timer.callback()
+
+
+def tick_until(node, condition):
+    """Call them until a condition holds."""
+    deadline = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+        tick(node)
+
+
+def serve(node, name, request):
+    """Have a service of a node in this process answer, as its executor would."""
+    (service,) = [one for one in node.services if one.srv_name.rpartition("/")[2] == name]
+    answer = service.callback(request, service.srv_type.Response())
+    try:
+        while hasattr(answer, "send"):
+            answer.send(None)
+    except StopIteration as ended:
+        return ended.value
+    return answer
 
 
 def numbers_of(message):

@@ -1,336 +1,297 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The action `grasp`: real goals to a node in a process of its own."""
+"""The actions `grasp` and `release`, and the measured pressure: a real node, asked from outside."""
 
 import math
 
 import pytest
 from action_msgs.msg import GoalStatus
-from lifecycle_msgs.msg import State as LifecycleState
 from ros.grasp_goals import Goals, refused, started
-from ros.harness import RunningNode, all_finite
+from ros.harness import all_finite
 
-from spiral_gripper_msgs.action import Grasp
+from spiral_gripper_msgs.action import Grasp, Release
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.states import Reason, State
 
 RADIUS = 0.02
 SUCCEEDED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED
+FOLLOWED, PRESSURE = Grasp.Goal.MODE_FOLLOWED, Grasp.Goal.MODE_PRESSURE
 
 
 @pytest.fixture(scope="module")
-def connection(shared):
+def goals(shared):
     goals = Goals(shared)
     yield goals
     goals.close()
 
 
+@pytest.fixture(scope="module")
+def releases(shared):
+    goals = Goals(shared, Release, "release")
+    yield goals
+    goals.close()
+
+
 @pytest.fixture
-def goals(active, connection):
-    """Goals to a freshly activated node that takes a wrap for reached soon after its command is."""
+def quick(active):
+    """A node that takes a wrap for reached soon after its command is."""
     assert active.set_parameter("pressure.settle_time", 0.1).successful
-    return connection
+    return active
 
 
-@pytest.fixture
-def slow(goals):
-    """The same, but a wrap takes minutes."""
-    assert goals.client.set_parameter("pressure.rate_up", 500.0).successful
-    return goals
+def measure(client, factor, offset=0.0):
+    """Answer each command with a measured pressure from now on; wait until the node knows one."""
+    client.regulator = lambda pressure: factor * pressure + offset
+    client.wait_until(lambda: client.status.measured_pressure, "a measured pressure")
 
 
-def ideal(pressure):
-    return pressure
+def wait_for_fault(client, reason):
+    client.wait_until(lambda: client.status.fault == reason, f"the pressure fault {reason.name}")
+    return client.status
 
 
-def measure(goals, regulator):
-    """Answer each command with a measured pressure from now on."""
-    client = goals.client
-    client.regulator = regulator
-    client.wait_until(
-        lambda: client.status is not None and client.status.measured_pressure, "a measured pressure"
-    )
+def vented(client, state, reason=None):
+    """Wait for a state in which nothing is commanded."""
+    assert client.wait_for_state(state, reason).pressure_command == 0.0
+    client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
 
 
-def vented(client):
-    client.wait_until(lambda: client.pressures and client.pressures[-1] == 0.0, "a vent")
-    client.spin(0.1)
-    return client.pressures[-1] == 0.0
+# --- grasps ------------------------------------------------------------------------------------
 
 
-# --- success -----------------------------------------------------------------------------------
-
-
-def test_a_goal_wraps_the_object_and_says_so(goals, curve):
+def test_a_goal_wraps_the_object_tells_the_way_and_says_so(goals, active, curve):
+    for name, value in (("pressure.rate_up", 5.0e4), ("pressure.settle_time", 1.0)):
+        assert active.set_parameter(name, value).successful
     wrap = curve.wrap_for_radius(RADIUS)
     goal = goals.grasp(RADIUS)
     status, result = goal.end()
-    assert status == SUCCEEDED
-    assert result.success
-    assert result.reason == Reason.NONE
+    assert (status, result.success, result.reason) == (SUCCEEDED, True, Reason.NONE)
     assert result.pressure_command == pytest.approx(wrap.pressure, rel=1e-9)
     assert not result.measured_pressure
+    assert "as commanded" in result.message
     (figures,) = result.figures
     assert figures.object_radius == RADIUS
     assert figures.turns == pytest.approx(wrap.turns, rel=1e-6)
-    assert figures.contact_length == pytest.approx(wrap.contact_length)
     assert figures.line_force > 0.0
-    assert result.elapsed > 0.0
-    assert "as commanded" in result.message
-    assert all_finite(result, *goal.feedback)
-
-
-def test_what_is_wrapped_is_held_and_no_radius_is_followed(goals):
-    _, result = goals.grasp(RADIUS).end()
-    for _ in range(20):
-        goals.client.send_radius(0.03)
-        goals.client.hear_more(1)
-    status = goals.client.status
-    assert status.state == State.GRASPING
-    assert list(status.object_radius) == [RADIUS]
-    assert status.pressure_command == status.pressure_target == result.pressure_command
-    assert status.wrapped
-
-
-def test_a_measured_pressure_decides_when_it_is_known(goals):
-    # What is measured here comes as late as this process is held up.
-    assert goals.client.set_parameter("pressure.settle_time", 2.0).successful
-    measure(goals, ideal)
-    status, result = goals.grasp(RADIUS).end()
-    assert status == SUCCEEDED, result.message
-    assert list(result.measured_pressure) == pytest.approx([result.pressure_command], abs=1.0e3)
-    assert "as measured" in result.message
-
-
-def test_feedback_tells_the_way_to_the_target_and_is_not_too_much(goals, curve):
-    assert goals.client.set_parameter("pressure.rate_up", 5.0e4).successful
-    assert goals.client.set_parameter("pressure.settle_time", 1.0).successful
-    goal = goals.grasp(RADIUS)
-    _, result = goal.end()
     progress = [feedback.progress for feedback in goal.feedback]
     assert progress == sorted(progress)
     assert progress[0] < 0.1 < progress[-1] <= 1.0
     assert {feedback.state for feedback in goal.feedback} == {State.GRASPING}
-    target = curve.pressure_from_radius(RADIUS)
-    for feedback in goal.feedback:
-        assert feedback.pressure_target == pytest.approx(target, rel=1e-9)
+    assert {feedback.pressure_target for feedback in goal.feedback} == {result.pressure_command}
     assert goal.feedback[0].regime == GripStatus.REGIME_OVERHANG
     assert goal.feedback[-1].regime == GripStatus.REGIME_PERFECT_WRAP
     assert 3 <= len(goal.feedback) <= 2 + result.elapsed / 0.1
+    assert all_finite(result, *goal.feedback)
 
 
-def test_overpressure_is_held_above_the_wrap_and_holds_more(goals, curve):
-    _, loose = goals.grasp(RADIUS).end()
-    status, tight = goals.grasp(RADIUS, overpressure=[1.0e4]).end()
-    assert status == SUCCEEDED, tight.message
-    assert tight.pressure_command == pytest.approx(curve.pressure_from_radius(RADIUS) + 1.0e4)
-    assert tight.figures[0].line_force > loose.figures[0].line_force
-
-
-def test_the_radius_that_is_followed_is_a_mode(goals):
-    target = goals.client.wrap(RADIUS).pressure_target
-    status, result = goals.send(Grasp.Goal(mode=Grasp.Goal.MODE_FOLLOWED)).end()
-    assert status == SUCCEEDED
-    assert result.figures[0].object_radius == RADIUS
-    assert result.pressure_command == target
-
-
-def test_a_pressure_is_reached_within_ramp_and_cap_whatever_it_wraps(goals):
-    goals.client.wrap(RADIUS)
-    goal = goals.send(Grasp.Goal(mode=Grasp.Goal.MODE_PRESSURE, pressure=3.0e4))
+def test_what_is_wrapped_is_held_and_no_radius_is_followed(goals, quick):
+    target = quick.wrap(RADIUS).pressure_target
+    goal = goals.send(Grasp.Goal(mode=FOLLOWED, overpressure=[1.0e3]))
     status, result = goal.end()
-    assert status == SUCCEEDED, result.message
-    assert result.pressure_command == 3.0e4
-    assert not result.figures
-    assert not result.grip
-    goals.client.send_radius(RADIUS)
-    goals.client.hear_more()
-    status = goals.client.status
-    assert (status.state, status.wrapped) == (State.GRASPING, False)
-    assert not status.object_radius
-    assert status.pressure_command == status.pressure_target == 3.0e4
-    assert goals.client.set_parameter("pressure.cap", 2.0e4).successful
-    status = goals.client.wait_for_state(State.GRASPING, Reason.PRESSURE_CAP)
-    goals.client.wait_until(lambda: goals.client.pressures[-1] == 2.0e4, "the cap")
-    assert goals.grasp(RADIUS).end()[1].reason == Reason.PRESSURE_CAP
-
-
-def test_ten_goals_in_a_row(goals, curve):
-    for number in range(10):
-        radius = 0.012 + 0.002 * number
-        status, result = goals.grasp(radius).end()
-        assert status == SUCCEEDED, result.message
-        assert result.pressure_command == pytest.approx(curve.pressure_from_radius(radius))
-
-
-def test_a_goal_ends_a_release(goals):
-    goals.client.release()
-    assert goals.client.wait_for_state(State.RELEASED)
-    status, _ = goals.grasp(RADIUS).end()
-    assert status == SUCCEEDED
-    assert goals.client.wait_for_state(State.GRASPING).pressure_command > 0.0
-
-
-def test_while_a_goal_runs_the_node_answers_and_commands(slow):
-    goal = started(slow.grasp(RADIUS, timeout=[600.0]))
-    before = len(slow.client.pressures)
-    assert slow.client.plan_wrap(0.03).success
-    slow.client.wait_until(lambda: len(slow.client.pressures) > before + 20, "more commands")
-    assert not goal.is_done
-    assert goal.cancel()
-
-
-# --- cancel, failure ---------------------------------------------------------------------------
-
-
-def test_cancel_vents_at_once_by_default(slow):
-    goal = started(slow.grasp(RADIUS))
-    assert goal.cancel()
-    status, result = goal.end()
-    assert (status, result.reason) == (CANCELED, Reason.GRASP_CANCELED)
-    assert not result.success
-    assert result.pressure_command == 0.0
-    status = slow.client.wait_for_state(State.RELEASED, Reason.GRASP_CANCELED)
-    assert status.pressure_command == status.pressure_target == 0.0
-    assert slow.grasp(RADIUS).cancel()
-
-
-def test_cancel_with_the_policy_hold_leaves_the_pressure_as_it_is(slow):
-    goal = started(slow.grasp(RADIUS, abort_policy=Grasp.Goal.ABORT_HOLD))
-    assert goal.cancel()
-    status, result = goal.end()
-    assert (status, result.reason) == (CANCELED, Reason.GRASP_CANCELED)
-    assert result.pressure_command > 0.0
-    slow.client.statuses.clear()
-    status = slow.client.wait_for_state(State.GRASPING, Reason.GRASP_CANCELED)
-    assert status.pressure_command == status.pressure_target == result.pressure_command
-
-
-def test_the_parameter_says_what_a_failure_does_if_the_goal_does_not(slow):
-    assert slow.client.set_parameter("grasp.abort_policy", "hold").successful
-    goal = started(slow.grasp(RADIUS))
-    assert goal.cancel()
-    assert goal.end()[1].pressure_command > 0.0
-
-
-def test_a_goal_that_has_ended_cannot_be_canceled(goals):
-    goal = goals.grasp(RADIUS)
-    goal.end()
+    assert (status, result.figures[0].object_radius) == (SUCCEEDED, RADIUS)
+    assert result.pressure_command == pytest.approx(target + 1.0e3)
     assert not goal.cancel()
-    assert goals.client.wait_for_state(State.GRASPING).pressure_command > 0.0
+    for _ in range(5):
+        quick.send_radius(0.03)
+        quick.hear_more(1)
+    status = quick.status
+    assert (status.state, list(status.object_radius)) == (State.GRASPING, [RADIUS])
+    assert status.pressure_command == status.pressure_target == result.pressure_command
+    assert status.wrapped
 
 
-def test_a_goal_that_takes_too_long_fails_and_vents(slow):
-    text = refused(slow.grasp(RADIUS, timeout=[0.3]), Reason.GRASP_TIMEOUT)
-    assert "0.3 s" in text
-    assert slow.client.wait_for_state(State.RELEASED, Reason.GRASP_TIMEOUT).pressure_command == 0.0
+def test_a_pressure_is_reached_within_ramp_and_cap_whatever_it_wraps(goals, quick):
+    quick.release()  # a goal ends it
+    status, result = goals.send(Grasp.Goal(mode=PRESSURE, pressure=3.0e4)).end()
+    assert (status, result.pressure_command) == (SUCCEEDED, 3.0e4)
+    assert not any((result.figures, result.grip))
+    quick.hear_more()
+    assert not any((quick.status.object_radius, quick.status.wrapped))
+    assert quick.set_parameter("pressure.cap", 2.0e4).successful
+    quick.wait_for_state(State.GRASPING, Reason.PRESSURE_CAP)
+    quick.wait_until(lambda: quick.pressures[-1] == 2.0e4, "the cap")
 
 
-def test_without_a_timeout_the_parameter_counts(slow):
-    assert slow.client.set_parameter("grasp.timeout", 0.2).successful
-    refused(slow.grasp(RADIUS), Reason.GRASP_TIMEOUT)
+# What ends a goal, if its own time does not; why, and the state then.
+ENDS = [
+    ({}, lambda goal: goal.cancel(), Reason.GRASP_CANCELED, State.RELEASED),
+    ({"abort_policy": 2}, lambda goal: goal.cancel(), Reason.GRASP_CANCELED, State.GRASPING),
+    ({"timeout": [0.3]}, lambda goal: None, Reason.GRASP_TIMEOUT, State.RELEASED),
+    ({}, lambda goal: Goals(goal.client).grasp(0.025), Reason.GRASP_REPLACED, State.GRASPING),
+    ({}, lambda goal: measure(goal.client, 1.0, 6.0e4), Reason.PRESSURE_HIGH, State.RELEASED),
+    ({}, lambda goal: goal.client.release(), Reason.RELEASED, State.RELEASED),
+    ({}, lambda goal: goal.client.transition("deactivate"), Reason.NOT_ACTIVE, State.INACTIVE),
+    (
+        {},
+        lambda goal: goal.client.set_parameter("gripper", "prototype_p1"),
+        Reason.RECONFIGURED,
+        State.RELEASED,
+    ),
+]
 
 
-def test_a_pressure_that_does_not_come_fails_the_goal(goals):
-    measure(goals, lambda pressure: 0.5 * pressure)
-    refused(goals.grasp(RADIUS), Reason.PRESSURE_LOW)
-    assert goals.client.wait_for_state(State.RELEASED, Reason.PRESSURE_LOW).pressure_command == 0.0
+@pytest.mark.parametrize(("fields", "act", "reason", "state"), ENDS)
+def test_what_ends_a_goal_is_its_reason_and_vents_or_holds(
+    goals, releases, quick, fields, act, reason, state
+):
+    assert quick.set_parameter("pressure.rate_up", 500.0).successful
+    goal = started(goals.grasp(RADIUS, **fields))
+    refused(goals.grasp(0.2), Reason.RADIUS_TOO_LARGE)  # another that cannot be
+    act(goal)
+    status, result = goal.end()
+    outcome = CANCELED if reason is Reason.GRASP_CANCELED else GoalStatus.STATUS_ABORTED
+    assert (status, result.success, result.reason) == (outcome, False, reason)
+    if state is State.GRASPING:
+        quick.statuses.clear()
+        assert quick.wait_for_state(state).pressure_command > 0.0
+    else:
+        assert result.pressure_command == 0.0
+        vented(quick, state)
+    if state is State.INACTIVE:
+        assert "activate" in refused(goals.grasp(RADIUS), reason)
+        refused(releases.send(Release.Goal()), reason)
+        assert quick.transition("cleanup")
+        assert "configure" in refused(goals.grasp(RADIUS), reason)
 
 
-def test_a_newer_goal_replaces_the_older(slow):
-    first = started(slow.grasp(RADIUS))
-    second = slow.grasp(0.025)
-    assert "newer" in refused(first, Reason.GRASP_REPLACED)
-    slow.client.wait_until(
-        lambda: list(slow.client.status.object_radius) == [0.025], "the newer goal"
-    )
-    assert slow.client.status.state == State.GRASPING
-    assert slow.client.set_parameter("pressure.rate_up", 2.0e6).successful
-    assert second.end()[0] == SUCCEEDED
-
-
-def test_a_release_ends_the_goal(slow):
-    goal = started(slow.grasp(RADIUS))
-    assert slow.client.release().success
-    refused(goal, Reason.RELEASED)
-    assert slow.client.wait_for_state(State.RELEASED).pressure_command == 0.0
-
-
-@pytest.mark.parametrize("transitions", [("deactivate",), ("deactivate", "cleanup")])
-def test_deactivation_and_cleanup_end_the_goal(slow, transitions):
-    goal = started(slow.grasp(RADIUS))
-    for transition in transitions:
-        assert slow.client.transition(transition)
-    refused(goal, Reason.NOT_ACTIVE)
-    assert vented(slow.client)
-
-
-def test_another_gripper_ends_the_goal(slow):
-    goal = started(slow.grasp(RADIUS))
-    assert slow.client.set_parameter("gripper", "prototype_p1").successful
-    refused(goal, Reason.RECONFIGURED)
-    assert vented(slow.client)
-
-
-def test_a_node_that_is_stopped_ends_its_goal(client, namespace):
-    with RunningNode(namespace, {"pressure.rate_up": 500.0}) as node:
-        client.wait_until_active()
-        goals = Goals(client)
-        goal = started(goals.grasp(RADIUS))
-        assert node.stop() == 0, node.log()
-        refused(goal, Reason.NOT_ACTIVE)
-        assert vented(client)
-        assert "Traceback" not in node.log()
-        goals.close()
-
-
-# --- refusal -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("fields", "reason"),
-    [
+def test_a_goal_that_cannot_be_done_says_why_and_changes_nothing(goals, active):
+    for fields, reason in (
         ({"object_radius": math.nan}, Reason.RADIUS_NOT_FINITE),
-        ({"object_radius": -math.inf}, Reason.RADIUS_NOT_FINITE),
-        ({"object_radius": -0.02}, Reason.RADIUS_NOT_POSITIVE),
-        ({"object_radius": 0.001}, Reason.RADIUS_TOO_SMALL),
-        ({"object_radius": 0.2}, Reason.RADIUS_TOO_LARGE),
         ({"object_radius": RADIUS, "overpressure": [1.0e6]}, Reason.PRESSURE_CAP),
-        ({"object_radius": RADIUS, "overpressure": [-1.0]}, Reason.INVALID_REQUEST),
-        ({"object_radius": RADIUS, "overpressure": [math.nan]}, Reason.INVALID_REQUEST),
         ({"object_radius": RADIUS, "payload": [-1.0]}, Reason.INVALID_REQUEST),
-        ({"object_radius": RADIUS, "timeout": [-1.0]}, Reason.INVALID_REQUEST),
-        ({"object_radius": RADIUS, "timeout": [0.0]}, Reason.INVALID_REQUEST),
         ({"object_radius": RADIUS, "timeout": [math.inf]}, Reason.INVALID_REQUEST),
         ({"object_radius": RADIUS, "abort_policy": 3}, Reason.INVALID_REQUEST),
         ({"object_radius": RADIUS, "mode": 3}, Reason.INVALID_REQUEST),
-        ({}, Reason.RADIUS_NOT_POSITIVE),
-        ({"mode": Grasp.Goal.MODE_FOLLOWED}, Reason.NO_RADIUS),
-        ({"mode": Grasp.Goal.MODE_PRESSURE, "pressure": math.nan}, Reason.INVALID_REQUEST),
-        ({"mode": Grasp.Goal.MODE_PRESSURE, "pressure": 1.0e6}, Reason.PRESSURE_CAP),
-        (
-            {"mode": Grasp.Goal.MODE_PRESSURE, "pressure": 1.0e4, "overpressure": [1.0]},
-            Reason.INVALID_REQUEST,
+        ({"mode": FOLLOWED}, Reason.NO_RADIUS),
+        ({"mode": PRESSURE, "pressure": math.nan}, Reason.INVALID_REQUEST),
+        ({"mode": PRESSURE, "pressure": 1.0e4, "overpressure": [1.0]}, Reason.INVALID_REQUEST),
+    ):
+        refused(goals.send(Grasp.Goal(**fields)), reason)
+    active.hear_more()
+    assert (active.status.state, active.status.reason) == (State.WAITING, Reason.NO_RADIUS)
+    assert set(active.pressures) == {0.0}
+
+
+# --- the measured pressure ---------------------------------------------------------------------
+
+
+def test_a_measured_pressure_decides_when_it_is_known(goals, releases, active):
+    # What is measured here comes as late as this process is held up.
+    assert active.set_parameter("pressure.settle_time", 2.0).successful
+    measure(active, 1.0)
+    status, result = goals.grasp(RADIUS).end()
+    assert status == SUCCEEDED, result.message
+    assert list(result.measured_pressure) == pytest.approx([result.pressure_command], abs=1.0e3)
+    assert "as measured" in result.message
+    assert (active.status.wrapped, active.status.fault) == (True, Reason.NONE)
+    active.regulator = lambda pressure: 4.0e4
+    goal = releases.send(Release.Goal())
+    active.wait_for_state(State.RELEASED)
+    active.wait_until(lambda: goal.feedback, "feedback")
+    active.hear_more(10)
+    assert not goal.is_done
+    active.regulator = lambda pressure: 0.0
+    status, result = goal.end()
+    assert (status, result.success) == (SUCCEEDED, True)
+    assert result.measured_pressure[0] <= 1000.0
+    assert "vented, as measured" in result.message
+
+
+def test_the_measured_shape_is_that_at_the_measured_pressure(goals, active, curve):
+    def tip(backbones):
+        point = backbones[-1].poses[-1].position
+        return point.x, point.y, point.z
+
+    assert not active.measured_backbones
+    for name, value in (("pressure.tolerance", 5.0e4), ("grasp.timeout", 4.0)):
+        assert active.set_parameter(name, value).successful
+    measure(active, 0.8)
+    expected = curve.state_at_pressure(0.8 * active.wrap(RADIUS).pressure_command).tip_position
+    active.wait_until(
+        # Changes up to 50 Pa keep the shape, which move the tip by 0.35 mm.
+        lambda: (
+            active.measured_backbones
+            and tip(active.measured_backbones) == pytest.approx(expected, abs=5e-4)
         ),
+        "the measured shape",
+    )
+    assert math.dist(tip(active.backbones), expected) > 0.01
+    assert active.status.regime == GripStatus.REGIME_OVERHANG
+    assert not active.status.wrapped
+    assert active.measured_backbones[-1].header.frame_id == "gripper_base"
+    refused(goals.grasp(RADIUS), Reason.WRAP_FAILED)
+    vented(active, State.RELEASED, Reason.WRAP_FAILED)
+    assert all_finite(*active.statuses, *active.measured_backbones)
+
+
+def test_a_leak_is_reported_and_vents_if_that_is_the_policy(active):
+    assert active.set_parameter("pressure.fault_policy", "vent").successful
+    measure(active, 1.0)
+    active.wrap(RADIUS)
+    active.regulator = lambda pressure: 0.8 * pressure
+    assert "leak" in wait_for_fault(active, Reason.PRESSURE_LOW).fault_text
+    vented(active, State.FAULT, Reason.PRESSURE_LOW)
+    wait_for_fault(active, Reason.NONE)
+    assert active.status.state == State.FAULT
+    active.regulator = lambda pressure: pressure
+    assert active.rearm().success
+    active.wrap(RADIUS)
+
+
+@pytest.mark.parametrize(
+    ("reading", "reason", "regime"),
+    [
+        (math.nan, Reason.PRESSURE_INVALID, GripStatus.REGIME_PERFECT_WRAP),
+        (None, Reason.PRESSURE_LOST, GripStatus.REGIME_PERFECT_WRAP),
+        (1.6e5, Reason.PRESSURE_HIGH, GripStatus.REGIME_UNKNOWN),  # no shape there is described
     ],
 )
-def test_a_goal_that_cannot_be_done_says_why_and_changes_nothing(goals, fields, reason):
-    refused(goals.send(Grasp.Goal(**fields)), reason)
-    goals.client.hear_more()
-    status = goals.client.status
-    assert (status.state, status.reason) == (State.WAITING, Reason.NO_RADIUS)
-    assert set(goals.client.pressures) == {0.0}
+def test_a_measured_pressure_that_cannot_be_is_reported_and_never_passed_on(
+    active, reading, reason, regime
+):
+    assert active.set_parameter("measured_pressure.timeout", 0.3).successful
+    measure(active, 1.0)
+    held = active.wrap(RADIUS).pressure_command
+    active.regulator = None if reading is None else lambda pressure: reading
+    wait_for_fault(active, reason)
+    # Without a measured pressure the command counts again.
+    active.wait_until(lambda: active.status.regime == regime, "the regime")
+    assert (active.status.state, active.pressures[-1]) == (State.TRACKING, held)
+    assert bool(active.status.measured_pressure) == (reason is Reason.PRESSURE_HIGH)
+    assert all_finite(*active.statuses, *active.measured_backbones)
 
 
-def test_a_refused_goal_leaves_the_running_one_alone(slow):
-    first = started(slow.grasp(RADIUS))
-    refused(slow.grasp(0.2), Reason.RADIUS_TOO_LARGE)
-    assert slow.client.set_parameter("pressure.rate_up", 2.0e6).successful
-    assert first.end()[0] == SUCCEEDED
+# --- releases ----------------------------------------------------------------------------------
 
 
-def test_an_inactive_node_refuses(goals):
-    assert goals.client.transition("deactivate")
-    assert "activate" in refused(goals.grasp(RADIUS), Reason.NOT_ACTIVE)
-    assert goals.client.transition("cleanup")
-    assert "configure" in refused(goals.grasp(RADIUS), Reason.NOT_ACTIVE)
-    assert goals.client.lifecycle_state() == LifecycleState.PRIMARY_STATE_UNCONFIGURED
+def test_without_a_measured_pressure_it_is_gone_after_a_while(releases, active):
+    assert active.set_parameter("pressure.settle_time", 0.3).successful
+    active.wrap(RADIUS)
+    status, result = releases.send(Release.Goal()).end()
+    assert (status, len(result.measured_pressure)) == (SUCCEEDED, 0)
+    assert result.elapsed >= 0.3
+    assert "as commanded" in result.message
+
+
+@pytest.mark.parametrize(
+    ("reading", "timeout", "reason", "words"),
+    [
+        (None, 20.0, Reason.PRESSURE_LOST, "nothing shows that the gripper is vented"),
+        (4.0e4, 0.5, Reason.PRESSURE_HIGH, "still "),
+        (4.0e4, math.nan, Reason.INVALID_REQUEST, "vented all the same"),
+        (4.0e4, None, None, ""),  # canceled
+    ],
+)
+def test_a_release_whose_sensor_or_link_has_failed_is_vented_but_no_success(
+    releases, quick, reading, timeout, reason, words
+):
+    assert quick.set_parameter("measured_pressure.timeout", 0.5).successful
+    measure(quick, 1.0)
+    quick.wrap(RADIUS)
+    quick.regulator = None if reading is None else lambda pressure: reading
+    goal = releases.send(Release.Goal(timeout=[] if timeout is None else [timeout]))
+    if reason is None:
+        assert goal.cancel()
+        assert goal.end()[0] == CANCELED
+    else:
+        assert words in refused(goal, reason)
+    vented(quick, State.RELEASED)

@@ -68,7 +68,7 @@ def test_the_interfaces_are_those_on_record(active, node):
     parameters = [
         f"parameter {one.name} {type(one.default).__name__} {one.default!r} "
         + (" | ".join(one.choices) if one.low is None else f"{one.low:g} to {one.high:g}")
-        + (" read-only" if one.read_only else "")
+        + " read-only" * one.read_only
         for one in PARAMETERS
     ]
     lines = [line.rstrip() for line in (*found_of(active, node), *parameters)]

@@ -2,10 +2,8 @@
 """The SROS2 policies against what the nodes really do: nothing is missing, nothing too much."""
 
 import contextlib
-import itertools
 import re
 import socket
-import time
 from pathlib import Path
 
 import pytest
@@ -20,7 +18,7 @@ from ros.enclaves import (
     rights_by_enclave,
     used_rights,
 )
-from ros.harness import NODE, START_DEADLINE, RunningNode
+from ros.harness import NODE, RunningNode
 from ros.simulation_harness import RunningSimulator
 
 from spiral_gripper_ros.client import SpiralGripper
@@ -33,144 +31,106 @@ LOOPBACK = POLICY.with_name("loopback.xml")
 MULTICAST = "239.255.0.1"
 # With it a node listens to /clock, as the policy lets every node.
 SIM_TIME = {"use_sim_time": True}
-# It publishes all it can then, but for /tf: tf2_msgs and tf2_ros are not on PyPI.
-ALL_OUTPUTS = {"publish.robot_state_rate": 10.0}
 
 
-def udp_addresses(process_id):
-    """Return the addresses that a process receives UDP on."""
-    process = Path("/proc") / str(process_id)
-    inodes = set()
-    for descriptor in (process / "fd").iterdir():
-        with contextlib.suppress(FileNotFoundError):  # closed meanwhile
-            inodes.update(re.findall(r"socket:\[(\d+)\]", str(descriptor.readlink())))
-    lines = [line.split() for line in (process / "net" / "udp").read_text().splitlines()[1:]]
-    addresses = {line[1].partition(":")[0] for line in lines if line[9] in inodes}
-    return {socket.inet_ntoa(bytes.fromhex(address)[::-1]) for address in addresses}
-
-
-def compare(client, names, expected, unseen=frozenset()):
-    """Wait until nodes do all that is expected of them, and find that they do nothing else."""
-    end, used = time.monotonic() + START_DEADLINE, set()
-    while not used >= expected and time.monotonic() < end:
-        client.spin(0.05)
-        used = used_rights(client, *names) | unseen
-    assert used == expected
-
-
-def test_the_gripper_may_do_what_its_node_does_and_nothing_else(namespace, client):
-    granted = rights_by_enclave(namespace)["gripper"]
+@pytest.mark.parametrize(
+    ("enclave", "process", "parameters", "names"),
+    [
+        # It publishes all it can, but for /tf: tf2_msgs and tf2_ros are not on PyPI.
+        ("gripper", RunningNode, {"publish.robot_state_rate": 10.0}, [NODE]),
+        ("simulator", RunningSimulator, {"publish_clock": True}, [REGULATOR_NODE, RADIUS_NODE]),
+    ],
+)
+def test_an_enclave_may_do_what_its_nodes_do_and_nothing_else(
+    namespace, client, enclave, process, parameters, names
+):
+    frames = {("publish", "/tf"), ("subscribe", "/tf"), ("subscribe", "/tf_static")}
+    expected = rights_by_enclave(namespace)[enclave] - frames
     # Of those of control_msgs, only what is installed is offered.
-    names = [f"{namespace}/{name}" for name in ("gripper_cmd", "parallel_gripper_cmd")]
-    unseen = set().union(*(action_rights("execute", name) for name in names))
-    unseen |= {("publish", "/tf"), ("subscribe", "/tf"), ("subscribe", "/tf_static")}
-    assert profiles("gripper") == [NODE]
-    with RunningNode(namespace, SIM_TIME | ALL_OUTPUTS):
-        compare(client, [NODE], granted, unseen)
-
-
-def test_the_simulator_may_do_what_its_nodes_do_and_nothing_else(namespace, client):
-    granted = rights_by_enclave(namespace)["simulator"]
-    names = [REGULATOR_NODE, RADIUS_NODE]
-    assert profiles("simulator") == names
-    with RunningSimulator(namespace, {**SIM_TIME, "publish_clock": True}):
-        compare(client, names, granted)
+    for name in ("gripper_cmd", "parallel_gripper_cmd"):
+        expected -= action_rights("execute", f"{namespace}/{name}")
+    assert profiles(enclave) == names
+    with process(namespace, SIM_TIME | parameters):
+        client.wait_until(lambda: used_rights(client, *names) >= expected, "all rights")
+        assert used_rights(client, *names) == expected
 
 
 def test_a_python_program_may_do_what_its_client_does(namespace, client):
     granted = rights_by_enclave(namespace)["commander"]
-    with SpiralGripper(namespace) as gripper:
-        name = gripper._link.node.get_name()
-        calls = action_rights("call", f"{namespace}/grasp")
-        client.wait_until(
-            lambda: calls < used_rights(client, name) and len(used_rights(client, name)) > 10, name
-        )
-        used = used_rights(client, name)
-    assert not {right for right in used if not permits(granted, right)}
+    calls = action_rights("call", f"{namespace}/grasp")
+
+    def used():
+        names = client.get_node_names_and_namespaces()
+        others = {name for name, of in names if of == namespace} - {client.get_name()}
+        return used_rights(client, *others)
+
+    with SpiralGripper(namespace):
+        client.wait_until(lambda: calls < used() and len(used()) > 10, "all rights")
+        assert all(permits(granted, right) for right in used())
 
 
-@pytest.mark.parametrize(
-    "enclave", ["arm", "commander", "monitor", "operator", "perception", "regulator"]
-)
-def test_a_node_of_rclpy_may_start_in_each_enclave(namespace, client, enclave):
-    granted = rights_by_enclave(namespace)[enclave]
-    (name, *_) = profiles(enclave)
+def test_a_node_of_rclpy_may_start_in_each_enclave(namespace, client):
     node = Node(
-        name, namespace=namespace, parameter_overrides=[Parameter("use_sim_time", value=True)]
+        "any", namespace=namespace, parameter_overrides=[Parameter("use_sim_time", value=True)]
     )
     client.wait_until(
         lambda: (
-            ("subscribe", "/clock") in used_rights(client, name)
-            and len(used_rights(client, name)) > 8
+            ("subscribe", "/clock") in used_rights(client, "any")
+            and len(used_rights(client, "any")) > 8
         ),
-        name,
+        "all rights",
     )
-    used = used_rights(client, name)
+    used = used_rights(client, "any")
     node.destroy_node()
-    assert used <= granted
+    for enclave, granted in rights_by_enclave(namespace).items():
+        name = profiles(enclave)[0]
+        assert {(kind, topic.replace("/any/", f"/{name}/")) for kind, topic in used} <= granted
 
 
-@pytest.mark.parametrize(
-    ("right", "name", "enclaves"),
-    [
-        ("publish", "/pressure_command", {"gripper"}),
-        ("publish", "/measured_pressure", {"regulator", "simulator"}),
-        ("publish", "/object_radius", {"perception", "simulator"}),
-        ("publish", "/object_pose", {"perception"}),
-        ("publish", "/wrapped_object_pose", {"gripper"}),
-        ("publish", "/joint_states", {"gripper"}),
-        ("publish", "/tf", {"gripper"}),
-        ("publish", "/gravity", {"arm"}),
-        ("publish", "/clock", {"simulator"}),
-        ("request", "/vent", {"commander", "operator"}),
-        ("request", "/rearm", {"commander", "operator"}),
-        ("request", "/release/_action/send_goal", {"commander", "operator"}),
-        ("request", "/grasp/_action/send_goal", {"commander"}),
-        ("request", "/spiral_gripper/set_parameters", {"operator"}),
-        ("request", "/spiral_gripper/change_state", {"operator"}),
-        ("reply", "/vent", {"gripper"}),
-    ],
-)
-def test_who_may_move_the_gripper(right, name, enclaves):
+MOVERS = {
+    ("publish", "/pressure_command"): {"gripper"},
+    ("publish", "/measured_pressure"): {"regulator", "simulator"},
+    ("publish", "/object_pose"): {"perception"},
+    ("publish", "/gravity"): {"arm"},
+    ("request", "/vent"): {"commander", "operator"},
+    ("request", "/release/_action/send_goal"): {"commander", "operator"},
+    ("request", "/grasp/_action/send_goal"): {"commander"},
+    ("request", "/spiral_gripper/set_parameters"): {"operator"},
+    ("request", "/spiral_gripper/change_state"): {"operator"},
+    ("reply", "/vent"): {"gripper"},
+}
+
+
+def test_who_may_do_what_by_the_policies():
     everyone = rights_by_enclave()
-    assert {
-        enclave for enclave in everyone if permits(everyone[enclave], (right, name))
-    } == enclaves
-
-
-def test_the_monitor_only_listens():
-    everyone = rights_by_enclave()
+    for right, enclaves in MOVERS.items():
+        assert {name for name, rights in everyone.items() if permits(rights, right)} == enclaves
+    by_kind = {
+        kind: {name for rights in everyone.values() for right, name in rights if right == kind}
+        for kind in ("publish", "subscribe", "reply", "request")
+    }
+    # Nothing is asked for that nobody offers, and no wildcard stands for anything of the gripper.
+    assert by_kind["request"] <= by_kind["reply"]
+    assert by_kind["subscribe"] <= by_kind["publish"]
+    wild = {right for rights in everyone.values() for right in rights if "*" in right[1]}
+    assert {kind for kind, _ in wild} == {"reply"}
+    plain = set().union(*everyone.values()) - wild
+    assert not [right for right in plain if permits(wild, right)]
+    # The monitor only listens, to all but feedback and events.
     written = {right for right in everyone["monitor"] if right[0] in ("publish", "request")}
     assert written == {("publish", "/rosout"), ("publish", "/parameter_events")}
-    told = {name for right, name in everyone["gripper"] if right == "publish"}
-    heard = {name for right, name in everyone["monitor"] if right == "subscribe"}
-    others = ("/transition_event", "/feedback", "/_action/status")  # of the node, of its actions
-    assert {name for name in told - heard if not name.endswith(others)} == set()
+    unheard = {
+        name
+        for kind, name in everyone["gripper"]
+        if kind == "publish" and ("subscribe", name) not in everyone["monitor"]
+    }
+    others = ("/transition_event", "/feedback", "/_action/status")
+    assert all(name.endswith(others) for name in unheard)
 
 
-@pytest.mark.parametrize(("asked", "offered"), [("request", "reply"), ("subscribe", "publish")])
-def test_nothing_is_asked_for_that_nobody_offers(asked, offered):
-    everyone = set().union(*rights_by_enclave().values())
-    without = {name for right, name in everyone if right == asked}
-    without -= {name for right, name in everyone if right == offered}
-    assert without <= {"/tf_static"}  # which other nodes of the robot publish
-
-
-def test_a_wildcard_stands_for_nothing_of_the_gripper():
-    everyone = set().union(*rights_by_enclave().values())
-    wild = {right for right in everyone if "*" in right[1]}
-    assert {kind for kind, _ in wild} == {"reply"}
-    assert not [
-        pair for pair in itertools.product(wild, everyone - wild) if permits(pair[:1], pair[1])
-    ]
-
-
-def test_hardware_needs_nothing_of_the_simulators_policy():
+def test_hardware_needs_nothing_of_the_simulators_policy_and_the_page_lists_the_enclaves():
     assert set(rights_by_enclave(files=[SIMULATION])) == {"simulator"}
     assert "simulator" not in rights_by_enclave(files=[POLICY])
-
-
-def test_the_page_lists_the_enclaves():
     section = PAGE.read_text(encoding="utf-8").split("\n## ")[1]
     listed = re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE)
     assert listed == list(rights_by_enclave())
@@ -190,16 +150,11 @@ def test_a_node_that_cannot_be_secured_does_not_start(
         "ROS_SECURITY_KEYSTORE": str(tmp_path),
         "ROS_SECURITY_ENCLAVE_OVERRIDE": "/spiral_gripper/gripper",
     }
-    with (
-        (tmp_path / "log").open("w+") as log,
-        NodeProcess(namespace, environment=environment, output=log) as node,
-    ):
+    with RunningNode(namespace, environment=environment) as node:
         client.wait_until(lambda: not node.running, "the end of the node")
         assert node.exit_code != 0
-    log = (tmp_path / "log").read_text()
-    assert said in log
-    assert "Traceback" not in log
-    assert not client.pressures
+        assert said in node.log()
+        assert "Traceback" not in node.log()
 
 
 def test_the_loopback_profile_binds_no_other_interface(namespace, client):
@@ -209,6 +164,11 @@ def test_the_loopback_profile_binds_no_other_interface(namespace, client):
     }
     with NodeProcess(namespace, environment=environment) as node:
         client.wait_until_active()
-        bound = udp_addresses(node.process_id)
-    assert "127.0.0.1" in bound
-    assert bound <= {"127.0.0.1", MULTICAST}
+        process, inodes = Path("/proc") / str(node.process_id), set()
+        for descriptor in (process / "fd").iterdir():
+            with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+                inodes.update(re.findall(r"socket:\[(\d+)\]", str(descriptor.readlink())))
+        lines = [line.split() for line in (process / "net" / "udp").read_text().splitlines()]
+    addresses = {line[1].partition(":")[0] for line in lines if line[9] in inodes}
+    bound = {socket.inet_ntoa(bytes.fromhex(address)[::-1]) for address in addresses}
+    assert {"127.0.0.1"} <= bound <= {"127.0.0.1", MULTICAST}
