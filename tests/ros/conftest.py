@@ -169,14 +169,14 @@ def connection(shared):
 
 @pytest.fixture
 def grip(active, connection):
-    assert active.set_parameter("pressure.settle_time", 0.1).successful
+    active.change("pressure.settle_time", 0.1)
     connection.wait_until_active(PATIENCE)
     return connection
 
 
 @pytest.fixture
 def slow(active, grip):
-    assert active.set_parameter("pressure.rate_up", 500.0).successful
+    active.change("pressure.rate_up", 500.0)
     return grip
 
 

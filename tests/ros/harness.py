@@ -13,7 +13,6 @@ from lifecycle_msgs.msg import State as LifecycleState
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
-from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as PythonParameter
@@ -157,7 +156,7 @@ class Client(Node):
         self.statuses.clear()
         self.wait_until(
             lambda: (
-                self.status is not None
+                self.statuses
                 and self.status.state != State.INACTIVE
                 and self.pressures
                 and self.is_heard
@@ -182,13 +181,16 @@ class Client(Node):
     def wait_for_state(self, state, reason=None):
         self.wait_until(
             lambda: (
-                self.status is not None
+                self.statuses
                 and self.status.state == state
                 and reason in (None, self.status.reason)
             ),
             f"{State(state).name} because of {'any' if reason is None else Reason(reason).name}",
         )
         return self.status
+
+    def wait_for_vent(self):
+        self.wait_until(lambda: self.pressures[-1:] == [0.0], "the vent")
 
     # --- messages ------------------------------------------------------------------------------
 
@@ -217,11 +219,6 @@ class Client(Node):
 
     def send_radius(self, radius):
         self._senders["object_radius"].publish(Float64(data=radius))
-
-    def send_stamped_radius(self, radius, age=0.0):
-        message = ObjectRadius(radius=radius)
-        message.header.stamp = (self.get_clock().now() - Duration(seconds=age)).to_msg()
-        self._senders["object_radius_stamped"].publish(message)
 
     def send_gravity(self, gravity, frame_id=""):
         message = Vector3Stamped()
@@ -294,6 +291,11 @@ class Client(Node):
     def set_parameter(self, name, value):
         """Set one parameter; return the result with its reason."""
         return self.set_parameters({name: value})[0]
+
+    def change(self, name, value):
+        """Set one parameter, which must not be refused."""
+        result = self.set_parameter(name, value)
+        assert result.successful, (name, result.reason)
 
     def set_parameters(self, values):
         """Set parameters one after the other, in one call; return the results."""

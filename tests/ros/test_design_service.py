@@ -80,15 +80,10 @@ def test_every_figure_of_a_report_is_in_the_response(length_max):
             for end, grip in (("max", design.largest), ("min", design.smallest))
             for name in ("strain", "pressure", "turns", "object_length")
         },
-        "success": length_max is None,
-        "message": report.message,
         "binding_constraint": binding.constraint.value,
         "binding_value": binding.value,
         "binding_limit": binding.bound,
-        "candidates": report.candidates,
         "candidates_solved": len(report.tried),
-        "tube": design.tube.name,
-        "material": design.elastomer.name,
         "tube_inner_radius": design.tube.inner_radius,
         "tube_wall_thickness": design.tube.wall_thickness,
         "fiber_angle_alpha": fibers.alpha,
@@ -99,7 +94,7 @@ def test_every_figure_of_a_report_is_in_the_response(length_max):
         "radius_max": design.radius_max,
     }
     assert {name: getattr(answer, name) for name in told} == told
-    assert answer.design_known
+    assert (answer.success, answer.design_known) == (report.feasible, True)
     assert (answer.description == "") == (not report.feasible)
     assert bool(answer.changes) == (not report.feasible)
     for found, of, *names in (

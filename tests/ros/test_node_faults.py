@@ -291,13 +291,6 @@ def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_measured_pressure_is_heard_only_while_active(node):
-    assert node.trigger_deactivate() == SUCCESS
-    deliver(node, "measured_pressure", Float64(data=math.nan))
-    assert node.runtime.control.snapshot().pressure_fault.reason is Reason.NONE
-    assert not node.runtime.control.snapshot().refused
-
-
 @pytest.mark.parametrize("bad", [math.nan, -math.inf])
 def test_the_last_line_of_defense_sends_no_number_that_is_none(bad):
     sent = []

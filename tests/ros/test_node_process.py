@@ -38,7 +38,7 @@ def test_a_node_ends_with_the_process_that_started_it(client, namespace, ends):
     if not ends:
         client.hear_more(50)
         subprocess.run(["kill", "-INT", *children], check=True)
-    client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
+    client.wait_for_vent()
     client.wait_until(lambda: client.count_publishers("pressure_command") == 0, "its end")
 
 
@@ -93,7 +93,7 @@ def test_a_node_that_has_commanded_nothing_vents_nothing(client, namespace, tmp_
     parameters = {"autostart": "false", "gripper": str(broken)}
     with RunningNode(namespace, parameters) as node:
         assert not client.transition("configure")
-        assert client.set_parameter("gripper", "paper_design_70").successful
+        client.change("gripper", "paper_design_70")
         client.wait_until(lambda: client.count_publishers("pressure_command") == 1, "its topic")
         for transition in ("configure", "cleanup", "configure", "inactive_shutdown"):
             assert client.transition(transition)

@@ -24,7 +24,7 @@ def test_a_stop_signal_makes_a_vent_the_last_command(client, namespace, number):
         goal = started(goals.grasp(0.02))
         assert node.stop(number) == 0, node.log()
         refused(goal, Reason.NOT_ACTIVE)
-        client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
+        client.wait_for_vent()
         client.wait_for_state(State.INACTIVE)
         client.spin(0.2)
         assert client.pressures[-1] == 0.0
@@ -38,7 +38,7 @@ def test_an_inactive_node_publishes_nothing_but_its_vents(client, namespace):
         assert client.lifecycle_state() == LifecycleState.PRIMARY_STATE_UNCONFIGURED
         assert client.transition("configure")
         assert not client.rearm().success
-        assert client.set_parameter("gripper", "prototype_p1").successful
+        client.change("gripper", "prototype_p1")
         client.wait_until(lambda: client.plan_wrap(0.02).success, "the other gripper")
         client.spin(0.3)
         assert not client.pressures
@@ -48,7 +48,7 @@ def test_an_inactive_node_publishes_nothing_but_its_vents(client, namespace):
         client.wait_until_active()
         assert client.transition("active_shutdown")
         assert client.lifecycle_state() == LifecycleState.PRIMARY_STATE_FINALIZED
-        client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
+        client.wait_for_vent()
         assert node.stop() == 0, node.log()
 
 

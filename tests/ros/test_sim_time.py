@@ -39,7 +39,7 @@ class SimulatedTime:
         self.client.wait_until(
             lambda: (
                 self.set(now),
-                self.client.status is not None
+                self.client.statuses
                 and self.client.status.header.stamp
                 == Time(sec=now // SECOND, nanosec=now % SECOND),
             )[1],
@@ -101,7 +101,7 @@ def simulated(node):
     """The node, freshly activated, at a time that it has never seen before."""
     client = node.client
     assert client.transition("deactivate")
-    assert client.set_parameter("radius.timeout", 3600.0).successful
+    client.change("radius.timeout", 3600.0)
     node.set(node.now + SECOND)
     client.spin(0.1)
     assert client.transition("activate")
@@ -132,7 +132,7 @@ def test_the_ramp_is_the_same_at_any_pace_of_the_clock_and_a_pause_holds_up_no_v
     fast = simulated.ramp()
     # A pause does not hold up a vent.
     assert simulated.client.release().success
-    simulated.client.wait_until(lambda: simulated.client.pressures[-1] == 0.0, "the vent")
+    simulated.client.wait_for_vent()
     simulated.client.wait_for_state(State.RELEASED)
     assert simulated.client.rearm().success
     slow = simulated.ramp(pace=0.05)
@@ -160,7 +160,7 @@ def test_a_clock_that_pauses_freezes_the_command_and_goes_on_without_a_jump(simu
 
 
 def test_a_radius_grows_old_in_simulated_time_only(simulated):
-    assert simulated.client.set_parameter("radius.timeout", 0.2).successful
+    simulated.client.change("radius.timeout", 0.2)
     simulated.send_radius()
     simulated.client.spin(0.5)
     assert simulated.advance().state == State.TRACKING
@@ -181,6 +181,6 @@ def test_a_stop_while_the_clock_pauses_vents(simulated):
     client, process = simulated.client, simulated.process
     simulated.ramp()
     assert process.stop() == 0, process.log()
-    client.wait_until(lambda: client.pressures[-1] == 0.0, "the vent")
+    client.wait_for_vent()
     client.spin(0.2)
     assert client.pressures[-1] == 0.0
