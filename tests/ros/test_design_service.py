@@ -6,7 +6,6 @@ import os
 import re
 import signal
 from dataclasses import replace
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +28,7 @@ from spiral_gripper import load_description, load_tubing
 from spiral_gripper.files.description import parse_description
 from spiral_gripper_msgs.srv import DesignGripper
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.design_service import fill_response, question_from_msg
+from spiral_gripper_ros.node.design_service import FIELD_NAMES, fill_response, question_from_msg
 from spiral_gripper_ros.planning.design_question import requirement_from_question
 
 LIMITS = {
@@ -53,8 +52,11 @@ def asked(client, **fields):
     return client.call(DesignGripper, "design_gripper", request, DESIGN_DEADLINE)
 
 
-def rows(objects, *names):
-    return [attrgetter(*names)(one) for one in objects]
+def assert_same(message, of, **own):
+    """Compare what a message says with what its origin has by the same names, or with ``own``."""
+    for name in message.get_fields_and_field_types():
+        if name in own or isinstance(getattr(of, name, None), str | float | int):
+            assert getattr(message, name) == own.get(name, getattr(of, name, None)), name
 
 
 # The shipped grippers' constants are of the law for straight fibers.
@@ -72,43 +74,51 @@ def test_every_figure_of_a_report_is_in_the_response(length_max):
         )
     )
     answer, design = fill_response(DesignGripper.Response(), report), report.design
-    fibers, binding = design.actuator.fiber_pair, report.binding
-    told = {
-        **{name: getattr(design, name) for name in ("length", "cut_length", "radius_min")},
-        **{
-            f"{name}_at_radius_{end}": getattr(grip, name)
-            for end, grip in (("max", design.largest), ("min", design.smallest))
-            for name in ("strain", "pressure", "turns", "object_length")
-        },
-        "binding_constraint": binding.constraint.value,
-        "binding_value": binding.value,
-        "binding_limit": binding.bound,
-        "candidates_solved": len(report.tried),
-        "tube_inner_radius": design.tube.inner_radius,
-        "tube_wall_thickness": design.tube.wall_thickness,
-        "fiber_angle_alpha": fibers.alpha,
-        "fiber_angle_beta": fibers.beta,
-        "fiber_angle_gamma": math.radians(2.0),
-        "length_helix": design.helix_length,
-        "pressure_max": design.gripper.pressure_max,
-        "radius_max": design.radius_max,
+    fibers, binding, tube = design.actuator.fiber_pair, report.binding, design.tube
+    ends = {
+        f"{name}_at_radius_{end}": getattr(grip, name)
+        for end, grip in (("max", design.largest), ("min", design.smallest))
+        for name in ("strain", "pressure", "turns", "object_length")
     }
-    assert {name: getattr(answer, name) for name in told} == told
-    assert (answer.success, answer.design_known) == (report.feasible, True)
-    assert (answer.description == "") == (not report.feasible)
-    assert bool(answer.changes) == (not report.feasible)
-    for found, of, *names in (
-        (answer.changes, report.relaxations, "requested", "sufficient", "design"),
-        (answer.windings, design.windings, "angle", "pitch", "turns", "fiber_length"),
-        (answer.margins, design.margins, "value", "bound", "room", "relative"),
-        (answer.steps, report.steps, "number", "title", "satisfied", "remark"),
-    ):
-        assert rows(found, *names) == rows(of, *names)
-    for step, of in zip(answer.steps, report.steps, strict=True):
-        told = list(zip(step.names, step.values, step.units, strict=True))
-        assert told == rows(of.figures, "name", "value", "unit")
+    assert_same(
+        answer,
+        report,
+        success=length_max is None,
+        binding_constraint=binding.constraint.value,
+        binding_value=binding.value,
+        binding_limit=binding.bound,
+        candidates_solved=len(report.tried),
+    )
+    assert_same(
+        answer,
+        design,
+        **ends,
+        design_known=True,
+        tube=tube.name,
+        material=design.elastomer.name,
+        tube_inner_radius=tube.inner_radius,
+        tube_wall_thickness=tube.wall_thickness,
+        fiber_angle_alpha=fibers.alpha,
+        fiber_angle_beta=fibers.beta,
+        fiber_angle_gamma=math.radians(2.0),
+        length_helix=design.helix_length,
+        pressure_max=design.gripper.pressure_max,
+    )
+    assert bool(answer.changes) == (answer.description == "") == (not report.feasible)
+    for found, of in zip(answer.changes, report.relaxations, strict=True):
+        assert_same(found, of, field=FIELD_NAMES.get(of.field, of.field))
+    for found, of in zip(answer.windings, design.windings, strict=True):
+        assert_same(found, of)
+    for found, of in zip(answer.margins, design.margins, strict=True):
+        assert_same(
+            found, of, constraint=of.constraint.value, unit=of.constraint.unit, met=of.is_met
+        )
+    for found, of in zip(answer.steps, report.steps, strict=True):
+        assert_same(found, of)
+        told = list(zip(found.names, found.values, found.units, strict=True))
+        assert told == [(one.name, one.value, one.unit) for one in of.figures]
     chart = list(zip(answer.chart_radius, answer.chart_pressure, strict=True))
-    assert chart == rows(design.curve, "radius", "pressure")
+    assert chart == [(point.radius, point.pressure) for point in design.curve]
 
 
 def test_the_papers_example_is_the_python_call_to_the_last_digit(active):

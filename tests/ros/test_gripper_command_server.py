@@ -180,7 +180,6 @@ def test_opening_succeeds_in_a_fault_which_has_vented_already(active):
     ("act", "end"),
     [
         (lambda client, goal: measure(client, 0.0), SUCCEEDED),
-        (lambda client, goal: client.set_parameter("grasp.timeout", 0.3), "after the release"),
         (lambda client, goal: client.grasps.grasp(0.02), "told to grip again"),
     ],
 )
@@ -200,6 +199,12 @@ def test_opening_waits_until_the_measured_pressure_is_gone(active, act, end):
     else:
         assert goal.end()[0] == end
         assert active.wait_for_state(State.RELEASED).pressure_command == 0.0
+
+
+def test_opening_fails_if_the_measured_pressure_stays(active):
+    active.change("grasp.timeout", 0.3)
+    measure(active, 4.0e4)
+    assert refused(active, command(active, OPEN), "after the release").position < OPEN
 
 
 @pytest.mark.usefixtures("control_msgs")

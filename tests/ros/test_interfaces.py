@@ -28,32 +28,26 @@ def quality(qos):
     return " ".join(words).lower()
 
 
-def found_of(client, node):
-    """Return a line for each topic, service and action of the node, with types and qualities.
+def full(kind, folder):
+    return f"{kind.__module__.partition('.')[0]}/{folder}/{kind.__name__}"
 
-    The middleware tells others no depth: that is the one of the same node in this process.
-    """
-    end = (NODE, client.get_namespace())
-    depths = {
-        one.topic.strip("/"): one.qos_profile.depth
-        for one in (*node.publishers, *node.subscriptions)
-    }
-    lines = []
-    for what, names, ends in (
-        ("publishes", client.get_publisher_names_and_types_by_node, "publishers"),
-        ("subscribes", client.get_subscriber_names_and_types_by_node, "subscriptions"),
-    ):
-        for name, (kind,) in names(*end):
-            infos = getattr(client, f"get_{ends}_info_by_topic")(name)
-            (info,) = [one for one in infos if (one.node_name, one.node_namespace) == end]
-            depth = depths.get(name.rpartition("/")[2])
-            lines.append(f"{what} {name} {kind} {quality(info.qos_profile)} depth {depth}")
-    services = client.get_service_names_and_types_by_node(*end)
-    lines += [f"serves {name} {kind}" for name, (kind,) in services]
-    actions = get_action_server_names_and_types_by_node(client, *end)
+
+def found_of(node):
+    """Return a line for each topic, service and action of the node, with types and qualities."""
+    ends = [("publishes", one) for one in node.publishers]
+    ends += [("subscribes", one) for one in node.subscriptions]
+    lines = [
+        f"{what} {end.topic_name} {full(end.msg_type, 'msg')} {quality(end.qos_profile)} "
+        f"depth {end.qos_profile.depth}"
+        for what, end in ends
+    ]
+    services = [(one.srv_name, full(one.srv_type, "srv")) for one in node.services]
+    lines += [f"serves {name} {kind}" for name, kind in services]
+    home = node.get_namespace()
+    actions = get_action_server_names_and_types_by_node(node, NODE, home)
     lines += [f"acts {name} {kind}" for name, (kind,) in actions]
     own = [line for line in lines if not NOT_OURS.search(line) and "/_action/" not in line]
-    return sorted(line.replace(f"{end[1]}/", "") for line in own)
+    return sorted(line.replace(f"{home}/", "") for line in own)
 
 
 def definitions():
@@ -64,14 +58,14 @@ def definitions():
         yield "\n".join([f"{path.parent.name}/{path.name}", *(f"  {x}" for x in lines if x)])
 
 
-def test_the_interfaces_are_those_on_record(active, node):
+def test_the_interfaces_are_those_on_record(node):
     parameters = [
         f"parameter {one.name} {type(one.default).__name__} {one.default!r} "
         + (" | ".join(one.choices) if one.low is None else f"{one.low:g} to {one.high:g}")
         + " read-only" * one.read_only
         for one in PARAMETERS
     ]
-    lines = [line.rstrip() for line in (*found_of(active, node), *parameters)]
+    lines = [line.rstrip() for line in (*found_of(node), *parameters)]
     found = "\n".join([*lines, "", *definitions(), ""])
     if os.environ.get("RECORD_INTERFACES"):
         RECORD.write_text(found, encoding="utf-8")

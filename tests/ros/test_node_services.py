@@ -49,10 +49,10 @@ def test_plan_wrap_answers_what_the_core_answers_and_moves_nothing(active, curve
 
 
 def test_plan_wrap_for_a_tilted_arm_and_a_given_axis(active, gripper):
-    axis = (0.6, 0.0, 0.8)
+    axis = (-0.6, 0.0, -0.8)
     tilted = WrapCurve(gripper.with_mount(vector(UPRIGHT), axis))
     radius = 0.5 * (tilted.radius_min + tilted.radius_max)
-    given = {"gravity": [UPRIGHT], "axis": [Vector3(x=6.0, z=8.0)]}
+    given = {"gravity": [UPRIGHT], "axis": [Vector3(x=-6.0, z=-8.0)]}
     answer = active.plan_wrap(radius, **given)
     wanted = pytest.approx(tilted.pressure_from_radius(radius), rel=1e-9)
     assert answer.figures[0].pressure == wanted
