@@ -108,7 +108,7 @@ def test_a_pressure_is_reached_whatever_it_wraps(goals, quick):
 ENDS = [
     ({}, lambda goal: goal.cancel(), Reason.GRASP_CANCELED, State.RELEASED),
     ({"abort_policy": 2}, lambda goal: goal.cancel(), Reason.GRASP_CANCELED, State.GRASPING),
-    ({"timeout": [0.3]}, lambda goal: None, Reason.GRASP_TIMEOUT, State.RELEASED),
+    ({"timeout": [2.0]}, lambda goal: None, Reason.GRASP_TIMEOUT, State.RELEASED),
     ({}, lambda goal: Goals(goal.client).grasp(0.025), Reason.GRASP_REPLACED, State.GRASPING),
     ({}, lambda goal: measure(goal.client, 1.0, 6.0e4), Reason.PRESSURE_HIGH, State.RELEASED),
     ({}, lambda goal: goal.client.release(), Reason.RELEASED, State.RELEASED),
