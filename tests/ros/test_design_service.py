@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`design_gripper`, asked from another process: the numbers of the Python call, to the last."""
 
+import contextlib
 import math
 import os
 import re
@@ -242,12 +243,15 @@ def test_the_interface_bounds_every_list_of_a_request():
 
 def design_processes(process_id):
     """Return the process ids of the designs that a node computes, whichever thread began them."""
-    listed = [task.read_text() for task in Path(f"/proc/{process_id}/task").glob("*/children")]
-    return [
-        int(child)
-        for child in " ".join(listed).split()
-        if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()
-    ]
+    found = []
+    for task in Path(f"/proc/{process_id}/task").iterdir():
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # both come and go
+            found += [
+                int(child)
+                for child in (task / "children").read_text().split()
+                if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()
+            ]
+    return found
 
 
 def begin_long_design(client, node):
