@@ -27,25 +27,28 @@ class LineDevice:
     Its pressure follows a set-point at once.
 
     Attributes:
-        set_points: every one that was taken.
-        mode: "good"; "mute": hears nothing; "garbage", "nan", "bad_check", "old": answers so.
-        limit: a set-point above it is refused.
+        heard: every message that was taken, "set_points" their numbers.
+        mode: "good"; "mute": hears nothing; "garbage", "nan", "bad_check", "old", "high",
+            "refused": answers so.
     """
 
-    def __init__(self, limit=1.0e6):
+    def __init__(self):
         self._controller, self._device = pty.openpty()
         tty.setraw(self._controller)
         tty.setraw(self._device)
         self.port = os.ttyname(self._device)
-        self.set_points, self.mode, self.limit = [], "good", limit
-        self._target, self._good_until = 0.0, 0.0
-        self._running = True
+        self.heard, self.mode = [], "good"
+        self._good_until, self._running = 0.0, True
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     @property
+    def set_points(self):
+        return [message.number for message in self.heard]
+
+    @property
     def pressure(self):
-        return self._target if time.monotonic() < self._good_until else 0.0
+        return self.heard[-1].number if time.monotonic() < self._good_until else 0.0
 
     def close(self):
         """Unplug it."""
@@ -60,29 +63,27 @@ class LineDevice:
         while self._running:
             ready, _, _ = select.select([self._controller], [], [], 0.01)
             received = os.read(self._controller, 1000) if ready else b""
-            for line in buffer.lines(received):
-                self._hear(line)
+            for message in filter(None, map(set_point_from_line, buffer.lines(received))):
+                if self.mode != "mute":
+                    self._hear(message)
 
-    def _hear(self, line):
-        message = set_point_from_line(line)
-        if message is None or self.mode == "mute":
-            return
-        is_taken = message.number <= self.limit
-        if is_taken:
-            self.set_points.append(message.number)
-            self._target = message.number
+    def _hear(self, message):
+        if self.mode != "refused":
             self._good_until = time.monotonic() + 1.0e-3 * message.watchdog_ms
-        state = "ok" if is_taken else "refused"
-        answer = measurement_line(Measurement(message.sequence, self.pressure, state))
+            self.heard.append(message)
+        number, state = self.pressure, "refused" if self.mode == "refused" else "ok"
+        if self.mode == "high":
+            number = 2.0e7
+        answer = measurement_line(Measurement(message.sequence, number, state))
         old = measurement_line(Measurement((message.sequence - 1) % 65536, 1.0, "ok"))
         answers = {
-            "good": b"\x00\xff boot message\r\n" + old + answer.replace(b"\n", b"\r\n"),
             "garbage": bytes(range(128, 256)) * 4,
             "nan": b"M %d nan ok*0000\n" % message.sequence,
             "bad_check": answer[:-5] + b"0000\n",
             "old": old,
         }
-        os.write(self._controller, answers[self.mode])
+        good = b"\x00\xff boot message\r\n" + old + answer.replace(b"\n", b"\r\n")
+        os.write(self._controller, answers.get(self.mode, good))
 
 
 class ModbusServer:
@@ -91,30 +92,28 @@ class ModbusServer:
     Attributes:
         registers: what they hold, as read by clients; they may be overwritten.
         written: each write of a client: (first register, values).
-        refuses: answers with an exception of the protocol.
+        mode: "good"; "refuses": answers with an exception of the protocol.
         delay: time before each answer [s].
     """
 
     def __init__(self, port=0):
         self.port, self.registers, self.written = port, {}, []
-        self.refuses, self.delay = False, 0.0
-        self._loop = asyncio.new_event_loop()
-        ready = threading.Event()
+        self.mode, self.delay = "good", 0.0
+        self._loop, ready = asyncio.new_event_loop(), threading.Event()
         self._thread = threading.Thread(target=self._run, args=(ready,), daemon=True)
         self._thread.start()
-        assert ready.wait(10.0)
+        assert ready.wait(60.0)
 
     def close(self):
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._server.serving.set_result, True)
-            self._thread.join(10.0)
+            self._thread.join(60.0)
             self._loop.close()
 
     def _run(self, ready):
         async def serve():
-            device = SimDevice(
-                1, [SimData(0, count=100, datatype=DataType.REGISTERS)], action=self._act
-            )
+            registers = SimData(0, count=100, datatype=DataType.REGISTERS)
+            device = SimDevice(1, [registers], action=self._act)
             self._server = ModbusTcpServer(device, address=("127.0.0.1", self.port))
             await self._server.serve_forever(background=True)
             self.port = self._server.transport.sockets[0].getsockname()[1]
@@ -127,11 +126,12 @@ class ModbusServer:
 
     async def _act(self, function, start, address, count, registers, values):
         await asyncio.sleep(self.delay)
-        if self.refuses:
+        if self.mode == "refuses":
             return ExcCodes.DEVICE_FAILURE
+        own = range(address, address + count)
         if values:
             self.written.append((address, list(values)))
-            self.registers.update(zip(range(address, address + count), values, strict=True))
-        for register in range(address, address + count):
+            self.registers.update(zip(own, values, strict=True))
+        for register in own:
             registers[register - start] = self.registers.get(register, 0)
         return None

@@ -1,294 +1,368 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The backends against simulated devices: a pseudo-terminal and pymodbus's own server."""
+"""Every kind of device and what can be wrong with it, below the adapter's node in this process."""
 
 import math
 import struct
 import time
+from types import SimpleNamespace
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from ros.enclaves import rights_by_enclave, used_rights
+from ros.harness import DEADLINE, deliver
 from ros.regulator_devices import LineDevice, ModbusServer
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Float64MultiArray
 
-from spiral_core.errors import InvalidInputError
-from spiral_gripper_ros.regulators.device import LinkError, Reading
-from spiral_gripper_ros.regulators.line_protocol import (
-    LINE_LENGTH_MAX,
-    LineBuffer,
-    Measurement,
-    SetPoint,
-    measurement_from_line,
-    measurement_line,
-    set_point_from_line,
-    set_point_line,
-)
-from spiral_gripper_ros.regulators.modbus_device import (
-    ModbusDevice,
-    number_from_registers,
-    register_count,
-    registers_from_number,
-)
-from spiral_gripper_ros.regulators.parameters import FORMATS, RegulatorParameters
-from spiral_gripper_ros.regulators.serial_device import RECONNECT_PERIOD, SerialDevice
+from spiral_gripper_ros.regulators import regulator_node
+from spiral_gripper_ros.regulators.device import LinkError
+from spiral_gripper_ros.regulators.main import RegulatorProgram, main
+from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS, RegulatorParameters
+from spiral_gripper_ros.regulators.regulator_node import REGULATOR_NODE, RegulatorNode
+from spiral_gripper_ros.regulators.serial_device import SerialDevice
 
-WATCHDOG = 0.3
-TIMEOUT = 0.1
-TIMES = {"device_timeout": TIMEOUT, "watchdog_timeout": WATCHDOG}
-# Long against what a busy machine makes of one exchange; failures are quick all the same.
-PATIENCE = 240.0
+AIR = 101325.0
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+# A busy machine is no silent device, where silence is not what is tested.
+PATIENT = {"watchdog_timeout": 60.0, "device_timeout": 10.0}
+WRONG = {"nan": math.nan, "high": 2.0e7}
 
 
-def on_port(port):
-    return SerialDevice(RegulatorParameters(port=port, **TIMES))
+class Serial:
+    """A device at a port, from which it may be unplugged."""
+
+    def __init__(self, folder, namespace):
+        self.port = folder / "port"
+        self.parameters = {"device": "serial", "port": str(self.port)}
+        self.plug()
+
+    def plug(self):
+        self.device = LineDevice()
+        self.port.unlink(missing_ok=True)
+        self.port.symlink_to(self.device.port)
+
+    def spoil(self, fault):
+        if self.device.mode == "gone":
+            self.plug()
+        self.device.mode = fault
+        if fault == "gone":
+            self.device.close()
+
+    def tell(self, bench, pressure):
+        """It answers by itself."""
+
+    def set_point(self, bench):
+        return self.device.set_points[-1]
+
+    def close(self):
+        self.device.close()
+
+
+class Modbus:
+    """A server whose set-point is absolute, in hPa, and whose measurement has 32 bits."""
+
+    def __init__(self, folder, namespace):
+        self.server, self.fault = ModbusServer(), ""
+        self.parameters = {
+            "device": "modbus",
+            "host": "127.0.0.1",
+            "tcp_port": self.server.port,
+            "command_register": 3,
+            "command_unit": "hPa",
+            "command_reference": "absolute",
+            "measured_register": 10,
+            "measured_format": "float32",
+            "word_order": "little",
+            "heartbeat_register": 20,
+        }
+
+    def spoil(self, fault):
+        if self.fault == "gone":
+            self.server = ModbusServer(self.server.port)
+        self.server.mode, self.fault = fault, fault
+        self.server.delay = 0.06 if fault == "slow" else 0.0  # each is in time, three are not
+        if fault == "gone":
+            self.server.close()
+
+    def tell(self, bench, pressure):
+        packed = struct.pack(">f", WRONG.get(self.fault, pressure))
+        self.server.registers[11], self.server.registers[10] = struct.unpack(">HH", packed)
+
+    def set_point(self, bench):
+        return 100.0 * self.server.registers[3] - AIR
+
+    def close(self):
+        self.server.close()
+
+
+class Driver:
+    """A node with topics, whose regulator is the second of three valves, absolute, in kPa."""
+
+    def __init__(self, folder, namespace):
+        self.parameters = {
+            "command_topic": "valve/set",
+            "command_type": "std_msgs/msg/Float64MultiArray",
+            "command_field": "data[1]",
+            "command_length": 3,
+            "command_unit": "kPa",
+            "command_reference": "absolute",
+            "measured_topic": "valve/state",
+            "measured_type": "sensor_msgs/msg/JointState",
+            "measured_field": "effort[1]",
+        }
+        self.node, self.fault = Node("driver", namespace=namespace), ""
+        self.listen()
+
+    def listen(self):
+        self.heard = self.node.create_subscription(Float64MultiArray, "valve/set", [].append, 10)
+
+    def spoil(self, fault):
+        if self.fault == "gone":
+            self.listen()
+        self.fault = fault
+        if fault == "gone":
+            self.node.destroy_subscription(self.heard)
+
+    def tell(self, bench, pressure):
+        efforts = [0.0, WRONG.get(self.fault, pressure)]
+        message = JointState(effort=efforts[: 1 if self.fault == "short" else 2])
+        age = Duration(seconds=100.0 if self.fault == "stale" else 0.0)
+        message.header.stamp = (self.node.get_clock().now() - age).to_msg()
+        deliver(bench.node, "state", message)
+
+    def set_point(self, bench):
+        other, number, another = bench.told["set"][-1].data
+        assert other == another == 1e-3 * AIR
+        return 1e3 * number - AIR
+
+    def close(self):
+        self.node.destroy_node()
+
+
+class Bench:
+    """The adapter's node in this process; the test has its clock, its timers and its topics."""
+
+    def __init__(self, monkeypatch, namespace, rig, parameters):
+        self.now, self.rig = 100.0, rig
+        clock = SimpleNamespace(monotonic=lambda: self.now)
+        monkeypatch.setattr(regulator_node, "time", clock)
+        given = {**PATIENT, **rig.parameters, **parameters}
+        overrides = [Parameter(name, value=value) for name, value in given.items()]
+        self.node = RegulatorNode(namespace=namespace, parameter_overrides=overrides)
+        self.told = {}
+        for publisher in self.node.publishers:
+            name = publisher.topic.rpartition("/")[2]
+            self.told[name] = []
+            publisher.publish = self.told[name].append
+
+    @property
+    def measured(self):
+        return [message.data for message in self.told["measured_pressure"]]
+
+    @property
+    def state(self):
+        (status,) = self.told["diagnostics"][-1].status
+        return status.level, status.message
+
+    def tick(self, *commands):
+        for command in commands:
+            deliver(self.node, "pressure_command", Float64(data=command))
+        for timer in self.node.timers:
+            timer.callback()
+
+    def until(self, level, words, pressure):
+        """Command and measure a pressure until the state is this one; time goes on."""
+        end = time.monotonic() + DEADLINE
+        while True:
+            self.rig.tell(self, pressure)
+            self.tick(pressure)
+            if self.state[0] == level and words in self.state[1]:
+                return
+            assert time.monotonic() < end, self.state
+            self.now += 0.1
+
+    def stop(self, *, requested=True):
+        """Spin until the end, which may have been asked for; return the exit code."""
+        node, self.node = self.node, None
+        signals = SimpleNamespace(defer=list, requested=requested)
+        return RegulatorProgram().spin(node, signals)
 
 
 @pytest.fixture
-def line():
-    device = LineDevice()
-    yield device
-    device.close()
+def made(monkeypatch, namespace, tmp_path):
+    """Makes a bench with a rig, both of which it ends."""
+    benches = []
 
+    def make(kind, **parameters):
+        benches.append(Bench(monkeypatch, namespace, kind(tmp_path, namespace), parameters))
+        return benches[-1]
 
-@pytest.fixture
-def serial(line):
-    device = on_port(line.port)
-    yield device
-    device.close()
-
-
-@pytest.fixture
-def server():
-    server = ModbusServer()
-    yield server
-    server.close()
-
-
-def modbus(server, **layout):
-    address = {"host": "127.0.0.1", "tcp_port": server.port, "command_register": 3}
-    return ModbusDevice(RegulatorParameters(**address, **TIMES, pressure_limit=1.0e3, **layout))
-
-
-def until_answered(device, number):
-    """Exchange until the device answers; a busy machine may miss a time-out."""
-    end = time.monotonic() + PATIENCE
-    while True:
-        try:
-            return device.exchange(number)
-        except LinkError:  # noqa: PERF203
-            assert time.monotonic() < end
-            time.sleep(0.05)
-
-
-# --- the line protocol -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("number", [0.0, 0.001, -12.5, 57000.125, 1.0e9])
-@pytest.mark.parametrize("sequence", [0, 1, 65535])
-def test_a_line_says_what_was_written(sequence, number):
-    message = SetPoint(sequence, number, 500)
-    assert set_point_from_line(set_point_line(message).rstrip()) == message
-    answer = Measurement(sequence, number, "ok")
-    assert measurement_from_line(measurement_line(answer).rstrip()) == answer
-    assert len(set_point_line(message)) <= LINE_LENGTH_MAX
-
-
-def test_every_single_flipped_bit_is_noticed():
-    line = measurement_line(Measurement(7, 50000.0, "ok")).rstrip()
-    for place in range(len(line)):
-        for bit in range(8):
-            broken = bytearray(line)
-            broken[place] ^= 1 << bit
-            heard = measurement_from_line(bytes(broken))
-            # Hexadecimal digits in small letters are none of the protocol's.
-            assert heard is None
+    yield make
+    for bench in benches:
+        if bench.node is not None:
+            bench.stop()
+        bench.rig.close()
 
 
 @pytest.mark.parametrize(
-    "body", ["M 7 nan ok", "M 7 inf ok", "M 7 1e5 ok", "M 65536 1.0 ok", "M 7 1.0 fine", "S 7 1 2"]
+    ("kind", "fault", "words"),
+    [(Serial, fault, "no answer within") for fault in ("mute", "garbage", "nan", "bad_check")]
+    + [(Serial, "old", "link lost"), (Serial, "gone", "port"), (Serial, "refused", "refuses the")]
+    + [(Modbus, "refuses", "register 3"), (Modbus, "slow", "link lost")]
+    + [(Modbus, "gone", "link lost: 127.0.0.1:")]
+    + [(Driver, "gone", "nobody subscribes"), (Driver, "short", "measured_field: ")]
+    + [(Driver, "stale", "more than watchdog_timeout")]
+    + [(kind, "high", "got 2e+07 Pa") for kind in (Serial, Modbus)]
+    + [(Driver, "high", "measured_pressure must be")]
+    + [(kind, "nan", "got nan") for kind in (Modbus, Driver)],
 )
-def test_what_is_no_measurement_is_none_even_with_a_right_check_sum(body):
-    from spiral_gripper_ros.regulators.line_protocol import check_sum
+def test_a_fault_is_told_nothing_is_measured_and_it_ends_vented(made, kind, fault, words):
+    bench = made(kind, watchdog_timeout=0.5, device_timeout=0.1)
+    near = {"abs": 60.0}  # what registers of whole hPa hold
+    bench.until(OK, "passes commands on", 4.0e4)
+    assert bench.rig.set_point(bench) == pytest.approx(4.0e4, **near)
+    bench.rig.spoil(fault)
+    bench.told["measured_pressure"].clear()
+    bench.until(ERROR, words, 4.0e4)
+    assert (bench.measured == []) is (fault != "refused")
+    bench.rig.spoil("")
+    bench.told["measured_pressure"].clear()
+    bench.until(OK, "passes commands on", 3.0e4)
+    assert bench.measured[0] == pytest.approx(3.0e4, **near)  # no late answer
+    assert bench.stop() == 0
+    assert bench.rig.set_point(bench) == pytest.approx(0.0, **near)
 
-    assert measurement_from_line(f"{body}*{check_sum(body)}".encode()) is None
+
+@pytest.mark.parametrize(("kind", "fault"), [(Serial, "mute"), (Modbus, "gone"), (Driver, "gone")])
+def test_a_device_that_is_gone_at_the_end_makes_the_exit_code_1(made, kind, fault):
+    bench = made(kind, watchdog_timeout=0.5, device_timeout=0.1)
+    bench.until(OK, "passes commands on", 4.0e4)
+    bench.rig.spoil(fault)
+    bench.until(ERROR, "", 4.0e4)
+    assert bench.stop() == 1
+
+
+def test_an_exception_makes_a_vent_the_last_set_point(made):
+    bench = made(Serial)
+    bench.until(OK, "passes commands on", 4.0e4)
+    bench.node.adapter.step = lambda now: 1 / 0
+    with pytest.raises(ZeroDivisionError):
+        bench.stop(requested=False)
+    assert bench.rig.set_point(bench) == 0.0
+
+
+def test_commands_that_stop_or_cannot_be_vent(made):
+    bench = made(Serial)
+    assert bench.rig.device.set_points == []
+    for elapsed, command, level, words, set_point in (
+        (0.0, None, OK, "waiting for the first pressure_command", 0.0),
+        (0.0, 4.0e4, OK, "passes commands on", 4.0e4),
+        (59.0, None, OK, "passes commands on", 4.0e4),
+        (1.0, None, WARN, "no pressure_command: vented", 0.0),
+        (1.0, 4.0e4, WARN, "vented by the watchdog", 0.0),
+        (1.0, 0.0, OK, "passes commands on", 0.0),
+        (1.0, 4.0e4, OK, "passes commands on", 4.0e4),
+        (59.0, math.nan, WARN, "pressure_command must be", 4.0e4),
+        (1.0, math.nan, WARN, "pressure_command must be", 0.0),
+    ):
+        bench.now += elapsed
+        bench.tick(*[] if command is None else [command])
+        assert (bench.state[0], bench.rig.set_point(bench)) == (level, set_point), words
+        assert words in bench.state[1]
+    # An adapter that is killed is survived by the device's own watchdog.
+    assert {message.watchdog_ms for message in bench.rig.device.heard} == {60000}
+
+
+def test_a_vent_does_not_wait_for_the_next_exchange(made):
+    bench = made(Serial)
+    deliver(bench.node, "pressure_command", Float64(data=4.0e4))
+    assert bench.rig.device.set_points == []
+    deliver(bench.node, "pressure_command", Float64(data=0.0))
+    assert bench.rig.device.set_points == [0.0]
+
+
+def test_a_driver_that_is_slower_than_the_exchanges_stays_wrong_until_it_is_right(made):
+    bench = made(Driver)
+    bench.until(OK, "passes commands on", 0.0)
+    for fault, level in (("stale", ERROR), ("", OK)):
+        bench.rig.spoil(fault)
+        bench.rig.tell(bench, 4.0e4)
+        for _ in range(3):
+            bench.tick()
+            assert bench.state[0] == level
+
+
+def test_a_measurement_that_is_stale_or_has_lost_its_driver_is_dropped(made):
+    bench = made(Driver)
+    bench.rig.spoil("gone")
+    bench.until(ERROR, "nobody subscribes", 0.0)
+    bench.rig.spoil("")
+    bench.rig.tell = lambda *_: None  # the next driver has measured nothing yet
+    bench.until(OK, "passes commands on", 0.0)
+    assert bench.measured == []
+
+
+def test_nothing_latched_is_taken_for_new_and_best_effort_is_heard(made):
+    bench = made(Driver)
+    qos = {s.topic_name.rpartition("/")[2]: s.qos_profile for s in bench.node.subscriptions}
+    assert qos["pressure_command"].durability is DurabilityPolicy.VOLATILE
+    assert qos["state"].reliability is ReliabilityPolicy.BEST_EFFORT
 
 
 @pytest.mark.parametrize(
-    "garbage", [b"", b"*", b"M", b"\xff\xfe*1234", b"M 7 1.0 ok", b"M 7 1.0 ok*"]
+    ("parameters", "words"),
+    [
+        ({"device": "modbus"}, "command_format must be"),
+        ({"rate": 1.0, "watchdog_timeout": 0.5, "device_timeout": 0.1}, "rate must be at least"),
+        ({"command_type": "std_msgs/msg/Nothing"}, "command_type must be"),
+        ({"measured_topic": "x", "measured_field": "nothing"}, "measured_field must be"),
+        ({"command_topic": "pressure_command"}, "command_topic must be"),
+    ],
 )
-def test_garbage_is_no_line(garbage):
-    assert measurement_from_line(garbage) is None
-    assert set_point_from_line(garbage) is None
+def test_a_bad_parameter_is_refused_with_its_name(namespace, parameters, words):
+    given = [Parameter(name, value=value) for name, value in parameters.items()]
+    with pytest.raises(ValueError, match=words):
+        RegulatorNode(namespace=namespace, parameter_overrides=given)
 
 
-def test_a_line_that_never_ends_takes_no_memory():
-    buffer = LineBuffer()
-    for _ in range(1000):
-        assert buffer.lines(b"x" * 50) == []
-    assert len(buffer._rest) <= LINE_LENGTH_MAX + 50
-    buffer.lines(b"\n")
-    assert buffer.lines(b"abc\n") == [b"abc"]
+def test_the_adapter_may_do_what_it_does_and_nothing_else(client, namespace):
+    granted = rights_by_enclave(namespace)["regulator"]
+    own = {("publish", f"{namespace}/regulator/set_point")}
+    node = RegulatorNode(namespace=namespace)
+    client.wait_until(lambda: used_rights(client, REGULATOR_NODE) >= own, "the driver's topic")
+    used = used_rights(client, REGULATOR_NODE)
+    node.destroy_node()
+    assert used <= granted
 
 
-# --- the serial line ---------------------------------------------------------------------------
+def test_help_names_every_parameter(capsys):
+    assert main(["--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(f"  {spec.name} (" in text for spec in REGULATOR_PARAMETERS)
 
 
-def test_a_set_point_arrives_and_is_answered(line, serial):
-    assert until_answered(serial, 4.0e4) == Reading(4.0e4)
-    assert line.set_points[-1] == 4.0e4
-    assert line.pressure == 4.0e4
+def test_a_port_that_is_none_or_anothers_says_so_each_time(made):
+    bench = made(Serial)
+    bench.tick()
+    for port, words in ((bench.rig.port, "exclusively lock"), ("/dev/no_such", "/dev/no_such")):
+        device = SerialDevice(RegulatorParameters(port=str(port)))
+        for _ in range(2):
+            with pytest.raises(LinkError, match=words):
+                device.exchange(2.0e4)
 
 
-def test_a_device_vents_when_lines_stop(line, serial):
-    until_answered(serial, 4.0e4)
-    time.sleep(WATCHDOG + 0.1)
-    assert line.pressure == 0.0
-
-
-def test_a_set_point_that_the_device_does_not_take_is_told(line, serial):
-    line.limit = 5.0e4
-    assert until_answered(serial, 6.0e4).problem == "the device refuses the set-point"
-    assert line.set_points == []
-
-
-@pytest.mark.parametrize("mode", ["garbage", "nan", "bad_check", "old", "mute"])
-def test_no_good_answer_is_a_link_error_in_time_and_the_next_good_one_is_heard(line, serial, mode):
-    until_answered(serial, 1.0e4)
-    line.mode = mode
-    with pytest.raises(LinkError, match="no answer within 0"):
-        serial.exchange(2.0e4)
-    line.mode = "good"
-    assert until_answered(serial, 3.0e4) == Reading(3.0e4)
-
-
-def test_a_device_that_is_unplugged_is_a_link_error_and_found_again_at_its_port(tmp_path):
-    port, first = tmp_path / "port", LineDevice()
-    port.symlink_to(first.port)
-    device = on_port(str(port))
-    until_answered(device, 1.0e4)
-    first.close()
-    with pytest.raises(LinkError, match="port"):
-        device.exchange(2.0e4)
-    port.unlink()
-    with pytest.raises(LinkError):
-        device.exchange(2.0e4)
-    second = LineDevice()
-    port.symlink_to(second.port)
-    time.sleep(RECONNECT_PERIOD)
-    try:
-        assert until_answered(device, 3.0e4) == Reading(3.0e4)
-        assert second.set_points[-1] == 3.0e4
-    finally:
-        device.close()
-        second.close()
-
-
-def test_a_port_that_is_none_says_so_each_time():
-    device = on_port("/dev/no_such_port")
-    for _ in range(3):
-        with pytest.raises(LinkError, match="no_such_port"):
-            device.exchange(0.0)
-
-
-def test_two_adapters_do_not_share_a_port(line, serial):
-    until_answered(serial, 1.0e4)
-    second = on_port(line.port)
-    with pytest.raises(LinkError, match="exclusively lock"):
-        second.exchange(2.0e4)
-
-
-# --- Modbus ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("kind", FORMATS)
-@pytest.mark.parametrize("low_word_first", [False, True])
-@pytest.mark.parametrize("number", [0.0, 1.0, 258.0, 32767.0])
-def test_registers_hold_what_was_written(kind, low_word_first, number):
-    words = registers_from_number(number, kind, low_word_first=low_word_first)
-    assert len(words) == register_count(kind)
-    assert number_from_registers(words, kind, low_word_first=low_word_first) == number
-
-
-def test_words_stand_in_the_order_that_is_given():
-    assert registers_from_number(65538.0, "uint32", low_word_first=False) == [1, 2]
-    assert registers_from_number(65538.0, "uint32", low_word_first=True) == [2, 1]
-
-
-@pytest.mark.parametrize(
-    ("kind", "number"),
-    [("uint16", -1.0), ("uint16", 65536.0), ("int16", 32768.0), ("uint32", 2.0**32)]
-    + [(kind, bad) for kind in FORMATS for bad in (math.nan, math.inf, -math.inf)],
-)
-def test_a_number_that_its_format_cannot_hold_is_never_wrapped_around(kind, number):
-    with pytest.raises(InvalidInputError, match="set-point"):
-        registers_from_number(number, kind, low_word_first=False)
-
-
-def test_a_set_point_is_written_the_heartbeat_counts_and_the_pressure_is_read(server):
-    device = modbus(server, measured_register=10, measured_format="float32", heartbeat_register=20)
-    server.registers[10], server.registers[11] = struct.unpack(">HH", struct.pack(">f", 1.25))
-    assert until_answered(device, 400.4) == Reading(1.25)
-    assert server.written[-2:] == [(3, [400]), (20, [1])]
-    until_answered(device, 400.6)
-    assert server.written[-2:] == [(3, [401]), (20, [2])]
-    device.close()
-
-
-def test_input_registers_are_read_where_they_are(server):
-    device = modbus(server, measured_register=10, measured_format="int16", measured_table="input")
-    server.registers[10] = 65535
-    assert until_answered(device, 1.0) == Reading(-1.0)
-    device.close()
-
-
-def test_a_nan_in_the_registers_is_passed_on_to_who_refuses_it(server):
-    device = modbus(server, measured_register=10, measured_format="float32")
-    server.registers.update({10: 0x7FC0, 11: 0})
-    assert math.isnan(until_answered(device, 1.0).number)
-    device.close()
-
-
-def test_an_exception_of_the_device_is_a_link_error(server):
-    device = modbus(server)
-    until_answered(device, 1.0)
-    server.refuses = True
-    with pytest.raises(LinkError, match="register 3"):
-        device.exchange(2.0)
-    server.refuses = False
-    until_answered(device, 3.0)
-    assert server.written[-1] == (3, [3])
-    device.close()
-
-
-def test_a_device_that_hangs_is_a_link_error_in_time_and_late_answers_are_dropped(server):
-    device = modbus(server, measured_register=10, measured_format="uint16")
-    server.registers[10] = 1
-    assert until_answered(device, 1.0) == Reading(1.0)
-    server.delay = 3.0 * TIMEOUT
-    with pytest.raises(LinkError):
-        device.exchange(2.0)
-    server.delay, server.registers[10] = 0.0, 2
-    assert until_answered(device, 3.0) == Reading(2.0)
-    device.close()
-
-
-def test_the_whole_exchange_has_one_time_limit(server):
-    device = modbus(server, measured_register=10, measured_format="uint16", heartbeat_register=20)
-    until_answered(device, 1.0)
-    server.delay = 0.6 * TIMEOUT  # each answer is in time, three are not
-    with pytest.raises(LinkError, match=r"no answer within|timed out"):
-        device.exchange(2.0)
-    device.close()
-
-
-def test_a_server_that_is_gone_is_a_link_error_and_found_again(server):
-    device = modbus(server)
-    until_answered(device, 1.0)
-    server.close()
-    for _ in range(2):
-        with pytest.raises(LinkError, match=f"127.0.0.1:{server.port}"):
-            device.exchange(2.0)
-    again = ModbusServer(server.port)
-    try:
-        until_answered(device, 3.0)
-        assert again.written[-1] == (3, [3])
-    finally:
-        device.close()
-        again.close()
+def test_the_whole_exchange_has_one_time_limit(made):
+    bench = made(Modbus, watchdog_timeout=0.5, device_timeout=0.1)
+    bench.until(OK, "passes commands on", 4.0e4)
+    written = bench.rig.server.written
+    assert (3, [1413]) in written  # 1413.25 hPa
+    # The set-point goes before the heartbeat, which counts.
+    assert [register for register, _ in written][:2] == [3, 20]
+    beats = [values[0] for register, values in written if register == 20]
+    assert beats == list(range(1, len(beats) + 1))
+    bench.rig.spoil("slow")
+    bench.until(ERROR, "link lost", 4.0e4)
