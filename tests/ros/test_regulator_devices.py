@@ -212,7 +212,7 @@ def made(monkeypatch, namespace, tmp_path):
     ("kind", "fault", "words"),
     [(Serial, fault, "no answer within") for fault in ("mute", "garbage", "nan", "bad_check")]
     + [(Serial, "old", "link lost"), (Serial, "gone", "port"), (Serial, "refused", "refuses the")]
-    + [(Modbus, "refuses", "register 3"), (Modbus, "slow", "link lost")]
+    + [(Modbus, "refuses", "register 3: exception 4"), (Modbus, "slow", "link lost")]
     + [(Modbus, "gone", "link lost: 127.0.0.1:")]
     + [(Driver, "gone", "nobody subscribes"), (Driver, "short", "measured_field: ")]
     + [(Driver, "stale", "more than watchdog_timeout")]
@@ -358,6 +358,7 @@ def test_a_port_that_is_none_or_anothers_says_so_each_time(made):
 def test_the_whole_exchange_has_one_time_limit(made):
     bench = made(Modbus, watchdog_timeout=0.5, device_timeout=0.1)
     bench.until(OK, "passes commands on", 4.0e4)
+    bench.tick(4.0e4)
     written = bench.rig.server.written
     assert (3, [1413]) in written  # 1413.25 hPa
     # The set-point goes before the heartbeat, which counts.

@@ -1,232 +1,219 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulator as a process: what it hears, publishes, serves, and how it starts and ends."""
+"""The simulator's nodes, ticked by hand: what they hear, publish and serve; and its process."""
 
 import math
 import signal
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from ros.harness import all_finite
-from ros.simulation_harness import QUIET, RADIUS, REGULATOR, Observer, RunningSimulator, seconds
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy
+from rclpy.time import ClockType, Time
+from ros.harness import DEADLINE, all_finite, deliver
+from ros.simulation_harness import QUIET, RADIUS, RunningSimulator, seconds
 from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 
-from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.simulation.main import main
 from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator, RadiusParameters
 from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
+from spiral_gripper_ros.simulation.simulator import Simulator
 
 WRAP = 57.0e3
+OWN_TIME = {**QUIET, "radius": RADIUS, "publish_clock": True, "measured_rate": 100.0}
 
 
-@pytest.fixture(scope="module")
-def shared_observer():
-    """A simulator in a time of its own, three times as fast, that the tests here share."""
-    namespace = "/simulated_nodes"
-    observer = Observer(namespace)
-    parameters = {**QUIET, "radius": RADIUS, "publish_clock": "true", "real_time_factor": 3.0}
-    with RunningSimulator(namespace, parameters) as simulator:
-        observer.wait_for_simulator()
-        yield observer
-        assert simulator.stop() == 0, simulator.log()
-        assert "Traceback" not in simulator.log()
-    observer.close()
+class Bench:
+    """A simulator in this process whose steps of 10 ms are the test's, and all that it tells."""
+
+    def __init__(self, namespace, **parameters):
+        given = [Parameter(name, value=value) for name, value in parameters.items()]
+        self.simulator = Simulator(
+            SingleThreadedExecutor(), namespace=namespace, parameter_overrides=given
+        )
+        self.regulator, self.radii = self.simulator.nodes
+        self.told = {}
+        for node in self.simulator.nodes:
+            for publisher in node.publishers:
+                topic = publisher.topic.removeprefix(f"{namespace}/")
+                self.told[topic] = []
+                publisher.publish = self.told[topic].append
+
+    def run(self, duration, command=None):
+        """Let a time pass, with a command before each step if given; return what is measured."""
+        for _ in range(round(100 * duration)):
+            if command is not None:
+                deliver(self.regulator, "pressure_command", Float64(data=command))
+            (timer,) = self.regulator.timers
+            timer.callback()
+        return self.heard("measured_pressure")
+
+    def heard(self, topic):
+        """The numbers of a topic that have come since it was last asked for."""
+        numbers = [message.data for message in self.told[topic]]
+        self.told[topic].clear()
+        return numbers
+
+    def set(self, **values):
+        """Set parameters of the node that has them; return the reason of a refusal."""
+        (name, *_) = values
+        node = self.regulator if self.regulator.has_parameter(name) else self.radii
+        given = [Parameter(name, value=value) for name, value in values.items()]
+        return "".join(result.reason for result in node.set_parameters(given))
+
+    def call(self, name):
+        (service,) = [s for s in self.regulator.services if s.srv_name.endswith(f"/{name}")]
+        return service.callback(Trigger.Request(), Trigger.Response())
+
+    @property
+    def diagnosis(self):
+        return self.told["/diagnostics"][-1].status[0].level
+
+    def close(self):
+        self.simulator.executor.shutdown()
+        for node in self.simulator.nodes:
+            node.destroy_node()
 
 
 @pytest.fixture
-def observer(shared_observer):
-    """The same, vented, without a fault, with patience for slow machines."""
-    shared_observer.inject("none")
-    (result,) = shared_observer.set_simulated(REGULATOR, watchdog_timeout=60.0)
-    assert result.successful
-    settle(shared_observer, 0.0)
-    return shared_observer
+def bench(namespace):
+    bench = Bench(namespace, **OWN_TIME)
+    yield bench
+    bench.close()
 
 
-def settle(observer, pressure):
-    observer.measured.clear()
-    observer.command_until(
-        pressure,
-        lambda: observer.measured and abs(observer.pressure - pressure) < 1.0,
-        f"{pressure} Pa",
-    )
+def test_the_measured_pressure_follows_the_command_with_the_lag_that_is_documented(bench):
+    bench.set(time_constant=1.0)
+    gaps = 4.0e4 - np.array(bench.run(0.5, 4.0e4))
+    assert len(gaps) == 50
+    assert gaps == pytest.approx(4.0e4 * np.exp(-0.01 * np.arange(1, 51)))
 
 
-def test_the_measured_pressure_follows_the_command_with_the_lag_that_is_documented(observer):
-    # Some seconds, in which a busy machine hears enough messages.
-    observer.set_simulated(REGULATOR, time_constant=1.0)
-    observer.command_until(4.0e4, lambda: observer.pressure > 3.0e4, "the pressure to rise")
-    start = len(observer.measured)
-    observer.wait_until(lambda: observer.pressure > 3.99e4, "most of the way")
-    gaps = 4.0e4 - np.array([message.data for message in observer.measured[start:]])
-    observer.set_simulated(REGULATOR, time_constant=0.1)
-    # At 50 Hz each gap is exp(-0.02 s / 1 s) of the one before; a message may be lost on the way.
-    periods = -np.diff(np.log(gaps)) / 0.02
-    assert len(periods) >= 3
-    assert np.allclose(periods, np.round(periods), rtol=1e-6, atol=1e-6)
-    assert np.median(periods) == pytest.approx(1.0)
+@pytest.mark.parametrize("bad", [None, math.nan, math.inf, -1.0, 1.0e9])
+def test_a_command_that_cannot_be_keeps_no_watchdog_quiet(bench, bad):
+    assert bench.run(2.0, WRAP)[-1] == pytest.approx(WRAP, abs=1.0)
+    assert bench.diagnosis == DiagnosticStatus.OK
+    assert bench.run(2.5, bad)[-1] < 1.0
+    assert bench.diagnosis == DiagnosticStatus.WARN
 
 
-def test_silence_makes_the_watchdog_vent_and_the_diagnostics_say_so(observer):
-    heard = []
-    subscription = observer.create_subscription(DiagnosticArray, "/diagnostics", heard.append, 10)
-    settle(observer, WRAP)
-    observer.set_simulated(REGULATOR, watchdog_timeout=0.5)
-    observer.wait_until(lambda: observer.pressure < 1.0, "the vent")
+@pytest.mark.parametrize("by_service", [True, False])
+def test_faults_come_and_go_by_their_services_or_at_once_by_the_parameter(bench, by_service):
+    def inject(fault):
+        if by_service:
+            answer = bench.call("clear_fault" if fault == "none" else f"inject_{fault}")
+            assert (answer.success, answer.message) == (True, f"fault: {fault}")
+        else:
+            assert bench.set(fault=fault) == ""
 
-    def levels():
-        own = f"/simulated_nodes/{REGULATOR}: regulator"
-        return [s.level for message in heard for s in message.status if s.name == own]
-
-    observer.wait_until(lambda: DiagnosticStatus.WARN in levels(), "the diagnostics")
-    observer.destroy_subscription(subscription)
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, 1.0e9])
-def test_a_command_that_cannot_be_keeps_no_watchdog_quiet(observer, bad):
-    settle(observer, WRAP)
-    observer.set_simulated(REGULATOR, watchdog_timeout=0.5)
-    observer.command_until(bad, lambda: observer.pressure < 1.0, "the vent")
-
-
-def test_faults_come_and_go_by_their_services(observer):
-    settle(observer, WRAP)
-    observer.inject("leak")
-    observer.command_until(WRAP, lambda: observer.pressure < 0.7 * WRAP, "the leak")
-    observer.inject("stuck_valve")
-    stuck = observer.next_true_pressure()
-    observer.measured.clear()
-    observer.command_until(0.0, lambda: len(observer.measured) > 20, "measurements")
-    assert {message.data for message in observer.measured} == {stuck}
-    observer.inject("lost_link")
-    observer.wait_for_silence(observer.measured, observer.truths, "the link to be lost")
-    observer.command_until(WRAP, lambda: len(observer.truths) > 40, "the truth")
-    assert observer.measured == []
-    observer.inject("none")
-    observer.command_until(WRAP, lambda: observer.measured, "measurements")
-    settle(observer, WRAP)
+    bench.run(2.0, WRAP)
+    inject("leak")
+    leaking = bench.run(2.0, WRAP)[-1]
+    assert leaking < 0.7 * WRAP
+    assert bench.diagnosis == DiagnosticStatus.ERROR
+    inject("stuck_valve")
+    assert set(bench.run(1.0, 0.0)) == {leaking}
+    inject("lost_link")
+    assert bench.run(2.0, WRAP) == []
+    assert bench.heard("simulated/pressure")[-1] < 1.0
+    inject("none")
+    bench.run(0.1, 0.0)
+    assert bench.run(2.0, WRAP)[-1] == pytest.approx(WRAP, abs=1.0)
 
 
-def test_a_fault_comes_at_once_by_its_parameter_and_a_bad_one_is_refused_with_the_reason(observer):
-    settle(observer, WRAP)
-    (good,) = observer.set_simulated(REGULATOR, fault="leak")
-    assert good.successful
-    observer.command_until(WRAP, lambda: observer.pressure < 0.7 * WRAP, "the leak")
-    (bad,) = observer.set_simulated(REGULATOR, fault="typhoon")
-    assert not bad.successful
-    assert "one of none, leak, stuck_valve, lost_link" in bad.reason
-    (low,) = observer.set_simulated(REGULATOR, time_constant=-1.0)
-    assert not low.successful
-    assert "time_constant out of range" in low.reason
+def test_a_bad_parameter_is_refused_with_the_reason(bench):
+    assert "one of none, leak, stuck_valve, lost_link" in bench.set(fault="typhoon")
+    assert "time_constant out of range" in bench.set(time_constant=-1.0)
 
 
-def test_the_truth_is_told(observer, gripper):
-    observer.command_until(WRAP, lambda: observer.grip == "perfect wrap", "the wrap")
-    settle(observer, WRAP)
-    assert observer.next_true_pressure() == pytest.approx(WRAP, abs=1.0)
-    assert observer.true_radii[-1].data == RADIUS
+def test_the_truth_is_told_in_even_steps_of_its_clock(bench, gripper):
+    bench.run(3.0, WRAP)
+    assert bench.heard("simulated/grip")[-1] == "perfect wrap"
+    assert bench.heard("simulated/pressure")[-1] == pytest.approx(WRAP, abs=1.0)
+    assert bench.heard("simulated/object_radius")[-1] == RADIUS
+    shape = bench.told["simulated/backbone"][-1]
+    tip = shape.poses[-1].position
     expected = SimulatedGripper(gripper).shape(WRAP).tip_position
-
-    def told():
-        tip = observer.shapes[-1].poses[-1].position
-        # What is left of the way changes it by micrometers.
-        return np.allclose((tip.x, tip.y, tip.z), expected, rtol=0.0, atol=1e-5)
-
-    observer.wait_until(told, "the shape")
-    assert all_finite(observer.truths[-1], observer.shapes[-1], observer.measured[-1])
-    assert observer.shapes[-1].header.frame_id == "gripper_base"
-
-
-def test_the_radii_are_estimated_with_the_errors_that_are_set_at_once(observer):
-    observer.wait_until(lambda: observer.radii, "a radius")
-    assert observer.radii[-1].data == RADIUS
-    observer.set_simulated("radius_source", radius=0.01, estimate_bias=0.005)
-    observer.wait_until(
-        lambda: (
-            observer.radii[-1].data == pytest.approx(0.015) and observer.true_radii[-1].data == 0.01
-        ),
-        "the bias",
-    )
-    observer.set_simulated("radius_source", nan_probability=1.0)
-    observer.wait_until(lambda: math.isnan(observer.radii[-1].data), "a NaN")
-    observer.set_simulated("radius_source", profile="none")
-    observer.wait_until(lambda: observer.grip == "no object", "the object to go")
-    observer.wait_for_silence(observer.radii, observer.truths, "the estimator to see nothing")
-    observer.set_simulated(
-        "radius_source", profile="constant", radius=RADIUS, estimate_bias=0.0, nan_probability=0.0
-    )
-    observer.wait_until(lambda: observer.radii and observer.radii[-1].data == RADIUS, "the object")
+    # What is left of the way changes it by micrometers.
+    assert np.allclose((tip.x, tip.y, tip.z), expected, rtol=0.0, atol=1e-5)
+    assert all_finite(shape)
+    assert shape.header.frame_id == "gripper_base"
+    times = [seconds(message.clock) for message in bench.told["/clock"]]
+    assert times == pytest.approx([0.01 * step for step in range(1, 301)])
+    assert seconds(shape.header.stamp) in times
+    bench.set(real_time_factor=4.0)
+    bench.run(0.01)
+    assert [timer.timer_period_ns for timer in bench.regulator.timers] == [2_500_000]
 
 
-def test_its_clock_runs_in_even_steps_and_stamps_its_messages(observer):
-    observer.clocks.clear()
-    observer.wait_until(lambda: len(observer.clocks) > 100, "the clock")
-    times = np.array([seconds(message.clock) for message in observer.clocks])
-    steps = np.diff(times) / 0.01
-    # Best effort: a tick may be lost on the way, but none comes twice or in between.
-    assert np.allclose(steps, np.round(steps), atol=1e-6)
-    assert steps.min() >= 0.999
-    observer.shapes.clear()
-    observer.wait_until(
-        lambda: (
-            {seconds(message.header.stamp) for message in observer.shapes}
-            & {seconds(message.clock) for message in observer.clocks}
-        ),
-        "a shape at a time of the clock",
-    )
+def test_the_radii_are_estimated_with_the_errors_that_are_set_at_once(bench):
+    for values, estimate, radius in (
+        ({}, RADIUS, RADIUS),
+        ({"radius": 0.01, "estimate_bias": 0.005}, pytest.approx(0.015), 0.01),
+        ({"nan_probability": 1.0}, pytest.approx(math.nan, nan_ok=True), 0.01),
+    ):
+        bench.set(**values or {"radius": RADIUS})
+        bench.run(0.1)
+        assert bench.heard("object_radius")[-1] == estimate
+        assert bench.heard("simulated/object_radius")[-1] == radius
+    bench.set(profile="none")
+    bench.run(0.2)
+    assert bench.heard("object_radius") == []
+    assert bench.heard("simulated/grip")[-1] == "no object"
 
 
 def test_its_errors_follow_from_its_seed(namespace):
-    alone = Observer(namespace)
-    parameters = {"seed": 5, "estimate_rate": 100.0, "radius": RADIUS, "estimate_noise": 1e-4}
-    with RunningSimulator(namespace, parameters):
-        alone.wait_until(lambda: len(alone.radii) >= 100, "estimates")
-    alone.close()
-    estimator = RadiusEstimator(RadiusParameters(**parameters), RADIUS)
-    expected = [estimate for second in range(1, 60) for estimate in estimator.estimates(second)]
-    assert {message.data for message in alone.radii} <= set(expected)
+    parameters = {"seed": 5, "radius": RADIUS, "estimate_noise": 1e-4}
+    bench = Bench(namespace, publish_clock=True, **parameters)
+    bench.run(1.0)
+    expected = RadiusEstimator(RadiusParameters(**parameters), RADIUS).estimates(1.0)
+    assert bench.heard("object_radius") == expected
+    bench.close()
 
 
-def test_a_command_that_was_latched_before_it_came_is_not_followed(namespace):
-    observer = Observer(namespace)
-    latched = observer.create_publisher(Float64, "pressure_command", LATEST)
-    latched.publish(Float64(data=WRAP))
-    with RunningSimulator(namespace, {"watchdog_timeout": 60.0}):
-        observer.wait_for_simulator()
-        observer.wait_until(lambda: latched.get_subscription_count() >= 2, "the regulator")
-        observer.truths.clear()
-        observer.wait_until(lambda: len(observer.truths) > 10, "the truth")
-        assert observer.true_pressure == 0.0
-        latched.publish(Float64(data=WRAP))
-        observer.wait_until(lambda: observer.true_pressure > 1.0e4, "a command that is new")
-    observer.close()
+def test_it_lives_in_the_time_of_somebody_elses_clock(namespace):
+    bench = Bench(namespace, **{**OWN_TIME, "publish_clock": False, "use_sim_time": True})
+    clock = bench.regulator.get_clock()
+    for reading in range(0, 200_000_000, 50_000_000):
+        clock.set_ros_time_override(Time(nanoseconds=reading, clock_type=ClockType.ROS_TIME))
+        bench.run(0.01, WRAP)
+    passed = bench.regulator.regulator.pressure
+    assert passed == pytest.approx(WRAP * -math.expm1(-0.15 / 0.1))
+    bench.told["measured_pressure"].clear()
+    assert bench.run(1.0, WRAP) == []  # the clock stands still
+    assert bench.regulator.regulator.pressure == passed
+    bench.close()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_stop_signal_ends_it_in_order(namespace, number):
-    observer = Observer(namespace)
-    with RunningSimulator(namespace) as simulator:
-        observer.wait_for_simulator()
-        assert simulator.stop(number) == 0, simulator.log()
-        assert "Traceback" not in simulator.log()
-    observer.close()
+def test_a_command_that_was_latched_before_it_came_is_not_followed(bench):
+    (commands,) = [s for s in bench.regulator.subscriptions if "pressure" in s.topic_name]
+    assert commands.qos_profile.durability is DurabilityPolicy.VOLATILE
 
 
 @pytest.mark.parametrize(
-    ("parameters", "message"),
-    [
-        ({"falt": "leak"}, "did you mean fault?"),
-        ({"fault": "typhoon"}, "one of none, leak"),
-        ({"gripper": "no_such_gripper"}, "no gripper has this name"),
-    ],
+    ("parameters", "words"),
+    [({"fault": "typhoon"}, "one of none, leak"), ({"gripper": "no_such"}, "has this name")],
 )
-def test_a_start_that_cannot_be_ends_with_the_reason(client, namespace, parameters, message):
-    with RunningSimulator(namespace, parameters) as simulator:
-        client.wait_until(lambda: not simulator.running, "the end of the process")
-        assert simulator.exit_code == 1
-        assert message in simulator.log()
-        assert "Traceback" not in simulator.log()
+def test_a_start_that_cannot_be_is_refused_with_the_reason(namespace, parameters, words):
+    with pytest.raises(ValueError, match=words):
+        Bench(namespace, **parameters)
+
+
+def test_a_misspelled_parameter_ends_the_start_and_a_stop_signal_its_process(client, namespace):
+    with (
+        RunningSimulator(namespace, {"falt": "leak"}) as wrong,
+        RunningSimulator(namespace) as simulator,
+    ):
+        assert wrong.wait(DEADLINE)
+        assert (wrong.exit_code, "did you mean fault?" in wrong.log()) == (1, True)
+        told = []
+        client.create_subscription(Float64, "simulated/pressure", told.append, 10)
+        client.wait_until(lambda: told, "the truth")
+        assert simulator.stop(signal.SIGTERM) == 0
+        assert "Traceback" not in wrong.log() + simulator.log()
 
 
 def test_help_tells_every_parameter(capsys):

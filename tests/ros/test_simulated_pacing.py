@@ -16,23 +16,20 @@ def test_as_the_source_of_time_every_step_is_the_same_whatever_the_machine_does(
     assert pacing.nanoseconds == 10_000_000_000
 
 
-def test_as_a_follower_time_passes_as_on_the_clock():
+@pytest.mark.parametrize(
+    ("readings", "expected"),
+    [
+        ((1000.0, 1000.01, 1000.05), [0.0, 0.01, 0.04]),
+        # Time never runs backwards, and a simulator that is held up loses it.
+        ((100.0, 50.0, 50.1, 3600.0, 3600.1), [0.0, 0.0, 0.1, LONGEST_STEP, 0.1]),
+    ],
+)
+def test_as_a_follower_time_passes_as_on_the_clock(readings, expected):
     pacing = Pacing(publishes_clock=False)
-    steps = [pacing.step(reading) for reading in (1000.0, 1000.01, 1000.05)]
-    assert steps == pytest.approx([0.0, 0.01, 0.04], abs=1e-9)
-    assert pacing.now == pytest.approx(0.05, abs=1e-9)
-
-
-def test_time_never_runs_backwards_and_a_held_up_simulator_loses_it():
-    pacing = Pacing(publishes_clock=False)
-    steps = [pacing.step(reading) for reading in (100.0, 50.0, 50.1, 3600.0, 3600.1)]
-    assert steps == pytest.approx([0.0, 0.0, 0.1, LONGEST_STEP, 0.1], abs=1e-9)
-    assert pacing.now == pytest.approx(0.2 + LONGEST_STEP, abs=1e-9)
-
-
-def test_a_clock_that_reads_no_number_is_refused():
+    assert [pacing.step(reading) for reading in readings] == pytest.approx(expected, abs=1e-9)
+    assert pacing.now == pytest.approx(sum(expected), abs=1e-9)
     with pytest.raises(InvalidInputError):
-        Pacing(publishes_clock=False).step(float("nan"))
+        pacing.step(float("nan"))
 
 
 def test_what_is_due_with_a_rate_keeps_it_on_average_and_makes_nothing_up():
