@@ -7,37 +7,27 @@ found by :func:`started`.
 
 import importlib.util
 import sys
+from dataclasses import field, make_dataclass
 from pathlib import Path
 from types import ModuleType
 
 
-class LaunchContext:
+def kind(name, *positional, keywords=(), bases=()):
+    """A class that takes and keeps these arguments; what is not given is None."""
+    fields = [(one, object, field(default=None)) for one in positional]
+    fields += [(one, object, field(default=None, kw_only=True)) for one in keywords]
+    return make_dataclass(name, fields, bases=bases, eq=False)
+
+
+class LaunchContext(kind("LaunchContext", "file", "launch_configurations")):
     """Holds the values of the launch arguments."""
 
     is_shutdown = False
 
-    def __init__(self, file, values):
-        self.file = file
-        self.launch_configurations = values
 
-
-class LaunchDescription:
-    def __init__(self, initial_entities=()):
-        self.entities = list(initial_entities)
-
-
-class DeclareLaunchArgument:
-    def __init__(self, name, *, default_value=None, description=None, choices=None):
-        self.name, self.description, self.choices = name, description, choices
-        self.default_value = default_value
-
-
-class LaunchConfiguration:
-    def __init__(self, variable_name):
-        self.name = variable_name
-
+class LaunchConfiguration(kind("LaunchConfiguration", "variable_name")):
     def perform(self, context):
-        return context.launch_configurations[self.name]
+        return context.launch_configurations[self.variable_name]
 
 
 class ThisLaunchFileDir:
@@ -45,61 +35,8 @@ class ThisLaunchFileDir:
         return str(context.file.parent)
 
 
-class IfCondition:
-    def __init__(self, predicate_expression):
-        self.predicate = predicate_expression
-
-
-class PythonLaunchDescriptionSource:
-    def __init__(self, location):
-        self.location = location
-
-
-class IncludeLaunchDescription:
-    def __init__(self, source, *, launch_arguments=()):
-        self.source, self.launch_arguments = source, dict(launch_arguments)
-
-
-class OpaqueFunction:
-    def __init__(self, *, function):
-        self.function = function
-
-
-class Node:
-    def __init__(
-        self,
-        *,
-        package,
-        executable,
-        name=None,
-        namespace=None,
-        parameters=(),
-        arguments=(),
-        output="log",
-        condition=None,
-        on_exit=None,
-        respawn=False,
-        respawn_delay=None,
-        ros_arguments=(),
-        additional_env=None,
-    ):
-        self.additional_env = additional_env
-        self.respawn, self.respawn_delay, self.ros_arguments = respawn, respawn_delay, ros_arguments
-        self.package, self.executable, self.name = package, executable, name
-        self.namespace, self.parameters, self.arguments = namespace, parameters, arguments
-        self.output, self.condition, self.on_exit = output, condition, on_exit
-
-
-class LifecycleNode(Node):
-    def __init__(self, *, name, namespace, **others):
-        super().__init__(name=name, namespace=namespace, **others)
-
-
-class Description:
+class Description(kind("Description", "file", "mappings")):
     """What xacro would return: the file, and what was given to it."""
-
-    def __init__(self, file, mappings):
-        self.file, self.mappings = file, mappings
 
     def toxml(self):
         return f"{self.file} {self.mappings}"
@@ -109,31 +46,42 @@ def process_file(file, *, mappings):
     return Description(file, mappings)
 
 
-class GroupAction:
-    def __init__(self, actions):
-        self.actions = list(actions)
-
-
-class LogInfo:
-    def __init__(self, *, msg):
-        self.msg = msg
-
-
-class Shutdown:
-    def __init__(self, *, reason):
-        self.reason = reason
-
-
+LaunchDescription = kind("LaunchDescription", "initial_entities")
+DeclareLaunchArgument = kind(
+    "DeclareLaunchArgument", "name", keywords=("default_value", "description", "choices")
+)
+IfCondition = kind("IfCondition", "predicate_expression")
+PythonLaunchDescriptionSource = kind("PythonLaunchDescriptionSource", "location")
+IncludeLaunchDescription = kind(
+    "IncludeLaunchDescription", "source", keywords=("launch_arguments",)
+)
+OpaqueFunction = kind("OpaqueFunction", keywords=("function",))
+GroupAction = kind("GroupAction", "actions")
+LogInfo = kind("LogInfo", keywords=("msg",))
+Shutdown = kind("Shutdown", keywords=("reason",))
+Node = kind(
+    "Node",
+    keywords=(
+        "package",
+        "executable",
+        "name",
+        "namespace",
+        "parameters",
+        "arguments",
+        "output",
+        "condition",
+        "on_exit",
+        "respawn",
+        "respawn_delay",
+        "ros_arguments",
+        "additional_env",
+    ),
+)
+LifecycleNode = kind("LifecycleNode", bases=(Node,))
+ACTIONS = (DeclareLaunchArgument, GroupAction, IncludeLaunchDescription)
 MODULES = {
     "launch": (LaunchContext, LaunchDescription),
-    "launch.actions": (
-        DeclareLaunchArgument,
-        GroupAction,
-        IncludeLaunchDescription,
-        LogInfo,
-        OpaqueFunction,
-        Shutdown,
-    ),
+    "launch.actions": (*ACTIONS, LogInfo, OpaqueFunction, Shutdown),
     "launch.conditions": (IfCondition,),
     "launch.launch_description_sources": (PythonLaunchDescriptionSource,),
     "launch.substitutions": (LaunchConfiguration, ThisLaunchFileDir),
@@ -148,27 +96,25 @@ def install(monkeypatch):
     for name, members in MODULES.items():
         module = ModuleType(name)
         module.__path__ = []
-        for member in members:
-            setattr(module, member.__name__, member)
+        vars(module).update({member.__name__: member for member in members})
         monkeypatch.setitem(sys.modules, name, module)
 
 
 def described(file):
-    """Return the launch description of a file."""
+    """Return what the launch description of a file holds."""
     spec = importlib.util.spec_from_file_location(file.name.replace(".", "_"), file)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.generate_launch_description()
+    return module.generate_launch_description().initial_entities
 
 
 def arguments(file):
     """Return the arguments that a file declares, by name."""
-    entities = described(file).entities
-    return {e.name: e for e in entities if isinstance(e, DeclareLaunchArgument)}
+    return {e.name: e for e in described(file) if isinstance(e, DeclareLaunchArgument)}
 
 
 def started(file, **given):
-    """Return what a launch of a file with these arguments does, without its declarations."""
+    """Return the nodes that a launch of a file with these arguments starts, with its context."""
     declared = arguments(file)
     assert given.keys() <= declared.keys(), given.keys() - declared.keys()
     for name, value in given.items():
@@ -177,34 +123,28 @@ def started(file, **given):
     context = LaunchContext(file, {})
     for name, argument in declared.items():
         context.launch_configurations[name] = given.get(name, text(argument.default_value, context))
-    return _expanded(described(file).entities, context)
+    return _expanded(described(file), context)
 
 
 def _expanded(entities, context):
     found = []
     for entity in entities:
-        if isinstance(entity, DeclareLaunchArgument):
-            continue
         if isinstance(entity, IncludeLaunchDescription):
-            passed = {k: text(v, context) for k, v in entity.launch_arguments.items()}
+            passed = {k: text(v, context) for k, v in entity.launch_arguments}
             found += started(Path(text(entity.source.location, context)), **passed)
         elif isinstance(entity, GroupAction):
             found += _expanded(entity.actions, context)
         elif isinstance(entity, OpaqueFunction):
             found += _expanded(entity.function(context), context)
-        elif isinstance(entity, Node):
-            if entity.condition is None or text(entity.condition.predicate, context) == "true":
-                found.append(_resolved(entity, context))
-        else:
-            found.append(entity)
+        elif not isinstance(entity, DeclareLaunchArgument):
+            condition = entity.condition
+            if condition is None or text(condition.predicate_expression, context) == "true":
+                found.append(entity)
+            entity.context, entity.namespace = context, text(entity.namespace, context)
+            given = entity.parameters or ()
+            entity.parameters = [p if isinstance(p, dict) else text(p, context) for p in given]
+            entity.arguments = [text(argument, context) for argument in entity.arguments or ()]
     return found
-
-
-def _resolved(node, context):
-    node.namespace = text(node.namespace, context)
-    node.parameters = [p if isinstance(p, dict) else text(p, context) for p in node.parameters]
-    node.arguments = [text(argument, context) for argument in node.arguments]
-    return node
 
 
 def text(value, context):

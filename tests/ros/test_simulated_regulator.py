@@ -161,5 +161,7 @@ def test_reports_have_the_noise_of_their_seed_and_the_resolution_that_they_shoul
     # The mean and the deviation of 4000 samples scatter by 1.6 % and 1.1 % of the deviation.
     assert np.mean(first) == pytest.approx(6.0e4, abs=20.0)
     assert np.std(first) == pytest.approx(200.0, rel=0.06)
+    full = regulator_at(3.0e5, model)
+    assert max(full.report() for _ in range(20)) == MODEL.supply_pressure
     coarse = regulator_at(6.01234e4, replace(MODEL, pressure_resolution=250.0))
     assert coarse.report() == 60000.0
