@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from geometry_msgs.msg import PoseStamped
 from repo.source_tree import ROOT
+from ros.test_launch import flat
 from ruamel.yaml import YAML
 
 from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
@@ -21,20 +22,6 @@ OF_THE_ARM = {"tool0"}
 
 def loaded(name):
     return YAML(typ="safe").load(FOLDER / name)
-
-
-def in_model(tag):
-    """Names in the gripper's part of a URDF, without its prefix."""
-    return {item.get("name").removeprefix("${prefix}") for item in MODEL.iter(tag)}
-
-
-def flat(values, namespace=""):
-    """Yield the parameters of a file with the names that ROS gives them."""
-    for name, value in values.items():
-        if isinstance(value, dict):
-            yield from flat(value, f"{namespace}{name}.")
-        else:
-            yield f"{namespace}{name}", value
 
 
 class Message:
@@ -65,19 +52,19 @@ def example(monkeypatch):
     return importlib.import_module("attach_and_detach")
 
 
-def test_the_srdf_names_links_and_joints_of_the_model():
-    group = SRDF.find("group[@name='gripper']")
-    links = {link.get("name") for link in group.iter("link")}
-    links |= {
-        pair.get(end) for pair in SRDF.iter("disable_collisions") for end in ("link1", "link2")
-    }
-    links.add(SRDF.find("end_effector").get("parent_link"))
-    assert links - in_model("link") == OF_THE_ARM
-    assert {joint.get("name") for joint in SRDF.iter("joint")} <= in_model("joint")
-    assert SRDF.find("end_effector").get("group") == group.get("name")
+def named(tree, path, attribute="name"):
+    """The attributes of elements, in the gripper's part of a URDF without its prefix."""
+    return {item.get(attribute).removeprefix("${prefix}") for item in tree.iterfind(path)}
 
 
-def test_the_open_state_is_a_release_and_the_other_is_not():
+def test_the_srdf_names_links_and_joints_of_the_model_and_opens_with_a_release():
+    links = named(SRDF, "group[@name='gripper']/link")
+    for end in ("link1", "link2"):
+        links |= named(SRDF, "disable_collisions", end)
+    links |= named(SRDF, "end_effector", "parent_link")
+    assert links - named(MODEL, ".//link") == OF_THE_ARM
+    assert named(SRDF, ".//joint") <= named(MODEL, ".//joint")
+    assert named(SRDF, "end_effector", "group") == {"gripper"}
     values = {
         state.get("name"): float(state.find("joint").get("value"))
         for state in SRDF.iter("group_state")
@@ -88,42 +75,33 @@ def test_the_open_state_is_a_release_and_the_other_is_not():
     assert all(0.0 < value < opening for value in values.values())
 
 
-def test_the_controller_is_an_action_of_the_node_in_its_namespace(example):
+def test_controller_and_parameters_are_those_of_the_node_in_its_namespace(example):
     controllers = loaded("moveit_controllers.yaml")["moveit_simple_controller_manager"]
     (name,) = controllers["controller_names"]
-    controller = controllers[name]
+    controller, defaults = controllers[name], GripperParameters()
     assert f"/{name}" == example.NAMESPACE
     assert controller["action_ns"] == "gripper_cmd"
-    assert controller["type"] == GripperParameters().gripper_cmd.type
-    assert set(controller["joints"]) <= {joint.get("name") for joint in SRDF.iter("joint")}
-
-
-def test_the_parameters_are_those_of_the_node(example):
+    assert controller["type"] == defaults.gripper_cmd.type
+    assert set(controller["joints"]) <= named(SRDF, ".//joint")
     ((node, settings),) = loaded("gripper.yaml").items()
     assert node == f"{example.NAMESPACE}/spiral_gripper"
-    values = dict(flat(settings["ros__parameters"]))
+    values = flat(settings["ros__parameters"])
     assert values.keys() <= {spec.name for spec in PARAMETERS}
     assert GripperParameters.from_names(values).publish.robot_state_rate > 0.0
 
 
-def test_the_object_is_attached_where_it_is_wrapped_and_may_touch_the_gripper(example):
+def test_the_object_is_attached_where_it_is_wrapped_and_detached(example):
     pose = PoseStamped()
     pose.header.frame_id = "gripper_base"
     pose.pose.position.x = 0.2
     scene = example.scene_with_attached(pose, radius=0.02, length=0.5)
     (attached,) = scene.robot_state.attached_collision_objects
-    assert scene.is_diff
-    assert scene.robot_state.is_diff
-    assert attached.link_name == "gripper_base"
-    group = SRDF.find("group[@name='gripper']")
-    assert set(attached.touch_links) == {link.get("name") for link in group.iter("link")}
+    assert scene.is_diff is scene.robot_state.is_diff is True
+    assert attached.link_name == attached.object.header.frame_id == "gripper_base"
+    assert set(attached.touch_links) == named(SRDF, "group[@name='gripper']/link")
     assert attached.object.operation == Message.ADD
-    assert attached.object.header.frame_id == "gripper_base"
     assert attached.object.pose.position.x == 0.2
     assert attached.object.primitives[0].dimensions == [0.5, 0.02]  # height, radius
-
-
-def test_the_same_object_is_detached(example):
-    (attached,) = example.scene_with_detached().robot_state.attached_collision_objects
-    assert attached.object.id == example.OBJECT
-    assert attached.object.operation == Message.REMOVE
+    (detached,) = example.scene_with_detached().robot_state.attached_collision_objects
+    assert detached.object.id == attached.object.id == example.OBJECT
+    assert detached.object.operation == Message.REMOVE

@@ -212,7 +212,7 @@ def made(monkeypatch, namespace, tmp_path):
     ("kind", "fault", "words"),
     [(Serial, fault, "no answer within") for fault in ("mute", "garbage", "nan", "bad_check")]
     + [(Serial, "old", "link lost"), (Serial, "gone", "port"), (Serial, "refused", "refuses the")]
-    + [(Modbus, "refuses", "register 3: exception 4"), (Modbus, "slow", "link lost")]
+    + [(Modbus, "refuses", "register 3: exception 4")]
     + [(Modbus, "gone", "link lost: 127.0.0.1:")]
     + [(Driver, "gone", "nobody subscribes"), (Driver, "short", "measured_field: ")]
     + [(Driver, "stale", "more than watchdog_timeout")]
@@ -366,4 +366,16 @@ def test_the_whole_exchange_has_one_time_limit(made):
     beats = [values[0] for register, values in written if register == 20]
     assert beats == list(range(1, len(beats) + 1))
     bench.rig.spoil("slow")
+    bench.tick()
+    assert bench.node.adapter.link_errors == 1
+
+
+def test_a_modbus_device_that_answers_too_slowly_to_keep_its_watchdog_is_a_lost_link(made):
+    bench = made(Modbus, watchdog_timeout=0.5, device_timeout=0.1)
+    bench.until(OK, "passes commands on", 4.0e4)
+    bench.rig.spoil("slow")
     bench.until(ERROR, "link lost", 4.0e4)
+    bench.rig.spoil("")
+    bench.told["measured_pressure"].clear()
+    bench.until(OK, "passes commands on", 3.0e4)
+    assert bench.measured[0] == pytest.approx(3.0e4)  # no late answer
