@@ -28,8 +28,8 @@ class LineDevice:
 
     Attributes:
         heard: every message that was taken, "set_points" their numbers.
-        mode: "good"; "mute": hears nothing; "garbage", "nan", "bad_check", "old", "high",
-            "refused": answers so.
+        mode: "good"; "mute": hears nothing; "garbage", "old", "high", "refused": answers
+            so.
     """
 
     def __init__(self):
@@ -76,12 +76,7 @@ class LineDevice:
             number = 2.0e7
         answer = measurement_line(Measurement(message.sequence, number, state))
         old = measurement_line(Measurement((message.sequence - 1) % 65536, 1.0, "ok"))
-        answers = {
-            "garbage": bytes(range(128, 256)) * 4,
-            "nan": b"M %d nan ok*0000\n" % message.sequence,
-            "bad_check": answer[:-5] + b"0000\n",
-            "old": old,
-        }
+        answers = {"garbage": bytes(range(128, 256)) * 4 + answer[:-5] + b"0000\n", "old": old}
         good = b"\x00\xff boot message\r\n" + old + answer.replace(b"\n", b"\r\n")
         os.write(self._controller, answers.get(self.mode, good))
 

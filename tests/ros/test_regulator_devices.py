@@ -210,7 +210,7 @@ def made(monkeypatch, namespace, tmp_path):
 
 @pytest.mark.parametrize(
     ("kind", "fault", "words"),
-    [(Serial, fault, "no answer within") for fault in ("mute", "garbage", "nan", "bad_check")]
+    [(Serial, fault, "no answer within") for fault in ("mute", "garbage")]
     + [(Serial, "old", "link lost"), (Serial, "gone", "port"), (Serial, "refused", "refuses the")]
     + [(Modbus, "refuses", "register 3: exception 4")]
     + [(Modbus, "gone", "link lost: 127.0.0.1:")]

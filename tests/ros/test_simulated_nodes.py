@@ -17,7 +17,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from spiral_gripper_ros.simulation.main import main
-from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator, RadiusParameters
+from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
 from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
 from spiral_gripper_ros.simulation.simulator import Simulator
@@ -165,15 +165,6 @@ def test_the_radii_are_estimated_with_the_errors_that_are_set_at_once(bench):
     assert bench.heard("simulated/grip")[-1] == "no object"
 
 
-def test_its_errors_follow_from_its_seed(namespace):
-    parameters = {"seed": 5, "radius": RADIUS, "estimate_noise": 1e-4}
-    bench = Bench(namespace, publish_clock=True, **parameters)
-    bench.run(1.0)
-    expected = RadiusEstimator(RadiusParameters(**parameters), RADIUS).estimates(1.0)
-    assert bench.heard("object_radius") == expected
-    bench.close()
-
-
 def test_it_lives_in_the_time_of_somebody_elses_clock(namespace):
     bench = Bench(namespace, **{**OWN_TIME, "publish_clock": False, "use_sim_time": True})
     clock = bench.regulator.get_clock()
@@ -191,15 +182,6 @@ def test_it_lives_in_the_time_of_somebody_elses_clock(namespace):
 def test_a_command_that_was_latched_before_it_came_is_not_followed(bench):
     (commands,) = [s for s in bench.regulator.subscriptions if "pressure" in s.topic_name]
     assert commands.qos_profile.durability is DurabilityPolicy.VOLATILE
-
-
-@pytest.mark.parametrize(
-    ("parameters", "words"),
-    [({"fault": "typhoon"}, "one of none, leak"), ({"gripper": "no_such"}, "has this name")],
-)
-def test_a_start_that_cannot_be_is_refused_with_the_reason(namespace, parameters, words):
-    with pytest.raises(ValueError, match=words):
-        Bench(namespace, **parameters)
 
 
 def test_a_misspelled_parameter_ends_the_start_and_a_stop_signal_its_process(client, namespace):
