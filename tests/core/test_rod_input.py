@@ -168,8 +168,8 @@ ARGUMENTS: list[Question] = [
     (
         Profile,
         {"heights": (0.0, 0.01, 0.02, 0.03), "radii": (0.1, 0.1, 0.1, 0.1)},
-        # Not increasing; too few; and a spline that passes through the axis.
-        {"heights": ((0.0, 0.0, 0.02, 0.03),), "radii": ((1.0,), (0.1, 1e-3, 1e-3, 0.1))},
+        # One number; not increasing; too few; and a spline that passes through the axis.
+        {"heights": (0.1, (0.0, 0.0, 0.02, 0.03)), "radii": ((1.0,), (0.1, 1e-3, 1e-3, 0.1))},
     ),
     (partial(Obstacle.along, Plane(), (0, 0, 0)), {"axis": (0, 0, 1)}, {"axis": ((0, 0, 0),)}),
     (CLEAR.moved, {}, {"translation": ((NAN, 0, 0),), "rotation": ((0.0, 0.0),)}),

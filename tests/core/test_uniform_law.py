@@ -74,7 +74,7 @@ def check(case, fraction):
     pair = case.fiber_pair
     # Families that nearly coincide magnify rounding.
     crossing = abs(math.sin(pair.alpha - pair.beta))
-    tolerance, bits = max(1e-12, 2e-15 / crossing), 8.0 * EPSILON / crossing
+    tolerance, bits = max(2e-12, 2e-15 / crossing), 8.0 * EPSILON / crossing
     actuation = FreeActuation(case)
     end = actuation.stretch_limit
     stretch = min(1.0 + fraction * (end - 1.0), end)

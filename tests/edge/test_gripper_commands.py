@@ -179,9 +179,11 @@ def test_grippers_are_listed_shown_and_checked(answer, said, capsys, tmp_path):
     assert shown["tube"]["length"] == 0.5
     assert shown["pressure_max"] == pytest.approx(110316.117)
     # A name is printed as it is.
-    named = re.sub("^name:.*", 'name: "grip [/x] [red]"', text, flags=re.MULTILINE)
-    path.write_text(named, encoding="utf-8")
-    assert said("winding-sheet", str(path)).startswith("grip [/x] [red]")
+    name = "grip [/x] [red] $frac{$"
+    path.write_text(re.sub("^name:.*", f'name: "{name}"', text, flags=re.MULTILINE))
+    assert said("winding-sheet", str(path)).startswith(name)
+    for command in (["shape", str(path), "--pressure=8 psi"], ["chart", "gravity", str(path)]):
+        assert run([*command, f"--plot={tmp_path}/picture.png"]) == 0
 
 
 def test_a_check_says_which_radii_contact_holds(answer, said, tmp_path, monkeypatch):

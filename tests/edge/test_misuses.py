@@ -129,6 +129,7 @@ MISUSES = {
     "sweep map --radius-min '11 mm' --radius-max '30 mm' --friction 0.5": "--friction goes with",
     "{D} --end-allowance '-1 mm'": "--end-allowance must be",
     "{D} --save x.yml": ".yaml",
+    "{D} --save " + 300 * "x" + ".yaml": "its name is too long",
     "{D} --save {folder}/good.yaml": "exists already and is kept",
     "{D} --report x.doc": ".md, .html",
     "{D} --json --json=yes": "does not take a value",
@@ -138,6 +139,9 @@ MISUSES = {
     "{M} --angles 1": "2<=x<=181",
     "{M} --tube '3/8 in x 1/32 in'": "--tube does not go with map",
     "{M} --beta '70 deg'": "give --beta twice",
+    "sweep grips prototype_p1 --radius '-5 mm'": "above 0, got '-5 mm'",
+    "{M} --wall '0 mm'": "above 0, got '0 mm'",
+    "{M} --tube-radius-min '-1 mm'": "above 0, got '-1 mm'",
     "{M} --tube-radius-min '9 mm'": "--tube-radius-min must be below --tube-radius-max",
     # chart
     "chart": "Usage: spiral-gripper chart",

@@ -241,6 +241,8 @@ class MeasuredActuation:
         (18.0, -9.0, 0.36)
     """
 
+    __repr__ = brief_repr
+
     pressures: Sequence[float]
     curvatures: Sequence[float]
     torsions: Sequence[float]

@@ -29,7 +29,7 @@ from spiral_core.calibration.readings import Reading
 from spiral_core.calibration.uncertainty import RadiusPressure
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.plots import regime_figure
-from spiral_gripper.reports.style import COLORS, paper_style, style_axes
+from spiral_gripper.reports.style import COLORS, paper_style, set_title, style_axes
 
 # What is measured, and its SI unit.
 _AXES: dict[type[Reading], tuple[str, str]] = {
@@ -62,8 +62,7 @@ def residual_figure(calibration: Calibration, name: str) -> Figure:
         _draw_kind(calibration, kind, fit, left_over)
     law = calibration.model.fitted_law.__name__
     scale = f"residuals {calibration.error_scale:.3g} times the stated errors"
-    title = f"{name}: {law}, {len(calibration.readings)} readings, {scale}"
-    figure.suptitle(title, parse_math=False)
+    set_title(figure, f"{name}: {law}, {len(calibration.readings)} readings, {scale}", 110)
     return figure
 
 

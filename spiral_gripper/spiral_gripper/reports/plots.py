@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from textwrap import wrap
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,6 +30,7 @@ from spiral_gripper.reports.style import (
     color_of,
     panels,
     paper_style,
+    set_title,
 )
 
 # Points around a drawn section.
@@ -63,7 +63,7 @@ def design_figure(report: DesignReport) -> Figure:
         axes.axhline(limit, color=COLORS[2], ls="--", label="pressure limit")
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set_ylim(bottom=0.0, top=1.08 * axes.get_ylim()[1])
-    figure.suptitle("\n".join(wrap(shown_message(report.design.sentence), 64)))
+    set_title(figure, shown_message(report.design.sentence), 64)
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 
@@ -137,7 +137,7 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
         axes.set(xlabel="stretch λ₁", ylabel=title)
         axes.set_ylim(0.0, _useful_top(axes))
     axes_list[0].set_ylim(0.0, LARGEST_RATIO)
-    figure.suptitle(f"tube of {name}, helix model", parse_math=False)
+    set_title(figure, f"tube of {name}, helix model", 110)
     figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper", title="β")
     return figure
 
@@ -160,7 +160,7 @@ def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -
             axes.plot(pressure, values, style, color=color, label=label)
         axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(title, "m"))
         axes.set_ylim(bottom=0.0)
-    figure.suptitle(name, parse_math=False)
+    set_title(figure, name, 110)
     figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper")
     return figure
 
@@ -233,7 +233,7 @@ def section_figure(actuator: Actuator, pressures: Sequence[float], name: str) ->
         axes.set_title(shown(pressure, "Pa"))
     colors = ScalarMappable(shades, "viridis")
     figure.colorbar(colors, ax=axes_list, label="axial stretch", shrink=0.8)
-    figure.suptitle(f"{name}: the straight fiber is at the dot", parse_math=False)
+    set_title(figure, f"{name}: the straight fiber is at the dot", 110)
     return figure
 
 

@@ -12,7 +12,7 @@ from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.shaded import Surface, draw_surfaces, same_scale, tube_surface
-from spiral_gripper.reports.style import COLORS, paper_style
+from spiral_gripper.reports.style import COLORS, paper_style, set_title
 
 # Points on the rim of a drawn cylinder.
 RIM_POINTS = 73
@@ -45,7 +45,7 @@ def shape_figure(
         placement: of the object, or None.
     """
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
-    figure.suptitle(title, wrap=True, parse_math=False)
+    set_title(figure, title)
     draw_sides(figure, [tube_surface(positions, outer_radius)], placement)
     if placement is not None:
         figure.legend(loc="outside lower center")

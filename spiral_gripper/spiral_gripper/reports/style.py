@@ -7,6 +7,7 @@ import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import wrap
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -32,6 +33,11 @@ def save_figure(figure: Figure, path: Path) -> None:
     with paper_style():
         figure.savefig(content, format=kind, dpi=DPI, metadata=metadata.get(kind))
     write_file(path, content.getvalue())
+
+
+def set_title(figure: Figure, title: str, width: int = 50) -> None:
+    """Set a figure's title in lines of at most ``width`` letters; a dollar sign is one."""
+    figure.suptitle("\n".join(wrap(title, width)), parse_math=False)
 
 
 @contextmanager

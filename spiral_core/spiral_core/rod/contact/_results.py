@@ -111,7 +111,7 @@ def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
         normal_forces[j] = x.normal[j] * contact.touchable
         forces[j] = normal_forces[j][:, None] * normal
         if contact.rubs:
-            forces[j] -= x.friction[j] * contact.touchable[:, None]
+            forces[j] -= contact.touch.tau
             sticking[j] = contact.sticks
     return normal_forces, gaps, forces, sticking
 

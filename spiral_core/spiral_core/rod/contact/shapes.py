@@ -149,8 +149,8 @@ class Profile:
     radii: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        heights = [require_finite("heights", z) for z in self.heights]
-        radii = [require_positive("radii", r) for r in self.radii]
+        heights = [require_finite("heights", z) for z in np.atleast_1d(self.heights).tolist()]
+        radii = [require_positive("radii", r) for r in np.atleast_1d(self.radii).tolist()]
         if len(heights) < 2 or any(not b > a for a, b in pairwise(heights)):
             raise InvalidInputError("heights", self.heights, "two or more increasing numbers")
         if len(radii) != len(heights):

@@ -19,7 +19,7 @@ from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.grip.plots import coil_surfaces
 from spiral_gripper.reports.shape_plots import VIEWS, draw_side
-from spiral_gripper.reports.style import COLORS, panels, paper_style
+from spiral_gripper.reports.style import COLORS, panels, paper_style, set_title
 
 # Of an animation: pictures per second, dots per inch, and the most pictures.
 PICTURE_RATE, DOTS, MOST_PICTURES = 12.5, 80, 250
@@ -46,8 +46,7 @@ def close_figure(closing: TimedClosing) -> Figure:
     right.set(xlabel="time [s]", ylabel="speed of the tip [m/s]")
     right.set_ylim(bottom=0.0)
     radius = shown(float(closing.setup.obstacle.shape.feature_radius), "m")
-    title = f"{closing.setup.gripper.name} closes on radius {radius}"
-    figure.suptitle(title, parse_math=False)
+    set_title(figure, f"{closing.setup.gripper.name} closes on radius {radius}", 110)
     return figure
 
 

@@ -30,6 +30,7 @@ from spiral_gripper.reports.style import (
     PERFECT_COLOR,
     panels,
     paper_style,
+    set_title,
     style_axes,
 )
 from spiral_gripper.reports.wrap_document import SolvedProfile, SolvedWrap
@@ -47,10 +48,8 @@ def grip_figure(grip: Grip, title: str, pressure: float | None = None) -> Figure
     """
     figure = Figure(figsize=(7.6, 3.6), layout="constrained")
     figure.supxlabel(_accuracy(grip), fontsize=6.5)
-    figure.suptitle(
-        f"{title}; friction {grip.setup.obstacle.friction:g}, {grip.setup.closing.value}",
-        parse_math=False,
-    )
+    closing = grip.setup.closing.value
+    set_title(figure, f"{title}; friction {grip.setup.obstacle.friction:g}, {closing}", 110)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0))
     left, right = (figure.add_subfigure(cell) for cell in (grid[0], grid[1]))
     axes = left.add_subplot()
@@ -83,7 +82,7 @@ def wrap_figure(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None, tit
 def _coil_figure(point: GripPoint, title: str) -> Figure:
     """Return the coil on its object from two sides, to scale, as the gripper hangs."""
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
-    figure.suptitle(title, wrap=True, parse_math=False)
+    set_title(figure, title)
     draw_sides(figure, coil_surfaces(point))
     return figure
 
