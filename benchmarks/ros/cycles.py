@@ -210,7 +210,7 @@ class Rig:
                 fault = None
             self.tick()
         self.wrapped += self.node.runtime.control.snapshot().wrapped
-        self._release()
+        self.release()
 
     def _grasp(self, goal: GraspGoal) -> None:
         runtime = self.node.runtime
@@ -228,7 +228,8 @@ class Rig:
             self._goals.append(release)
             runtime.publish()
 
-    def _release(self) -> None:
+    def release(self) -> None:
+        """Mend every fault and vent; complain if that does not take the pressure away."""
         self.radius, self.is_client_alive, self.sends_radii = None, True, True
         self.regulator.fault, self.regulator.model = Fault.NONE, self.model
         self._start_release()

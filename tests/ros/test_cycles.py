@@ -8,6 +8,8 @@ import pytest
 from geometry_msgs.msg import Vector3Stamped
 
 from benchmarks.ros.cycles import FAULTS, Rig, UnsafeCommandError, run_cycles
+from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
+from spiral_gripper_ros.control.release import Release
 
 
 @pytest.fixture
@@ -35,7 +37,7 @@ def test_after_each_fault_the_next_cycle_wraps_again(rig, fault):
     fault(rig)
     rig.allowed |= {seen(rig).refusal.reason}
     rig.run(1.0)
-    rig._release()
+    rig.release()
     rig.run(0.5)  # a gripper that kept its pressure while the link was cut empties
     rig.call("rearm")
     rig.radius = 0.02
@@ -56,6 +58,14 @@ def test_after_each_fault_the_next_cycle_wraps_again(rig, fault):
 def test_an_unsafe_command_is_noticed(rig, unsafe, why):
     with pytest.raises(UnsafeCommandError, match=why):
         rig.node.runtime.outputs.publish_pressure(unsafe)
+
+
+def test_a_release_that_succeeds_untruly_is_noticed(rig, monkeypatch):
+    done = GraspReport(GraspOutcome.SUCCEEDED)
+    monkeypatch.setattr(Release, "update", lambda release, *_: setattr(release, "report", done))
+    Rig.release_with_a_cut_link(rig)
+    with pytest.raises(UnsafeCommandError, match="untrue: a release"):
+        rig.tick()
 
 
 def test_the_gravity_of_a_trembling_arm_does_not_let_wrapped_flip(rig):
