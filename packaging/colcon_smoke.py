@@ -25,6 +25,8 @@ EXECUTABLES = (
     "spiral_gripper_regulator",
     "spiral_gripper_simulator",
 )
+# The first start of each compiles the kernels: minutes on a busy machine [s].
+PATIENCE = 900.0
 SHARED = ("config", "launch", "rviz", "security", "systemd", "urdf")
 
 
@@ -73,9 +75,9 @@ def main() -> None:
         check_package(name, install, root)
     check_files(root)
     demo = Path(get_package_prefix("spiral_gripper_ros"), "lib/spiral_gripper_ros", EXECUTABLES[0])
-    subprocess.run([demo], check=True, timeout=120)
+    subprocess.run([demo], check=True, timeout=PATIENCE)
     command = Path(get_package_prefix("spiral_gripper"), "bin/spiral-gripper")
-    subprocess.run([command, "doctor"], check=True, timeout=120)
+    subprocess.run([command, "doctor"], check=True, timeout=PATIENCE)
 
 
 if __name__ == "__main__":
