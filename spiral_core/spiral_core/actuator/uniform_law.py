@@ -222,7 +222,7 @@ SCAN_NODES = 129
 # A panel is at most this fraction of its distance to the nearest singular point: its polynomials
 # are then right to rounding, and end, two orders before what they leave out, below the tolerance.
 # A panel on which they do not, as by an elastomer whose limit is just beyond the range, is halved.
-PANEL_WIDTH, TAIL_TOLERANCE, HALVINGS = 1.0 / 3.0, 1e-11, 3
+PANEL_WIDTH, TAIL_TOLERANCE, HALVINGS = 1.0 / 3.0, 1e-11, 5
 # Families that lock so near to each other, as a fraction of the elongation, lock together.
 SAME_LOCKING = 1e-9
 
