@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
+from rclpy.qos import QoSProfile
 from ros.harness import all_finite
 
 from spiral_gripper_msgs.action import Grasp
@@ -53,7 +54,9 @@ class Goals:
     def __init__(self, client, kind=Grasp, name="grasp"):
         self.client = client
         self.kind = kind
-        self._action = ActionClient(client, kind, name)
+        # A busy machine reads late: no feedback of a goal may fall out of the queue.
+        queue = QoSProfile(depth=1000)
+        self._action = ActionClient(client, kind, name, feedback_sub_qos_profile=queue)
 
     def close(self):
         self._action.destroy()

@@ -117,13 +117,14 @@ def test_gravity_is_as_old_as_its_transform_and_a_missing_one_is_a_refusal(tilti
     frames.transforms["gripper_base", UP_FRAME] = transform(Rotation.identity(), stamp=old)
     look(tilting)
     assert tilting.runtime.control.snapshot().gravity_age == pytest.approx(2.0, abs=1.0)
-    broken = transform(Rotation.identity())
-    broken.transform.rotation.w = math.nan
-    frames.transforms["gripper_base", UP_FRAME] = broken
     before = tilting.runtime.gravity
-    look(tilting)
-    assert tilting.runtime.gravity == before
-    assert "finite" in tilting.runtime.control.snapshot().refusal.text
+    for bad in (math.nan, math.inf, 0.0, 1.01):
+        broken = transform(Rotation.identity())
+        broken.transform.rotation.w = bad
+        frames.transforms["gripper_base", UP_FRAME] = broken
+        look(tilting)
+        assert tilting.runtime.gravity == before
+        assert "no rigid motion" in tilting.runtime.control.snapshot().refusal.text
 
 
 def test_a_pose_in_another_frame_is_taken_at_its_time(node, frames):
@@ -153,8 +154,9 @@ def test_a_pose_in_another_frame_is_taken_at_its_time(node, frames):
     assert node.runtime.errors.count == 0
 
 
-def test_without_tf2_ros_such_a_node_is_not_configured(namespace):
+def test_without_tf2_ros_such_a_node_is_not_configured(namespace, capfd):
     overrides = [Parameter("gravity.frame", value=UP_FRAME), Parameter("autostart", value=False)]
     node = GripperNode(namespace=namespace, parameter_overrides=overrides)
     assert not node.start()
+    assert "other frames need tf2_ros, which cannot be used" in capfd.readouterr().err
     node.destroy_node()

@@ -246,7 +246,8 @@ def not_held(window: GripWindow) -> NotGrippableError:
     if _held_back(setup):
         friction = "; closed without friction it would be wrapped: friction holds the tube back"
         reason = Message("{}{}", reason, friction)
-    return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup))
+    # A tip that touches sinks in by a rounding error.
+    return NotGrippableError(radius, reason, -max(gap, 0.0), nearest_held_radius(setup))
 
 
 def _held_back(setup: GripSetup) -> bool:

@@ -9,14 +9,14 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.time import Time
 
-from spiral_core.errors import SpiralError
+from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Vector
 from spiral_gripper_ros.messages.conversions import vector_from_msg
-from spiral_gripper_ros.planning.object_pose import Quaternion, multiplied, rotated
+from spiral_gripper_ros.planning.object_pose import Quaternion, multiplied, object_line, rotated
 
 
 class TransformError(SpiralError):
-    """No transform between two frames is known."""
+    """No usable transform between two frames is known."""
 
 
 class Transforms:
@@ -72,7 +72,7 @@ class Transforms:
             turn: orientation, x y z w.
 
         Raises:
-            TransformError: the transform at that time is not known.
+            TransformError: the transform at that time is not known, or no rigid motion.
         """
         transform = self._look_up(frame, stamp).transform
         turned = _quaternion(transform.rotation)
@@ -87,7 +87,7 @@ class Transforms:
             frame: whose z axis points up.
 
         Raises:
-            TransformError: no transform is known.
+            TransformError: no transform is known, or it is no rigid motion.
         """
         found = self._look_up(frame, Time())
         return rotated(_quaternion(found.transform.rotation), (0.0, 0.0, -1.0)), found.header.stamp
@@ -96,11 +96,20 @@ class Transforms:
         self.listen()
         try:
             time = stamp if isinstance(stamp, Time) else Time.from_msg(stamp)
-            return self._buffer.lookup_transform(self._base, frame, time)
+            found = self._buffer.lookup_transform(self._base, frame, time)
         except (self._tf2.TransformException, ValueError) as error:  # a stamp may be negative
             raise TransformError(
                 f"no transform from {frame!r} to {self._base!r} is known: {error}"
             ) from None
+        place, turn = found.transform.translation, found.transform.rotation
+        try:
+            object_line(vector_from_msg(place), _quaternion(turn))
+        except InvalidInputError:
+            raise TransformError(
+                f"the transform from {frame!r} to {self._base!r} is no rigid motion, got "
+                f"{place}, {turn}"
+            ) from None
+        return found
 
 
 def _quaternion(turn: Any) -> Quaternion:  # noqa: ANN401
