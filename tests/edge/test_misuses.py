@@ -69,6 +69,7 @@ MISUSES = {
     # shape
     "shape": "GRIPPER",
     "shape prototype_p1": "'--pressure'",
+    "shape " + 300 * "x" + ".yaml --pressure '8 psi'": "its name is too long; the shipped grippers",
     "shape prototype_p1 --pressure 8": 'write "8 kPa" or "8 psi"',
     "shape prototype_p1 --pressure '8 pzi'": 'did you mean "psi"?',
     "shape prototype_p1 --pressure '17 psi'": "17 psi is above limits.pressure_max, 16 psi",

@@ -9,6 +9,7 @@ import pytest
 from browser import PATIENCE, appears, opened, studio, wait_until
 from PIL import Image
 
+from spiral_gripper import load_gripper
 from spiral_gripper.studio.page import APPROACH_SECONDS
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(4 * PATIENCE)]
@@ -123,7 +124,7 @@ def test_contact_and_holding_force_come_and_the_pull_plays(page):
     page.get_by_text("(in contact)").wait_for()
 
 
-def test_a_file_is_edited_and_what_is_wrong_with_it_said(page):
+def test_a_file_is_edited_and_what_is_wrong_with_it_said(page, tmp_path):
     page.get_by_text("Gripper file", exact=True).click()
     box = page.locator("textarea").first
     text = box.input_value()
@@ -135,3 +136,12 @@ def test_a_file_is_edited_and_what_is_wrong_with_it_said(page):
     before = tip(page)
     page.get_by_text("Use this text").click()
     wait_until(lambda: tip(page) != before)
+    wait_until(lambda: not page.get_by_text("fibers.beta must be").is_visible())
+    # A refused text is not that of what is shown.
+    box.fill(text.replace("beta: 70 deg", "beta: 170 deg"))
+    page.get_by_text("Use this text").click()
+    appears(page, "fibers.beta must be")
+    with page.expect_download() as download:
+        page.get_by_text("gripper file", exact=True).click()
+    download.value.save_as(tmp_path / "shown.yaml")
+    assert load_gripper(tmp_path / "shown.yaml").tube.length == 0.3

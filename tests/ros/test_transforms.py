@@ -133,7 +133,9 @@ def test_a_pose_in_another_frame_is_taken_at_its_time(node, frames):
     message.header.frame_id = CAMERA
     message.header.stamp = node.get_clock().now().to_msg()
     message.pose.position.x = 0.25
-    message.pose.orientation.w = 1.0
+    tilt = Rotation.from_euler("xyz", (-60, 20, 10), degrees=True)
+    q = message.pose.orientation
+    q.x, q.y, q.z, q.w = map(float, tilt.as_quat())
     deliver(node, "object_pose", message)
     assert "no transform from 'camera'" in node.runtime.objects.problem
     assert node.runtime.seen_object() is None
@@ -142,13 +144,13 @@ def test_a_pose_in_another_frame_is_taken_at_its_time(node, frames):
     seen = node.runtime.seen_object()
     expected = turn.apply((0.25, 0, 0)) + np.array((0.1, 0.2, 0.3))
     assert seen.center == pytest.approx(tuple(expected), abs=1e-12)
-    assert seen.axis == pytest.approx(tuple(turn.apply((0, 0, 1))), abs=1e-12)
+    assert seen.axis == pytest.approx(tuple((turn * tilt).apply((0, 0, 1))), abs=1e-12)
     assert frames.asked[-1] == Time.from_msg(message.header.stamp)
     message.header.stamp.sec = -1
     deliver(node, "object_pose", message)
     assert "negative" in node.runtime.objects.problem
     message.header.stamp = node.get_clock().now().to_msg()
-    message.pose.orientation.w = 0.0
+    q.w = 0.0
     deliver(node, "object_pose", message)
     assert "unit quaternion" in node.runtime.objects.problem
     assert node.runtime.errors.count == 0
