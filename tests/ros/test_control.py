@@ -397,8 +397,9 @@ def test_a_release_is_done_by_what_is_measured_after_it_began(bench, course):
 def test_a_release_is_answered_though_nothing_is_commanded_any_more(holding, end, outcome, reason):
     holding.grasped = release = holding.control.start_release(holding.now, ReleaseGoal())
     assert release.report.outcome is RUNNING
-    holding.follow(end)
+    holding.follow(leap(0.3), call("keep_alive", holding.now + 0.3), end)
     assert (release.report.outcome, release.report.refusal.reason) == (outcome, reason)
+    assert release.report.elapsed == pytest.approx(0.3, abs=1.1 * TICK)
 
 
 @drawn(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))

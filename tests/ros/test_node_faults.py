@@ -2,11 +2,15 @@
 """Exceptions where none should be: the node in this process, with parts that break."""
 
 import math
+import time
 from types import SimpleNamespace
 
 import pytest
+from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
+from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -17,6 +21,7 @@ from std_msgs.msg import Float64
 
 from spiral_core import SolverError
 from spiral_core.rod.state import RodStatus
+from spiral_gripper_msgs.action import Release
 from spiral_gripper_ros.actions import grasp
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node import display, robot_state
@@ -228,6 +233,30 @@ def test_a_goal_and_its_cancel_are_commanded_at_once_not_at_the_next_tick(tracki
     assert goal.cancel()
     assert len(tracking.published) == before + 2
     assert goal.end()[1].reason == Reason.GRASP_CANCELED
+
+
+def test_a_release_that_is_canceled_before_it_is_started_has_vented(tracking, client):
+    """Both requests wait before the node looks for either."""
+    client.spinner.add_node(tracking)
+    action = ActionClient(client, Release, "release")
+    canceling = client.create_client(CancelGoal, "release/_action/cancel_goal")
+    tick_until(tracking, lambda: tracking.published[-1] > 0.0)
+    client.wait_until(
+        lambda: action.server_is_ready() and canceling.service_is_ready(), "the action"
+    )
+    answer = action.send_goal_async(Release.Goal())
+    canceling.call_async(CancelGoal.Request())
+    time.sleep(0.3)
+    client.wait_until(answer.done, "an answer to the goal")
+    ended = answer.result().get_result_async()
+    client.wait_until(ended.done, "the end of the goal")
+    assert ended.result().status == GoalStatus.STATUS_CANCELED
+    assert ended.result().result.reason == Reason.GRASP_CANCELED
+    assert "the gripper stays released" in ended.result().result.message
+    assert state_of(tracking) == (State.RELEASED, Reason.RELEASED)
+    assert tracking.published[-1] == 0.0
+    action.destroy()
+    client.spinner.remove_node(tracking)
 
 
 @pytest.mark.parametrize("part", ["start_grasp", "command"])

@@ -133,17 +133,22 @@ class GoalServer:
         return result
 
     def _start(self, run: _Run) -> None:
-        """Start a goal; the pressure is commanded at once, and feedback follows with each tick."""
-        if run.handle.is_cancel_requested:
+        """Start a goal; the pressure is commanded at once, and feedback follows with each tick.
+
+        A grasp that was canceled before is not started; a release vents whenever it is canceled.
+        """
+        goal, is_canceled = self._read(run.handle.request), run.handle.is_cancel_requested
+        if is_canceled and not isinstance(goal, ReleaseGoal):
             self._end(run, GraspReport(GraspOutcome.CANCELED, _CANCELED_BEFORE))
             return
-        goal = self._read(run.handle.request)
         answer = goal if isinstance(goal, Refusal) else self._started(goal)
         if isinstance(answer, Refusal):
             self._end(run, GraspReport(GraspOutcome.FAILED, answer))
-        else:
-            run.goal = answer
-            self.runtime.publish()
+            return
+        run.goal = answer
+        if is_canceled:
+            self.runtime.control.cancel(self.runtime.now(), answer)
+        self.runtime.publish()
 
     def _read(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
         """Return what a goal has the control logic do; one that cannot be read is refused."""

@@ -376,7 +376,7 @@ class GripControl(Generic[PlanT]):
 
     def _fail_releases(self, refusal: Refusal) -> None:
         for release in self._releases:
-            release.fail(refusal)
+            release.fail(self._clock.now, refusal)
         self._releases = []
 
     # --- output ------------------------------------------------------------------------------

@@ -53,18 +53,15 @@ class Release(Generic[PlanT]):
         if not (math.isfinite(self._timeout) and self._timeout > 0.0):
             value = f"got {self._timeout:.6g} s; vented all the same"
             text = f"timeout must be a positive finite number, {value}"
-            self.fail(Refusal(Reason.INVALID_REQUEST, text))
+            self.fail(now, Refusal(Reason.INVALID_REQUEST, text))
 
     def cancel(self, now: float) -> None:
         """Stop waiting, if it has not ended; what is vented stays vented."""
-        if self.report.outcome is GraspOutcome.RUNNING:
-            self.report = replace(self.report, elapsed=now - self._started)
-            self._end(GraspOutcome.CANCELED, _CANCELED)
+        self._end(now, GraspOutcome.CANCELED, _CANCELED)
 
-    def fail(self, refusal: Refusal) -> None:
+    def fail(self, now: float, refusal: Refusal) -> None:
         """End it for a reason, if it has not ended; what is vented stays vented."""
-        if self.report.outcome is GraspOutcome.RUNNING:
-            self._end(GraspOutcome.FAILED, refusal)
+        self._end(now, GraspOutcome.FAILED, refusal)
 
     def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
         """Bring the report up to date, and make it final once the release has ended."""
@@ -80,24 +77,26 @@ class Release(Generic[PlanT]):
         is_low = fault.reason is Reason.PRESSURE_LOW
         fails = is_low and new is not None and new < -limits.pressure_tolerance
         if snapshot.state is State.INACTIVE:
-            self.fail(snapshot.refusal)
+            self.fail(now, snapshot.refusal)
         elif snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
-            self.fail(_REPLACED)
+            self.fail(now, _REPLACED)
         elif not snapshot.is_measured:
             if elapsed >= limits.pressure_settle_time:
-                self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
+                self._end(now, GraspOutcome.SUCCEEDED, NOT_REFUSED)
         elif new is not None and abs(new) <= limits.pressure_tolerance:
-            self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
+            self._end(now, GraspOutcome.SUCCEEDED, NOT_REFUSED)
         elif fails or fault.reason in _SENSOR_FAULTS:
             text = f"0 Pa is commanded, but nothing shows that the gripper is vented: {fault.text}"
-            self.fail(Refusal(fault.reason, text))
+            self.fail(now, Refusal(fault.reason, text))
         elif elapsed > self._timeout:
             text = f"nothing was measured in the {elapsed:.3g} s since the release"
             late = Refusal(Reason.PRESSURE_LOST, text)
             if new is not None:
                 text = f"still {new:.6g} Pa {elapsed:.3g} s after the release"
                 late = Refusal(Reason.PRESSURE_HIGH, text)
-            self.fail(late)
+            self.fail(now, late)
 
-    def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:
-        self.report = replace(self.report, outcome=outcome, refusal=refusal)
+    def _end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:
+        if self.report.outcome is GraspOutcome.RUNNING:
+            elapsed = now - self._started
+            self.report = replace(self.report, outcome=outcome, refusal=refusal, elapsed=elapsed)
