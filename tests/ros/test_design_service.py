@@ -29,8 +29,7 @@ from spiral_gripper import load_description, load_tubing
 from spiral_gripper.files.description import parse_description
 from spiral_gripper_msgs.srv import DesignGripper
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.node.design_service import FIELD_NAMES, fill_response, question_from_msg
-from spiral_gripper_ros.planning.design_question import requirement_from_question
+from spiral_gripper_ros.node.design_service import FIELD_NAMES, fill_response, requirement_from_msg
 
 LIMITS = {
     "object_length": 0.25,
@@ -45,7 +44,7 @@ DESCRIPTION = load_description("paper_design_70")
 
 def requirement(smallest=SMALLEST, largest=LARGEST, **fields):
     request = design_request(smallest, largest, **fields)
-    return requirement_from_question(question_from_msg(request, HANGING), DESCRIPTION)
+    return requirement_from_msg(request, HANGING, DESCRIPTION)
 
 
 def asked(client, **fields):

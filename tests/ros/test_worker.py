@@ -15,9 +15,9 @@ from ros.harness import design_request
 
 from spiral_core import NotGrippableError
 from spiral_gripper import load_description
-from spiral_gripper_ros.node.design_service import question_from_msg
-from spiral_gripper_ros.planning import design_question
-from spiral_gripper_ros.planning.design_question import design
+from spiral_gripper_ros.node.design_service import requirement_from_msg
+from spiral_gripper_ros.planning import design as limited_design
+from spiral_gripper_ros.planning.design import design
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
 from spiral_gripper_ros.planning.planner import compile_all
 from spiral_gripper_ros.planning.worker import (
@@ -28,7 +28,7 @@ from spiral_gripper_ros.planning.worker import (
     solve_grip,
 )
 
-LONG = question_from_msg(
+LONG = requirement_from_msg(
     design_request(
         0.011,
         0.030,
@@ -36,12 +36,8 @@ LONG = question_from_msg(
         fiber_angles_beta=[0.9 + 0.002 * step for step in range(250)],
     ),
     (9.80665, 0.0, 0.0),
+    load_description("paper_design_70"),
 )
-
-
-@pytest.fixture
-def description():
-    return load_description("paper_design_70")
 
 
 def stuck():
@@ -74,22 +70,21 @@ def wait_for_the_end(process_id):
 @pytest.mark.parametrize(
     ("before", "question", "why", "lives"),
     [
-        (None, (design, LONG, None, 1.0), "not done within 1 s of processor time", True),
+        (None, (design, LONG, 1.0), "not done within 1 s of processor time", True),
         (Worker.end, (os.getpid,), "no answer: the node has ended", False),
-        (end_soon, (design, LONG, None), "no answer: canceled", False),
+        (end_soon, (design, LONG), "no answer: canceled", False),
         (end_soon, (stuck,), "no answer: canceled", False),
         (kill, (time.sleep, 5.0), "no answer: its process was killed", True),
     ],
 )
 def test_what_has_no_answer_is_ended_with_its_reason_and_its_process_too(
-    worker, description, before, question, why, lives
+    worker, before, question, why, lives
 ):
     first = worker.answer(os.getpid)
     if before is not None:
         before(worker)
-    arguments = [description if one is None else one for one in question]
     with pytest.raises(EndedError, match=why):
-        worker.answer(*arguments)
+        worker.answer(*question)
     if lives:
         assert worker.answer(os.getpid)
     worker.end()
@@ -98,13 +93,13 @@ def test_what_has_no_answer_is_ended_with_its_reason_and_its_process_too(
         worker.answer(os.getpid)
 
 
-def test_a_design_that_needs_too_much_memory_is_an_answer(monkeypatch, description):
+def test_a_design_that_needs_too_much_memory_is_an_answer(monkeypatch):
     def greedy(*_):
         raise MemoryError
 
-    monkeypatch.setattr(design_question, "design_gripper", greedy)
+    monkeypatch.setattr(limited_design, "design_gripper", greedy)
     with pytest.raises(EndedError, match="more than 2 GB of memory"):
-        design(LONG, description)
+        design(LONG)
 
 
 def test_what_nobody_waits_for_any_more_is_ended_and_the_next_question_is_answered(worker):

@@ -13,8 +13,8 @@ from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import (
     REGIMES,
     figures_to_msg,
+    filled,
     known,
-    optional,
     shown_regime,
 )
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD
@@ -57,16 +57,9 @@ class GraspServer(GoalServer):
         if runtime.loaded is not None:
             regime = runtime.loaded.regime(snapshot.pressure)
             regime = shown_regime(snapshot, runtime.loaded, regime)
-        return Grasp.Feedback(
-            state=int(snapshot.state),
-            progress=report.progress,
-            pressure_command=snapshot.pressure_command,
-            pressure_target=snapshot.pressure_target,
-            measured_pressure=optional(snapshot.measured_pressure),
-            regime=REGIMES[regime],
-            settling_time=grip[0].settling_time if grip else [],
-            elapsed=report.elapsed,
-        )
+        feedback = filled(Grasp.Feedback(), snapshot, report, regime=REGIMES[regime])
+        feedback.settling_time = grip[0].settling_time if grip else []
+        return feedback
 
     def result(self, request: Any, report: Report) -> Grasp.Result:  # noqa: ANN401
         """Return how a grasp has ended, with the figures of the wrap that it aimed for."""
@@ -75,13 +68,13 @@ class GraspServer(GoalServer):
         how = "commanded" if snapshot.measured is None else "measured"
         does = "is" if report.radius is None else f"wraps {report.radius:.4g} m"
         done = f"{does} at {snapshot.pressure:.6g} Pa, as {how}"
-        result = Grasp.Result(
+        result = filled(
+            Grasp.Result(),
+            snapshot,
+            report,
             success=success,
-            reason=int(report.refusal.reason),
+            reason=report.refusal.reason,
             message=done if success else report.refusal.text,
-            pressure_command=snapshot.pressure_command,
-            measured_pressure=optional(snapshot.measured_pressure),
-            elapsed=report.elapsed,
         )
         if plan is not None and report.radius is not None and runtime.loaded is not None:
             cap, planner = runtime.limits.pressure_cap, runtime.loaded.planner

@@ -9,7 +9,7 @@ from spiral_gripper_msgs.action import Release
 from spiral_gripper_ros.actions.server import GoalServer, Report
 from spiral_gripper_ros.control.grasp import GraspOutcome
 from spiral_gripper_ros.control.release import ReleaseGoal
-from spiral_gripper_ros.messages.conversions import known, optional
+from spiral_gripper_ros.messages.conversions import filled, known
 
 
 class ReleaseServer(GoalServer):
@@ -22,23 +22,23 @@ class ReleaseServer(GoalServer):
     def feedback(self, request: Any, report: Report) -> Release.Feedback:  # noqa: ANN401
         """Return how a release goes."""
         del request
-        return self._filled(Release.Feedback(), report)
+        return filled(Release.Feedback(), self.runtime.control.snapshot(), report)
 
     def result(self, request: Any, report: Report) -> Release.Result:  # noqa: ANN401
         """Return how a release has ended."""
         del request
-        result = self._filled(Release.Result(), report)
-        result.success = report.outcome is GraspOutcome.SUCCEEDED
-        result.reason = int(report.refusal.reason)
-        how = (
-            "measured" if result.measured_pressure else "commanded (nothing measures the pressure)"
+        snapshot, success = (
+            self.runtime.control.snapshot(),
+            report.outcome is GraspOutcome.SUCCEEDED,
         )
+        is_measured = snapshot.measured is not None
+        how = "measured" if is_measured else "commanded (nothing measures the pressure)"
         done = f"vented, as {how}; call rearm to follow radii again"
-        result.message = done if result.success else report.refusal.text
-        return result
-
-    def _filled(self, message: Any, report: Report) -> Any:  # noqa: ANN401
-        snapshot = self.runtime.control.snapshot()
-        message.measured_pressure = optional(snapshot.measured_pressure)
-        message.elapsed = report.elapsed
-        return message
+        return filled(
+            Release.Result(),
+            snapshot,
+            report,
+            success=success,
+            reason=report.refusal.reason,
+            message=done if success else report.refusal.text,
+        )

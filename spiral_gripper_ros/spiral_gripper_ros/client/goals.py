@@ -124,19 +124,16 @@ def _abort_policy(policy: AbortPolicy | str | None) -> int:
 def result_of_wrap(response: Any) -> WrapResult:  # noqa: ANN401
     """Return the result that the action's server has sent."""
     result = response.result
-    grip = result.grip[0] if result.grip else None
-    figures = result.figures[0] if result.figures else None
+    figures, grip = ((*part, None)[0] for part in (result.figures, result.grip))
+    of_wrap = ("object_radius", "turns", "contact_length", "line_force")
+    held = ("holding_force_away", "holding_force_towards")
     return WrapResult(
         outcome=_OUTCOMES.get(response.status, WrapOutcome.FAILED),
         reason=Reason(result.reason),
         message=result.message or "the node no longer knows the goal",
-        object_radius=None if figures is None else figures.object_radius,
         pressure_command=result.pressure_command,
         measured_pressure=known(result.measured_pressure),
-        turns=None if figures is None else figures.turns,
-        contact_length=None if figures is None else figures.contact_length,
-        line_force=None if figures is None else figures.line_force,
-        holding_force_away=None if grip is None else grip.holding_force_away,
-        holding_force_towards=None if grip is None else grip.holding_force_towards,
         elapsed=result.elapsed,
+        **{name: getattr(figures, name, None) for name in of_wrap},
+        **{name: getattr(grip, name, None) for name in held},
     )

@@ -35,6 +35,9 @@ REGIME_NAMES = {
 }
 
 BASE = "gripper_base"
+# What rosidl calls a list of at most one number.
+OPTIONAL_NUMBER = "sequence<double, 1>"
+_MISSING: Any = object()
 
 
 def prefix_of(frame_id: str) -> str:
@@ -126,8 +129,32 @@ def known(values: Sequence[float]) -> float | None:
 
 
 def optional(value: float | None) -> list[float]:
-    """Return the list of at most one number that stands for a value in a message."""
-    return [] if value is None else [value]
+    """Return the list of at most one number that stands for a value in a message.
+
+    Example:
+        >>> optional(0.02), optional(None), optional(math.inf)
+        ([0.02], [], [])
+    """
+    return [] if value is None or not math.isfinite(value) else [value]
+
+
+def filled(message: Any, /, *sources: Any, **values: Any) -> Any:  # noqa: ANN401
+    """Return a message with values in its fields, or what a source has by a field's name.
+
+    The first source that has it counts; a field that nobody has stays as it is. Fields of at most
+    one number are made by :func:`optional`.
+
+    Example:
+        >>> filled(Point(y=1.0), Vector3(x=2.0, y=3.0), y=4.0)
+        geometry_msgs.msg.Point(x=2.0, y=4.0, z=0.0)
+    """
+    for name, kind in message.get_fields_and_field_types().items():
+        value = values.get(name, _MISSING)
+        for source in sources:
+            value = getattr(source, name, _MISSING) if value is _MISSING else value
+        if value is not _MISSING:
+            setattr(message, name, optional(value) if kind == OPTIONAL_NUMBER else value)
+    return message
 
 
 def status_to_msg(
@@ -143,20 +170,18 @@ def status_to_msg(
         header: stamp and frame of the message.
     """
     regime = shown_regime(snapshot, loaded, loaded.regime(snapshot.pressure))
-    return GripStatus(
+    status: GripStatus = filled(
+        GripStatus(),
+        snapshot,
         header=header,
-        state=int(snapshot.state),
-        reason=int(snapshot.refusal.reason),
+        reason=snapshot.refusal.reason,
         reason_text=snapshot.refusal.text,
-        fault=int(snapshot.pressure_fault.reason),
+        fault=snapshot.pressure_fault.reason,
         fault_text=snapshot.pressure_fault.text,
-        object_radius=optional(snapshot.radius),
-        pressure_target=snapshot.pressure_target,
-        pressure_command=snapshot.pressure_command,
-        measured_pressure=optional(snapshot.measured_pressure),
+        object_radius=snapshot.radius,
         regime=REGIMES[regime],
-        wrapped=snapshot.wrapped,
     )
+    return status
 
 
 def shown_regime(
@@ -212,27 +237,24 @@ def figures_to_msg(
         pressure_cap: largest pressure that is ever commanded [Pa].
         contact_length: of its grip [m]; None: it is not known.
     """
-    wrap = plan.wrap
     lowest, highest = planner.radius_range
-    margin = min(radius - lowest, highest - radius)
-    force = plan.line_force
+    force, contact = plan.line_force, contact_length
     if isinstance(planner, GripperPlanner):
-        force = planner.line_force(wrap, pressure)
-    return WrapFigures(
+        force = planner.line_force(plan.wrap, pressure)
+    figures: WrapFigures = filled(
+        WrapFigures(),
+        plan,
+        plan.wrap,
         object_radius=radius,
         pressure=pressure,
         overpressure=pressure - plan.pressure,
-        turns=wrap.turns,
-        contact_length=wrap.contact_length if contact_length is None else contact_length,
-        gripper_length_needed=optional(wrap.gripper_length_needed),
-        object_length_needed=optional(wrap.object_length_needed),
+        contact_length=plan.wrap.contact_length if contact is None else contact,
         line_force=force,
-        stable=wrap.state.stable,
-        radius_margin=[margin] if math.isfinite(margin) else [],
+        stable=plan.wrap.state.stable,
+        radius_margin=min(radius - lowest, highest - radius),
         pressure_margin=pressure_cap - pressure,
-        turns_margin=plan.turns_margin,
-        solve_time=plan.solve_time,
     )
+    return figures
 
 
 def fill_object(

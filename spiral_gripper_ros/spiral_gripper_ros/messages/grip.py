@@ -7,6 +7,7 @@ import math
 
 from spiral_core.rod.types import Vector
 from spiral_gripper_msgs.msg import Grip
+from spiral_gripper_ros.messages.conversions import filled
 from spiral_gripper_ros.planning.grip_table import GripAnswer
 
 
@@ -24,24 +25,17 @@ def grip_to_msg(
     if answer is None:
         return []
     strength = math.hypot(*gravity)
-    down = [answer.down] if strength > 0.0 else []
-    message = Grip(
-        at_pose=answer.at_pose,
+    down = answer.down if strength > 0.0 else None
+    margin = None if down is None or payload is None else down - payload * strength
+    message = filled(
+        Grip(),
+        answer,
         age=max(now - answer.computed_at, 0.0),
         friction_coefficient=answer.friction,
-        onset_wrap=answer.onset_wrap,
-        onset_curling=_finite(answer.onset_curling),
-        loss=_finite(answer.loss),
-        contact_length=answer.contact_length,
-        normal_force=answer.normal_force,
         holding_force_away=answer.away,
         holding_force_towards=answer.towards,
         holding_force_down=down,
-        settling_time=_finite(answer.settling),
-        payload_margin=[] if payload is None else [held - payload * strength for held in down],
+        settling_time=answer.settling,
+        payload_margin=margin,
     )
     return [message]
-
-
-def _finite(value: float) -> list[float]:
-    return [value] if math.isfinite(value) else []

@@ -16,7 +16,7 @@ from spiral_core.errors import SpiralError
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.qos import REQUESTS
-from spiral_gripper_ros.node.design_service import fill_response, question_from_msg
+from spiral_gripper_ros.node.design_service import fill_response, requirement_from_msg
 from spiral_gripper_ros.node.plan_service import PlanContext, answer_plan_wrap, refuse_all
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.runtime.background import QuestionPool
@@ -70,9 +70,10 @@ class Services:
         return await self._guarded(self._designed(request, response, loaded), _no_design)
 
     async def _designed(self, request: Any, response: Any, loaded: LoadedGripper) -> Any:  # noqa: ANN401
-        question = question_from_msg(request, loaded.mount.gravity)
+        question = request, loaded.mount.gravity, loaded.description
+        requirement = functools.partial(requirement_from_msg, *question)
         background = self._runtime.background
-        report = await background.design(self._node.executor, question, loaded.description)
+        report = await background.design(self._node.executor, requirement)
         return fill_response(response, report)
 
     def _cancel_design(self, request: Any, response: Any) -> Any:  # noqa: ANN401

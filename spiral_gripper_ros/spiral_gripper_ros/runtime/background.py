@@ -11,9 +11,9 @@ import rclpy.executors
 import rclpy.task
 
 from spiral_core.design.report import DesignReport
+from spiral_core.design.requirement import DesignRequirement
 from spiral_core.errors import SpiralError
-from spiral_gripper import GripperDescription
-from spiral_gripper_ros.planning.design_question import DesignQuestion, design
+from spiral_gripper_ros.planning.design import design
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.worker import SharedGrips, Worker
 
@@ -89,21 +89,19 @@ class Background:
     async def design(
         self,
         executor: rclpy.executors.Executor,
-        question: DesignQuestion,
-        description: GripperDescription,
+        requirement: Callable[[], DesignRequirement],
     ) -> DesignReport:
         """Return the report of a design, computed in a process of its own.
 
         Args:
             executor: the executor that awaits it.
-            question: what is asked.
-            description: of the node's gripper, for what the question leaves open.
+            requirement: returns what is asked; called in the background.
 
         Raises:
             SpiralError: the question cannot be answered, or the design was ended.
         """
         worker = self._design = Worker("design")
-        job = self._designs.submit(worker.answer, design, question, description)
+        job = self._designs.submit(lambda: worker.answer(design, requirement()))
         try:
             report: DesignReport = await _awaitable(executor, job)
         finally:
