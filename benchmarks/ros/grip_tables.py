@@ -23,9 +23,8 @@ from spiral_gripper_ros.parameters.table import PARAMETERS
 from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import MARGIN
 from spiral_gripper_ros.planning.grip_solution import solve_figures
-from spiral_gripper_ros.planning.grip_table import GripEntry, table_radii
+from spiral_gripper_ros.planning.grip_table import NEGLIGIBLE, RefiningTable, table_radii
 from spiral_gripper_ros.planning.planner import GripperPlanner
-from spiral_gripper_ros.planning.refining_table import NEGLIGIBLE, RefiningTable
 
 PULLS = ("away", "towards", "down")
 # Pressures of the comparison, as multiples of the exact onset; what is past the loss is left out.
@@ -100,9 +99,9 @@ def _errors(table: RefiningTable, radius: float, window: GripWindow) -> dict[str
     return largest
 
 
-def _entry(gripper: Gripper, radius: float, solve: Solve) -> GripEntry | None:
+def _entry(gripper: Gripper, radius: float, solve: Solve) -> GripFigures | None:
     try:
-        return GripEntry(solve(GripQuestion(gripper, radius)), 0.0)
+        return solve(GripQuestion(gripper, radius))
     except SpiralError:
         return None
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sends goals to an action as a user's node would."""
 
-from types import SimpleNamespace
-
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.qos import QoSProfile
@@ -86,18 +84,3 @@ def refused(goal, reason):
     assert result.message
     assert all_finite(result)
     return result.message
-
-
-def handle_of(request):
-    """A goal as rclpy hands it over."""
-    ends = []
-    return SimpleNamespace(
-        request=request,
-        goal_id=SimpleNamespace(uuid=bytes(16)),
-        is_cancel_requested=False,
-        publish_feedback=lambda message: None,
-        ends=ends,
-        succeed=lambda: ends.append("succeeded"),
-        abort=lambda: ends.append("aborted"),
-        canceled=lambda: ends.append("canceled"),
-    )

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Grips for tests, known by heart."""
 
+import math
+
 import numpy as np
 
 from spiral_gripper_ros.planning.grip_figures import GripFigures
@@ -15,8 +17,8 @@ def figures(tip=5.0e4, curling=6.0e4, loss=8.0e4, force=1.0):
     return GripFigures(
         tip_pressure=tip,
         onset_wrap=0.98 * tip,
-        onset_curling=curling,
-        loss=loss,
+        onset_curling=curling or math.inf,
+        loss=loss or math.inf,
         highest_good=curling or 1.5 * tip,
         top=1.5 * tip,
         friction=0.3,

@@ -13,12 +13,13 @@ from spiral_gripper import load_gripper
 from spiral_gripper_ros.planning.grip_figures import GripQuestion
 from spiral_gripper_ros.planning.grip_solution import solve_figures
 from spiral_gripper_ros.planning.grip_table import (
-    GripEntry,
+    MOST_REFINED,
+    TOLERANCE,
+    RefiningTable,
     blended_answer,
     blended_window,
     table_radii,
 )
-from spiral_gripper_ros.planning.refining_table import MOST_REFINED, TOLERANCE, RefiningTable
 
 NEVER_LOST = figures(curling=None, loss=None)
 
@@ -39,17 +40,14 @@ def test_the_regime_is_that_of_the_contact_at_radii_of_the_table_and_between(
     grip, pressure, regime
 ):
     assert grip.regime(pressure) is regime
-    answer = GripEntry(grip, 0.0).answer(pressure, at_pose=True)
+    answer = grip.answer(pressure, at_pose=True)
     assert answer.regime is regime
-    assert (answer.onset_curling, answer.loss) == (
-        grip.onset_curling or math.inf,
-        grip.loss or math.inf,
-    )
+    assert (answer.onset_curling, answer.loss) == (grip.onset_curling, grip.loss)
     assert blend(0.02, 0.8 * pressure, grip, grip).regime is regime
 
 
 def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
-    entry = GripEntry(figures(), 7.0)
+    entry = replace(figures(), computed_at=7.0)
     for pressure, away, touching in ((4.7e4, 0.0, 0.088), (5.0e4, 0.5, 0.1), (8.0e4, 0.0, 0.0)):
         answer = entry.answer(pressure, at_pose=False)
         assert (answer.away, answer.towards, answer.down) == pytest.approx(
@@ -60,19 +58,19 @@ def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
 
 
 def blend(radius, pressure, low, high, tip=4.0e4):
-    entries = [GripEntry(low, 3.0), GripEntry(high, 5.0)]
-    return blended_answer([0.01, 0.03], entries, radius, tip, pressure)
+    grips = [replace(low, computed_at=3.0), replace(high, computed_at=5.0)]
+    return blended_answer([0.01, 0.03], grips, radius, tip, pressure)
 
 
 def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
     answer = blend(0.02, 4.4e4, figures(), figures())  # 1.1 of 40 kPa, as 55 kPa of 50
-    assert answer.away == pytest.approx(GripEntry(figures(), 0.0).answer(5.5e4, at_pose=False).away)
+    assert answer.away == pytest.approx(figures().answer(5.5e4, at_pose=False).away)
     assert (answer.onset_wrap, answer.loss) == pytest.approx((0.98 * 4.0e4, 1.6 * 4.0e4))
     assert answer.computed_at == 3.0
     # Good grips between two radii end between theirs, here at 1.2 and 1.1 of the tip criterion's.
     grips = [figures(), figures(tip=3.0e4, curling=3.3e4)]
-    entries = [GripEntry(replace(g, highest_good=0.99 * g.highest_good), 0.0) for g in grips]
-    _, good, _ = blended_window([0.01, 0.03], entries, 0.02, 4.0e4)
+    grips = [replace(g, highest_good=0.99 * g.highest_good) for g in grips]
+    _, good, _ = blended_window([0.01, 0.03], grips, 0.02, 4.0e4)
     assert good == pytest.approx(0.99 * 4.0e4 * 0.5 * (1.2 + 1.1))
     # Where only one neighbor loses the grip, that one counts.
     lost = blend(0.011, 4.85e4, figures(loss=None), figures(loss=6.0e4))
@@ -82,7 +80,7 @@ def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
 @pytest.mark.slow
 def test_forces_between_those_computed_are_hardly_above_what_holds_and_not_far_below():
     gripper = load_gripper("paper_design_70")
-    entry = GripEntry(solve_figures(GripQuestion(gripper, 0.02)), 0.0)
+    entry = solve_figures(GripQuestion(gripper, 0.02))
     window = grip_window(lay_into_coil(gripper, 0.02))
     for multiple in (1.0, 1.025, 1.1, 1.35):
         point = window.at(multiple * window.onset_wrap)
@@ -103,7 +101,7 @@ def filled(force):
     while (radius := table.next_radius()) is not None:
         solved.append(radius)
         scale = force(radius)
-        table = table.added(radius, scale and GripEntry(figures(force=scale), 0.0))
+        table = table.added(radius, scale and figures(force=scale))
         assert len(solved) < 1000
     return table, solved
 
@@ -139,9 +137,9 @@ def test_nothing_is_answered_before_each_of_its_forces_has_been_compared(name):
     table, grip = RefiningTable(RADII), figures()
     for radius in RADII:
         assert away(table, 0.012) is None
-        table = table.added(radius, GripEntry(grip, 0.0))
+        table = table.added(radius, grip)
     differs = {} if name is None else {name: 2.0 * getattr(grip, name)}
-    known = table.added(math.sqrt(RADII[0] * RADII[1]), GripEntry(replace(grip, **differs), 0.0))
+    known = table.added(math.sqrt(RADII[0] * RADII[1]), replace(grip, **differs))
     assert (away(known, 0.012) is None) is (name is not None)
     assert away(table, 0.012) is None  # another thread may be reading it
     assert away(known, 0.03) is away(known, 0.041) is known.window(0.041, 5.0e4) is None

@@ -6,13 +6,7 @@ import math
 import pytest
 
 from spiral_core import NotGrippableError
-from spiral_gripper_ros.actions.gripper_command import (
-    OpeningCommand,
-    command_from_joint,
-    contact_force,
-    goal_from_command,
-    wrapped_diameter,
-)
+from spiral_gripper_ros.actions.gripper_command import goal_from_command
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
 from spiral_gripper_ros.control.release import ReleaseGoal
@@ -52,7 +46,7 @@ def nothing():
 def test_a_position_is_the_diameter_of_an_object_or_means_release(
     planner, position, opening, effort, expected
 ):
-    goal = goal_from_command(OpeningCommand(position, effort), opening, planner, LIMITS)
+    goal = goal_from_command([position], [effort], opening, planner, LIMITS)
     assert goal == expected
 
 
@@ -67,24 +61,24 @@ def test_a_position_is_the_diameter_of_an_object_or_means_release(
     ],
 )
 def test_an_impossible_command_is_refused(planner, position, effort, reason):
-    refusal = goal_from_command(OpeningCommand(position, effort), OPEN, planner, LIMITS)
+    refusal = goal_from_command([position], [effort], OPEN, planner, LIMITS)
     assert refusal.reason is reason
 
 
 def test_a_limit_of_the_force_lowers_the_overpressure_or_is_refused(planner):
     plan = planner.plan(0.02)
-    bare, grip = (contact_force(plan, planner, f * plan.pressure) for f in (1.0, 1.1))
-    assert bare == pytest.approx(plan.line_force * plan.wrap.contact_length)
+    bare, grip = (planner.contact_force(plan, f * plan.pressure) for f in (1.0, 1.1))
+    assert bare == pytest.approx(plan.line_force(plan.pressure) * plan.wrap.contact_length)
 
     def goal(limit):
-        return goal_from_command(OpeningCommand(DIAMETER, limit), OPEN, planner, TIGHT)
+        return goal_from_command([DIAMETER], [limit], OPEN, planner, TIGHT)
 
     assert "max_effort" in goal(0.999 * bare).text
     for part in (0.001, 0.1, 0.9):
         limit = bare + part * (grip - bare)
         kept = goal(limit)
         assert kept == held(0.02, kept.overpressure)
-        force = contact_force(plan, planner, plan.pressure + kept.overpressure)
+        force = planner.contact_force(plan, plan.pressure + kept.overpressure)
         assert force == pytest.approx(limit, rel=1e-3)  # the overpressure is found to 1 Pa
     # A number: what is recommended once contact is known may press harder.
     assert goal(1.001 * grip) == held(0.02, pytest.approx(0.1 * plan.pressure))
@@ -93,26 +87,27 @@ def test_a_limit_of_the_force_lowers_the_overpressure_or_is_refused(planner):
 def test_the_force_grows_with_the_pressure_and_is_never_negative(planner, nothing):
     plan = planner.plan(0.02)
     more, at_it, less = (
-        contact_force(plan, planner, pressure)
+        planner.contact_force(plan, pressure)
         for pressure in (plan.pressure + 1.0e4, plan.pressure, 0.5 * plan.pressure)
     )
-    assert more > 10.0 * at_it > less == contact_force(plan, nothing, plan.pressure) == 0.0
+    assert more > 10.0 * at_it > less == nothing.contact_force(plan, plan.pressure) == 0.0
 
 
 def test_the_diameter_of_a_pressure_is_that_of_the_object_it_wraps(planner, nothing):
     for radius in (6e-3, 0.035):
         # The wrap is found to 1e-9 of the radius.
         wanted = pytest.approx(2.0 * radius, rel=1e-8)
-        assert wrapped_diameter(planner.plan(radius).pressure, OPEN, planner) == wanted
+        assert planner.wrapped_diameter(planner.plan(radius).pressure, OPEN) == wanted
     low, high = planner.curve.pressure_min, planner.curve.pressure_max
     smallest = 2.0 * planner.curve.radius_min
     for pressure, diameter in ((0.99 * low, OPEN), (math.nan, OPEN), (high, smallest)):
-        assert wrapped_diameter(pressure, OPEN, planner) == diameter
-    assert wrapped_diameter(high + 5.0e3, OPEN, planner) == smallest
-    assert wrapped_diameter(1.0e5, OPEN, nothing) == wrapped_diameter(1.0e5, OPEN, None) == OPEN
+        assert planner.wrapped_diameter(pressure, OPEN) == diameter
+    assert planner.wrapped_diameter(high + 5.0e3, OPEN) == smallest
+    assert nothing.wrapped_diameter(1.0e5, OPEN) == OPEN
 
 
 def test_a_joint_state_is_a_command_if_it_is_a_single_one():
-    assert command_from_joint([0.04], [2.0]) == OpeningCommand(0.04, 2.0)
+    assert goal_from_command([0.04], [], OPEN, None, LIMITS) == held(0.02)
     for position, effort in (([], []), ([0.02, 0.02], []), ([0.02], [1.0, 1.0])):
-        assert command_from_joint(position, effort).reason is Reason.INVALID_REQUEST
+        refusal = goal_from_command(position, effort, OPEN, None, LIMITS)
+        assert refusal.reason is Reason.INVALID_REQUEST

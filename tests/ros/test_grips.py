@@ -20,14 +20,12 @@ from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.actions.grasp import GraspServer
-from spiral_gripper_ros.actions.gripper_command import contact_force
 from spiral_gripper_ros.client.goals import result_of_wrap
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.node.plan_service import PlanContext, answer_plan_wrap
-from spiral_gripper_ros.planning.grip_table import GripEntry
 from spiral_gripper_ros.runtime.outputs import Outputs
 from spiral_gripper_ros.tools.commands import grip_lines
 
@@ -94,7 +92,7 @@ class KnownGrips:
         """Return the answer of `plan_wrap` about an object of 20 mm."""
         loaded, limits = self.runtime.loaded, self.runtime.limits
         asked = (loaded.planner, loaded.gripper, limits, 9, Header(), lambda: True)
-        context = PlanContext(*asked, loaded.table_grip, self.runtime.solved_grip, self.time)
+        context = PlanContext(*asked, loaded.grip, self.runtime.solved_grip, self.time)
         return answer_plan_wrap(plan_request([0.02], **fields), PlanWrap.Response(), context).plans[
             0
         ]
@@ -136,10 +134,11 @@ def test_the_grip_that_is_known_is_told(known):
     assert grip.holding_force_away > grip.holding_force_towards > 0.0
     assert not grip.payload_margin
     assert told.plan[0].contact_length == grip.contact_length > 0.0
-    force = contact_force(seen.plan, planner, seen.pressure_target)
+    force = planner.contact_force(seen.plan, seen.pressure_target)
     assert force == pytest.approx(grip.normal_force)
     server = GraspServer(known.node, known.runtime, Grasp, "another")
-    feedback = server.feedback(None, SimpleNamespace(progress=1.0, elapsed=1.0))
+    report = SimpleNamespace(progress=1.0, elapsed=1.0, plan=None)
+    feedback = server.told(Grasp.Feedback(), None, report)
     server.destroy()
     assert feedback.settling_time == grip.settling_time
     assert grip.settling_time[0] > 0.0
@@ -153,7 +152,7 @@ def test_a_small_tilt_leaves_the_window_known(known):
     known.follow(None, ratio=math.nan)
     before = known.follow(0.02, duration=0.2)
     tilt = math.radians(2.0)
-    known.runtime.loaded.mount.want((9.80665 * math.cos(tilt), 9.80665 * math.sin(tilt), 0.0), 0.0)
+    known.runtime.loaded.want((9.80665 * math.cos(tilt), 9.80665 * math.sin(tilt), 0.0), 0.0)
     deadline = time.monotonic() + DEADLINE
     while (seen := known.seen).plan is before.plan:
         known.runtime.take_planner()
@@ -222,8 +221,8 @@ def test_where_the_object_is_seen_the_regime_and_the_drawing_are_those_of_the_co
 
 
 def message_of(pressure=5.25e4, payload=0.02, gravity=DOWN, **changed):
-    grip = replace(figures(curling=None), **changed)
-    answer = GripEntry(grip, 3.0).answer(pressure, at_pose=True)
+    grip = replace(figures(curling=None), computed_at=3.0, **changed)
+    answer = grip.answer(pressure, at_pose=True)
     (message,) = grip_to_msg(answer, 10.0, payload, gravity)
     assert all_finite(message)
     return message

@@ -71,7 +71,9 @@ def planner(gripper):
 @pytest.fixture
 def loaded(planner):
     grips = unknown_grips(planner.gripper, planner.gravity)
-    return LoadedGripper(load_description("paper_design_70"), planner, None, grips)
+    loaded = LoadedGripper(load_description("paper_design_70"), planner.gravity, None, grips)
+    loaded.planner = planner
+    return loaded
 
 
 def test_the_backbone_has_the_ends_and_the_frames_of_the_shape(planner):
@@ -88,7 +90,7 @@ def test_the_backbone_has_the_ends_and_the_frames_of_the_shape(planner):
 
 
 def test_nothing_known_is_all_finite_and_empty(loaded):
-    loaded.mount.planner = NoPlanner((9.8, 0.0, 0.0), SpiralError("nothing"))
+    loaded.planner = NoPlanner((9.8, 0.0, 0.0), SpiralError("nothing"))
     message = status_to_msg(snapshot(State.WAITING), loaded, Header())
     told = wrap_to_msg(snapshot(State.WAITING), loaded, 1.0e5, None, Header())
     assert all_finite(message, told)
@@ -138,7 +140,7 @@ def test_a_status_carries_the_snapshot_and_the_wrap_its_plan(planner, loaded):
     assert (figures.object_radius, figures.pressure) == (0.02, target)
     assert figures.overpressure == pytest.approx(5.0e3)
     assert figures.pressure_margin == 1.0e5 - target
-    assert figures.line_force == planner.line_force(plan.wrap, target) > plan.line_force
+    assert figures.line_force == plan.line_force(target) > plan.line_force(plan.pressure)
     assert figures.turns_margin == pytest.approx(figures.turns - planner.gripper.turns_required)
     lowest, highest = told.radius_range
     assert list(figures.radius_margin) == [min(0.02 - lowest, highest - 0.02)]

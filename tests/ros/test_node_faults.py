@@ -24,9 +24,10 @@ from spiral_core.rod.state import RodStatus
 from spiral_gripper_msgs.action import Release
 from spiral_gripper_ros.actions import grasp
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.node import display, robot_state
+from spiral_gripper_ros.node import display
 from spiral_gripper_ros.node.gripper_node import SHUT_DOWN, GripperNode
-from spiral_gripper_ros.planning import mount_follower
+from spiral_gripper_ros.planning import loaded_gripper
+from spiral_gripper_ros.planning.planner import GripperPlanner
 from spiral_gripper_ros.runtime.outputs import Outputs
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
@@ -108,14 +109,14 @@ def test_without_a_certificate_the_command_stands_and_the_status_says_so(trackin
     def uncertain(*_):
         raise SolverError(RodStatus.UNSTABLE, 0.1, 3)
 
-    tracking.runtime.loaded.mount.planner = SimpleNamespace(
+    tracking.runtime.loaded.planner = SimpleNamespace(
         radius_range=(0.0, math.inf), gravity=(9.80665, 0.0, 0.0), plan=uncertain, shape=uncertain
     )
     offer(tracking, 0.0205)
     tick(tracking)
     assert state_of(tracking) == (State.HOLDING, Reason.NOT_CERTIFIED)
     assert tracking.runtime.control.snapshot().pressure_target == target
-    assert tracking.runtime.loaded.shape is None
+    assert tracking.runtime.loaded.commanded.shape is None
 
 
 def test_an_exception_in_a_transition_is_logged_and_leads_to_unconfigured(tracking, capfd):
@@ -138,7 +139,7 @@ def test_an_exception_in_a_transition_is_logged_and_leads_to_unconfigured(tracki
         (lambda node: node.runtime.loaded, "update_shape"),
         (lambda node: node.runtime.objects, "offer"),
         (lambda node: display, "scene_to_msg"),
-        (lambda node: robot_state, "wrapped_diameter"),
+        (lambda node: GripperPlanner, "wrapped_diameter"),
     ],
 )
 def test_an_exception_while_telling_is_logged_now_and_then_and_the_grip_is_kept(
@@ -193,7 +194,7 @@ def test_the_pressure_goes_out_before_anything_else(node):
 
 
 def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypatch, capfd):
-    monkeypatch.setattr(mount_follower, "planner_for", broken)
+    monkeypatch.setattr(loaded_gripper, "planner_for", broken)
     change(node, gripper="prototype_p1")
     tick_until(node, lambda: state_of(node) == FAULT)
     assert "ZeroDivisionError" in node.runtime.control.snapshot().refusal.text
@@ -209,7 +210,7 @@ def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypat
 
 
 def test_a_planner_that_breaks_while_a_plan_is_asked_for_is_answered(tracking, capfd):
-    tracking.runtime.loaded.mount.poll = broken
+    tracking.runtime.loaded.poll = broken
     answers = serve(tracking, "plan_wrap", plan_request([0.02, 0.025])).plans
     assert [answer.reason for answer in answers] == [Reason.INTERNAL_ERROR] * 2
     assert "ZeroDivisionError" in answers[0].message

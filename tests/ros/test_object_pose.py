@@ -200,7 +200,7 @@ def test_joint_object_and_frames_are_told_while_the_rate_is_above_0(node, told, 
     tip, held = frames.transforms
     assert (tip.child_frame_id, held.child_frame_id) == ("gripper_tip", "gripper_object")
     at = tip.transform.translation
-    expected = node.runtime.loaded.shape.state.tip_position
+    expected = node.runtime.loaded.commanded.shape.state.tip_position
     assert (at.x, at.y, at.z) == pytest.approx(tuple(expected))
     node.runtime.control.release()
     joint, pose, _ = tell()

@@ -24,7 +24,6 @@ from spiral_core.wrap.wrap import line_force
 from spiral_gripper import load_description
 from spiral_gripper_ros.control.states import Reason, refusal_from_error
 from spiral_gripper_ros.planning.loaded_gripper import MEASURED_STEP, LoadedGripper
-from spiral_gripper_ros.planning.mount_follower import MountFollower
 from spiral_gripper_ros.planning.planner import (
     GripperPlanner,
     NoPlanner,
@@ -33,6 +32,14 @@ from spiral_gripper_ros.planning.planner import (
 )
 
 SIDEWAYS = (0.0, 0.0, -9.80665)
+
+
+HANGING = (9.80665, 0.0, 0.0)
+
+
+def loading(description, gravity, pool):
+    grips = unknown_grips(description.gripper, gravity)
+    return LoadedGripper(description, gravity, pool, grips)
 
 
 class LaterPool:
@@ -62,12 +69,17 @@ def planner(gripper):
 
 @pytest.fixture
 def mount(planner, gripper, pool):
-    return MountFollower(planner, gripper, pool)
+    grips = unknown_grips(gripper, planner.gravity)
+    mount = LoadedGripper(load_description("paper_design_70"), planner.gravity, pool, grips)
+    mount.planner = planner
+    return mount
 
 
 @pytest.fixture
 def loaded(pool):
-    return LoadedGripper.ready("paper_design_70", (), pool, unknown_grips)
+    loaded = loading(load_description("paper_design_70"), HANGING, pool)
+    loaded.load()
+    return loaded
 
 
 def test_a_plan_is_the_cores_wrap_with_margin_and_force(planner, curve, gripper):
@@ -77,7 +89,7 @@ def test_a_plan_is_the_cores_wrap_with_margin_and_force(planner, curve, gripper)
     shape, angle, outer = wrap.unloaded_shape, wrap.helix_angle, gripper.tube.outer_radius
     # The wrap's own radius is 0.02 m to 1e-10, times the stiffness of that.
     force = line_force(gripper.stiffness, shape, 0.02, angle, outer)
-    assert plan.line_force == pytest.approx(force, rel=1e-6)
+    assert plan.line_force(plan.pressure) == pytest.approx(force, rel=1e-6)
 
 
 def test_an_object_of_known_direction_lies_where_its_grip_has_it(gripper):
@@ -135,9 +147,9 @@ def test_a_loaded_gripper_solves_a_shape_only_when_something_changed(loaded):
     assert loaded.update_shape(5.0e4, 0.02)
     assert not loaded.update_shape(5.0e4, 0.02)
     assert loaded.update_shape(5.1e4, 0.02)
-    loaded.mount.planner = NoPlanner(SIDEWAYS, SolverError(RodStatus.UNSTABLE, 1.0, 1))
+    loaded.planner = NoPlanner(SIDEWAYS, SolverError(RodStatus.UNSTABLE, 1.0, 1))
     assert not loaded.update_shape(5.1e4, 0.02)
-    assert loaded.shape is None
+    assert loaded.commanded.shape is None
 
 
 def test_the_measured_shape_is_solved_anew_when_the_pressure_has_changed_noticeably(loaded):
@@ -149,9 +161,9 @@ def test_the_measured_shape_is_solved_anew_when_the_pressure_has_changed_noticea
         (2.1, 0.02, True),
         (2.1, 0.03, True),
     ):
-        before = loaded.measured_shape
+        before = loaded.measured.shape
         found = loaded.update_measured_shape(5.0e4 + steps * MEASURED_STEP, radius, 1.0e3)
-        assert found is is_new is (loaded.measured_shape is not before)
+        assert found is is_new is (loaded.measured.shape is not before)
 
 
 @pytest.mark.parametrize(
@@ -165,7 +177,7 @@ def test_a_pressure_just_outside_the_description_counts_as_its_bound(loaded, bey
     ):
         assert loaded.update_measured_shape(pressure, None, 1.0e3) is counts
         expected = loaded.planner.shape(bound, None).state.tip_position
-        found = loaded.measured_shape and loaded.measured_shape.state.tip_position
+        found = loaded.measured.shape and loaded.measured.shape.state.tip_position
         assert found == (pytest.approx(expected, abs=1e-12) if counts else None)
 
 
@@ -178,7 +190,7 @@ def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(loade
         (1.0e6, None),
     ):
         loaded.update_measured_shape(measured, 0.02, 1.0e3)
-        assert loaded.regime() is regime
+        assert loaded.regime(pressure) is regime
 
 
 @pytest.mark.parametrize("can_coil", [True, False])
@@ -187,13 +199,14 @@ def test_a_gripper_that_is_being_loaded_says_so_until_its_planner_is_ready(pool,
     turns = description.gripper.turns_required if can_coil else 50.0
     gripper = replace(description.gripper, turns_required=turns)
     description = replace(description, gripper=gripper)
-    loaded = LoadedGripper.loading(description, SIDEWAYS, pool, unknown_grips)
+    loaded = loading(description, SIDEWAYS, pool)
+    loaded.refresh()
     assert loaded.is_loading
     with pytest.raises(StillLoadingError, match="prototype_p1 is being loaded"):
         loaded.planner.plan(0.02)
     assert not loaded.update_shape(0.0, None)
     pool.run()
-    assert loaded.mount.poll() is loaded.planner
+    assert loaded.poll() is loaded.planner
     assert (loaded.planner.gravity, loaded.is_loading) == (SIDEWAYS, False)
     assert loaded.update_shape(0.0, None) is can_coil
     low, high = loaded.planner.radius_range

@@ -48,39 +48,30 @@ class GraspServer(GoalServer):
             abort_policy=_ABORT_POLICIES[request.abort_policy],
         )
 
-    def feedback(self, request: Any, report: Report) -> Grasp.Feedback:  # noqa: ANN401
-        """Return how a grasp goes."""
-        del request
-        runtime, snapshot = self.runtime, self.runtime.control.snapshot()
-        grip = runtime.grip_message(snapshot.pressure_target)
-        regime = None
-        if runtime.loaded is not None:
-            regime = runtime.loaded.regime(snapshot.pressure)
-            regime = shown_regime(snapshot, runtime.loaded, regime)
-        feedback = filled(Grasp.Feedback(), snapshot, report, regime=REGIMES[regime])
-        feedback.settling_time = grip[0].settling_time if grip else []
-        return feedback
-
-    def result(self, request: Any, report: Report) -> Grasp.Result:  # noqa: ANN401
-        """Return how a grasp has ended, with the figures of the wrap that it aimed for."""
+    def told(self, message: Any, request: Any, report: Report) -> Any:  # noqa: ANN401
+        """Return the feedback on a grasp, or its result with the figures of the wrap aimed for."""
         runtime, snapshot, plan = self.runtime, self.runtime.control.snapshot(), report.plan
+        loaded, pressure, values = runtime.loaded, snapshot.pressure, dict[str, Any]()
+        if isinstance(message, Grasp.Feedback):
+            regime = None
+            if loaded is not None:
+                regime = shown_regime(snapshot, loaded, loaded.regime(pressure))
+            grip = runtime.grip_message(snapshot.pressure_target)
+            values["settling_time"] = known(grip[0].settling_time) if grip else None
+            return filled(message, snapshot, report, regime=REGIMES[regime], **values)
         success = report.outcome is GraspOutcome.SUCCEEDED
         how = "commanded" if snapshot.measured is None else "measured"
         does = "is" if report.radius is None else f"wraps {report.radius:.4g} m"
-        done = f"{does} at {snapshot.pressure:.6g} Pa, as {how}"
-        result = filled(
-            Grasp.Result(),
-            snapshot,
-            report,
-            success=success,
-            reason=report.refusal.reason,
-            message=done if success else report.refusal.text,
-        )
-        if plan is not None and report.radius is not None and runtime.loaded is not None:
-            cap, planner = runtime.limits.pressure_cap, runtime.loaded.planner
+        done = f"{does} at {pressure:.6g} Pa, as {how}"
+        values["message"] = done if success else report.refusal.text
+        if plan is not None and report.radius is not None and loaded is not None:
+            cap, grip, contact = runtime.limits.pressure_cap, [], None
             if snapshot.plan is plan:  # else the object is not held any more
-                result.grip = runtime.grip_message(snapshot.pressure, known(request.payload))
-            contact = result.grip[0].contact_length if result.grip else None
+                grip = runtime.grip_message(pressure, known(request.payload))
+            if grip:
+                contact = grip[0].contact_length
             aimed = min(plan.pressure + report.overpressure, cap)
-            result.figures = [figures_to_msg(plan, report.radius, aimed, planner, cap, contact)]
-        return result
+            asked = (plan, report.radius, aimed, loaded.planner, cap, contact)
+            values |= {"grip": grip, "figures": [figures_to_msg(*asked)]}
+        reason = report.refusal.reason
+        return filled(message, snapshot, report, success=success, reason=reason, **values)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.control.grasp import GraspGoal
@@ -17,63 +16,18 @@ from spiral_gripper_ros.control.limits import AbortPolicy, Limits
 from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.control.target import default_overpressure
-from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
+from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 
 # The overpressure that keeps a max_effort is found to this [Pa].
 OVERPRESSURE_STEP = 1.0
 
 
-@dataclass(frozen=True, slots=True)
-class OpeningCommand:
-    """A command to a parallel gripper; any float.
-
-    Args:
-        position: opening [m].
-        max_effort: largest force allowed on the object [N]; 0: no limit.
-    """
-
-    position: float
-    max_effort: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class GripperReading:
-    """The state of a parallel gripper, as its messages report it.
-
-    Args:
-        position: diameter that the gripper wraps at its pressure, or its opening if it wraps
-            none [m].
-        effort: force on the object, summed over the contact, as predicted [N]; 0: it holds none.
-    """
-
-    position: float
-    effort: float
-
-
-def command_from_joint(
-    position: Sequence[float], effort: Sequence[float]
-) -> OpeningCommand | Refusal:
-    """Return the command of a joint's state, or why it is none.
-
-    Args:
-        position: one opening [m].
-        effort: the largest force [N], or nothing.
-
-    Example:
-        >>> command_from_joint([0.04], [])
-        OpeningCommand(position=0.04, max_effort=0.0)
-        >>> command_from_joint([0.02, 0.02], []).text
-        'command must have one position and at most one effort, got 2 and 0'
-    """
-    if len(position) != 1 or len(effort) > 1:
-        given = f"got {len(position)} and {len(effort)}"
-        text = f"command must have one position and at most one effort, {given}"
-        return Refusal(Reason.INVALID_REQUEST, text)
-    return OpeningCommand(float(position[0]), float(effort[0]) if len(effort) else 0.0)
-
-
 def goal_from_command(
-    command: OpeningCommand, opening: float, planner: AnyPlanner, limits: Limits
+    positions: Sequence[float],
+    efforts: Sequence[float],
+    opening: float,
+    planner: AnyPlanner,
+    limits: Limits,
 ) -> GraspGoal | ReleaseGoal | Refusal:
     """Return the goal that a command means for this gripper, or why it is refused.
 
@@ -82,13 +36,22 @@ def goal_from_command(
     of the bare wrap can only be refused.
 
     Args:
-        command: to a parallel gripper.
+        positions: the opening [m], any float; more than one joint is refused.
+        efforts: the largest force allowed on the object [N], any float; nothing, or 0: no limit.
         opening: position from which on it means release [m].
         planner: answers for the gripper; it may refuse the diameter, which is told when the goal
             is started.
         limits: those of the default grip.
+
+    Example:
+        >>> goal_from_command([0.02, 0.02], [], 0.1, None, None).text
+        'command must have one position and at most one effort, got 2 and 0'
     """
-    position, limit = command.position, command.max_effort
+    if len(positions) != 1 or len(efforts) > 1:
+        given = f"got {len(positions)} and {len(efforts)}"
+        text = f"command must have one position and at most one effort, {given}"
+        return Refusal(Reason.INVALID_REQUEST, text)
+    position, limit = (float(value) for value in (*positions, *efforts, 0.0)[:2])
     if not math.isfinite(position):
         text = f"position must be a finite number, got {position}"
         return Refusal(Reason.RADIUS_NOT_FINITE, text)
@@ -106,7 +69,7 @@ def goal_from_command(
             plan = planner.plan(0.5 * position)
         except SpiralError:
             return GraspGoal(0.5 * position)  # refused for that reason when it is started
-        force = contact_force(plan, planner, plan.pressure)
+        force = planner.contact_force(plan, plan.pressure)
         if force > limit:
             text = (
                 f"wrapping {position:.4g} m presses on the object with {force:.3g} N in all, "
@@ -123,48 +86,14 @@ def _overpressure_within(
     limit: float, plan: WrapPlan, planner: AnyPlanner, limits: Limits
 ) -> float:
     """Return the overpressure [Pa] whose force keeps a limit [N], at most that of the default."""
-    low = 0.0
-    high = default_overpressure(plan, limits)
-    if contact_force(plan, planner, plan.pressure + high) <= limit:
+
+    def keeps(overpressure: float) -> bool:
+        return planner.contact_force(plan, plan.pressure + overpressure) <= limit
+
+    low, high = 0.0, default_overpressure(plan, limits)
+    if keeps(high):
         return high
     while high - low > OVERPRESSURE_STEP:
         middle = 0.5 * (low + high)
-        keeps = contact_force(plan, planner, plan.pressure + middle) <= limit
-        low, high = (middle, high) if keeps else (low, middle)
+        low, high = (middle, high) if keeps(middle) else (low, middle)
     return low
-
-
-def contact_force(plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -> float:
-    """Return the normal force on the object of a plan, summed over the contact [N].
-
-    By contact where that grip is known, else what the free coil says.
-
-    Args:
-        plan: how the object is wrapped.
-        planner: answers for the gripper.
-        pressure: gauge pressure [Pa].
-    """
-    if not isinstance(planner, GripperPlanner):
-        return 0.0
-    return planner.contact_force(plan, pressure)
-
-
-def wrapped_diameter(pressure: float, opening: float, planner: AnyPlanner | None) -> float:
-    """Return the diameter of what a pressure wraps [m].
-
-    Args:
-        pressure: gauge pressure [Pa].
-        opening: what is returned below the pressures that wrap anything [m].
-        planner: answers for the gripper.
-    """
-    if not isinstance(planner, GripperPlanner):
-        return opening
-    curve = planner.curve
-    if not pressure >= curve.pressure_min:
-        return opening
-    if pressure >= curve.pressure_max:
-        return 2.0 * curve.radius_min
-    try:
-        return 2.0 * curve.radius_from_pressure(pressure)
-    except SpiralError:  # no certified shape there: what it wraps is not known
-        return opening

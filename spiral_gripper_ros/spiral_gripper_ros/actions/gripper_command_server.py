@@ -13,20 +13,12 @@ from typing import Any
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from spiral_gripper_ros.actions.gripper_command import (
-    GripperReading,
-    OpeningCommand,
-    command_from_joint,
-    contact_force,
-    goal_from_command,
-    wrapped_diameter,
-)
+from spiral_gripper_ros.actions.gripper_command import goal_from_command
 from spiral_gripper_ros.actions.server import GoalServer, Report
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
-from spiral_gripper_ros.messages.conversions import opening_joint
-from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
+from spiral_gripper_ros.messages.conversions import filled, opening_joint
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 PACKAGE = "control_msgs"
@@ -51,7 +43,7 @@ def gripper_command_servers(node: Node, runtime: Runtime) -> list[GoalServer]:
             logger.info(f"{PACKAGE} has no {type_name}: {name} is not offered")
             continue
         try:
-            servers.append(_SERVERS[type_name](node, runtime, action, name))
+            servers.append(GripperCommandServer(node, runtime, action, name))
         except Exception as error:  # built for another Python, say: the node does without
             logger.error(f"{PACKAGE} cannot be used, {name} is not offered: {error}")
         else:
@@ -59,102 +51,57 @@ def gripper_command_servers(node: Node, runtime: Runtime) -> list[GoalServer]:
     return servers
 
 
-class _CommandServer(GoalServer):
-    """The common part of the actions: commands and readings of an opening."""
+class GripperCommandServer(GoalServer):
+    """``GripperCommand`` and ``ParallelGripperCommand``, or any action of their shapes."""
 
-    def _goal(self, command: OpeningCommand) -> GraspGoal | ReleaseGoal | Refusal:
-        """Return what a command has the gripper do, or why it cannot."""
-        runtime = self.runtime
+    def goal(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
+        """Return the grasp or the release that a goal asks for, or why it cannot be done."""
+        runtime, command = self.runtime, request.command
         if runtime.loaded is None:
             return Refusal(Reason.NOT_ACTIVE, runtime.not_configured)
-        planner = runtime.loaded.planner
-        return goal_from_command(command, self._opening(), planner, runtime.limits)
+        if not hasattr(command, "velocity"):
+            positions, efforts = [command.position], [command.max_effort]
+        else:
+            positions, efforts = command.position, command.effort
+            if len(command.velocity):
+                self.node.get_logger().warning(
+                    "parallel_gripper_cmd: velocity is not used; "
+                    "pressure.rate_up and pressure.rate_down bound how fast the gripper moves"
+                )
+        planner, limits = runtime.loaded.planner, runtime.limits
+        return goal_from_command(positions, efforts, self._opening, planner, limits)
 
-    def _reading(self, report: Report) -> GripperReading:
-        """Return the state of the gripper as a parallel gripper reports it.
+    def told(self, message: Any, request: Any, report: Report) -> Any:  # noqa: ANN401
+        """Return the feedback on a goal, or its result.
 
         It never says that it is stalled: clients are free to take that for an object that is held.
         """
-        loaded, snapshot = self.runtime.loaded, self.runtime.control.snapshot()
-        planner = None if loaded is None else loaded.planner
+        position, effort = self._reading(report)
+        joint = JointState(position=[position], effort=[effort])
+        joint.header.stamp = self.node.get_clock().now().to_msg()
+        own = opening_joint(self.runtime.values.frame_id)
+        joint.name = list(getattr(request.command, "name", ()))[:1] or [own]
+        reached = report.outcome is GraspOutcome.SUCCEEDED
+        told = {"position": position, "effort": effort, "state": joint, "reached_goal": reached}
+        return filled(message, **told)
+
+    def _reading(self, report: Report) -> tuple[float, float]:
+        """Return the diameter that is wrapped [m] and the force on the object [N].
+
+        The opening and 0 if none is; the force is that where the object is seen, if known.
+        """
+        runtime, snapshot = self.runtime, self.runtime.control.snapshot()
+        loaded, pressure, radius = runtime.loaded, snapshot.pressure, snapshot.radius
+        if loaded is None:
+            return self._opening, 0.0
         # Of a goal that was refused the gripper's own: it may hold what another goal made it hold.
-        plan, pressure = report.plan or snapshot.plan, snapshot.pressure
-        radius = snapshot.radius
-        if plan is not None and radius is not None and snapshot.wrapped:
-            return GripperReading(2.0 * radius, self._effort(plan, planner, pressure))
-        return GripperReading(wrapped_diameter(pressure, self._opening(), planner), 0.0)
+        plan, planner = report.plan or snapshot.plan, loaded.planner
+        if plan is None or radius is None or not snapshot.wrapped:
+            return planner.wrapped_diameter(pressure, self._opening), 0.0
+        grip = loaded.grip(plan, plan.wrap.object_radius, runtime.seen_object(), pressure)
+        force = planner.contact_force(plan, pressure) if grip is None else grip.normal_force
+        return 2.0 * radius, force
 
-    def _effort(self, plan: WrapPlan, planner: AnyPlanner | None, pressure: float) -> float:
-        """Return the force on the object [N]: of the grip where the object is seen, if known."""
-        runtime = self.runtime
-        if runtime.loaded is not None:
-            radius, seen = plan.wrap.object_radius, runtime.seen_object()
-            grip = runtime.loaded.grip(plan, radius, seen, pressure)
-            if grip is not None:
-                return grip.normal_force
-        return contact_force(plan, planner, pressure)
-
+    @property
     def _opening(self) -> float:
         return self.runtime.values.gripper_cmd.open_position
-
-
-class GripperCommandServer(_CommandServer):
-    """``GripperCommand``, or any action of that shape."""
-
-    def goal(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
-        """Return the grasp or the release that a goal asks for."""
-        command = request.command
-        return self._goal(OpeningCommand(command.position, command.max_effort))
-
-    def feedback(self, request: Any, report: Report) -> Any:  # noqa: ANN401
-        """Return how a goal goes."""
-        del request
-        return self._filled(self.kind.Feedback(), report)
-
-    def result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
-        """Return how a goal has ended."""
-        del request
-        return self._filled(self.kind.Result(), report)
-
-    def _filled(self, message: Any, report: Report) -> Any:  # noqa: ANN401
-        reading = self._reading(report)
-        message.position, message.effort = reading.position, reading.effort
-        message.reached_goal = report.outcome is GraspOutcome.SUCCEEDED
-        return message
-
-
-class ParallelGripperCommandServer(_CommandServer):
-    """``ParallelGripperCommand``, or any action of that shape."""
-
-    def goal(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
-        """Return the grasp or the release that a goal asks for."""
-        if len(request.command.velocity):
-            self.node.get_logger().warning(
-                "parallel_gripper_cmd: velocity is not used; "
-                "pressure.rate_up and pressure.rate_down bound how fast the gripper moves"
-            )
-        command = command_from_joint(request.command.position, request.command.effort)
-        return command if isinstance(command, Refusal) else self._goal(command)
-
-    def feedback(self, request: Any, report: Report) -> Any:  # noqa: ANN401
-        """Return how a goal goes."""
-        return self.kind.Feedback(state=self._state(request, report))
-
-    def result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
-        """Return how a goal has ended."""
-        reached = report.outcome is GraspOutcome.SUCCEEDED
-        return self.kind.Result(state=self._state(request, report), reached_goal=reached)
-
-    def _state(self, request: Any, report: Report) -> JointState:  # noqa: ANN401
-        reading = self._reading(report)
-        state = JointState(position=[reading.position], effort=[reading.effort])
-        state.header.stamp = self.node.get_clock().now().to_msg()
-        named = list(request.command.name)[:1]
-        state.name = named or [opening_joint(self.runtime.values.frame_id)]
-        return state
-
-
-_SERVERS: dict[str, type[GoalServer]] = {
-    "GripperCommand": GripperCommandServer,
-    "ParallelGripperCommand": ParallelGripperCommandServer,
-}

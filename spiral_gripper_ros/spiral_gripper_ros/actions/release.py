@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from spiral_gripper_msgs.action import Release
 from spiral_gripper_ros.actions.server import GoalServer, Report
 from spiral_gripper_ros.control.grasp import GraspOutcome
 from spiral_gripper_ros.control.release import ReleaseGoal
@@ -19,13 +18,8 @@ class ReleaseServer(GoalServer):
         """Return the release that a goal asks for; it vents whatever its timeout is."""
         return ReleaseGoal(known(request.timeout))
 
-    def feedback(self, request: Any, report: Report) -> Release.Feedback:  # noqa: ANN401
-        """Return how a release goes."""
-        del request
-        return filled(Release.Feedback(), self.runtime.control.snapshot(), report)
-
-    def result(self, request: Any, report: Report) -> Release.Result:  # noqa: ANN401
-        """Return how a release has ended."""
+    def told(self, message: Any, request: Any, report: Report) -> Any:  # noqa: ANN401
+        """Return the feedback on a release, or its result."""
         del request
         snapshot, success = (
             self.runtime.control.snapshot(),
@@ -34,11 +28,6 @@ class ReleaseServer(GoalServer):
         is_measured = snapshot.measured is not None
         how = "measured" if is_measured else "commanded (nothing measures the pressure)"
         done = f"vented, as {how}; call rearm to follow radii again"
-        return filled(
-            Release.Result(),
-            snapshot,
-            report,
-            success=success,
-            reason=report.refusal.reason,
-            message=done if success else report.refusal.text,
-        )
+        text = done if success else report.refusal.text
+        values = {"success": success, "reason": report.refusal.reason, "message": text}
+        return filled(message, snapshot, report, **values)

@@ -15,6 +15,7 @@ from rclpy.task import Future
 from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, GraspReport
 from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
+from spiral_gripper_ros.messages.conversions import filled
 from spiral_gripper_ros.messages.qos import REQUESTS
 from spiral_gripper_ros.planning.planner import WrapPlan
 from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
@@ -80,7 +81,7 @@ class GoalServer:
         self.node = node
         self.runtime = runtime
         self.kind, self._name = kind, name
-        self._runs: dict[bytes, _Run] = {}
+        self._runs: dict[int, _Run] = {}
         self._send_feedback = log_on_error(runtime.errors, self._feedback)
         self._server = _Server(
             runtime.errors,
@@ -102,19 +103,15 @@ class GoalServer:
         """Return what a goal has the control logic do, or why it cannot be done."""
         raise NotImplementedError
 
-    def feedback(self, request: Any, report: Report) -> Any:  # noqa: ANN401
-        """Return the message that tells how a goal goes."""
-        raise NotImplementedError
-
-    def result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
-        """Return the message that tells how a goal has ended, at that moment."""
+    def told(self, message: Any, request: Any, report: Report) -> Any:  # noqa: ANN401
+        """Return a message of feedback or of a result, filled with how a goal goes or has ended."""
         raise NotImplementedError
 
     # --- a goal, from its start to its end -----------------------------------------------------
 
     async def _execute(self, handle: Any) -> Any:  # noqa: ANN401
         """Carry out a goal and return its result."""
-        run = self._runs[_key(handle)] = _Run(handle)
+        run = self._runs[id(handle)] = _Run(handle)
         try:
             self._start(run)
         except Exception as error:
@@ -122,7 +119,7 @@ class GoalServer:
         try:
             report, result = await run.end
         finally:
-            del self._runs[_key(handle)]
+            del self._runs[id(handle)]
         if report.outcome is GraspOutcome.FAILED:
             self.node.get_logger().warning(f"{self._name}: {report.refusal.text}")
         ends: dict[GraspOutcome, Callable[[], None]] = {
@@ -141,7 +138,7 @@ class GoalServer:
         if is_canceled and not isinstance(goal, ReleaseGoal):
             self._end(run, GraspReport(GraspOutcome.CANCELED, _CANCELED_BEFORE))
             return
-        answer = goal if isinstance(goal, Refusal) else self._started(goal)
+        answer = self._started(goal)
         if isinstance(answer, Refusal):
             self._end(run, GraspReport(GraspOutcome.FAILED, answer))
             return
@@ -159,9 +156,11 @@ class GoalServer:
             return Refusal(Reason.INTERNAL_ERROR, f"the goal cannot be read: {error!r}")
 
     def _started(
-        self, goal: GraspGoal | ReleaseGoal
+        self, goal: GraspGoal | ReleaseGoal | Refusal
     ) -> Grasp[WrapPlan] | Release[WrapPlan] | Refusal:
         runtime = self.runtime
+        if isinstance(goal, Refusal):
+            return goal
         if runtime.loaded is None:
             return Refusal(Reason.NOT_ACTIVE, runtime.not_configured)
         if isinstance(goal, ReleaseGoal):
@@ -181,11 +180,11 @@ class GoalServer:
                 self._send_feedback(run.handle, report)
 
     def _feedback(self, handle: Any, report: Report) -> None:  # noqa: ANN401
-        handle.publish_feedback(self.feedback(handle.request, report))
+        handle.publish_feedback(self.told(self.kind.Feedback(), handle.request, report))
 
     def _cancel(self, handle: Any) -> CancelResponse:  # noqa: ANN401
         """Cancel a goal at once; one that has ended but is not yet told of it stays as it is."""
-        run = self._runs.get(_key(handle))
+        run = self._runs.get(id(handle))
         if run is not None and run.end.done():
             return CancelResponse.REJECT
         if run is not None and run.goal is not None:
@@ -204,20 +203,18 @@ class GoalServer:
     def _result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
         """Return the result of a goal; without its figures if they cannot be computed."""
         try:
-            return self.result(request, report)
+            return self.told(self.kind.Result(), request, report)
         except Exception as error:
             self.runtime.errors.note(f"the result of {self._name}", error)
-            result = self.kind.Result()
             success = report.outcome is GraspOutcome.SUCCEEDED
-            values = {
-                "success": success,
-                "reached_goal": success,
-                "reason": int(report.refusal.reason),
-                "message": report.refusal.text or f"no figures, internal error: {error!r}",
-            }
-            for name in values.keys() & result.get_fields_and_field_types().keys():
-                setattr(result, name, values[name])
-            return result
+            text = report.refusal.text or f"no figures, internal error: {error!r}"
+            return filled(
+                self.kind.Result(),
+                success=success,
+                reached_goal=success,
+                reason=report.refusal.reason,
+                message=text,
+            )
 
     def _failed(self, where: str, error: Exception) -> Report:
         """Log an exception, vent, and return the report of the goal that it ends."""
@@ -236,7 +233,3 @@ class GoalServer:
         for run in self._runs.values():
             self._end(run, GraspReport(GraspOutcome.FAILED, _DESTROYED))
         self._server.destroy()
-
-
-def _key(handle: Any) -> bytes:  # noqa: ANN401
-    return bytes(handle.goal_id.uuid)

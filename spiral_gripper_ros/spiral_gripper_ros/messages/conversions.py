@@ -21,7 +21,7 @@ from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement
-from spiral_gripper_ros.planning.planner import AnyPlanner, GripperPlanner, WrapPlan
+from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 
 REGIMES = {
     None: GripStatus.REGIME_UNKNOWN,
@@ -238,9 +238,7 @@ def figures_to_msg(
         contact_length: of its grip [m]; None: it is not known.
     """
     lowest, highest = planner.radius_range
-    force, contact = plan.line_force, contact_length
-    if isinstance(planner, GripperPlanner):
-        force = planner.line_force(plan.wrap, pressure)
+    contact = plan.wrap.contact_length if contact_length is None else contact_length
     figures: WrapFigures = filled(
         WrapFigures(),
         plan,
@@ -248,8 +246,8 @@ def figures_to_msg(
         object_radius=radius,
         pressure=pressure,
         overpressure=pressure - plan.pressure,
-        contact_length=plan.wrap.contact_length if contact is None else contact,
-        line_force=force,
+        contact_length=contact,
+        line_force=plan.line_force(pressure),
         stable=plan.wrap.state.stable,
         radius_margin=min(radius - lowest, highest - radius),
         pressure_margin=pressure_cap - pressure,

@@ -8,7 +8,7 @@ import math
 from spiral_core.rod.types import Vector
 from spiral_gripper_msgs.msg import Grip
 from spiral_gripper_ros.messages.conversions import filled
-from spiral_gripper_ros.planning.grip_table import GripAnswer
+from spiral_gripper_ros.planning.grip_figures import GripAnswer
 
 
 def grip_to_msg(

@@ -81,7 +81,7 @@ class Display:
         self._is_drawn = True
 
     def _scene(self, loaded: LoadedGripper, snapshot: Snapshot[WrapPlan]) -> Scene:
-        commanded, measured = loaded.shape, loaded.measured_shape
+        commanded, measured = loaded.commanded.shape, loaded.measured.shape
         pressure = None if snapshot.measured is None else snapshot.measured.pressure
         grip = self._grip(loaded, snapshot)
         return Scene(
@@ -97,8 +97,8 @@ class Display:
         """Return the grip that was computed for the object in use, if it is known."""
         if snapshot.radius is None:
             return None
-        entry = loaded.grips.entry(InUse(snapshot.radius, self._runtime.seen_object()))
-        return None if entry is None else entry.figures
+        found = loaded.grips.found(InUse(snapshot.radius, self._runtime.seen_object()))
+        return found if isinstance(found, GripFigures) else None
 
     def _placement(
         self, loaded: LoadedGripper, snapshot: Snapshot[WrapPlan], grip: GripFigures | None

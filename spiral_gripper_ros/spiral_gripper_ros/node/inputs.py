@@ -152,7 +152,7 @@ class Inputs:
             return
         runtime.control.hear_gravity(runtime.now(), age)
         runtime.gravity = gravity
-        runtime.loaded.mount.want(gravity, runtime.values.gravity.hysteresis)
+        runtime.loaded.want(gravity, runtime.values.gravity.hysteresis)
 
     def _hear_object_pose(self, message: PoseStamped) -> None:
         """Note where the object is; what is commanded does not depend on it."""

@@ -34,8 +34,7 @@ from spiral_gripper_ros.messages.conversions import (
 )
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD, gravity_problem
-from spiral_gripper_ros.planning.grip_figures import GripQuestion
-from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
+from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
 from spiral_gripper_ros.planning.object_pose import object_line
 from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, WrapPlan, planner_for
 from spiral_gripper_ros.planning.worker import EndedError
@@ -56,8 +55,8 @@ class PlanContext:
         points: largest number of poses of the shape.
         header: stamp and frame of the shape.
         is_wanted: tells whether a long answer is still awaited.
-        table_grip: returns the grip on a radius [m] that is wrapped at a pressure [Pa] by the tip
-            criterion, at another pressure [Pa], if it is known; for the present mount.
+        known_grip: returns the grip on a plan's object of a radius [m] at a pressure [Pa], if it is
+            known; for the present mount.
         solve_grip: returns the grip on one object, in seconds, unless it is no longer awaited.
         now: time that the age of grips is counted to [s].
     """
@@ -68,8 +67,8 @@ class PlanContext:
     points: int
     header: Any
     is_wanted: Callable[[], bool]
-    table_grip: Callable[[float, float, float], GripAnswer | None]
-    solve_grip: Callable[[GripQuestion, Callable[[], bool]], GripEntry]
+    known_grip: Callable[[WrapPlan, float, None, float], GripAnswer | None]
+    solve_grip: Callable[[GripQuestion, Callable[[], bool]], GripFigures]
     now: float
 
 
@@ -209,7 +208,7 @@ def _grip(
     """Return what holds the object: computed for it if that is asked for, else of the table."""
     if not request.compute_grip:
         is_other = request.gravity or asked.axis or asked.friction_coefficient
-        return None if is_other else context.table_grip(asked.radius, plan.laid.pressure, pressure)
+        return None if is_other else context.known_grip(plan, asked.radius, None, pressure)
     pose = None
     if asked.pose:
         position, turn = asked.pose[0].position, asked.pose[0].orientation

@@ -12,7 +12,6 @@ from rclpy.node import Node
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 
-from spiral_gripper_ros.actions.gripper_command import wrapped_diameter
 from spiral_gripper_ros.messages.conversions import opening_joint, pose_along, prefix_of
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.process.guards import log_on_error
@@ -74,7 +73,7 @@ class RobotState:
             return
         header = runtime.outputs.header()
         prefix, poses = prefix_of(header.frame_id), {}
-        shape = loaded.measured_shape or loaded.shape
+        shape = loaded.measured.shape or loaded.commanded.shape
         if shape is not None:
             x, y, z = shape.state.tip_position.tolist()
             qx, qy, qz, qw = shape.state.orientations[-1].tolist()
@@ -93,10 +92,9 @@ class RobotState:
             self._publishers["frames"].publish(self._frames(transforms=transforms))
 
     def _joint(self, loaded: LoadedGripper, header: Any) -> JointState:  # noqa: ANN401
-        runtime, seen = self._runtime, self._runtime.control.snapshot()
-        pressure = seen.pressure_command if seen.measured is None else seen.measured.pressure
+        runtime, pressure = self._runtime, self._runtime.control.snapshot().pressure
         opening = runtime.values.gripper_cmd.open_position
-        position = wrapped_diameter(pressure, opening, loaded.planner)
+        position = loaded.planner.wrapped_diameter(pressure, opening)
         state = JointState(header=header, name=[opening_joint(header.frame_id)])
         state.position = [position if math.isfinite(position) else opening]
         return state

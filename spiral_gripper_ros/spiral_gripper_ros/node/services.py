@@ -70,7 +70,7 @@ class Services:
         return await self._guarded(self._designed(request, response, loaded), _no_design)
 
     async def _designed(self, request: Any, response: Any, loaded: LoadedGripper) -> Any:  # noqa: ANN401
-        question = request, loaded.mount.gravity, loaded.description
+        question = request, loaded.gravity, loaded.description
         requirement = functools.partial(requirement_from_msg, *question)
         background = self._runtime.background
         report = await background.design(self._node.executor, requirement)
@@ -120,7 +120,7 @@ class Services:
             points=runtime.values.publish.backbone_points,
             header=runtime.outputs.header(),
             is_wanted=lambda: runtime.loaded is loaded and not runtime.background.has_ended,
-            table_grip=loaded.table_grip,
+            known_grip=loaded.grip,
             solve_grip=runtime.solved_grip,
             now=runtime.now(),
         )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,9 @@ import numpy as np
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import WrapRegime
+
+# What holds an object, and changes with the pressure.
+FORCES = ("contact_length", "normal_force", "away", "towards", "down")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +49,41 @@ class TubeShape:
     orientations: Array
 
 
+@dataclass(frozen=True, slots=True)
+class GripAnswer:
+    """The grip on one object at one pressure.
+
+    Args:
+        at_pose: whether it was computed for the object where it is seen; else for one that is laid
+            into the free coil.
+        computed_at: when [s].
+        friction: coefficient used.
+        onset_wrap: lowest pressure of the perfect wrap [Pa].
+        onset_curling: pressure at which the tip lifts off again [Pa]; inf: it does not.
+        loss: pressure at which the grip is lost [Pa]; inf: it is not.
+        regime: how the object is held.
+        contact_length: of tube on the object [m].
+        normal_force: on the object, summed [N].
+        away, towards, down: force that holds the object against moving along its axis away from
+            the base, towards it, and along gravity [N].
+        settling: how long the tube swings on after a ramp to this pressure [s]; NaN: not known.
+    """
+
+    at_pose: bool
+    computed_at: float
+    friction: float
+    onset_wrap: float
+    onset_curling: float
+    loss: float
+    regime: WrapRegime
+    contact_length: float = 0.0
+    normal_force: float = 0.0
+    away: float = 0.0
+    towards: float = 0.0
+    down: float = 0.0
+    settling: float = math.nan
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class GripFigures:
     """The grip on an object while the pressure rises slowly, the object in place.
@@ -52,8 +91,8 @@ class GripFigures:
     Args:
         tip_pressure: of the perfect wrap by the criterion at the free coil's tip [Pa].
         onset_wrap: lowest pressure of the perfect wrap [Pa].
-        onset_curling: pressure at which the tip lifts off again [Pa]; None: it does not.
-        loss: pressure at which the wrapped coil loses stability [Pa]; None: it does not.
+        onset_curling: pressure at which the tip lifts off again [Pa]; inf: it does not.
+        loss: pressure at which the wrapped coil loses stability [Pa]; inf: it does not.
         highest_good: upper end of the recommended range [Pa].
         top: largest pressure at which the grip was found to hold [Pa].
         friction: coefficient used.
@@ -68,12 +107,13 @@ class GripFigures:
         positions, orientations: the tube's nodes at the pressures of the path (n, nodes, 3) [m],
             (n, nodes, 4), scalar last.
         center, axis: of the object [m], in the base frame.
+        computed_at: when [s].
     """
 
     tip_pressure: float
     onset_wrap: float
-    onset_curling: float | None
-    loss: float | None
+    onset_curling: float
+    loss: float
     highest_good: float
     top: float
     friction: float
@@ -89,13 +129,37 @@ class GripFigures:
     orientations: Array
     center: Vector
     axis: Vector
+    computed_at: float = 0.0
+
+    def answer(self, pressure: float, *, at_pose: bool) -> GripAnswer:
+        """Return the grip at a pressure [Pa]; above the loss nothing is held."""
+        return GripAnswer(
+            at_pose=at_pose,
+            computed_at=self.computed_at,
+            friction=self.friction,
+            onset_wrap=self.onset_wrap,
+            onset_curling=self.onset_curling,
+            loss=self.loss,
+            regime=self.regime(pressure),
+            **self.forces(pressure),
+        )
 
     def regime(self, pressure: float) -> WrapRegime:
         """Return how the object is held at a pressure [Pa] that has risen from nothing."""
-        if pressure < self.onset_wrap or (self.loss is not None and pressure >= self.loss):
-            return WrapRegime.OVERHANG
-        curls = self.onset_curling is not None and pressure >= self.onset_curling
-        return WrapRegime.CURLING if curls else WrapRegime.PERFECT_WRAP
+        return regime_at(pressure, self.onset_wrap, self.onset_curling, self.loss)
+
+    def forces(self, pressure: float) -> dict[str, float]:
+        """Return what changes with the pressure [Pa], by its name in :class:`GripAnswer`."""
+        if pressure >= self.loss:
+            return dict.fromkeys(FORCES, 0.0) | {"settling": math.nan}
+        path = {"contact_length": self.contact_lengths, "normal_force": self.normal_forces}
+        values = {n: float(np.interp(pressure, self.pressures, each)) for n, each in path.items()}
+        for name in ("away", "towards", "down", "settling"):
+            # Below the first of its pressures nothing holds that could be relied on.
+            least = None if name == "settling" else 0.0
+            each = getattr(self, name)
+            values[name] = float(np.interp(pressure, self.force_pressures, each, left=least))
+        return values
 
     def shape(self, pressure: float) -> TubeShape | None:
         """Return the tube on the object, blended between the pressures of the path [Pa]."""
@@ -109,3 +173,10 @@ class GripFigures:
             for each in (self.positions, self.orientations)
         )
         return TubeShape(positions, turns / np.linalg.norm(turns, axis=1, keepdims=True))
+
+
+def regime_at(pressure: float, onset: float, curling: float, loss: float) -> WrapRegime:
+    """Return how an object is held at a pressure, between those at which that changes [Pa]."""
+    if pressure < onset or pressure >= loss:
+        return WrapRegime.OVERHANG
+    return WrapRegime.CURLING if pressure >= curling else WrapRegime.PERFECT_WRAP

@@ -7,16 +7,15 @@ import math
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.errors import SpiralError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry, table_radii
+from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
+from spiral_gripper_ros.planning.grip_table import RefiningTable, table_radii
 from spiral_gripper_ros.planning.object_pose import SeenObject
-from spiral_gripper_ros.planning.refining_table import RefiningTable
 from spiral_gripper_ros.planning.worker import EndedError
 
 # The table's radii keep this fraction away from the ends of the range, where nothing is held.
@@ -80,7 +79,7 @@ class GripFollower:
         self._solve, self._pool = solve, pool
         self._count = 0
         self._table: RefiningTable | None = None
-        self._in_use: tuple[InUse, GripEntry | SpiralError | None] | None = None
+        self._in_use: tuple[InUse, GripFigures | SpiralError | None] | None = None
         self._wanted: InUse | None = None
         self._wanted_at = 0.0
         self._turned_at = -math.inf  # when gravity changed
@@ -109,10 +108,11 @@ class GripFollower:
             self._gravity, self._turned_at = gravity, now
             self._forget()
         low, high = radius_range
-        if count != self._count or (count > 1 and self._table is None and math.isfinite(high)):
+        has_table = count > 1 and math.isfinite(high)
+        if count != self._count or (has_table and self._table is None):
             self._forget()
             self._count = count
-            if count > 1 and math.isfinite(high):
+            if has_table:
                 radii = table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count)
                 self._table = RefiningTable(radii)
         if in_use is None or not in_use.is_like(self._wanted):
@@ -129,10 +129,9 @@ class GripFollower:
             tip_pressure: of its wrap by the tip criterion [Pa].
             pressure: gauge [Pa].
         """
-        entry = self.entry(in_use)
-        if entry is not None:
-            return entry.answer(pressure, at_pose=in_use.seen is not None)
-        table = self._table
+        found, table = self.found(in_use), self._table
+        if isinstance(found, GripFigures):
+            return found.answer(pressure, at_pose=in_use.seen is not None)
         if table is None or in_use.seen is not None:
             return None
         return table.answer(in_use.radius, tip_pressure, pressure)
@@ -147,15 +146,10 @@ class GripFollower:
         table = self._table
         return None if table is None else table.window(radius, tip_pressure)
 
-    def entry(self, in_use: InUse) -> GripEntry | None:
-        """Return the grip that was computed for this very object, or None."""
-        found = self._found(in_use)
-        return found if isinstance(found, GripEntry) else None
-
-    def refusal(self, in_use: InUse) -> NotGrippableError | None:
-        """Return why contact never wraps this very object, where that is known."""
-        found = self._found(in_use)
-        return found if isinstance(found, NotGrippableError) else None
+    def found(self, in_use: InUse) -> GripFigures | SpiralError | None:
+        """Return the grip that was computed for this very object, or why it has none, if known."""
+        known = self._in_use
+        return None if known is None or not in_use.is_like(known[0]) else known[1]
 
     def end(self) -> None:
         """Take back the question; another gripper or another life follows."""
@@ -163,54 +157,43 @@ class GripFollower:
         if self._job is not None:
             self._job[1].cancel()
 
-    def _found(self, in_use: InUse) -> GripEntry | SpiralError | None:
-        known = self._in_use
-        return None if known is None or not in_use.is_like(known[0]) else known[1]
-
     def _forget(self) -> None:
         self._table = self._in_use = None
-        self._outdated.set()
-        if self._job is not None and not self._job[1].cancel():
-            self._job = (
-                None,
-                self._job[1],
-            )  # it runs, and will be ended; whatever it answers is for what was
+        self.end()
+        if self._job is not None:  # if it runs, whatever it answers is for what was
+            self._job = None, self._job[1]
 
     def _take(self, now: float) -> bool:
         if self._job is None or not self._job[1].done():
             return False
         (what, job), self._job = self._job, None
-        if job.cancelled() or what is None:
-            return False
-        if isinstance(job.exception(), EndedError):  # its process was killed: ask again
-            return False
-        entry: GripEntry | SpiralError | None = None
-        try:
-            entry = GripEntry(job.result(), now)
-        except SpiralError as error:  # this object is not held, or its grip not certified
-            entry = error
-        finally:
-            if isinstance(what, InUse):
-                self._in_use = (what, entry)
-            elif self._table is not None:
-                held = entry if isinstance(entry, GripEntry) else None
-                self._table = self._table.added(what, held)
+        if what is None or job.cancelled() or isinstance(job.exception(), EndedError):
+            return False  # a process that was killed is asked again
+        error, grip = job.exception(), None
+        if error is None:
+            grip = replace(job.result(), computed_at=now)
+        if isinstance(what, InUse):  # None: a defect, raised below
+            self._in_use = what, error if isinstance(error, SpiralError) else grip
+        elif self._table is not None:
+            self._table = self._table.added(what, grip)
+        if error is not None and not isinstance(error, SpiralError):
+            raise error
         return True
 
     def _start(self, now: float) -> None:
-        wanted = self._wanted
-        known = self._in_use is not None and wanted is not None and wanted.is_like(self._in_use[0])
-        if wanted is not None and not known and now - self._wanted_at >= SETTLING:
-            self._ask(wanted, wanted.radius, wanted.seen)
-            return
-        radius = None if self._table is None else self._table.next_radius()
-        if radius is not None:
-            self._ask(radius, radius, None)
+        wanted, table = self._wanted, self._table
+        is_known = (
+            self._in_use is not None and wanted is not None and wanted.is_like(self._in_use[0])
+        )
+        if wanted is not None and not is_known and now - self._wanted_at >= SETTLING:
+            self._ask(wanted, wanted)
+        elif table is not None and (radius := table.next_radius()) is not None:
+            self._ask(radius, InUse(radius))
 
-    def _ask(self, what: float | InUse, radius: float, seen: SeenObject | None) -> None:
+    def _ask(self, what: float | InUse, asked: InUse) -> None:
         mounted = self._gripper.with_mount(self._gravity, self._gripper.object_axis)
-        pose = None if seen is None else (seen.center, seen.axis)
-        question = GripQuestion(mounted, radius, None, pose)
+        pose = None if asked.seen is None else (asked.seen.center, asked.seen.axis)
+        question = GripQuestion(mounted, asked.radius, None, pose)
         outdated = self._outdated = threading.Event()
         self._job = what, self._pool.submit(self._solve, question, lambda: not outdated.is_set())
 

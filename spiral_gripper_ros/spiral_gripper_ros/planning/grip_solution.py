@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from itertools import pairwise
 
@@ -45,8 +46,8 @@ def solve_figures(question: GripQuestion) -> GripFigures:
     return GripFigures(
         tip_pressure=setup.tip_pressure or 0.0,
         onset_wrap=window.onset_wrap,
-        onset_curling=window.onset_curling,
-        loss=window.loss,
+        onset_curling=math.inf if window.onset_curling is None else window.onset_curling,
+        loss=math.inf if window.loss is None else window.loss,
         highest_good=Grip(window, (), {}).recommended_range[1],
         top=window.top,
         friction=setup.obstacle.friction,

@@ -1,79 +1,121 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grips of some radii, solved in the background, and interpolation between them. No ROS."""
+"""Grips of some radii, and grips interpolated between them within a tolerance. No ROS."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper_ros.planning.grip_figures import GripFigures
+from spiral_gripper_ros.planning.grip_figures import FORCES, GripAnswer, GripFigures, regime_at
+
+# Largest relative error of a force between two radii of the table.
+TOLERANCE = 0.05
+# Forces are compared at these multiples of the onset, and not below this part of the largest [1].
+COMPARED_AT = (1.02, 1.1, 1.2)
+NEGLIGIBLE = 0.05
+# The table grows to so many times the radii that it begins with.
+MOST_REFINED = 4
+_Pair = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class GripAnswer:
-    """The grip on one object at one pressure.
+class RefiningTable:
+    """Grips of some radii, and grips interpolated between them within the tolerance.
+
+    First come the radii that are given, the middle first. Then the middle between each two is
+    solved too: how far the two are off there, halved, is the error that is expected of either
+    half; linear in the radius, it would fall to a quarter. The worst pair is halved next, until all
+    keep ``TOLERANCE`` or the table is full. A table never changes, so that any thread may read it.
 
     Args:
-        at_pose: whether it was computed for the object where it is seen; else for one that is laid
-            into the free coil.
-        computed_at: when [s].
-        friction: coefficient used.
-        onset_wrap: lowest pressure of the perfect wrap [Pa].
-        onset_curling: pressure at which the tip lifts off again [Pa]; inf: it does not.
-        loss: pressure at which the grip is lost [Pa]; inf: it is not.
-        contact_length: of tube on the object [m].
-        normal_force: on the object, summed [N].
-        away, towards, down: force that holds the object against moving along its axis away from
-            the base, towards it, and along gravity [N].
-        settling: how long the tube swings on after a ramp to this pressure [s]; NaN: not known.
-        regime: how the object is held.
+        radii: to begin with [m], in order.
     """
 
-    at_pose: bool
-    computed_at: float
-    friction: float
-    onset_wrap: float
-    onset_curling: float
-    loss: float
-    contact_length: float
-    normal_force: float
-    away: float
-    towards: float
-    down: float
-    settling: float
-    regime: WrapRegime
+    def __init__(self, radii: Sequence[float] = ()) -> None:
+        self._first = tuple(radii)
+        self._grips: dict[float, GripFigures | None] = {}
+        self._solved: list[float] = []
+        self._errors: dict[_Pair, float] = {}
 
+    def next_radius(self) -> float | None:
+        """Return the radius to be solved next [m]; None: the table is done."""
+        missing = [radius for radius in self._first if radius not in self._grips]
+        if missing:
+            middle = 0.5 * (len(self._first) - 1)
+            return min(missing, key=lambda radius: abs(self._first.index(radius) - middle))
+        pairs = [pair for pair in pairwise(self._solved) if self._known(pair)]
+        worst = max(pairs, key=self._error, default=None)
+        is_full = len(self._solved) >= MOST_REFINED * len(self._first)
+        if is_full or worst is None or self._error(worst) <= TOLERANCE:
+            return None
+        return math.sqrt(worst[0] * worst[1])
 
-@dataclass(frozen=True, slots=True)
-class GripEntry:
-    """A grip with the time at which it was computed [s]."""
+    def added(self, radius: float, grip: GripFigures | None) -> RefiningTable:
+        """Return the table with the grip on a radius [m] too; None: it is not held."""
+        table, pair = RefiningTable(self._first), self._around(radius)
+        table._grips = {**self._grips, radius: grip}
+        table._solved = sorted(table._grips)
+        table._errors = self._errors
+        if pair is not None and len(table._grips) > len(self._first):
+            error = 0.5 * self._deviation(pair, radius, grip)
+            table._errors = {**self._errors, (pair[0], radius): error, (radius, pair[1]): error}
+        return table
 
-    figures: GripFigures
-    computed_at: float
+    def answer(self, radius: float, tip_pressure: float, pressure: float) -> GripAnswer | None:
+        """Return the grip on a radius where it is known within ``TOLERANCE``.
 
-    def answer(self, pressure: float, *, at_pose: bool) -> GripAnswer:
-        """Return the grip at a pressure [Pa]; above the loss nothing is held."""
-        figures = self.figures
-        values = _at(figures, pressure)
-        return GripAnswer(
-            at_pose=at_pose,
-            computed_at=self.computed_at,
-            friction=figures.friction,
-            onset_wrap=figures.onset_wrap,
-            onset_curling=_or_inf(figures.onset_curling),
-            loss=_or_inf(figures.loss),
-            regime=figures.regime(pressure),
-            **values,
-        )
+        The arguments are those of :func:`blended_answer`.
+        """
+        pair = self._around(radius)
+        if pair is None or self._error(pair) > TOLERANCE or not self._known(pair):
+            return None
+        return blended_answer(pair, self._known(pair), radius, tip_pressure, pressure)
+
+    def window(self, radius: float, tip_pressure: float) -> tuple[float, float, float] | None:
+        """Return :func:`blended_window`, or None where it is not known."""
+        pair = self._around(radius)
+        if pair is None or not self._known(pair):
+            return None
+        return blended_window(pair, self._known(pair), radius, tip_pressure)
+
+    def _around(self, radius: float) -> _Pair | None:
+        """Return the two solved radii around one [m], or None if it is outside of them."""
+        radii = self._solved
+        if len(radii) < 2 or not radii[0] <= radius <= radii[-1]:
+            return None
+        upper = min(max(bisect_right(radii, radius), 1), len(radii) - 1)
+        return radii[upper - 1], radii[upper]
+
+    def _known(self, pair: _Pair) -> list[GripFigures]:
+        """Return the grips of two radii; none if one of them is not held."""
+        grips = [grip for radius in pair if (grip := self._grips[radius]) is not None]
+        return grips if len(grips) == len(pair) else []
+
+    def _error(self, pair: _Pair) -> float:
+        return self._errors.get(pair, math.inf)
+
+    def _deviation(self, pair: _Pair, radius: float, grip: GripFigures | None) -> float:
+        """Return how far two grips are off the one between them: the largest force's share."""
+        known, largest = self._known(pair), 0.0
+        if grip is None or not known:
+            return math.inf
+        for multiple in COMPARED_AT:
+            pressure = min(multiple * grip.onset_wrap, grip.top)
+            exact = grip.answer(pressure, at_pose=False)
+            blend = blended_answer(pair, known, radius, grip.tip_pressure, pressure)
+            for name in FORCES[1:]:
+                force = getattr(exact, name)
+                scale = max(force, NEGLIGIBLE * exact.normal_force)
+                if scale > 0.0:
+                    largest = max(largest, abs(getattr(blend, name) - force) / scale)
+        return largest
 
 
 def blended_answer(
-    radii: Sequence[float], entries: Sequence[GripEntry], radius: float, tip: float, pressure: float
+    radii: _Pair, grips: Sequence[GripFigures], radius: float, tip: float, pressure: float
 ) -> GripAnswer:
     """Return the grip on a radius between two that are solved.
 
@@ -83,48 +125,41 @@ def blended_answer(
 
     Args:
         radii: the two [m], in order.
-        entries: their grips.
+        grips: on them.
         radius: between them [m].
         tip: its own pressure by the tip criterion [Pa].
         pressure: asked for [Pa].
     """
-    weights, scales = _weights(radii, radius), _scales(entries, tip)
-    onset, _, loss = blended_window(radii, entries, radius, tip)
-    curls = (s * _or_inf(e.figures.onset_curling) for s, e in zip(scales, entries, strict=True))
-    curling = _blended_end(weights, *curls)
-    low, high = (_at(e.figures, pressure / s) for s, e in zip(scales, entries, strict=True))
-    blended = {name: weights[0] * low[name] + weights[1] * high[name] for name in low}
-    regime = WrapRegime.PERFECT_WRAP if pressure < curling else WrapRegime.CURLING
-    if pressure < onset or pressure >= loss:
-        regime = WrapRegime.OVERHANG
-    if pressure >= loss:
-        blended = _LOST
+    low, high = _weights(radii, radius)
+    onset, _, loss = blended_window(radii, grips, radius, tip)
+    curling = _blended(radii, grips, radius, tip, "onset_curling")
+    forces = {}
+    if pressure < loss:
+        first, second = (grip.forces(pressure / (tip / grip.tip_pressure)) for grip in grips)
+        forces = {name: low * first[name] + high * second[name] for name in first}
     return GripAnswer(
         at_pose=False,
-        computed_at=min(entry.computed_at for entry in entries),
-        friction=entries[0].figures.friction,
+        computed_at=min(grip.computed_at for grip in grips),
+        friction=grips[0].friction,
         onset_wrap=onset,
         onset_curling=curling,
         loss=loss,
-        regime=regime,
-        **blended,
+        regime=regime_at(pressure, onset, curling, loss),
+        **forces,
     )
 
 
 def blended_window(
-    radii: Sequence[float], entries: Sequence[GripEntry], radius: float, tip: float
+    radii: _Pair, grips: Sequence[GripFigures], radius: float, tip: float
 ) -> tuple[float, float, float]:
     """Return where good grips begin and end, and where the grip is lost [Pa]; inf: nowhere.
 
     The arguments are those of :func:`blended_answer`.
     """
-    weights, scales = _weights(radii, radius), _scales(entries, tip)
-    low, high = (
-        [scale * value for value in _ends(entry.figures)]
-        for scale, entry in zip(scales, entries, strict=True)
+    onset, good, loss = (
+        _blended(radii, grips, radius, tip, name) for name in ("onset_wrap", "highest_good", "loss")
     )
-    onset = weights[0] * low[0] + weights[1] * high[0]
-    return onset, _blended_end(weights, low[1], high[1]), _blended_end(weights, low[2], high[2])
+    return onset, good, loss
 
 
 def table_radii(smallest: float, largest: float, count: int) -> tuple[float, ...]:
@@ -137,57 +172,17 @@ def table_radii(smallest: float, largest: float, count: int) -> tuple[float, ...
     return tuple(float(radius) for radius in np.geomspace(smallest, largest, count))
 
 
-def neighbors(radii: Sequence[float], radius: float) -> tuple[int, int] | None:
-    """Return the places of the two radii around one [m], or None if it is outside of them.
-
-    Example:
-        >>> neighbors((0.01, 0.02, 0.04), 0.03), neighbors((0.01, 0.02), 0.03)
-        ((1, 2), None)
-    """
-    if len(radii) < 2 or not radii[0] <= radius <= radii[-1]:
-        return None
-    upper = min(max(bisect_right(radii, radius), 1), len(radii) - 1)
-    return upper - 1, upper
-
-
-# What changes with the pressure, where the grip is lost.
-_LOST = {
-    **dict.fromkeys(("contact_length", "normal_force", "away", "towards", "down"), 0.0),
-    "settling": math.nan,
-}
-
-
-def _at(figures: GripFigures, pressure: float) -> dict[str, float]:
-    """Return what changes with the pressure [Pa]."""
-    if figures.loss is not None and pressure >= figures.loss:
-        return _LOST
-    path = (figures.contact_lengths, figures.normal_forces)
-    held = (figures.away, figures.towards, figures.down)
-    values = [float(np.interp(pressure, figures.pressures, each)) for each in path]
-    # Below the first of its pressures nothing holds that could be relied on.
-    values += [float(np.interp(pressure, figures.force_pressures, each, left=0.0)) for each in held]
-    values.append(float(np.interp(pressure, figures.force_pressures, figures.settling)))
-    return dict(zip(_LOST, values, strict=True))
-
-
-def _weights(radii: Sequence[float], radius: float) -> tuple[float, float]:
+def _weights(radii: _Pair, radius: float) -> tuple[float, float]:
     part = (radius - radii[0]) / (radii[1] - radii[0])
     return 1.0 - part, part
 
 
-def _scales(entries: Sequence[GripEntry], tip: float) -> list[float]:
-    return [tip / entry.figures.tip_pressure for entry in entries]
-
-
-def _ends(figures: GripFigures) -> tuple[float, float, float]:
-    return figures.onset_wrap, figures.highest_good, _or_inf(figures.loss)
-
-
-def _or_inf(pressure: float | None) -> float:
-    return math.inf if pressure is None else pressure
-
-
-def _blended_end(weights: tuple[float, float], low: float, high: float) -> float:
+def _blended(
+    radii: _Pair, grips: Sequence[GripFigures], radius: float, tip: float, name: str
+) -> float:
+    """Return one of the pressures at which a grip changes [Pa]."""
+    low, high = (tip / grip.tip_pressure * float(getattr(grip, name)) for grip in grips)
     if math.isinf(low) or math.isinf(high):
         return min(low, high)
-    return weights[0] * low + weights[1] * high
+    first, second = _weights(radii, radius)
+    return first * low + second * high

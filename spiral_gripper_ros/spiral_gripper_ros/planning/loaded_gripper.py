@@ -1,27 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gripper that the node has loaded: its description, its planner, its present shapes."""
+"""A gripper that the node has loaded: its planner and its present shapes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Executor
+import math
+from concurrent.futures import Executor, Future
 
-from spiral_core.errors import SpiralError
+from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper import GripperDescription, load_description
-from spiral_gripper_ros.planning.grip_figures import GripFigures
+from spiral_gripper import GripperDescription
+from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
-from spiral_gripper_ros.planning.grip_table import GripAnswer
-from spiral_gripper_ros.planning.mount_follower import MountFollower
 from spiral_gripper_ros.planning.object_pose import SeenObject
 from spiral_gripper_ros.planning.planner import (
     AnyPlanner,
-    GripperPlanner,
     GripShape,
     NoPlanner,
+    PlannerFailedError,
     StillLoadingError,
     WrapPlan,
     planner_for,
@@ -67,88 +65,78 @@ class FollowedShape:
 
 
 class LoadedGripper:
-    """The gripper of a configured node: description, planner and present shapes.
+    """A gripper that the node has loaded: its planner for the newest gravity, its present shapes.
+
+    At first every plan is refused: either :meth:`load` or :meth:`refresh` makes the planner. When
+    gravity changes another one is made in the background, one at a time; the old one stands until
+    :meth:`poll` hands out the new one, some tens of milliseconds later.
 
     Args:
         description: of the gripper.
-        planner: for the present gravity.
-        pool: where planners for other gravities are made.
+        gravity: in the base frame [m/s^2].
+        pool: where planners are made.
         grips: what is known of grips by contact.
+
+    Attributes:
+        planner: the present one.
+        gravity: the newest that was asked for [m/s^2].
+        commanded, measured: the shapes at the commanded and at the measured pressure.
     """
 
     def __init__(
-        self,
-        description: GripperDescription,
-        planner: AnyPlanner,
-        pool: Executor,
-        grips: GripFollower,
+        self, description: GripperDescription, gravity: Vector, pool: Executor, grips: GripFollower
     ) -> None:
-        self.description = description
-        self.grips = grips
-        self.mount = MountFollower(planner, self.gripper, pool, grips)
-        self._commanded = FollowedShape(step=0.0)
-        self._measured = FollowedShape(step=MEASURED_STEP)
+        self.description, self.gripper = description, description.gripper
+        self.gravity, self.grips = gravity, grips
+        self.planner: AnyPlanner = NoPlanner(gravity, StillLoadingError(self.gripper.name))
+        self.commanded, self.measured = FollowedShape(step=0.0), FollowedShape(step=MEASURED_STEP)
+        self._pool = pool
+        self._job: Future[AnyPlanner] | None = None
         self._is_measured = False
-        self._contact: GripFigures | None = None
-        self._is_never_wrapped = False
+        self._contact: GripFigures | NotGrippableError | None = None
         self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
 
-    @classmethod
-    def ready(
-        cls,
-        name_or_path: str,
-        gravity: tuple[float, ...],
-        pool: Executor,
-        follow: Callable[[Gripper, Vector], GripFollower],
-    ) -> LoadedGripper:
-        """Return a gripper whose planner is ready for callbacks.
+    # --- planner -------------------------------------------------------------------------------
 
-        Args:
-            name_or_path: the gripper's description.
-            gravity: in the base frame [m/s^2]; empty: as described.
-            pool: where planners for other gravities are made.
-            follow: makes what follows the grips of a gripper from a gravity [m/s^2] on.
+    def load(self) -> None:
+        """Make the planner now.
 
         Raises:
-            SpiralError: the description cannot be used, or the gripper cannot coil.
+            SpiralError: the gripper cannot coil.
         """
-        description = load_description(name_or_path)
-        gripper = description.gripper
-        at = gravity_or_own(gravity, gripper)
-        grips = follow(gripper, at)
-        planner = planner_for(gripper, at, grips)
+        planner = planner_for(self.gripper, self.gravity, self.grips)
         if isinstance(planner, NoPlanner):
             raise planner.error
-        return cls(description, planner, pool, grips)
+        self.planner = planner
 
-    @classmethod
-    def loading(
-        cls,
-        description: GripperDescription,
-        gravity: tuple[float, ...],
-        pool: Executor,
-        follow: Callable[[Gripper, Vector], GripFollower],
-    ) -> LoadedGripper:
-        """Return a gripper whose planner is still being made; until then every plan is refused.
+    def want(self, gravity: Vector, hysteresis: float) -> None:
+        """Ask for a planner for ``gravity`` unless it is within ``hysteresis`` of the last."""
+        if math.dist(gravity, self.gravity) > hysteresis:
+            self.gravity = gravity
+            self.refresh()
 
-        ``mount.poll`` hands out the planner, or the stand-in that says why there is none.
+    def refresh(self) -> None:
+        """Ask for the planner at the newest gravity anew, unless one is being made."""
+        if self._job is None:
+            self._job = self._pool.submit(planner_for, self.gripper, self.gravity, self.grips)
+
+    def poll(self) -> AnyPlanner | None:
+        """Return a planner that has become ready, once; None if there is none.
+
+        Should making it have raised, that is raised here, and nothing can be planned any more
+        before a planner for another gravity is ready.
         """
-        gripper = description.gripper
-        at = gravity_or_own(gravity, gripper)
-        nothing_yet = NoPlanner(at, StillLoadingError(gripper.name))
-        loaded = cls(description, nothing_yet, pool, follow(gripper, at))
-        loaded.mount.refresh()
-        return loaded
-
-    @property
-    def gripper(self) -> Gripper:
-        """The gripper as described."""
-        return self.description.gripper
-
-    @property
-    def planner(self) -> AnyPlanner:
-        """The planner for the present gravity."""
-        return self.mount.planner
+        if self._job is None or not self._job.done():
+            return None
+        job, self._job = self._job, None
+        try:
+            self.planner = job.result()
+        except Exception as error:
+            self.planner = NoPlanner(self.gravity, PlannerFailedError(error))
+            raise
+        if self.planner.gravity != self.gravity:
+            self.refresh()
+        return self.planner
 
     @property
     def is_loading(self) -> bool:
@@ -156,36 +144,24 @@ class LoadedGripper:
         planner = self.planner
         return isinstance(planner, NoPlanner) and isinstance(planner.error, StillLoadingError)
 
-    @property
-    def shape(self) -> GripShape | None:
-        """The shape at the commanded pressure, if it is certified."""
-        return self._commanded.shape
-
-    @property
-    def measured_shape(self) -> GripShape | None:
-        """The shape at the measured pressure, if that is known and the shape certified."""
-        return self._measured.shape
+    # --- grip ----------------------------------------------------------------------------------
 
     @property
     def is_regime_from_contact(self) -> bool:
         """Whether regimes are those of the contact, because the object's place is known."""
-        return self._contact is not None or self._is_never_wrapped
+        return self._contact is not None
 
-    def regime(self, pressure: float | None = None) -> WrapRegime | None:
-        """Return how the object in use is held, as far as is known: measured, else as commanded.
+    def regime(self, pressure: float) -> WrapRegime | None:
+        """Return how the object in use is held at a pressure [Pa], as far as is known.
 
-        Args:
-            pressure: at which it is held [Pa], for the regime of the contact.
+        By the contact if that is known, else by the measured shape, else by the commanded one.
         """
-        return self.regime_of(self.measured_shape if self._is_measured else self.shape, pressure)
-
-    def regime_of(self, shape: GripShape | None, pressure: float | None) -> WrapRegime | None:
-        """Return the regime of a shape: of the contact at its pressure [Pa], else of its tip."""
-        if self._is_never_wrapped and shape is not None:
-            return WrapRegime.OVERHANG
-        if self._contact is not None and pressure is not None:
+        if isinstance(self._contact, GripFigures):
             return self._contact.regime(pressure)
-        return None if shape is None else shape.regime
+        shape = (self.measured if self._is_measured else self.commanded).shape
+        if shape is None or self._contact is None:
+            return None if shape is None else shape.regime
+        return WrapRegime.OVERHANG  # contact never wraps it
 
     def follow_grips(
         self, now: float, count: int, radius: float | None, seen: SeenObject | None
@@ -198,14 +174,12 @@ class LoadedGripper:
             radius: of the object in use [m], or None.
             seen: where it is, or None.
         """
-        self._contact, self._is_never_wrapped = None, False
         in_use = None if radius is None else InUse(radius, seen)
-        radii = self.planner.radius_range
-        taken = self.grips.follow(now, self.mount.gravity, radii, count, in_use)
-        if in_use is not None:
-            self._is_never_wrapped = self.grips.refusal(in_use) is not None
-            entry = self.grips.entry(in_use)
-            self._contact = entry.figures if entry is not None and seen is not None else None
+        taken = self.grips.follow(now, self.gravity, self.planner.radius_range, count, in_use)
+        found = None if in_use is None else self.grips.found(in_use)
+        is_placed = isinstance(found, GripFigures) and seen is not None
+        is_refused = isinstance(found, NotGrippableError)
+        self._contact = found if is_placed or is_refused else None  # type: ignore[assignment]
         return taken
 
     def grip(
@@ -216,15 +190,6 @@ class LoadedGripper:
             return None
         return self.grips.answer(InUse(radius, seen), plan.laid.pressure, pressure)
 
-    def line_force(self, plan: WrapPlan | None, pressure: float) -> float | None:
-        """Return the force per length on a plan's object at a pressure [N/m], if it is known."""
-        if plan is None or not isinstance(self.planner, GripperPlanner):
-            return None
-        try:
-            return self.planner.line_force(plan.wrap, pressure)
-        except SpiralError:  # a pressure beyond the description
-            return None
-
     def placement(self, plan: WrapPlan | None) -> ObjectPlacement | None:
         """Return where a plan's object lies in the free coil; None without a plan."""
         if plan is None:
@@ -233,19 +198,11 @@ class LoadedGripper:
             self._placed = (plan, plan.placement)
         return self._placed[1]
 
-    def table_grip(self, radius: float, tip_pressure: float, pressure: float) -> GripAnswer | None:
-        """Return the grip on a radius [m] at a pressure [Pa] that the table says, if it does.
-
-        Args:
-            radius: of the object [m].
-            tip_pressure: of its wrap by the tip criterion [Pa].
-            pressure: gauge [Pa].
-        """
-        return self.grips.answer(InUse(radius), tip_pressure, pressure)
+    # --- shapes --------------------------------------------------------------------------------
 
     def update_shape(self, pressure: float, radius: float | None) -> bool:
         """Solve the commanded shape at a pressure [Pa] if it has changed; return whether it has."""
-        return self._commanded.update(self.planner, pressure, radius)
+        return self.commanded.update(self.planner, pressure, radius)
 
     def update_measured_shape(
         self, pressure: float | None, radius: float | None, tolerance: float
@@ -263,7 +220,7 @@ class LoadedGripper:
         if pressure is not None:
             nearest = min(max(pressure, 0.0), self.gripper.pressure_max)
             pressure = nearest if abs(pressure - nearest) <= tolerance else pressure
-        return self._measured.update(self.planner, pressure, radius)
+        return self.measured.update(self.planner, pressure, radius)
 
 
 def gravity_or_own(gravity: tuple[float, ...], gripper: Gripper) -> Vector:

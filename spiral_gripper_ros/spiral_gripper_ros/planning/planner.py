@@ -8,8 +8,7 @@ import time
 from dataclasses import dataclass, replace
 from typing import NoReturn
 
-from spiral_core.actuator.actuator import UnloadedShape
-from spiral_core.errors import SpiralError
+from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.curve import WrapCurve
@@ -53,7 +52,6 @@ class WrapPlan:
         onset: pressure from which the object is wrapped [Pa], by contact; 0 where it is not known.
         highest_good: largest pressure of a good grip [Pa], by contact; inf where it is not known.
         loss: pressure at which the grip is lost [Pa], by contact; inf where it is not known.
-        recommended: middle of the good grips [Pa], by contact; None where it is not known.
     """
 
     wrap: Wrap
@@ -63,7 +61,6 @@ class WrapPlan:
     onset: float = 0.0
     highest_good: float = math.inf
     loss: float = math.inf
-    recommended: float | None = None
 
     @property
     def pressure(self) -> float:
@@ -81,9 +78,19 @@ class WrapPlan:
         return self.wrap.turns - self.wrap.turns_required
 
     @property
-    def line_force(self) -> float:
-        """Normal force per length of gripper at the perfect wrap [N/m]."""
-        return _line_force(self.gripper, self.wrap, self.wrap.unloaded_shape)
+    def recommended(self) -> float | None:
+        """Middle of the good grips [Pa], by contact; None where it is not known."""
+        return None if math.isinf(self.highest_good) else 0.5 * (self.onset + self.highest_good)
+
+    def line_force(self, pressure: float) -> float:
+        """Return the normal force per length of gripper on the object at a pressure [N/m].
+
+        Raises:
+            SpiralError: the pressure [Pa] is beyond the description.
+        """
+        gripper, wrap = self.gripper, self.wrap
+        shape, outer = gripper.unloaded_shape(pressure), gripper.tube.outer_radius
+        return line_force(gripper.stiffness, shape, wrap.object_radius, wrap.helix_angle, outer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,18 +149,14 @@ class GripperPlanner:
         wrap = laid = self.curve.wrap_for_radius(radius)
         if self._fitted is not self.curve:
             laid = self._fitted.wrap_for_radius(radius)
-        window = refusal = None
+        window: tuple[float, ...] | None = None
         if self.grips is not None:
             window = self.grips.window(radius, laid.pressure)
-            refusal = self.grips.refusal(InUse(radius))
-        if refusal is not None:
-            raise refusal
+            found = self.grips.found(InUse(radius))
+            if isinstance(found, NotGrippableError):
+                raise found
         solve_time = time.perf_counter() - start
-        if window is None:
-            return WrapPlan(wrap, laid, self.gripper, solve_time)
-        onset, good, loss = window
-        middle = 0.5 * (onset + good)
-        return WrapPlan(wrap, laid, self.gripper, solve_time, onset, good, loss, middle)
+        return WrapPlan(wrap, laid, self.gripper, solve_time, *(window or ()))
 
     def contact_force(self, plan: WrapPlan, pressure: float) -> float:
         """Return the normal force on the object of ``plan`` at a pressure [Pa], in all [N].
@@ -165,11 +168,19 @@ class GripperPlanner:
             grip = self.grips.answer(InUse(wrap.object_radius), plan.laid.pressure, pressure)
             if grip is not None:
                 return grip.normal_force
-        return max(self.line_force(wrap, pressure), 0.0) * wrap.contact_length
+        return max(plan.line_force(pressure), 0.0) * wrap.contact_length
 
-    def line_force(self, wrap: Wrap, pressure: float) -> float:
-        """Return the normal force per length on the object of ``wrap`` at a pressure [N/m]."""
-        return _line_force(self.gripper, wrap, self.gripper.unloaded_shape(pressure))
+    def wrapped_diameter(self, pressure: float, opening: float) -> float:
+        """Return the diameter of what a pressure [Pa] wraps [m], or an opening if it wraps none."""
+        curve = self.curve
+        if not pressure >= curve.pressure_min:
+            return opening
+        if pressure >= curve.pressure_max:
+            return 2.0 * curve.radius_min
+        try:
+            return 2.0 * curve.radius_from_pressure(pressure)
+        except SpiralError:  # no certified shape there: what it wraps is not known
+            return opening
 
     def shape(self, pressure: float, radius: float | None) -> GripShape:
         """Return the shape at any pressure [Pa] and how it holds an object of ``radius`` [m]."""
@@ -179,17 +190,9 @@ class GripperPlanner:
             return GripShape(state, None)
         return GripShape(state, self.curve.regime(pressure, radius, state))
 
-    def warm_up(self) -> None:
-        """Call every method once, so that nothing is compiled or imported in a callback."""
-        smallest, largest = self.radius_range
-        radius = 0.5 * (smallest + largest)
-        plan = self.plan(radius)
-        self.shape(plan.pressure, radius)
-        self.shape(0.0, None)
-
 
 class NoPlanner:
-    """The planner of a gravity at which no plan is possible: every method raises the reason.
+    """The planner of a gravity at which no plan is possible: asked for one it raises the reason.
 
     Args:
         gravity: that gravity [m/s^2].
@@ -213,6 +216,16 @@ class NoPlanner:
         """Raise why nothing can be solved."""
         raise self.error
 
+    def contact_force(self, plan: WrapPlan, pressure: float) -> float:
+        """Return that no force is known [N]."""
+        del plan, pressure
+        return 0.0
+
+    def wrapped_diameter(self, pressure: float, opening: float) -> float:
+        """Return the opening [m]."""
+        del pressure
+        return opening
+
 
 AnyPlanner = GripperPlanner | NoPlanner
 
@@ -227,7 +240,10 @@ def planner_for(gripper: Gripper, gravity: Vector, grips: GripFollower | None = 
     """
     try:
         planner = GripperPlanner(gripper.with_mount(gravity, gripper.object_axis))
-        planner.warm_up()
+        # Nothing is to be compiled or imported in a callback.
+        planner.shape(0.0, None)
+        radius = 0.5 * math.fsum(planner.radius_range)
+        planner.shape(planner.plan(radius).pressure, radius)
     except SpiralError as error:
         return NoPlanner(gravity, error)
     planner.grips = grips
@@ -245,11 +261,5 @@ def compile_all() -> None:
     from spiral_gripper.kernels import compile_kernels
 
     compile_kernels()
-    GripperPlanner(load_gripper(available_grippers()[0])).warm_up()
-
-
-def _line_force(gripper: Gripper, wrap: Wrap, shape: UnloadedShape) -> float:
-    """Return the force [N/m] with which a gripper of some rest shape presses on its object."""
-    return line_force(
-        gripper.stiffness, shape, wrap.object_radius, wrap.helix_angle, gripper.tube.outer_radius
-    )
+    gripper = load_gripper(available_grippers()[0])
+    planner_for(gripper, gripper.gravity)

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
 
-from spiral_core.rod.types import Vector
-from spiral_core.wrap.gripper import Gripper
-from spiral_gripper import GripperDescription
+from spiral_core.errors import SpiralError
+from spiral_gripper import GripperDescription, load_description
 from spiral_gripper_msgs.msg import Grip, Wrap
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
@@ -20,9 +20,8 @@ from spiral_gripper_ros.control.refusals import RECONFIGURED
 from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg, wrap_to_msg
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.table import GripperParameters
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
+from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import GripFollower
-from spiral_gripper_ros.planning.grip_table import GripAnswer, GripEntry
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
 from spiral_gripper_ros.planning.planner import NoPlanner, WrapPlan
@@ -91,10 +90,9 @@ class Runtime:
         """
         self.gravity = self.values.gravity.vector
         self.control.forget_gravity()
-        pool = self.background.gravity
-        self.loaded = LoadedGripper.ready(
-            self.values.gripper, self.gravity, pool, self._followed_grips
-        )
+        loaded = self._made(load_description(self.values.gripper))
+        loaded.load()
+        self.loaded = loaded
         self.use_limits()
 
     def load_another(self, description: GripperDescription | None) -> None:
@@ -108,8 +106,8 @@ class Runtime:
         if self.is_active:
             self.publish()
         self.loaded.grips.end()
-        pool = self.background.gravity
-        self.loaded = LoadedGripper.loading(description, self.gravity, pool, self._followed_grips)
+        self.loaded = self._made(description)
+        self.loaded.refresh()
 
     def unload(self) -> None:
         """Forget the gripper."""
@@ -127,7 +125,7 @@ class Runtime:
         """Take gravity from the parameter; ``plan``: have the gripper planned for at once."""
         self.gravity = self.values.gravity.vector
         if plan and self.loaded is not None:
-            self.loaded.mount.want(gravity_or_own(self.gravity, self.loaded.gripper), 0.0)
+            self.loaded.want(gravity_or_own(self.gravity, self.loaded.gripper), 0.0)
             self.control.forget_gravity()
 
     def take_planner(self) -> None:
@@ -135,7 +133,7 @@ class Runtime:
         if self.loaded is None:
             return
         was_loading = self.loaded.is_loading
-        planner = self.loaded.mount.poll()
+        planner = self.loaded.poll()
         if planner is None:
             return
         if was_loading and isinstance(planner, NoPlanner):
@@ -165,7 +163,7 @@ class Runtime:
         if self.loaded.follow_grips(self.now(), count, radius, self.seen_object()):
             self.control.replan(self.loaded.planner)
 
-    def solved_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripEntry:
+    def solved_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
         """Return the grip on one object, in seconds; called in the background.
 
         Args:
@@ -176,7 +174,8 @@ class Runtime:
             SpiralError: the object cannot be held, or the node has ended.
         """
         job = self.background.grips.submit(self._solve_grip, question, is_wanted)
-        return GripEntry(job.result(), self.now())
+        figures: GripFigures = job.result()
+        return replace(figures, computed_at=self.now())
 
     def grip_message(self, pressure: float, payload: float | None = None) -> list[Grip]:
         """Return what holds the object in use at a pressure [Pa], as a list of one if it is known.
@@ -250,7 +249,10 @@ class Runtime:
         self.follow_grips()
         seen_object = self.seen_object()
         grip = loaded.grip(seen.plan, seen.radius, seen_object, pressure)
-        force = loaded.line_force(seen.plan, pressure) if grip is None else grip.normal_force
+        force = None if grip is None else grip.normal_force
+        if grip is None and seen.plan is not None:
+            with suppress(SpiralError):  # a pressure beyond the description
+                force = seen.plan.line_force(pressure)
         self.control.observe(now, loaded.regime(pressure), force)
         snapshot, header = self.control.snapshot(), self.outputs.header()
         self.outputs.publish("status", status_to_msg(snapshot, loaded, header))
@@ -264,9 +266,9 @@ class Runtime:
             self.outputs.publish("wrap", self._wrap(loaded, grip, now, header))
         points = self.values.publish.backbone_points
         if moved:
-            self.outputs.publish_shape("backbone", loaded.shape, points, header)
+            self.outputs.publish_shape("backbone", loaded.commanded.shape, points, header)
         if measured_moved:
-            shape = loaded.measured_shape
+            shape = loaded.measured.shape
             self.outputs.publish_shape("measured_backbone", shape, points, header)
         self.log.tell(now, snapshot)
 
@@ -291,10 +293,13 @@ class Runtime:
     ) -> list[Grip]:
         own = None if math.isnan(self.values.grip.payload) else self.values.grip.payload
         mass = own if payload is None else payload
-        return grip_to_msg(answer, self.now(), mass, loaded.mount.gravity)
+        return grip_to_msg(answer, self.now(), mass, loaded.gravity)
 
-    def _followed_grips(self, gripper: Gripper, gravity: Vector) -> GripFollower:
-        return GripFollower(gripper, gravity, self._solve_grip, self.background.grips)
+    def _made(self, description: GripperDescription) -> LoadedGripper:
+        """Return a gripper that is still to be planned for."""
+        gravity, pools = gravity_or_own(self.gravity, description.gripper), self.background
+        grips = GripFollower(description.gripper, gravity, self._solve_grip, pools.grips)
+        return LoadedGripper(description, gravity, pools.gravity, grips)
 
     def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
         """Return the grip for the ramp that the node has now; called in the background."""
