@@ -210,7 +210,7 @@ def test_where_the_object_is_seen_the_regime_and_the_drawing_are_those_of_the_co
     assert not known.told["wrap"].regime_from_contact
     assert known.told["wrap"].grip
     known.onset, known.curling, known.loss = 0.8, 0.9, 1.9
-    known.runtime.objects.offer((0.1, 0.02, 0.0), (0.0, 0.0, 0.0, 1.0), known.time, 0.0, 600.0)
+    known.runtime.objects.offer((0.1, 0.02, 0.0), (0.0, 0.0, 1.0), known.time, 0.0, 600.0)
     known.follow(0.02, duration=0.02)
     assert not known.told["wrap"].grip  # the table does not stand for a place of its own
     known.follow(0.02)

@@ -18,7 +18,12 @@ from spiral_gripper_msgs.msg import ObjectRadius
 from spiral_gripper_ros.control.radius_gate import stale_estimate
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import pose_along, prefix_of
-from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject, misplacement
+from spiral_gripper_ros.planning.object_pose import (
+    ObjectWatch,
+    SeenObject,
+    misplacement,
+    object_line,
+)
 
 CENTER, UPRIGHT = (0.1, 0.2, 0.3), (0.0, 0.0, 0.0, 1.0)
 HALF = math.sqrt(0.5)
@@ -27,7 +32,7 @@ RADIUS = 0.02
 
 def offered(center=CENTER, quaternion=UPRIGHT, age=0.0):
     watch = ObjectWatch()
-    watch.offer(center, quaternion, 10.0, age, 1.0)
+    watch.offer(*object_line(center, quaternion), 10.0, age, 1.0)
     return watch
 
 
@@ -50,29 +55,42 @@ def test_the_z_axis_of_the_pose_is_the_axis_of_the_object(quaternion, axis):
 @pytest.mark.parametrize(
     ("bad", "problem"),
     [
-        *(({"center": (0.1, bad, 0.1)}, "position of object_pose") for bad in (math.nan, -1.0e4)),
+        *(({"position": {"y": bad}}, "position of object_pose") for bad in (math.nan, -1.0e4)),
         *(
-            ({"quaternion": quaternion}, "unit quaternion")
+            ({"orientation": dict(zip("xyzw", quaternion, strict=True))}, "unit quaternion")
             for quaternion in (
                 (0.0, 0.0, 0.0, 1.002),
                 (0.0, 0.0, 0.0, 0.998),
                 (0.0, 0.0, math.inf, 1.0),
+                (0.0, math.nan, 0.0, 1.0),
                 (1e200, 1e200, 1e200, 1e200),
             )
         ),
-        ({"age": 1.0001}, "s old"),
-        ({"age": -1.0001}, "s ahead of this clock"),
-        ({"age": math.nan}, "object_pose.timeout"),
     ],
 )
-def test_a_pose_that_is_none_is_refused_and_the_last_one_stands(bad, problem):
-    watch = offered()
-    pose = {"center": (0.0, 0.0, 0.0), "quaternion": UPRIGHT, "age": 0.0, **bad}
-    watch.offer(seen_at=10.1, limit=1.0, **pose)
+def test_a_pose_that_is_none_is_refused_and_the_last_one_stands(node, bad, problem):
+    node.runtime.objects.offer(CENTER, (0.0, 0.0, 1.0), node.runtime.now(), 0.0, 1.0)
+    message = PoseStamped()
+    for part, components in bad.items():
+        for name, value in components.items():
+            setattr(getattr(message.pose, part), name, value)
+    deliver(node, "object_pose", stamped(node, message))
+    assert problem in node.runtime.objects.problem
+    assert node.runtime.objects.refused == 1
+    assert node.runtime.seen_object().center == CENTER
+
+
+@pytest.mark.parametrize(
+    ("age", "problem"),
+    [(1.0001, "s old"), (-1.0001, "s ahead of this clock"), (math.nan, "object_pose.timeout")],
+)
+def test_a_pose_of_another_time_is_refused_and_the_last_one_stands(age, problem):
+    watch, line = offered(), ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    watch.offer(*line, seen_at=10.1, age=age, limit=1.0)
     assert problem in watch.problem
     assert watch.refused == 1
     assert watch.seen(10.1, 1.0).center == CENTER
-    watch.offer((0.0, 0.0, 0.0), UPRIGHT, 10.2, 0.0, 1.0)
+    watch.offer(*line, 10.2, 0.0, 1.0)
     assert (watch.problem, watch.refused) == ("", 1)
     assert watch.seen(10.2, 1.0).center == (0.0, 0.0, 0.0)
 

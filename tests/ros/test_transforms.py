@@ -20,20 +20,18 @@ from scipy.spatial.transform import Rotation
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.node.inputs import GRAVITY_PERIOD
-from spiral_gripper_ros.planning.object_pose import multiplied, rotated
+from spiral_gripper_ros.planning.object_pose import rotated
 
 NUMBERS = st.floats(-1.0, 1.0)
 TURNS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS).filter(lambda turn: math.hypot(*turn) > 0.1)
 UP_FRAME, CAMERA = "world", "camera"
 
 
-@given(TURNS, TURNS, st.tuples(NUMBERS, NUMBERS, NUMBERS))
-def test_rotations_are_those_of_another_implementation(first, second, vector):
-    one, other = Rotation.from_quat(first), Rotation.from_quat(second)
-    a, b = tuple(one.as_quat()), tuple(other.as_quat())
-    assert rotated(a, vector) == pytest.approx(tuple(one.apply(vector)), abs=1e-12)
-    both = np.array(multiplied(a, b))
-    assert abs(both @ (one * other).as_quat()) == pytest.approx(1.0, abs=1e-12)
+@given(TURNS, st.tuples(NUMBERS, NUMBERS, NUMBERS))
+def test_rotations_are_those_of_another_implementation(turn, vector):
+    other = Rotation.from_quat(turn)
+    expected = pytest.approx(tuple(other.apply(vector)), abs=1e-12)
+    assert rotated(tuple(other.as_quat()), vector) == expected
 
 
 class UnknownError(Exception):

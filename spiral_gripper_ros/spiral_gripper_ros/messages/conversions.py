@@ -20,6 +20,7 @@ from spiral_gripper_msgs.msg import GripStatus, Wrap, WrapFigures
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.planning.object_pose import Quaternion as Turn
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement
 from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 
@@ -58,6 +59,11 @@ def opening_joint(frame_id: str) -> str:
 def vector_from_msg(message: Vector3 | Point) -> Vector:
     """Return the components of a message."""
     return (message.x, message.y, message.z)
+
+
+def quaternion_from_msg(message: Any) -> Turn:  # noqa: ANN401
+    """Return the components of a message."""
+    return (message.x, message.y, message.z, message.w)
 
 
 def frame_problem(name: str, message: Any, own: str) -> str | None:  # noqa: ANN401

@@ -13,14 +13,21 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
 from std_msgs.msg import Empty, Float64
 
+from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_gripper_msgs.msg import ObjectRadius
 from spiral_gripper_ros.control.radius_gate import STAMPED_RADIUS, age_problem, stale_estimate
 from spiral_gripper_ros.control.states import Reason, Refusal
-from spiral_gripper_ros.messages.conversions import frame_problem, stamp_age, vector_from_msg
+from spiral_gripper_ros.messages.conversions import (
+    frame_problem,
+    quaternion_from_msg,
+    stamp_age,
+    vector_from_msg,
+)
 from spiral_gripper_ros.messages.qos import LATEST, NEWEST
 from spiral_gripper_ros.node.transforms import TransformError, Transforms
 from spiral_gripper_ros.parameters.spec import gravity_problem
+from spiral_gripper_ros.planning.object_pose import object_line
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.control_clock import STEADY
 from spiral_gripper_ros.runtime.guards import vent_on_error
@@ -41,27 +48,20 @@ class Inputs:
     """
 
     def __init__(self, node: Node, runtime: Runtime) -> None:
-        self._node = node
-        self._runtime = runtime
+        self._node, self._runtime = node, runtime
         self._has_latched = False
         self._transforms = Transforms(node, runtime.values.frame_id)
-        gravity_frame = runtime.values.gravity.frame
-        if gravity_frame:
-            self._transforms.listen()
-        self.hear_object_pose = log_on_error(runtime.errors, self._hear_object_pose)
         self._subscriptions: list[Subscription] = []
-        for kind, topic, callback in (
-            (Float64, "object_radius", self.hear_radius),
-            (ObjectRadius, STAMPED_RADIUS, self.hear_stamped_radius),
-            (Float64, "measured_pressure", self.hear_measured),
-            (PoseStamped, "object_pose", self.hear_object_pose),
-            (Empty, "keep_alive", self.hear_client),
-        ):
-            self._subscribe(kind, topic, callback, NEWEST)
-        if gravity_frame:
+        self._subscribe(Float64, "object_radius", self.hear_radius)
+        self._subscribe(ObjectRadius, STAMPED_RADIUS, self.hear_stamped_radius)
+        self._subscribe(Float64, "measured_pressure", self.hear_measured)
+        self._subscribe(PoseStamped, "object_pose", log_on_error(runtime.errors, self.hear_pose))
+        self._subscribe(Empty, "keep_alive", self.hear_client)
+        if runtime.values.gravity.frame:
+            self._transforms.listen()
             look, period = vent_on_error(runtime, self.look_up_gravity), GRAVITY_PERIOD
         else:
-            self._subscribe(Vector3Stamped, "gravity", self.hear_gravity, NEWEST)
+            self._subscribe(Vector3Stamped, "gravity", self.hear_gravity)
             look, period = log_on_error(runtime.errors, self.hear_latched_gravity), LATCHED_PERIOD
         self._timer = node.create_timer(period, look, clock=STEADY)
         look()
@@ -84,7 +84,13 @@ class Inputs:
             self._has_latched = True
             self._subscribe(Vector3Stamped, "gravity", self.hear_gravity, LATEST)
 
-    def _subscribe(self, kind: Any, topic: str, callback: Any, qos: QoSProfile) -> None:  # noqa: ANN401
+    def _subscribe(
+        self,
+        kind: Any,  # noqa: ANN401
+        topic: str,
+        callback: Any,  # noqa: ANN401
+        qos: QoSProfile = NEWEST,
+    ) -> None:
         callback = vent_on_error(self._runtime, callback)
         self._subscriptions.append(self._node.create_subscription(kind, topic, callback, qos))
 
@@ -128,14 +134,14 @@ class Inputs:
         runtime = self._runtime
         if runtime.loaded is None:
             return
-        strength = math.hypot(*runtime.loaded.gripper.gravity)
+        own, stamp, problem = runtime.loaded.gripper.gravity, Time(), None
         try:
-            down, stamp = self._transforms.down(runtime.values.gravity.frame)
+            (x, y, z), stamp = self._transforms.down(runtime.values.gravity.frame)
+            strength = math.hypot(*own)
+            own = (strength * x, strength * y, strength * z)
         except TransformError as error:
-            self._take_gravity(runtime.loaded.gripper.gravity, Time(), str(error))
-        else:
-            x, y, z = down
-            self._take_gravity((strength * x, strength * y, strength * z), stamp, None)
+            problem = str(error)
+        self._take_gravity(own, stamp, problem)
 
     def _take_gravity(self, gravity: Vector, stamp: Any, problem: str | None) -> None:  # noqa: ANN401
         runtime, limit = self._runtime, "radius.age_limit"
@@ -154,30 +160,23 @@ class Inputs:
         runtime.gravity = gravity
         runtime.loaded.want(gravity, runtime.values.gravity.hysteresis)
 
-    def _hear_object_pose(self, message: PoseStamped) -> None:
+    def hear_pose(self, message: PoseStamped) -> None:
         """Note where the object is; what is commanded does not depend on it."""
-        runtime = self._runtime
+        runtime, header, pose = self._runtime, message.header, message.pose
         if not runtime.is_active:
             return
-        header, turn = message.header, message.pose.orientation
-        center = vector_from_msg(message.pose.position)
-        quaternion = (turn.x, turn.y, turn.z, turn.w)
-        if header.frame_id not in ("", runtime.values.frame_id):
-            try:
-                center, quaternion = self._transforms.pose(
-                    header.frame_id, header.stamp, center, quaternion
-                )
-            except TransformError as error:
-                runtime.objects.refuse(f"object_pose: {error}")
-                return
-        age = self._age(header.stamp)
-        runtime.objects.offer(
-            center,
-            quaternion,
-            seen_at=runtime.now() - age,
-            age=age,
-            limit=runtime.values.object_pose.timeout,
-        )
+        turn, objects = quaternion_from_msg(pose.orientation), runtime.objects
+        try:
+            line = object_line(vector_from_msg(pose.position), turn)
+            if header.frame_id not in ("", runtime.values.frame_id):
+                line = self._transforms.line(header.frame_id, header.stamp, *line)
+        except InvalidInputError as error:
+            objects.refuse(str(error))
+        except TransformError as error:
+            objects.refuse(f"object_pose: {error}")
+        else:
+            age, limit = self._age(header.stamp), runtime.values.object_pose.timeout
+            objects.offer(*line, runtime.now() - age, age, limit)
 
     def _age(self, stamp: Any) -> float:  # noqa: ANN401
         return stamp_age(stamp, self._node.get_clock())

@@ -29,6 +29,7 @@ from spiral_gripper_ros.messages.conversions import (
     figures_to_msg,
     known,
     optional,
+    quaternion_from_msg,
     vector_from_msg,
     vector_to_msg,
 )
@@ -211,8 +212,8 @@ def _grip(
         return None if is_other else context.known_grip(plan, asked.radius, None, pressure)
     pose = None
     if asked.pose:
-        position, turn = asked.pose[0].position, asked.pose[0].orientation
-        pose = object_line(vector_from_msg(position), (turn.x, turn.y, turn.z, turn.w))
+        at = asked.pose[0]
+        pose = object_line(vector_from_msg(at.position), quaternion_from_msg(at.orientation))
     friction = known(asked.friction_coefficient)
     question = GripQuestion(plan.gripper, asked.radius, friction, pose)
     return context.solve_grip(question, context.is_wanted).answer(

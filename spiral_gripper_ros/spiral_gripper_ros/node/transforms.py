@@ -11,8 +11,8 @@ from rclpy.time import Time
 
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Vector
-from spiral_gripper_ros.messages.conversions import vector_from_msg
-from spiral_gripper_ros.planning.object_pose import Quaternion, multiplied, object_line, rotated
+from spiral_gripper_ros.messages.conversions import quaternion_from_msg, vector_from_msg
+from spiral_gripper_ros.planning.object_pose import Quaternion, object_line, rotated
 
 
 class TransformError(SpiralError):
@@ -56,29 +56,27 @@ class Transforms:
             self._listener.unregister()
         self._listener = None
 
-    def pose(
+    def line(
         self,
         frame: str,
         stamp: Any,  # noqa: ANN401
-        position: Vector,
-        turn: Quaternion,
-    ) -> tuple[Vector, Quaternion]:
-        """Return a pose of another frame in the base frame.
+        center: Vector,
+        axis: Vector,
+    ) -> tuple[Vector, Vector]:
+        """Return a line of another frame in the base frame.
 
         Args:
-            frame: in which the pose is given.
-            stamp: time of the pose.
-            position: [m].
-            turn: orientation, x y z w.
+            frame: in which the line is given.
+            stamp: time at which it is there.
+            center: a point of it [m].
+            axis: its direction.
 
         Raises:
             TransformError: the transform at that time is not known, or no rigid motion.
         """
-        transform = self._look_up(frame, stamp).transform
-        turned = _quaternion(transform.rotation)
-        x, y, z = rotated(turned, position)
-        shift = vector_from_msg(transform.translation)
-        return (x + shift[0], y + shift[1], z + shift[2]), multiplied(turned, turn)
+        (x, y, z), turn, _ = self._look_up(frame, stamp)
+        a, b, c = rotated(turn, center)
+        return (x + a, y + b, z + c), rotated(turn, axis)
 
     def down(self, frame: str) -> tuple[Vector, Any]:
         """Return the direction opposite to the z axis of a frame, in the base frame, and its time.
@@ -89,10 +87,11 @@ class Transforms:
         Raises:
             TransformError: no transform is known, or it is no rigid motion.
         """
-        found = self._look_up(frame, Time())
-        return rotated(_quaternion(found.transform.rotation), (0.0, 0.0, -1.0)), found.header.stamp
+        _, turn, stamp = self._look_up(frame, Time())
+        return rotated(turn, (0.0, 0.0, -1.0)), stamp
 
-    def _look_up(self, frame: str, stamp: Any) -> Any:  # noqa: ANN401
+    def _look_up(self, frame: str, stamp: Any) -> tuple[Vector, Quaternion, Any]:  # noqa: ANN401
+        """Return the shift [m] and the turn of a frame, and the time at which they were true."""
         self.listen()
         try:
             time = stamp if isinstance(stamp, Time) else Time.from_msg(stamp)
@@ -102,15 +101,12 @@ class Transforms:
                 f"no transform from {frame!r} to {self._base!r} is known: {error}"
             ) from None
         place, turn = found.transform.translation, found.transform.rotation
+        shift, quaternion = vector_from_msg(place), quaternion_from_msg(turn)
         try:
-            object_line(vector_from_msg(place), _quaternion(turn))
+            object_line(shift, quaternion)
         except InvalidInputError:
             raise TransformError(
                 f"the transform from {frame!r} to {self._base!r} is no rigid motion, got "
                 f"{place}, {turn}"
             ) from None
-        return found
-
-
-def _quaternion(turn: Any) -> Quaternion:  # noqa: ANN401
-    return (turn.x, turn.y, turn.z, turn.w)
+        return shift, quaternion, found.header.stamp

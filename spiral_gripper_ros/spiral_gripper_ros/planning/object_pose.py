@@ -55,36 +55,27 @@ class ObjectWatch:
         self._seen: SeenObject | None = None
         self.problem, self.refused = "", 0
 
-    def offer(
-        self,
-        center: Vector,
-        quaternion: tuple[float, ...],
-        seen_at: float,
-        age: float,
-        limit: float,
-    ) -> None:
-        """Take a pose whose z axis is the object's axis, if it is usable; else the last one stands.
+    def offer(self, center: Vector, axis: Vector, seen_at: float, age: float, limit: float) -> None:
+        """Take where the object is if that is young enough; else the last one stands.
 
         Args:
-            center: position [m].
-            quaternion: orientation, x y z w.
+            center: a point of its axis [m].
+            axis: direction of its axis, a unit vector.
             seen_at: its stamp as a time [s] of the clock that :meth:`seen` is asked with.
             age: time since then [s].
             limit: largest age [s], on either side of now.
 
         Example:
             >>> watch = ObjectWatch()
-            >>> watch.offer((0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), seen_at=5.0, age=0.1, limit=1.0)
+            >>> watch.offer((0.1, 0.0, 0.0), (0.0, 0.0, 1.0), seen_at=5.0, age=0.1, limit=1.0)
             >>> watch.seen(5.5, limit=1.0).axis, watch.seen(6.5, limit=1.0)
             ((0.0, 0.0, 1.0), None)
         """
-        problem = _pose_problem(center, quaternion) or age_problem(
-            "object_pose", age, "object_pose.timeout", limit
-        )
+        problem = age_problem("object_pose", age, "object_pose.timeout", limit)
         if problem:
             self.refuse(problem)
         else:
-            self.problem, self._seen = "", SeenObject(center, _z_axis(quaternion), seen_at)
+            self.problem, self._seen = "", SeenObject(center, axis, seen_at)
 
     def refuse(self, problem: str) -> None:
         """Note that a pose is not used, and why."""
@@ -98,16 +89,24 @@ class ObjectWatch:
         return self._seen
 
 
-def object_line(center: Vector, quaternion: tuple[float, ...]) -> tuple[Vector, Vector]:
+def object_line(center: Vector, turn: Quaternion) -> tuple[Vector, Vector]:
     """Return a point of an object's axis [m] and its direction, from the object's pose.
+
+    Args:
+        center: position [m].
+        turn: orientation, whose z axis is the object's axis.
 
     Raises:
         InvalidInputError: it is no pose.
     """
-    problem = _pose_problem(center, quaternion)
-    if problem:
-        raise InvalidInputError("object_pose", (center, quaternion), problem)
-    return center, _z_axis(quaternion)
+    if not (all(map(math.isfinite, center)) and math.hypot(*center) <= LARGEST_DISTANCE):
+        requirement = f"3 finite numbers within {LARGEST_DISTANCE:g} m"
+        raise InvalidInputError("the position of object_pose", center, requirement)
+    size = math.hypot(*turn)
+    if not abs(size - 1.0) <= NORM_TOLERANCE:
+        raise InvalidInputError("the orientation of object_pose", turn, "a unit quaternion")
+    x, y, z, w = (component / size for component in turn)
+    return center, rotated((x, y, z, w), (0.0, 0.0, 1.0))
 
 
 def misplacement(seen: SeenObject, expected: ObjectPlacement) -> tuple[float, float]:
@@ -146,33 +145,5 @@ def rotated(turn: Quaternion, vector: Vector) -> Vector:
     return x, y, z
 
 
-def multiplied(first: Quaternion, second: Quaternion) -> Quaternion:
-    """Return the rotation ``second`` followed by ``first``."""
-    x, y, z = (
-        first[3] * b + second[3] * a + c
-        for a, b, c in zip(first[:3], second[:3], _cross(first, second), strict=True)
-    )
-    along = first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
-    return x, y, z, first[3] * second[3] - along
-
-
-def _z_axis(quaternion: tuple[float, ...]) -> Vector:
-    size = math.hypot(*quaternion)
-    x, y, z, w = (component / size for component in quaternion)
-    return (2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y))
-
-
 def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def _pose_problem(center: Vector, quaternion: tuple[float, ...]) -> str:
-    if not (all(map(math.isfinite, center)) and math.hypot(*center) <= LARGEST_DISTANCE):
-        return (
-            "the position of object_pose must be 3 finite numbers within "
-            f"{LARGEST_DISTANCE:g} m, got {center}"
-        )
-    finite = all(map(math.isfinite, quaternion))
-    if not (finite and abs(math.hypot(*quaternion) - 1.0) <= NORM_TOLERANCE):
-        return f"the orientation of object_pose must be a unit quaternion, got {quaternion}"
-    return ""
