@@ -153,8 +153,8 @@ def test_a_status_carries_the_snapshot_and_the_wrap_its_plan(planner, loaded):
 
 
 def diagnosed(state, clock_stands_still=False, **fields):
-    health = Health("/node", "id", 3, clock_stands_still)
-    return diagnostics_to_msg(health, snapshot(state, **fields), Header().stamp).status[0]
+    told = (snapshot(state, **fields), Health(3, clock_stands_still), Header().stamp)
+    return diagnostics_to_msg("/node", "id", *told).status[0]
 
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR

@@ -33,8 +33,6 @@ class Health:
     """The state of the node, other than its commands.
 
     Args:
-        name: full name of the node.
-        hardware_id: name of the gripper; "" before one is loaded.
         internal_errors: exceptions caught since the node started.
         clock_stands_still: the node is active but its simulated clock has stopped.
         commanders: nodes that publish pressure_command, this one included.
@@ -42,8 +40,6 @@ class Health:
         object_poses_refused: since activation.
     """
 
-    name: str
-    hardware_id: str
     internal_errors: int
     clock_stands_still: bool = False
     commanders: int = 1
@@ -52,95 +48,74 @@ class Health:
 
 
 def diagnostics_to_msg(
-    health: Health,
+    name: str,
+    hardware_id: str,
     snapshot: Snapshot[WrapPlan],
+    health: Health,
     stamp: Any,  # noqa: ANN401
 ) -> DiagnosticArray:
     """Return the diagnostics of one gripper.
 
     Args:
-        health: what is known of the node.
+        name: full name of the node.
+        hardware_id: name of the gripper; "" before one is loaded.
         snapshot: what is commanded, and why.
+        health: what else is known of the node.
         stamp: time of the message.
     """
-    status = (_level(health, snapshot), _summary(health, snapshot))
-    values = dict(_values(health, snapshot))
-    return diagnostic_message(f"{health.name}: grip", health.hardware_id, status, values, stamp)
+    fault, measured = snapshot.pressure_fault, snapshot.measured
+    warnings = [snapshot.gravity_fault.text, health.object_problem]
+    if health.clock_stands_still:
+        warnings.append(CLOCK_STANDS_STILL)
+    if health.commanders > 1:
+        warnings.append(f"{health.commanders} nodes publish pressure_command")
+    # The worst of what there is to tell; the levels are single bytes, in order.
+    levels: list[bytes] = [_LEVELS[snapshot.state]]
+    if fault.reason is not Reason.NONE:
+        levels.append(DiagnosticStatus.ERROR)
+    if any(warnings):
+        levels.append(DiagnosticStatus.WARN)
+    state = snapshot.refusal.text or snapshot.state.name.lower().replace("_", " ")
+    text = "; ".join(text for text in (state, fault.text, *warnings) if text)
+    values = {
+        "state": snapshot.state.name,
+        "reason": snapshot.refusal.reason.name,
+        "grasping": snapshot.state is State.GRASPING,
+        "wrapped": snapshot.wrapped,
+        "object_radius [m]": snapshot.radius,
+        "pressure_target [Pa]": snapshot.pressure_target,
+        "pressure_command [Pa]": snapshot.pressure_command,
+        "measured_pressure [Pa]": snapshot.measured_pressure,
+        "measured_pressure age [s]": None if measured is None else measured.age,
+        "gravity age [s]": snapshot.gravity_age,
+        "pressure_command publishers": health.commanders,
+        "pressure fault": fault.reason.name,
+        "radii accepted": snapshot.accepted,
+        "object poses refused": health.object_poses_refused,
+        "internal errors": health.internal_errors,
+    }
+    for reason in Reason:
+        if snapshot.refused[reason]:
+            values[f"refused: {reason.name}"] = snapshot.refused[reason]
+    return diagnostic_message(f"{name}: grip", hardware_id, (max(levels), text), values, stamp)
 
 
 def diagnostic_message(
     name: str,
     hardware_id: str,
     status: tuple[bytes, str],
-    values: Mapping[str, str],
+    values: Mapping[str, object],
     stamp: Any,  # noqa: ANN401
 ) -> DiagnosticArray:
-    """Return the message of one status: its level with its text, and figures by their names."""
+    """Return the message of one status: its level with its text, and figures by their names.
+
+    None is shown as an empty text.
+    """
     level, text = status
-    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
-    told = DiagnosticStatus(
-        level=level, name=name, message=text, hardware_id=hardware_id, values=pairs
-    )
+    told = DiagnosticStatus(level=level, name=name, message=text, hardware_id=hardware_id)
+    for key, value in values.items():
+        shown = f"{value:.6g}" if isinstance(value, float) else str("" if value is None else value)
+        told.values.append(KeyValue(key=key, value=shown))
     message = DiagnosticArray(status=[told])
     message.header.stamp = stamp
     return message
-
-
-def _level(health: Health, snapshot: Snapshot[WrapPlan]) -> bytes:
-    """Return the worst of what there is to tell; the levels are single bytes, in order."""
-    levels: list[bytes] = [_LEVELS[snapshot.state]]
-    if snapshot.pressure_fault.reason is not Reason.NONE:
-        levels.append(DiagnosticStatus.ERROR)
-    if _warnings(health, snapshot):
-        levels.append(DiagnosticStatus.WARN)
-    return max(levels)
-
-
-def _summary(health: Health, snapshot: Snapshot[WrapPlan]) -> str:
-    texts = [
-        snapshot.refusal.text or snapshot.state.name.lower().replace("_", " "),
-        snapshot.pressure_fault.text,
-        *_warnings(health, snapshot),
-    ]
-    return "; ".join(text for text in texts if text)
-
-
-def _warnings(health: Health, snapshot: Snapshot[WrapPlan]) -> list[str]:
-    texts = [snapshot.gravity_fault.text, health.object_problem]
-    if health.clock_stands_still:
-        texts.append(CLOCK_STANDS_STILL)
-    if health.commanders > 1:
-        texts.append(f"{health.commanders} nodes publish pressure_command")
-    return [text for text in texts if text]
-
-
-def _values(health: Health, snapshot: Snapshot[WrapPlan]) -> list[tuple[str, str]]:
-    measured = snapshot.measured
-    values = [
-        ("state", snapshot.state.name),
-        ("reason", snapshot.refusal.reason.name),
-        ("grasping", str(snapshot.state is State.GRASPING)),
-        ("wrapped", str(snapshot.wrapped)),
-        ("object_radius [m]", _figure(snapshot.radius)),
-        ("pressure_target [Pa]", _figure(snapshot.pressure_target)),
-        ("pressure_command [Pa]", _figure(snapshot.pressure_command)),
-        ("measured_pressure [Pa]", _figure(None if measured is None else measured.pressure)),
-        ("measured_pressure age [s]", _figure(None if measured is None else measured.age)),
-        ("gravity age [s]", _figure(snapshot.gravity_age)),
-        ("pressure_command publishers", str(health.commanders)),
-        ("pressure fault", snapshot.pressure_fault.reason.name),
-        ("radii accepted", str(snapshot.accepted)),
-        ("object poses refused", str(health.object_poses_refused)),
-        ("internal errors", str(health.internal_errors)),
-    ]
-    refused = [
-        (f"refused: {reason.name}", str(snapshot.refused[reason]))
-        for reason in Reason
-        if snapshot.refused[reason]
-    ]
-    return values + refused
-
-
-def _figure(value: float | None) -> str:
-    """Return a number for people; "" if it is not known."""
-    return "" if value is None else f"{value:.6g}"

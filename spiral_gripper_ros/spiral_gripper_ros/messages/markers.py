@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,66 +80,59 @@ def scene_to_msg(scene: Scene, points: int, lifetime: float, header: Any) -> Mar
         lifetime: time [s] after which a display forgets them, should the node be gone.
         header: stamp and frame of the markers.
     """
+    diameter, shown = 2.0 * scene.outer_radius, scene.measured or scene.commanded
+    blue = BLUE if scene.measured is None else PALE_BLUE
     markers = {
-        TUBE: _tube(scene.commanded, scene, points, BLUE if scene.measured is None else PALE_BLUE),
-        MEASURED_TUBE: _tube(scene.measured, scene, points, VIOLET),
-        FIBER: _fiber(scene.measured or scene.commanded, scene, points),
-        OBJECT: _object(scene.placement, scene.regime),
-        TEXT: _text(scene),
+        TUBE: _line(scene.commanded, points, diameter, blue),
+        MEASURED_TUBE: _line(scene.measured, points, diameter, VIOLET),
+        FIBER: _line(shown, points, FIBER_WIDTH * diameter, BLACK, scene.outer_radius),
+        OBJECT: _object(scene.placement, REGIME_COLORS[scene.regime]),
+        TEXT: _text(scene.text, diameter),
     }
-    return MarkerArray(
-        markers=[
-            _finished(marker, namespace, lifetime, header) for namespace, marker in markers.items()
-        ]
-    )
+    fraction, whole = math.modf(lifetime)
+    for marker in filter(None, markers.values()):
+        marker.lifetime = Duration(sec=int(whole), nanosec=int(fraction * 1e9))
+        marker.frame_locked = True
+    return _array(markers, header)
 
 
 def no_markers(header: Any) -> MarkerArray:  # noqa: ANN401
     """Return the message that deletes every marker."""
-    return MarkerArray(
-        markers=[_finished(None, namespace, 0.0, header) for namespace in NAMESPACES]
-    )
+    return _array(dict.fromkeys(NAMESPACES), header)
 
 
-def _finished(marker: Marker | None, namespace: str, lifetime: float, header: Any) -> Marker:  # noqa: ANN401
-    """Return a marker with what all have in common; None becomes its deletion."""
-    if marker is None:
-        return Marker(header=header, ns=namespace, id=0, action=Marker.DELETE)
-    fraction, whole = math.modf(lifetime)
-    marker.header, marker.ns, marker.id, marker.action = header, namespace, 0, Marker.ADD
-    marker.lifetime = Duration(sec=int(whole), nanosec=int(fraction * 1e9))
-    marker.frame_locked = True
-    return marker
+def _array(markers: Mapping[str, Marker | None], header: Any) -> MarkerArray:  # noqa: ANN401
+    """Return the message of markers by their namespaces; None becomes a deletion."""
+    message = MarkerArray()
+    for namespace, marker in markers.items():
+        told = Marker(action=Marker.DELETE) if marker is None else marker
+        told.header, told.ns = header, namespace
+        message.markers.append(told)
+    return message
 
 
-def _tube(
-    state: RodState | TubeShape | None, scene: Scene, points: int, color: tuple[float, ...]
+def _line(
+    state: RodState | TubeShape | None,
+    points: int,
+    width: float,
+    color: tuple[float, ...],
+    outside: float = 0.0,
 ) -> Marker | None:
-    if state is None:
-        return None
-    nodes = state.positions[picked_nodes(state, points)]
-    return _line(nodes, 2.0 * scene.outer_radius, color)
-
-
-def _fiber(state: RodState | TubeShape | None, scene: Scene, points: int) -> Marker | None:
+    """Return a line along a tube, or so far outside of its middle on the fiber's side [m]."""
     if state is None:
         return None
     picked = picked_nodes(state, points)
-    outside = state.positions[picked] + scene.outer_radius * _y_axes(state.orientations[picked])
-    return _line(outside, FIBER_WIDTH * 2.0 * scene.outer_radius, BLACK)
-
-
-def _line(points: Array, width: float, color: tuple[float, ...]) -> Marker:
+    nodes = state.positions[picked] + outside * _y_axes(state.orientations[picked])
     return Marker(
         type=Marker.LINE_STRIP,
         pose=Pose(orientation=Quaternion(w=1.0)),
         scale=Vector3(x=width),
         color=_color(color),
-        points=[Point(x=x, y=y, z=z) for x, y, z in points.tolist()],
+        points=[Point(x=x, y=y, z=z) for x, y, z in nodes.tolist()],
     )
 
 
-def _object(placement: ObjectPlacement | None, regime: WrapRegime | None) -> Marker | None:
+def _object(placement: ObjectPlacement | None, color: tuple[float, ...]) -> Marker | None:
     if placement is None:
         return None
     diameter = 2.0 * placement.radius
@@ -146,33 +140,28 @@ def _object(placement: ObjectPlacement | None, regime: WrapRegime | None) -> Mar
         type=Marker.CYLINDER,
         pose=pose_along(placement),
         scale=Vector3(x=diameter, y=diameter, z=placement.length),
-        color=_color(REGIME_COLORS[regime]),
+        color=_color(color),
     )
 
 
-def _text(scene: Scene) -> Marker | None:
+def _text(text: str, diameter: float) -> Marker | None:
     """Return the text, before the clamped end where no shape hides it."""
-    if not scene.text:
+    if not text:
         return None
-    diameter = 2.0 * scene.outer_radius
     return Marker(
         type=Marker.TEXT_VIEW_FACING,
         pose=Pose(position=Point(x=-3.0 * diameter), orientation=Quaternion(w=1.0)),
         scale=Vector3(z=TEXT_HEIGHT * diameter),
         color=_color(WHITE),
-        text=scene.text,
+        text=text,
     )
 
 
 def _color(components: tuple[float, ...]) -> ColorRGBA:
-    red, green, blue, alpha = components
-    return ColorRGBA(r=red, g=green, b=blue, a=alpha)
+    return ColorRGBA(**dict(zip("rgba", components, strict=True)))
 
 
 def _y_axes(orientations: Array) -> Array:
     """Return the material y axes (n, 3) of orientations (n, 4), scalar last."""
     x, y, z, w = orientations.T
-    axes: Array = np.stack(
-        (2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)), axis=1
-    )
-    return axes
+    return 2.0 * np.stack((x * y - z * w, 0.5 - x * x - z * z, y * z + x * w), axis=1)

@@ -38,14 +38,13 @@ class Diagnosis:
         commanders = node.count_publishers("pressure_command")
         runtime.log.tell_others(commanders)
         health = Health(
-            name=node.get_fully_qualified_name(),
-            hardware_id="" if runtime.loaded is None else runtime.loaded.gripper.name,
             internal_errors=runtime.errors.count,
             clock_stands_still=stands_still,
             commanders=commanders,
             object_problem=runtime.objects.problem,
             object_poses_refused=runtime.objects.refused,
         )
-        stamp = node.get_clock().now().to_msg()
-        message = diagnostics_to_msg(health, runtime.control.snapshot(), stamp)
-        runtime.outputs.publish_diagnostics(message)
+        hardware_id = "" if runtime.loaded is None else runtime.loaded.gripper.name
+        seen, stamp = runtime.control.snapshot(), node.get_clock().now().to_msg()
+        told = (node.get_fully_qualified_name(), hardware_id, seen, health, stamp)
+        runtime.outputs.publish_diagnostics(diagnostics_to_msg(*told))

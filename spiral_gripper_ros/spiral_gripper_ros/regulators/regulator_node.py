@@ -120,10 +120,10 @@ class RegulatorNode(Node):  # type: ignore[misc]
         adapter = self.adapter
         values = {
             "link": adapter.link.value,
-            "demand [Pa]": f"{adapter.watch.demand(time.monotonic()):.6g}",
-            "commands refused": str(adapter.watch.refused),
-            "link errors": str(adapter.link_errors),
-            "readings refused": str(adapter.invalid_readings),
+            "demand [Pa]": adapter.watch.demand(time.monotonic()),
+            "commands refused": adapter.watch.refused,
+            "link errors": adapter.link_errors,
+            "readings refused": adapter.invalid_readings,
         }
         name, stamp = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
         self._diagnostics.publish(

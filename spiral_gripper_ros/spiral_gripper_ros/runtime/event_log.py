@@ -57,49 +57,49 @@ class EventLog:
 
     def tell(self, now: float, snapshot: Snapshot[Any]) -> None:
         """Log what has changed since the last call, at a time [s] that never decreases."""
+        logger, fault, gravity = self._logger, snapshot.pressure_fault, snapshot.gravity_fault
         pinned = snapshot.radius if snapshot.state is State.GRASPING else None
         grip = (snapshot.state, snapshot.refusal.reason, pinned)
-        # A latched state cannot chatter, and the next line may come late.
+        # A latched state cannot chatter, and the next line may come late. Each level of a line has
+        # a place of its own, as rclpy demands.
         if self._grip.is_due(now, grip, at_once=snapshot.state.is_latched):
-            self._say_grip(snapshot)
-        fault = snapshot.pressure_fault
+            line = _grip_line(snapshot)
+            if snapshot.state is State.FAULT:
+                logger.error(line)
+            elif snapshot.refusal.reason in _EXPECTED:
+                logger.info(line)
+            else:
+                logger.warning(line)
         if self._fault.is_due(now, fault.reason):
             if fault.reason is Reason.NONE:
-                self._logger.info("measured_pressure is as commanded again")
+                logger.info("measured_pressure is as commanded again")
             else:
-                self._logger.error(fault.text)
-        if self._gravity.is_due(now, snapshot.gravity_fault.reason):
-            text = snapshot.gravity_fault.text
-            self._logger.warning(text or "gravity is heard again")
+                logger.error(fault.text)
+        if self._gravity.is_due(now, gravity.reason):
+            logger.warning(gravity.text or "gravity is heard again")
         if self._wrapped.is_due(now, snapshot.wrapped):
-            if snapshot.wrapped:
-                self._logger.info(f"the object is wrapped at {_kilopascal(snapshot)}")
-            else:
-                self._logger.info("no object is wrapped any more")
+            pressure = _kilopascal(snapshot.pressure_command)
+            held = f"the object is wrapped at {pressure}"
+            logger.info(held if snapshot.wrapped else "no object is wrapped any more")
 
     def tell_clock(self, stands_still: bool) -> None:
         """Log that the simulated clock has stopped, or runs again."""
         if stands_still == self._clock_stands_still:
             return
         self._clock_stands_still = stands_still
-        if stands_still:
-            self._logger.warning(
-                "/clock has stopped: the command stays constant (use_sim_time is set)"
-            )
-        else:
+        if not stands_still:
             self._logger.info("/clock runs again")
+        else:
+            stops = "/clock has stopped: the command stays constant (use_sim_time is set)"
+            self._logger.warning(stops)
 
     def tell_range(self, name: str, radius_range: tuple[float, float], cap: float) -> None:
         """Log which radii [m] a loaded gripper can grip, and the cap in force [Pa]."""
         low, high = radius_range
         self._logger.info(
             f"{name}: grips radii from {1e3 * low:.4g} to {1e3 * high:.4g} mm, "
-            f"with at most {1e-3 * cap:.4g} kPa"
+            f"with at most {_kilopascal(cap)}"
         )
-
-    def tell_unusable(self, text: str) -> None:
-        """Log why a requested gripper cannot be used."""
-        self._logger.error(text)
 
     def tell_others(self, publishers: int) -> None:
         """Warn if more than one node commands the regulator, once for each number of them."""
@@ -111,26 +111,16 @@ class EventLog:
 
     def tell_limits(self, limits: Limits) -> None:
         """Log what bounds the commands from now on, and what happens when inputs stop."""
-        up, down = 1e-3 * limits.pressure_rate_up, 1e-3 * limits.pressure_rate_down
         ratio = limits.grip_ratio
         grip = "recommended pressure" if ratio is None else f"grip.ratio {ratio:.4g}"
         self._logger.info(
-            f"active: at most {1e-3 * limits.pressure_cap:.4g} kPa, {up:.4g} kPa/s up, "
-            f"{down:.4g} kPa/s down, {grip}; when radii stop: "
+            f"active: at most {_kilopascal(limits.pressure_cap)}, "
+            f"{_kilopascal(limits.pressure_rate_up)}/s up, "
+            f"{_kilopascal(limits.pressure_rate_down)}/s down, {grip}; when radii stop: "
             f"{limits.radius_timeout_policy.value}, at a pressure fault: "
             f"{limits.pressure_fault_policy.value}, when a grasp fails: "
             f"{limits.grasp_abort_policy.value}"
         )
-
-    def _say_grip(self, snapshot: Snapshot[Any]) -> None:
-        """Log the line of a state; each level from a place of its own, as rclpy demands."""
-        line = _grip_line(snapshot)
-        if snapshot.state is State.FAULT:
-            self._logger.error(line)
-        elif snapshot.refusal.reason in _EXPECTED:
-            self._logger.info(line)
-        else:
-            self._logger.warning(line)
 
 
 class _Channel:
@@ -160,15 +150,11 @@ def _grip_line(snapshot: Snapshot[Any]) -> str:
     if snapshot.state in (State.TRACKING, State.GRASPING):
         if snapshot.radius is not None:
             text += f", radius {1000.0 * snapshot.radius:.4g} mm"
-        text += f", target {_target(snapshot)}"
+        text += f", target {_kilopascal(snapshot.pressure_target)}"
     if snapshot.state in (State.HOLDING, State.RAMPING_DOWN):
-        text += f" at {_kilopascal(snapshot)}"
+        text += f" at {_kilopascal(snapshot.pressure_command)}"
     return f"{text}: {snapshot.refusal.text}" if snapshot.refusal.text else text
 
 
-def _target(snapshot: Snapshot[Any]) -> str:
-    return f"{1e-3 * snapshot.pressure_target:.4g} kPa"
-
-
-def _kilopascal(snapshot: Snapshot[Any]) -> str:
-    return f"{1e-3 * snapshot.pressure_command:.4g} kPa"
+def _kilopascal(pressure: float) -> str:
+    return f"{1e-3 * pressure:.4g} kPa"

@@ -73,7 +73,8 @@ class Runtime:
         self.outputs = Outputs(node, values.frame_id)
         self.background = Background()
         self.objects = ObjectWatch()
-        self.log = EventLog(node.get_logger())
+        self._logger = node.get_logger()
+        self.log = EventLog(self._logger)
         self.is_active = self.has_commanded = False
         self._wrap_told: tuple[object, ...] | None = None
         self.not_configured = NOT_CONFIGURED
@@ -138,7 +139,7 @@ class Runtime:
             return
         if was_loading and isinstance(planner, NoPlanner):
             text = f"{self.loaded.gripper.name} cannot be used: {planner.error}"
-            self.log.tell_unusable(text)
+            self._logger.error(text)
             self.control.fail(text)
             return
         self.control.replan(planner)

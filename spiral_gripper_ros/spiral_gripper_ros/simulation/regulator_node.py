@@ -111,9 +111,9 @@ class RegulatorNode(Node):  # type: ignore[misc]
             status = DiagnosticStatus.ERROR, f"injected fault: {regulator.fault.value}"
         values = {
             "fault": regulator.fault.value,
-            "target [Pa]": f"{regulator.target:.6g}",
-            "pressure [Pa]": f"{regulator.pressure:.6g}",
-            "commands refused": str(regulator.refused),
+            "target [Pa]": regulator.target,
+            "pressure [Pa]": regulator.pressure,
+            "commands refused": regulator.refused,
         }
         name = f"{self.get_fully_qualified_name()}: regulator"
         self._diagnostics.publish(diagnostic_message(name, "simulated", status, values, stamp))
