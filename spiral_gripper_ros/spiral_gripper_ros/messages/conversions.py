@@ -80,10 +80,10 @@ def stamp_age(stamp: Any, clock: Clock) -> float:  # noqa: ANN401
     return 1.0e-9 * float(int(clock.now().nanoseconds) - 10**9 * stamp.sec - stamp.nanosec)
 
 
-def vector_to_msg(vector: Sequence[float]) -> Vector3:
+def vector_to_msg(vector: Sequence[float], kind: Any = Vector3) -> Any:  # noqa: ANN401
     """Return the message of three components."""
     x, y, z = vector
-    return Vector3(x=x, y=y, z=z)
+    return kind(x=x, y=y, z=z)
 
 
 def picked_nodes(state: RodState | TubeShape, points: int) -> NDArray[np.intp]:
@@ -101,16 +101,16 @@ def backbone_to_msg(state: RodState | TubeShape, points: int, header: Any) -> Po
         header: stamp and frame of the message.
     """
     picked = picked_nodes(state, points)
-    positions = state.positions[picked].tolist()
-    orientations = state.orientations[picked].tolist()
-    poses = [
-        Pose(
-            position=Point(x=p[0], y=p[1], z=p[2]),
-            orientation=Quaternion(x=q[0], y=q[1], z=q[2], w=q[3]),
-        )
-        for p, q in zip(positions, orientations, strict=True)
-    ]
-    return PoseArray(header=header, poses=poses)
+    poses = map(pose_of, state.positions[picked], state.orientations[picked])
+    return PoseArray(header=header, poses=list(poses))
+
+
+def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
+    """Return the pose of a position and an orientation, scalar last."""
+    place, turn = (
+        dict(zip("xyzw", each.tolist(), strict=False)) for each in (position, quaternion)
+    )
+    return Pose(position=Point(**place), orientation=Quaternion(**turn))
 
 
 def pose_along(placement: ObjectPlacement) -> Pose:
@@ -119,9 +119,8 @@ def pose_along(placement: ObjectPlacement) -> Pose:
     # The shortest turn from z to the axis; half a turn about x if it points the other way.
     quaternion = np.array((-ay, ax, 0.0, 1.0 + az))
     size = float(np.linalg.norm(quaternion))
-    x, y, z, w = (quaternion / size).tolist() if size > 1e-9 else (1.0, 0.0, 0.0, 0.0)
-    px, py, pz = placement.center
-    return Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w))
+    turn = quaternion / size if size > 1e-9 else np.array((1.0, 0.0, 0.0, 0.0))
+    return pose_of(np.array(placement.center), turn)
 
 
 def known(values: Sequence[float]) -> float | None:

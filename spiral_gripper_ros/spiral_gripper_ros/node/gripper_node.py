@@ -12,7 +12,6 @@ from typing import Any
 
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.timer import Timer
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.actions.servers import GoalServers
@@ -25,6 +24,7 @@ from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.parameters.table import GripperParameters
 from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.runtime.guards import guarded_transition, vent_on_error
+from spiral_gripper_ros.runtime.repetition import Repetition
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 DISPLAY_RATES = {"publish.marker_rate", "publish.robot_state_rate"}
@@ -51,13 +51,13 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         )
         self.runtime = Runtime(self, self._declared.values(), errors)
         self.goals = GoalServers(self, self.runtime)
+        self._ticks = Repetition(self, vent_on_error(self.runtime, self._on_tick))
         self._display = Display(self, self.runtime)
-        self._served = Services(self, self.runtime)
-        self._diagnosis = Diagnosis(self, self.runtime)
+        Services(self, self.runtime)
+        Diagnosis(self, self.runtime)
         # Returns whether the kernels are there; a process that compiles them lets it wait.
         self.wait_for_kernels: Callable[[], bool] = lambda: True
         self._inputs: Inputs | None = None
-        self._timer: Timer | None = None
         self._is_made = True
 
     # --- life cycle ----------------------------------------------------------------------------
@@ -159,23 +159,15 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         self.runtime.publish()
 
     def _start_timers(self) -> None:
-        self._stop_timers()
-        period = 1.0 / self.runtime.values.publish.rate
-        tick = vent_on_error(self.runtime, self._on_tick)
-        self._timer = self.create_timer(period, tick, clock=self.runtime.clock.clock)
+        self._ticks.start(self.runtime.values.publish.rate, self.runtime.clock.clock)
         self.runtime.is_active = True
         self._display.start()
 
-    def _stop_timers(self) -> None:
-        if self._timer is not None:
-            self.destroy_timer(self._timer)
-        self._timer = None
-        self.runtime.is_active = False
-        self._display.stop()
-
     def _stop(self) -> None:
         """Vent; the vent is the last command until the next activation."""
-        self._stop_timers()
+        self._ticks.stop()
+        self.runtime.is_active = False
+        self._display.stop()
         self.runtime.stop()
 
     def _unload(self) -> None:

@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 from geometry_msgs.msg import Point
 
@@ -27,8 +27,8 @@ from spiral_gripper_ros.control.target import beyond_loss, default_overpressure
 from spiral_gripper_ros.messages.conversions import (
     backbone_to_msg,
     figures_to_msg,
+    filled,
     known,
-    optional,
     quaternion_from_msg,
     vector_from_msg,
     vector_to_msg,
@@ -41,8 +41,6 @@ from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, WrapPlan,
 from spiral_gripper_ros.planning.worker import EndedError
 
 UNLOADED = "the gripper was unloaded or exchanged before all objects were planned for"
-# Planners for other mounts, by gravity and axis: some tens of milliseconds each.
-_Planners: TypeAlias = dict[tuple[float, ...], AnyPlanner]
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +74,8 @@ class PlanContext:
 def answer_plan_wrap(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
     """Fill a response: one answer for each object; a bad one is refused by itself, never raised."""
     start = time.perf_counter()
-    planners: _Planners = {}
-    response.plans = [_answered(one, request, context, planners) for one in request.objects]
+    answers = _Answers(request, context)
+    response.plans = [answers.about(one) for one in request.objects]
     response.solve_time = time.perf_counter() - start
     return response
 
@@ -88,153 +86,124 @@ def refuse_all(request: Any, response: Any, text: str, reason: Reason) -> Any:  
     return response
 
 
-def _answered(
-    asked: ObjectToWrap,
-    request: Any,  # noqa: ANN401
-    context: PlanContext,
-    planners: _Planners,
-) -> PlannedWrap:
-    """Return the answer about one object."""
-    if not context.is_wanted():
-        return _refused(Refusal(Reason.NOT_ACTIVE, UNLOADED))
-    answer, nearest = PlannedWrap(), None
-    try:
-        _fill(answer, asked, request, context, planners)
-    except _RefusedError as refused:
-        refusal = refused.refusal
-    except EndedError as error:
-        reason = Reason.INTERNAL_ERROR if context.is_wanted() else Reason.NOT_ACTIVE
-        refusal = Refusal(reason, str(error))
-    except SpiralError as error:
-        refusal, nearest = refusal_from_error(error), getattr(error, "nearest_radius", None)
-    else:
-        return answer
-    refused_answer = _refused(refusal)
-    refused_answer.radius_range = answer.radius_range
-    refused_answer.nearest_radius = optional(nearest)
-    return refused_answer
-
-
 class _RefusedError(Exception):
     """A wrap exists but is refused; carries the reason."""
 
-    def __init__(self, refusal: Refusal) -> None:
-        super().__init__(refusal.text)
-        self.refusal = refusal
+    def __init__(self, reason: Reason, text: str) -> None:
+        super().__init__(text)
+        self.refusal = Refusal(reason, text)
 
 
-def _planner_of(
-    asked: ObjectToWrap,
-    request: Any,  # noqa: ANN401
-    context: PlanContext,
-    planners: _Planners,
-) -> AnyPlanner:
-    """Return the planner for the gravity and the object's axis."""
-    if not request.gravity and not asked.axis:
-        return context.planner
-    gravity = context.planner.gravity
-    if request.gravity:
-        gravity = vector_from_msg(request.gravity[0])
-    problem = gravity_problem(gravity)
-    if problem is not None:
-        raise _RefusedError(Refusal(Reason.GRAVITY_INVALID, problem))
-    axis = context.gripper.object_axis
-    if asked.axis:
-        axis = require_direction("axis", vector_from_msg(asked.axis[0]))
-    key = (*gravity, *(axis or ()))
-    if key not in planners:
-        planners[key] = planner_for(context.gripper.with_mount(gravity, axis), gravity)
-    return planners[key]
+class _Answers:
+    """The answers to one request, about one object after the other."""
 
+    def __init__(self, request: Any, context: PlanContext) -> None:  # noqa: ANN401
+        self._request, self._context = request, context
+        # Planners for other mounts, by gravity and axis: some tens of milliseconds each.
+        self._planners: dict[tuple[float, ...], AnyPlanner] = {}
 
-def _fill(
-    answer: PlannedWrap,
-    asked: ObjectToWrap,
-    request: Any,  # noqa: ANN401
-    context: PlanContext,
-    planners: _Planners,
-) -> None:
-    radius = asked.radius
-    # Whether this gripper can wrap it is for the planner to say: it knows why, and what it can.
-    refusal = impossible_radius(radius, (0.0, math.inf))
-    if refusal is not None:
-        raise _RefusedError(refusal)
-    overpressure, length = known(request.overpressure), known(asked.length)
-    friction, payload = known(asked.friction_coefficient), known(asked.payload)
-    if overpressure is not None:
-        require_non_negative("overpressure", overpressure)
-    if payload is not None:
-        require_in_range("payload", payload, 0.0, LARGEST_PAYLOAD)
-    if length is not None:
-        require_positive("length", length)
-    if friction is not None:
-        require_in_range("friction_coefficient", friction, 0.0, FRICTION_MAX)
-    planner = _planner_of(asked, request, context, planners)
-    if isinstance(planner, NoPlanner):
-        planner.plan(radius)
-    answer.radius_range = planner.radius_range
-    plan = planner.plan(radius)
-    _check_length(length, plan.wrap.object_length_needed or 0.0)
-    above = default_overpressure(plan, context.limits) if overpressure is None else overpressure
-    pressure = _capped(plan.pressure + above, context)
-    grip = _grip(asked, request, pressure, plan, context)
-    if grip is not None and not pressure < grip.loss:
-        raise _RefusedError(beyond_loss(pressure, grip.loss))
-    contact = None if grip is None else grip.contact_length
-    answer.figures = [
-        figures_to_msg(plan, radius, pressure, planner, context.limits.pressure_cap, contact)
-    ]
-    answer.grip = grip_to_msg(grip, context.now, payload, planner.gravity)
-    placement, (x, y, z) = plan.placement, plan.placement.center
-    answer.object_axis = [vector_to_msg(plan.wrap.coil.axis)]
-    answer.object_center = [Point(x=x, y=y, z=z)]
-    answer.largest_gap = [placement.largest_gap]
-    if request.backbone:
-        answer.backbone = backbone_to_msg(plan.wrap.state, context.points, context.header)
-    answer.success = True
-    answer.message = (
-        f"wraps {radius:.4g} m with {plan.wrap.turns:.3g} turns at {pressure:.6g} Pa, "
-        f"{above:.4g} Pa above the bare wrap; "
-        f"the free coil is up to {placement.largest_gap:.3g} m off the object"
-    )
+    def about(self, asked: ObjectToWrap) -> PlannedWrap:
+        """Return the answer about one object."""
+        is_wanted = self._context.is_wanted
+        if not is_wanted():
+            return _refused(Refusal(Reason.NOT_ACTIVE, UNLOADED))
+        answer, nearest = PlannedWrap(), None
+        try:
+            return self._filled(answer, asked)
+        except _RefusedError as refused:
+            refusal = refused.refusal
+        except EndedError as error:
+            reason = Reason.INTERNAL_ERROR if is_wanted() else Reason.NOT_ACTIVE
+            refusal = Refusal(reason, str(error))
+        except SpiralError as error:
+            refusal, nearest = refusal_from_error(error), getattr(error, "nearest_radius", None)
+        told = {"radius_range": answer.radius_range, "nearest_radius": nearest}
+        refused_answer: PlannedWrap = filled(_refused(refusal), **told)
+        return refused_answer
 
+    def _filled(self, answer: PlannedWrap, asked: ObjectToWrap) -> PlannedWrap:
+        request, context, radius = self._request, self._context, asked.radius
+        # Whether this gripper can wrap it is for the planner to say: it knows why, and what it can.
+        refusal = impossible_radius(radius, (0.0, math.inf))
+        if refusal is not None:
+            raise _RefusedError(refusal.reason, refusal.text)
+        overpressure, length = known(request.overpressure), known(asked.length)
+        friction, payload = known(asked.friction_coefficient), known(asked.payload)
+        if overpressure is not None:
+            require_non_negative("overpressure", overpressure)
+        if payload is not None:
+            require_in_range("payload", payload, 0.0, LARGEST_PAYLOAD)
+        if length is not None:
+            require_positive("length", length)
+        if friction is not None:
+            require_in_range("friction_coefficient", friction, 0.0, FRICTION_MAX)
+        planner, cap = self._planner(asked), context.limits.pressure_cap
+        if isinstance(planner, NoPlanner):
+            planner.plan(radius)
+        answer.radius_range = planner.radius_range
+        plan = planner.plan(radius)
+        needed = plan.wrap.object_length_needed or 0.0
+        if length is not None and length < needed:
+            text = f"the coil covers {needed:.4g} m of the object but its length is {length:.4g} m"
+            raise _RefusedError(Reason.OBJECT_TOO_SHORT, text)
+        above = default_overpressure(plan, context.limits) if overpressure is None else overpressure
+        pressure = plan.pressure + above
+        if not pressure <= cap:
+            text = f"needs {pressure:.6g} Pa, above pressure.cap = {cap:.6g} Pa"
+            raise _RefusedError(Reason.PRESSURE_CAP, text)
+        grip = self._grip(asked, pressure, plan)
+        if grip is not None and not pressure < grip.loss:
+            lost = beyond_loss(pressure, grip.loss)
+            raise _RefusedError(lost.reason, lost.text)
+        contact = None if grip is None else grip.contact_length
+        placement = plan.placement
+        if request.backbone:
+            answer.backbone = backbone_to_msg(plan.wrap.state, context.points, context.header)
+        message: PlannedWrap = filled(
+            answer,
+            figures=[figures_to_msg(plan, radius, pressure, planner, cap, contact)],
+            grip=grip_to_msg(grip, context.now, payload, planner.gravity),
+            object_axis=[vector_to_msg(plan.wrap.coil.axis)],
+            object_center=[vector_to_msg(placement.center, Point)],
+            largest_gap=placement.largest_gap,
+            success=True,
+            message=f"wraps {radius:.4g} m with {plan.wrap.turns:.3g} turns at {pressure:.6g} Pa, "
+            f"{above:.4g} Pa above the bare wrap; "
+            f"the free coil is up to {placement.largest_gap:.3g} m off the object",
+        )
+        return message
 
-def _grip(
-    asked: ObjectToWrap,
-    request: Any,  # noqa: ANN401
-    pressure: float,
-    plan: WrapPlan,
-    context: PlanContext,
-) -> GripAnswer | None:
-    """Return what holds the object: computed for it if that is asked for, else of the table."""
-    if not request.compute_grip:
-        is_other = request.gravity or asked.axis or asked.friction_coefficient
-        return None if is_other else context.known_grip(plan, asked.radius, None, pressure)
-    pose = None
-    if asked.pose:
-        at = asked.pose[0]
-        pose = object_line(vector_from_msg(at.position), quaternion_from_msg(at.orientation))
-    friction = known(asked.friction_coefficient)
-    question = GripQuestion(plan.gripper, asked.radius, friction, pose)
-    return context.solve_grip(question, context.is_wanted).answer(
-        pressure, at_pose=pose is not None
-    )
+    def _planner(self, asked: ObjectToWrap) -> AnyPlanner:
+        """Return the planner for the gravity and the object's axis."""
+        present, gripper = self._context.planner, self._context.gripper
+        gravity, axis = present.gravity, gripper.object_axis
+        if not self._request.gravity and not asked.axis:
+            return present
+        if self._request.gravity:
+            gravity = vector_from_msg(self._request.gravity[0])
+        problem = gravity_problem(gravity)
+        if problem is not None:
+            raise _RefusedError(Reason.GRAVITY_INVALID, problem)
+        if asked.axis:
+            axis = require_direction("axis", vector_from_msg(asked.axis[0]))
+        key = (*gravity, *(axis or ()))
+        if key not in self._planners:
+            self._planners[key] = planner_for(gripper.with_mount(gravity, axis), gravity)
+        return self._planners[key]
 
-
-def _check_length(available: float | None, needed: float) -> None:
-    """Refuse an object that is shorter than what the coil covers; None: any length [m]."""
-    if available is not None and available < needed:
-        text = f"the coil covers {needed:.4g} m of the object but its length is {available:.4g} m"
-        raise _RefusedError(Refusal(Reason.OBJECT_TOO_SHORT, text))
-
-
-def _capped(pressure: float, context: PlanContext) -> float:
-    """Return ``pressure`` [Pa] if the node would command it."""
-    cap = context.limits.pressure_cap
-    if not pressure <= cap:
-        text = f"needs {pressure:.6g} Pa, above pressure.cap = {cap:.6g} Pa"
-        raise _RefusedError(Refusal(Reason.PRESSURE_CAP, text))
-    return pressure
+    def _grip(self, asked: ObjectToWrap, pressure: float, plan: WrapPlan) -> GripAnswer | None:
+        """Return what holds the object: computed for it if that is asked for, else the known."""
+        request, context, pose = self._request, self._context, None
+        if not request.compute_grip:
+            is_other = request.gravity or asked.axis or asked.friction_coefficient
+            return None if is_other else context.known_grip(plan, asked.radius, None, pressure)
+        if asked.pose:
+            at = asked.pose[0]
+            pose = object_line(vector_from_msg(at.position), quaternion_from_msg(at.orientation))
+        friction = known(asked.friction_coefficient)
+        question = GripQuestion(plan.gripper, asked.radius, friction, pose)
+        solved = context.solve_grip(question, context.is_wanted)
+        return solved.answer(pressure, at_pose=pose is not None)
 
 
 def _refused(refusal: Refusal) -> PlannedWrap:

@@ -7,18 +7,20 @@ import importlib
 import math
 from typing import Any
 
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
-from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 
-from spiral_gripper_ros.messages.conversions import opening_joint, pose_along, prefix_of
-from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.messages.conversions import (
+    filled,
+    opening_joint,
+    pose_along,
+    pose_of,
+    prefix_of,
+)
 from spiral_gripper_ros.process.guards import log_on_error
+from spiral_gripper_ros.runtime.repetition import Repetition
 from spiral_gripper_ros.runtime.runtime import Runtime
-
-# A timer cannot wait for any time [s].
-LONGEST_PERIOD = 3600.0
 
 
 class RobotState:
@@ -32,28 +34,18 @@ class RobotState:
     """
 
     def __init__(self, node: Node, runtime: Runtime) -> None:
-        self._node = node
-        self._runtime = runtime
-        self._timer: Timer | None = None
+        self._node, self._runtime = node, runtime
         self._publishers: dict[str, Any] = {}
         self._frames: Any = None
-        self.tell = log_on_error(runtime.errors, self._tell)
+        self._told = Repetition(node, log_on_error(runtime.errors, self.tell))
+        self.stop = self._told.stop
 
     def start(self) -> None:
         """Publish from now on, at the present rate."""
-        self.stop()
         rate = self._runtime.values.publish.robot_state_rate
         if rate > 0.0:
             self._connect()
-            clock = self._runtime.clock.clock
-            period = min(1.0 / rate, LONGEST_PERIOD)
-            self._timer = self._node.create_timer(period, self.tell, clock=clock)
-
-    def stop(self) -> None:
-        """Publish no more."""
-        if self._timer is not None:
-            self._node.destroy_timer(self._timer)
-        self._timer = None
+        self._told.start(rate, self._runtime.clock.clock)
 
     def _connect(self) -> None:
         if self._publishers:
@@ -67,42 +59,30 @@ class RobotState:
         except Exception as error:  # not installed, or built for another Python
             node.get_logger().info(f"/tf is not published, tf2_msgs cannot be used: {error}")
 
-    def _tell(self) -> None:
+    def tell(self) -> None:
+        """Publish the frames, the pose and the position once."""
         runtime, loaded = self._runtime, self._runtime.loaded
         if loaded is None:
             return
-        header = runtime.outputs.header()
-        prefix, poses = prefix_of(header.frame_id), {}
+        header, snapshot, poses = runtime.outputs.header(), runtime.control.snapshot(), {}
         shape = loaded.measured.shape or loaded.commanded.shape
         if shape is not None:
-            x, y, z = shape.state.tip_position.tolist()
-            qx, qy, qz, qw = shape.state.orientations[-1].tolist()
-            poses["tip"] = Pose(
-                position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw)
-            )
-        placement = loaded.placement(runtime.control.snapshot().plan)
+            poses["tip"] = pose_of(shape.state.tip_position, shape.state.orientations[-1])
+        placement = loaded.placement(snapshot.plan)
         if placement is not None:
             poses["object"] = pose_along(placement)
             self._publishers["object"].publish(PoseStamped(header=header, pose=poses["object"]))
-        self._publishers["joint"].publish(self._joint(loaded, header))
-        if self._frames is not None:
-            transforms = [
-                _transform(header, f"{prefix}gripper_{name}", pose) for name, pose in poses.items()
-            ]
-            self._publishers["frames"].publish(self._frames(transforms=transforms))
-
-    def _joint(self, loaded: LoadedGripper, header: Any) -> JointState:  # noqa: ANN401
-        runtime, pressure = self._runtime, self._runtime.control.snapshot().pressure
         opening = runtime.values.gripper_cmd.open_position
-        position = loaded.planner.wrapped_diameter(pressure, opening)
+        position = loaded.planner.wrapped_diameter(snapshot.pressure, opening)
         state = JointState(header=header, name=[opening_joint(header.frame_id)])
         state.position = [position if math.isfinite(position) else opening]
-        return state
-
-
-def _transform(header: Any, child: str, pose: Pose) -> TransformStamped:  # noqa: ANN401
-    message = TransformStamped(header=header, child_frame_id=child)
-    place = message.transform.translation
-    place.x, place.y, place.z = pose.position.x, pose.position.y, pose.position.z
-    message.transform.rotation = pose.orientation
-    return message
+        self._publishers["joint"].publish(state)
+        if self._frames is not None:
+            transforms = []
+            for name, pose in poses.items():
+                child = f"{prefix_of(header.frame_id)}gripper_{name}"
+                moved = TransformStamped(header=header, child_frame_id=child)
+                filled(moved.transform.translation, pose.position)
+                moved.transform.rotation = pose.orientation
+                transforms.append(moved)
+            self._publishers["frames"].publish(self._frames(transforms=transforms))

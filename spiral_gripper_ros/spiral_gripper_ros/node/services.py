@@ -19,7 +19,6 @@ from spiral_gripper_ros.messages.qos import REQUESTS
 from spiral_gripper_ros.node.design_service import fill_response, requirement_from_msg
 from spiral_gripper_ros.node.plan_service import PlanContext, answer_plan_wrap, refuse_all
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
-from spiral_gripper_ros.runtime.background import QuestionPool
 from spiral_gripper_ros.runtime.guards import report
 from spiral_gripper_ros.runtime.runtime import Runtime
 
@@ -44,37 +43,30 @@ class Services:
     """
 
     def __init__(self, node: Node, runtime: Runtime) -> None:
-        self._node = node
-        self._runtime = runtime
-        for kind, name, callback in (
-            (PlanWrap, "plan_wrap", self._plan_wrap),
-            (DesignGripper, "design_gripper", self._design_gripper),
+        self._node, self._runtime = node, runtime
+        # What waits is counted, so that it can be answered "busy"; designs wait in the queue.
+        for kind, name, callback, group in (
+            (PlanWrap, "plan_wrap", self._plan_wrap, ReentrantCallbackGroup()),
+            (DesignGripper, "design_gripper", self._design, MutuallyExclusiveCallbackGroup()),
+            (Trigger, "cancel_design", self._cancel_design, None),
+            (Trigger, "vent", self._vent, None),
+            (Trigger, "rearm", self._rearm, None),
         ):
-            # What waits is counted, so that it can be answered "busy"; designs wait in the queue.
-            is_design = kind is DesignGripper
-            group = MutuallyExclusiveCallbackGroup() if is_design else ReentrantCallbackGroup()
             options = {"callback_group": group, "qos_profile": REQUESTS}
             node.create_service(kind, name, callback, **options)
-        for name, act in (
-            ("cancel_design", self._cancel_design),
-            ("vent", self._vent),
-            ("rearm", self._rearm),
-        ):
-            node.create_service(Trigger, name, act, qos_profile=REQUESTS)
 
-    async def _design_gripper(self, request: Any, response: Any) -> Any:  # noqa: ANN401
-        loaded = self._runtime.loaded
-        if loaded is None:
-            response.message = self._runtime.not_configured
-            return response
-        return await self._guarded(self._designed(request, response, loaded), _no_design)
+    async def _design(self, request: Any, response: Any) -> Any:  # noqa: ANN401
+        def refuse(text: str, _: Reason) -> Any:  # noqa: ANN401
+            return DesignGripper.Response(success=False, message=text)
 
-    async def _designed(self, request: Any, response: Any, loaded: LoadedGripper) -> Any:  # noqa: ANN401
-        question = request, loaded.gravity, loaded.description
-        requirement = functools.partial(requirement_from_msg, *question)
-        background = self._runtime.background
-        report = await background.design(self._node.executor, requirement)
-        return fill_response(response, report)
+        async def answer(loaded: LoadedGripper) -> Any:  # noqa: ANN401
+            question = request, loaded.gravity, loaded.description
+            requirement = functools.partial(requirement_from_msg, *question)
+            background = self._runtime.background
+            report = await background.design(self._node.executor, requirement)
+            return fill_response(response, report)
+
+        return await self._guarded(answer, refuse)
 
     def _cancel_design(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         del request
@@ -86,49 +78,40 @@ class Services:
         def refuse(text: str, reason: Reason) -> Any:  # noqa: ANN401
             return refuse_all(request, PlanWrap.Response(), text, reason)
 
-        if self._runtime.loaded is None:
-            return refuse(self._runtime.not_configured, Reason.NOT_ACTIVE)
-        if request.compute_grip and len(request.objects) > MOST_GRIPS:
-            return refuse(TOO_MANY_GRIPS, Reason.INVALID_REQUEST)
-        background = self._runtime.background
-        pool = background.exact if request.compute_grip else background.plans
-        if len(request.objects) > 1:
-            pool = background.batches
-        return await self._guarded(self._planned(pool, answer_plan_wrap, request, response), refuse)
+        async def answer(loaded: LoadedGripper) -> Any:  # noqa: ANN401
+            runtime, background = self._runtime, self._runtime.background
+            if request.compute_grip and len(request.objects) > MOST_GRIPS:
+                raise SpiralError(TOO_MANY_GRIPS)
+            pool = background.exact if request.compute_grip else background.plans
+            if len(request.objects) > 1:
+                pool = background.batches
+            runtime.take_planner()  # an inactive node has no tick that does
+            context = PlanContext(
+                planner=loaded.planner,
+                gripper=loaded.gripper,
+                limits=runtime.limits,
+                points=runtime.values.publish.backbone_points,
+                header=runtime.outputs.header(),
+                is_wanted=lambda: runtime.loaded is loaded and not background.has_ended,
+                known_grip=loaded.grip,
+                solve_grip=runtime.solved_grip,
+                now=runtime.now(),
+            )
+            question = functools.partial(answer_plan_wrap, request, response, context)
+            return await pool.ask(self._node.executor, question)
 
-    async def _planned(
+        return await self._guarded(answer, refuse)
+
+    async def _guarded(
         self,
-        pool: QuestionPool,
-        answer: Callable[..., Any],
-        *question: Any,  # noqa: ANN401
+        answer: Callable[[LoadedGripper], Awaitable[Any]],
+        refuse: Callable[[str, Reason], Any],
     ) -> Any:  # noqa: ANN401
-        """Return what a function answers in the background, from the gripper as it is now."""
-        runtime, loaded = self._runtime, self._runtime.loaded
-        if loaded is None:
-            raise SpiralError(runtime.not_configured)
-        runtime.take_planner()  # an inactive node has no tick that does
-        context = self._context(loaded)
-        return await pool.ask(self._node.executor, functools.partial(answer, *question, context))
-
-    def _context(self, loaded: LoadedGripper) -> PlanContext:
-        """Return what plans are answered from now."""
-        runtime = self._runtime
-        return PlanContext(
-            planner=loaded.planner,
-            gripper=loaded.gripper,
-            limits=runtime.limits,
-            points=runtime.values.publish.backbone_points,
-            header=runtime.outputs.header(),
-            is_wanted=lambda: runtime.loaded is loaded and not runtime.background.has_ended,
-            known_grip=loaded.grip,
-            solve_grip=runtime.solved_grip,
-            now=runtime.now(),
-        )
-
-    async def _guarded(self, answer: Awaitable[Any], refuse: Callable[[str, Reason], Any]) -> Any:  # noqa: ANN401
-        """Return what is awaited; an exception becomes a refusal."""
+        """Return what is awaited of the loaded gripper; an exception becomes a refusal."""
         try:
-            return await answer
+            if self._runtime.loaded is None:
+                return refuse(self._runtime.not_configured, Reason.NOT_ACTIVE)
+            return await answer(self._runtime.loaded)
         except SpiralError as error:
             return refuse(str(error), Reason.INVALID_REQUEST)
         except OverflowError:
@@ -158,8 +141,3 @@ class Services:
             report(self._runtime, "a service", error)
             response.success, response.message = False, f"internal error: {error!r}"
         return response
-
-
-def _no_design(text: str, reason: Reason) -> Any:  # noqa: ANN401
-    del reason
-    return DesignGripper.Response(success=False, message=text)
