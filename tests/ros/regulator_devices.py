@@ -4,21 +4,44 @@
 import asyncio
 import os
 import pty
+import re
 import select
 import threading
 import time
 import tty
+from typing import NamedTuple
 
 from pymodbus.constants import ExcCodes
 from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
-from spiral_gripper_ros.regulators.line_protocol import (
-    LineBuffer,
-    Measurement,
-    measurement_line,
-    set_point_from_line,
-)
+from spiral_gripper_ros.regulators.line_protocol import LineBuffer, Measurement, check_sum
+
+_SET_POINT = re.compile(r"S (\d{1,5}) ([+-]?\d+(?:\.\d*)?) (\d{1,6})")
+
+
+class SetPoint(NamedTuple):
+    """What the adapter sends, as the device reads it."""
+
+    sequence: int
+    number: float
+    watchdog_ms: int
+
+
+def set_point_from_line(line):
+    """Return the set-point of a line, or None if it is none."""
+    body, _, check = line.decode("ascii", errors="replace").rpartition("*")
+    match = _SET_POINT.fullmatch(body)
+    if match is None or check != check_sum(body):
+        return None
+    return SetPoint(int(match[1]), float(match[2]), int(match[3]))
+
+
+def measurement_line(message):
+    """Return a device's answer as it is sent."""
+    number = "-" if message.number is None else f"{message.number:.3f}"
+    body = f"M {message.sequence} {number} {message.state}"
+    return f"{body}*{check_sum(body)}\n".encode("ascii")
 
 
 class LineDevice:

@@ -10,6 +10,7 @@ from geometry_msgs.msg import PoseArray
 from hypothesis import given
 from hypothesis import strategies as st
 from repo.source_tree import ROOT
+from ros.regulator_devices import SetPoint, measurement_line, set_point_from_line
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Float32, Float64, Float64MultiArray, String
 
@@ -22,11 +23,8 @@ from spiral_gripper_ros.regulators.line_protocol import (
     LINE_LENGTH_MAX,
     LineBuffer,
     Measurement,
-    SetPoint,
     check_sum,
     measurement_from_line,
-    measurement_line,
-    set_point_from_line,
     set_point_line,
 )
 from spiral_gripper_ros.regulators.message_field import MessageField, message_type
@@ -251,9 +249,9 @@ def test_a_type_that_is_not_there_is_refused(name):
 )
 def test_a_line_says_what_was_written(sequence, number, state):
     message, answer = SetPoint(sequence, number, 500), Measurement(sequence, number, state)
-    assert set_point_from_line(set_point_line(message).rstrip()) == message
+    assert set_point_from_line(set_point_line(*message).rstrip()) == message
     assert measurement_from_line(measurement_line(answer).rstrip()) == answer
-    assert len(set_point_line(message)) <= LINE_LENGTH_MAX
+    assert len(set_point_line(*message)) <= LINE_LENGTH_MAX
 
 
 def test_every_single_flipped_bit_is_noticed():
@@ -270,7 +268,7 @@ def test_every_single_flipped_bit_is_noticed():
 def test_what_is_no_measurement_is_none_even_with_a_right_check_sum(body, has_check):
     line = f"{body}*{check_sum(body)}" if has_check else body
     assert measurement_from_line(line.encode()) is None
-    assert set_point_from_line(b"\xff\xfe*1234") is None
+    assert measurement_from_line(b"\xff\xfe*1234") is None
 
 
 def test_a_line_that_never_ends_takes_no_memory():

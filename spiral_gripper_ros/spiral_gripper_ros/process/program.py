@@ -10,7 +10,7 @@ import atexit
 import gc
 import os
 import sys
-from collections.abc import Collection, Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from spiral_gripper_ros.process.stop_signals import StopSignals
@@ -74,7 +74,8 @@ def run(program: Program[MadeT], args: list[str] | None) -> int:
     Returns:
         The process's exit code.
     """
-    if not HELP_OPTIONS.isdisjoint(sys.argv[1:] if args is None else args):
+    given = sys.argv[1:] if args is None else args
+    if not HELP_OPTIONS.isdisjoint(given):
         sys.stdout.write(usage(program))
         return 0
     signals = StopSignals()
@@ -83,7 +84,7 @@ def run(program: Program[MadeT], args: list[str] | None) -> int:
     gc.disable()
     atexit.register(gc.freeze)
     try:
-        return _run(program, signals, args)
+        return _run(program, signals, given)
     except KeyboardInterrupt:
         return 0
     finally:
@@ -91,67 +92,54 @@ def run(program: Program[MadeT], args: list[str] | None) -> int:
         signals.ignore()
 
 
-def _run(program: Program[MadeT], signals: StopSignals, args: list[str] | None) -> int:
-    import rclpy
-
-    problem = start_ros(args)
-    if problem is not None:
-        sys.stderr.write(f"{program.executable}: {problem}\n")
-        return 1
-    try:
-        made = _made(program, args)
-        gc.enable()
-        return 1 if made is None else program.spin(made, signals)
-    finally:
-        rclpy.try_shutdown()
-
-
-def _made(program: Program[MadeT], args: list[str] | None) -> MadeT | None:
-    """Return what the program runs; None if it cannot be made, with the reason in the log."""
-    from rclpy.exceptions import ParameterException
-    from rclpy.logging import get_logger
-
-    from spiral_core.errors import SpiralError
-
-    try:
-        made = program.make()
-        nodes: Sequence[Any] = getattr(made, "nodes", (made,))
-        known = [spec.name for table in program.parameters().values() for spec in table]
-        if parameters_are_known(args, nodes, known):
-            return made
-        for node in nodes:
-            node.destroy_node()
-    except (ParameterException, SpiralError, ValueError, *ros_errors()) as error:
-        get_logger(program.executable).fatal(f"cannot start: {error}")
-    return None
-
-
-def start_ros(args: list[str] | None) -> str | None:
-    """Initialize rclpy without signal handlers of its own; return why not if that cannot be.
+def _run(program: Program[MadeT], signals: StopSignals, given: list[str]) -> int:
+    """Start ROS without signal handlers of its own, make what runs and run it.
 
     An argument that no part of the program reads is refused: it may be a limit that was given
     without ``--ros-args``.
-
-    Args:
-        args: the command line's arguments; None: those of this process.
     """
     import rclpy
+    from rclpy.exceptions import ParameterException
+    from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+    from rclpy.logging import get_logger
     from rclpy.signals import SignalHandlerOptions
     from rclpy.utilities import remove_ros_args
 
-    given = sys.argv[1:] if args is None else args
+    from spiral_core.errors import SpiralError
+
+    # What ROS raises when it cannot start, or cannot make a node: for lack of keys, say.
+    ros_errors = (rcl.RCLError, rcl.RCLInvalidROSArgsError, rcl.UnknownROSArgsError)
     choose_transport(os.environ)
+    problem = ""
     try:
         unread = remove_ros_args(["", *given])[1:]
         if unread:
-            return (
+            problem = (
                 f"unknown arguments: {' '.join(unread)}; parameters are given as "
                 "--ros-args -p NAME:=VALUE, see --help"
             )
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except ros_errors() as error:
-        return f"ROS does not start: {error}"
-    return None
+        else:
+            rclpy.init(args=["", *given], signal_handler_options=SignalHandlerOptions.NO)
+    except ros_errors as error:
+        problem = f"ROS does not start: {error}"
+    if problem:
+        sys.stderr.write(f"{program.executable}: {problem}\n")
+        return 1
+    try:
+        try:
+            made = program.make()
+        except (ParameterException, SpiralError, ValueError, *ros_errors) as error:
+            get_logger(program.executable).fatal(f"cannot start: {error}")
+            return 1
+        nodes: Sequence[Any] = getattr(made, "nodes", (made,))
+        if _parameters_are_known(given, nodes, program):
+            gc.enable()
+            return program.spin(made, signals)
+        for node in nodes:
+            node.destroy_node()
+        return 1
+    finally:
+        rclpy.try_shutdown()
 
 
 def choose_transport(environ: MutableMapping[str, str]) -> None:
@@ -165,29 +153,17 @@ def choose_transport(environ: MutableMapping[str, str]) -> None:
         environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
 
 
-def parameters_are_known(
-    args: list[str] | None, nodes: Sequence[Any], known: Collection[str]
+def _parameters_are_known(
+    given: Sequence[str], nodes: Sequence[Any], program: Program[MadeT]
 ) -> bool:
-    """Return whether every parameter given at start exists; the log says which does not.
-
-    Args:
-        args: the command line's arguments; None: those of this process.
-        nodes: of the process.
-        known: names of their parameters.
-    """
+    """Return whether every parameter given at start exists; the log says which does not."""
     from spiral_gripper_ros.parameters.given import judge_given_parameters
 
+    known = [spec.name for table in program.parameters().values() for spec in table]
     names = [node.get_fully_qualified_name() for node in nodes]
-    findings = judge_given_parameters(sys.argv[1:] if args is None else args, names, known)
+    findings = judge_given_parameters(given, names, known)
     for warning in findings.warnings:
         nodes[0].get_logger().warning(warning)
     for error in findings.errors:
         nodes[0].get_logger().fatal(f"cannot start: {error}")
     return not findings.errors
-
-
-def ros_errors() -> tuple[type[Exception], ...]:
-    """Return what ROS raises when it cannot start, or cannot make a node: for lack of keys, say."""
-    from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
-
-    return rcl.RCLError, rcl.RCLInvalidROSArgsError, rcl.UnknownROSArgsError

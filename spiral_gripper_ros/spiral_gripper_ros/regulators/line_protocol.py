@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import binascii
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
 SEQUENCE_END = 65536
 # Longer than any line of the protocol: longer input without a line end is dropped.
@@ -29,27 +29,10 @@ LINE_LENGTH_MAX = 80
 NUMBERS = (-1.0e9, 1.0e9)
 STATES = ("ok", "watchdog", "refused", "fault")
 _NUMBER = r"[+-]?\d+(?:\.\d*)?"
-_SET_POINT = re.compile(rf"S (\d{{1,5}}) ({_NUMBER}) (\d{{1,6}})")
 _MEASUREMENT = re.compile(rf"M (\d{{1,5}}) ({_NUMBER}|-) ({'|'.join(STATES)})")
 
 
-@dataclass(frozen=True, slots=True)
-class SetPoint:
-    """What the adapter sends.
-
-    Args:
-        sequence: 0 to 65535.
-        number: set-point in the device's unit.
-        watchdog_ms: how long it is good for [ms].
-    """
-
-    sequence: int
-    number: float
-    watchdog_ms: int
-
-
-@dataclass(frozen=True, slots=True)
-class Measurement:
+class Measurement(NamedTuple):
     """What the device answers.
 
     Args:
@@ -73,33 +56,20 @@ def check_sum(body: str) -> str:
     return f"{binascii.crc_hqx(body.encode('ascii'), 0xFFFF):04X}"
 
 
-def set_point_line(message: SetPoint) -> bytes:
+def set_point_line(sequence: int, number: float, watchdog_ms: int) -> bytes:
     r"""Return a set-point as it is sent.
 
+    Args:
+        sequence: 0 to 65535.
+        number: set-point in the device's unit.
+        watchdog_ms: how long it is good for [ms].
+
     Example:
-        >>> set_point_line(SetPoint(7, 50000.0, 500))
+        >>> set_point_line(7, 50000.0, 500)
         b'S 7 50000.000 500*D16A\n'
     """
-    return _line(f"S {message.sequence} {message.number:.3f} {message.watchdog_ms}")
-
-
-def measurement_line(message: Measurement) -> bytes:
-    r"""Return a device's answer as it is sent.
-
-    Example:
-        >>> measurement_line(Measurement(7, None, "ok"))
-        b'M 7 - ok*5ED2\n'
-    """
-    number = "-" if message.number is None else f"{message.number:.3f}"
-    return _line(f"M {message.sequence} {number} {message.state}")
-
-
-def set_point_from_line(line: bytes) -> SetPoint | None:
-    """Return the set-point of a line, or None if it is none."""
-    match = _SET_POINT.fullmatch(_body(line))
-    if match is None or int(match[1]) >= SEQUENCE_END:
-        return None
-    return SetPoint(int(match[1]), float(match[2]), int(match[3]))
+    body = f"S {sequence} {number:.3f} {watchdog_ms}"
+    return f"{body}*{check_sum(body)}\n".encode("ascii")
 
 
 def measurement_from_line(line: bytes) -> Measurement | None:
@@ -109,8 +79,12 @@ def measurement_from_line(line: bytes) -> Measurement | None:
         >>> measurement_from_line(b"M 7 49990.5 ok*0000") is None
         True
     """
-    match = _MEASUREMENT.fullmatch(_body(line))
-    if match is None or int(match[1]) >= SEQUENCE_END:
+    try:
+        body, _, check = line.decode("ascii").rpartition("*")
+    except UnicodeDecodeError:
+        return None
+    match = _MEASUREMENT.fullmatch(body)
+    if match is None or check != check_sum(body) or int(match[1]) >= SEQUENCE_END:
         return None
     number = None if match[2] == "-" else float(match[2])
     return Measurement(int(match[1]), number, match[3])
@@ -138,16 +112,3 @@ class LineBuffer:
     def clear(self) -> None:
         """Forget what has come of a line that is not complete."""
         self._rest = b""
-
-
-def _line(body: str) -> bytes:
-    return f"{body}*{check_sum(body)}\n".encode("ascii")
-
-
-def _body(line: bytes) -> str:
-    """Return what stands before a right check sum, else ""."""
-    try:
-        body, star, check = line.decode("ascii").rpartition("*")
-    except UnicodeDecodeError:
-        return ""
-    return body if star and check == check_sum(body) else ""

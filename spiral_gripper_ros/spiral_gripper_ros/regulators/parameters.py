@@ -123,18 +123,12 @@ def pressure_scale(values: RegulatorParameters, side: str) -> PressureScale:
         values: checked values.
         side: "command" or "measured".
     """
-    unit, reference, scale, offset = (
-        getattr(values, f"{side}_{part}") for part in ("unit", "reference", "scale", "offset")
-    )
-    if scale == 0.0:
-        raise InvalidInputError(f"{side}_scale", scale, "a number that is not 0")
-    return PressureScale(
-        unit=unit,
-        reference=Reference(reference),
-        ambient_pressure=values.ambient_pressure,
-        scale=scale,
-        offset=offset,
-    )
+    parts = ("unit", "reference", "scale", "offset")
+    given = {part: getattr(values, f"{side}_{part}") for part in parts}
+    if given["scale"] == 0.0:
+        raise InvalidInputError(f"{side}_scale", 0.0, "a number that is not 0")
+    given["reference"] = Reference(given["reference"])
+    return PressureScale(ambient_pressure=values.ambient_pressure, **given)
 
 
 def require_timely(values: RegulatorParameters) -> None:

@@ -14,7 +14,6 @@ from spiral_gripper_ros.regulators.line_protocol import (
     SEQUENCE_END,
     LineBuffer,
     Measurement,
-    SetPoint,
     measurement_from_line,
     set_point_line,
 )
@@ -65,7 +64,7 @@ class SerialDevice:
         try:
             port = self._opened()
             self._sequence = (self._sequence + 1) % SEQUENCE_END
-            port.write(set_point_line(SetPoint(self._sequence, number, self._watchdog_ms)))
+            port.write(set_point_line(self._sequence, number, self._watchdog_ms))
             answer = self._answer(port)
         except (OSError, ValueError) as error:  # SerialException is an OSError
             self.close()
