@@ -158,4 +158,6 @@ def test_as_measured_it_is_settled_once_the_pressure_has_stayed_at_the_target():
     ],
 )
 def test_progress_is_the_commands_part_of_the_way(start, command, target, expected):
-    assert grasp(start).progress(command, target) == pytest.approx(expected)
+    asked = grasp(start)
+    asked.update(1.0, snapshot(State.GRASPING, pressure_target=target, pressure_command=command))
+    assert asked.report.progress == pytest.approx(expected)

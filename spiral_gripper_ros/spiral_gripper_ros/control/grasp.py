@@ -66,10 +66,33 @@ class GraspReport(Generic[PlanT]):
     overpressure: float = 0.0
 
 
-class Grasp(Generic[PlanT]):
-    """An accepted goal: follows command and measured pressure on their way to the target.
+class RunningGoal(Generic[PlanT]):
+    """An accepted goal. The object is its identity: whoever has started it reads its report.
 
-    The object is the goal's identity: whoever has started it cancels it and reads its report.
+    Args:
+        now: time of its acceptance [s].
+
+    Attributes:
+        report: what has become of it; final once it has ended.
+    """
+
+    def __init__(self, now: float) -> None:
+        self._started = now
+        self.report: GraspReport[PlanT] = GraspReport(GraspOutcome.RUNNING)
+
+    def elapsed(self, now: float) -> float:
+        """Return the time since its acceptance [s]."""
+        return now - self._started
+
+    def end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:
+        """Make the report final, unless it is."""
+        if self.report.outcome is GraspOutcome.RUNNING:
+            elapsed = self.elapsed(now)
+            self.report = replace(self.report, outcome=outcome, refusal=refusal, elapsed=elapsed)
+
+
+class Grasp(RunningGoal[PlanT]):
+    """A grasp: follows command and measured pressure on their way to the target.
 
     Args:
         goal: what was asked for.
@@ -78,21 +101,19 @@ class Grasp(Generic[PlanT]):
         limits: what counts where the goal does not say.
 
     Attributes:
-        report: what has become of it; final once it has ended.
         wraps: whether it is to wrap an object; else only to reach a pressure.
     """
 
     def __init__(
         self, goal: GraspGoal, now: float, snapshot: Snapshot[PlanT], limits: Limits
     ) -> None:
+        super().__init__(now)
         self.timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
         self.wraps = goal.pressure is None
         self.abort_policy: AbortPolicy = goal.abort_policy or limits.grasp_abort_policy
-        self._started = now
         self._start_command = snapshot.pressure_command
         self._arrived: float | None = None  # since when the command is at its target
         self._near: tuple[float, float] | None = None  # first and last measurement that was there
-        self.report: GraspReport[PlanT] = GraspReport(GraspOutcome.RUNNING)
         self.update(now, snapshot)
 
     def commanded(self, now: float, command: float, target: float) -> None:
@@ -111,19 +132,19 @@ class Grasp(Generic[PlanT]):
 
     def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
         """Bring the report up to date."""
+        command, target = snapshot.pressure_command, snapshot.pressure_target
+        way = target - self._start_command
+        progress = float(command == target)
+        if way != 0.0:
+            progress = min(max((command - self._start_command) / way, 0.0), 1.0)
         self.report = GraspReport(
             outcome=GraspOutcome.RUNNING,
             elapsed=self.elapsed(now),
-            progress=self.progress(snapshot.pressure_command, snapshot.pressure_target),
+            progress=progress,
             radius=snapshot.radius,
             plan=snapshot.plan,
             overpressure=snapshot.overpressure,
         )
-
-    def end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:
-        """Make the report final."""
-        elapsed = self.elapsed(now)
-        self.report = replace(self.report, outcome=outcome, refusal=refusal, elapsed=elapsed)
 
     def is_settled(self, now: float, is_measured: bool, limits: Limits) -> bool:
         """Return whether the pressure is at its target to stay, as measured or as commanded."""
@@ -136,17 +157,6 @@ class Grasp(Generic[PlanT]):
     def is_late(self, now: float) -> bool:
         """Return whether its time is up."""
         return self.elapsed(now) > self.timeout
-
-    def elapsed(self, now: float) -> float:
-        """Return the time since its acceptance [s]."""
-        return now - self._started
-
-    def progress(self, command: float, target: float) -> float:
-        """Return the command's part of the way to its target, 0 to 1."""
-        way = target - self._start_command
-        if way == 0.0:
-            return 1.0 if command == target else 0.0
-        return min(max((command - self._start_command) / way, 0.0), 1.0)
 
 
 def impossible_goal(goal: GraspGoal) -> Refusal | None:

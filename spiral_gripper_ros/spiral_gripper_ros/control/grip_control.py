@@ -28,7 +28,7 @@ from spiral_gripper_ros.control.refusals import (
     stale_gravity,
     stale_radius,
 )
-from spiral_gripper_ros.control.release import Release, ReleaseGoal
+from spiral_gripper_ros.control.release import CANCELED, Release, ReleaseGoal
 from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
 from spiral_gripper_ros.control.states import (
     NOT_REFUSED,
@@ -335,7 +335,7 @@ class GripControl(Generic[PlanT]):
         """Cancel a goal; a grasp's policy acts. One that has ended stays as it ended."""
         time = self._clock.advance(now)
         if isinstance(goal, Release):
-            goal.cancel(time)
+            goal.end(time, GraspOutcome.CANCELED, CANCELED)
         elif goal is self._grasp:
             self._abort(GraspOutcome.CANCELED, GRASP_CANCELED)
 
@@ -367,16 +367,9 @@ class GripControl(Generic[PlanT]):
         if self._grasp is not None:
             self._grasp.update(self._clock.now, self.snapshot())
 
-    def _update_releases(self) -> None:
-        for release in self._releases:
-            release.update(self._clock.now, self.snapshot())
-        self._releases = [
-            release for release in self._releases if release.report.outcome is GraspOutcome.RUNNING
-        ]
-
     def _fail_releases(self, refusal: Refusal) -> None:
         for release in self._releases:
-            release.fail(self._clock.now, refusal)
+            release.end(self._clock.now, GraspOutcome.FAILED, refusal)
         self._releases = []
 
     # --- output ------------------------------------------------------------------------------
@@ -404,8 +397,13 @@ class GripControl(Generic[PlanT]):
         if self._grasp is not None:
             self._update_grasp()
             self._grasp.commanded(time, self._pressure, self._pressure_target)
-            self._act_on_success(self._grasp)
-        self._update_releases()
+            holds = self._is_wrapped or not self._grasp.wraps
+            if self._is_settled(self._grasp) and self._refusal.reason is Reason.NONE and holds:
+                self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
+        for release in self._releases:
+            release.update(time, self.snapshot())
+        running = GraspOutcome.RUNNING
+        self._releases = [one for one in self._releases if one.report.outcome is running]
         return self._pressure
 
     def snapshot(self) -> Snapshot[PlanT]:
@@ -530,11 +528,6 @@ class GripControl(Generic[PlanT]):
             settled = self._is_settled(grasp)
             refusal = late_grasp(self.snapshot(), grasp.timeout, self._regime, settled)
             self._abort(GraspOutcome.FAILED, refusal)
-
-    def _act_on_success(self, grasp: Grasp[PlanT]) -> None:
-        holds = self._is_wrapped or not grasp.wraps
-        if self._is_settled(grasp) and self._refusal.reason is Reason.NONE and holds:
-            self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
 
     def _act_on_silence(self) -> None:
         """Act on silence: of the client, of gravity, of a pressure to be taken over."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
 
 from spiral_core.errors import InvalidInputError
@@ -94,29 +94,21 @@ class Limits:
     gravity_timeout_policy: FaultPolicy = FaultPolicy.REPORT
 
     def __post_init__(self) -> None:
-        for field in _POSITIVE:
-            require_positive(field, getattr(self, field))
-        for field in _NON_NEGATIVE:
-            require_non_negative(field, getattr(self, field))
-        if self.grip_ratio is not None:
-            require_in_range("grip_ratio", self.grip_ratio, 1.0, HIGHEST_GRIP_RATIO)
-        for field, policies in _POLICIES.items():
-            policy = getattr(self, field)
-            if not isinstance(policy, policies):
-                names = ", ".join(str(known.value) for known in policies)
-                raise InvalidInputError(field, policy, f"one of {names}")
+        for field in fields(self):
+            name, value, kind = field.name, getattr(self, field.name), type(field.default)
+            if issubclass(kind, Enum):
+                if not isinstance(value, kind):
+                    names = ", ".join(str(known.value) for known in kind)
+                    raise InvalidInputError(name, value, f"one of {names}")
+            elif name == "grip_ratio":
+                if value is not None:
+                    require_in_range(name, value, 1.0, HIGHEST_GRIP_RATIO)
+            elif name in _NON_NEGATIVE:
+                require_non_negative(name, value)
+            else:
+                require_positive(name, value)
 
 
-_POSITIVE = (
-    "pressure_rate_up",
-    "pressure_rate_down",
-    "radius_timeout",
-    "radius_rate_limit",
-    "radius_jump_limit",
-    "grasp_timeout",
-    "measured_pressure_timeout",
-    "pressure_tolerance",
-)
 _NON_NEGATIVE = (
     "pressure_cap",
     "radius_hysteresis",
@@ -124,9 +116,3 @@ _NON_NEGATIVE = (
     "keep_alive_timeout",
     "gravity_timeout",
 )
-_POLICIES: dict[str, type[Enum]] = {
-    "radius_timeout_policy": TimeoutPolicy,
-    "grasp_abort_policy": AbortPolicy,
-    "pressure_fault_policy": FaultPolicy,
-    "gravity_timeout_policy": FaultPolicy,
-}

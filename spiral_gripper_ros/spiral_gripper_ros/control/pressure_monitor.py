@@ -89,7 +89,8 @@ class PressureMonitor:
         self._silence.hear(now)
         self._invalid_since, self._last_invalid = None, NOT_REFUSED
         self._samples.append((now, pressure))
-        self._drop_old_samples(now)
+        while self._samples[0][0] < now - SMOOTHING_TIME:
+            self._samples.popleft()
         self._compare(now, limits)
         return None
 
@@ -97,7 +98,12 @@ class PressureMonitor:
         """Advance to the time ``now`` [s], and report missing messages as a fault."""
         if self._silence.exceeds(now, limits.measured_pressure_timeout):
             if self._fault.reason is not Reason.PRESSURE_LOST:
-                self._fault = _lost(limits, self._last_invalid)
+                self._fault = Refusal(
+                    Reason.PRESSURE_LOST,
+                    "no usable measured_pressure for more than "
+                    f"{limits.measured_pressure_timeout:.3g} s (measured_pressure.timeout)"
+                    f"{cause(self._last_invalid)}",
+                )
             self._samples.clear()
             self._verdict = None
 
@@ -109,10 +115,6 @@ class PressureMonitor:
 
     def _mean(self) -> float:
         return math.fsum(pressure for _, pressure in self._samples) / len(self._samples)
-
-    def _drop_old_samples(self, now: float) -> None:
-        while self._samples[0][0] < now - SMOOTHING_TIME:
-            self._samples.popleft()
 
     def _note_invalid(self, now: float, refusal: Refusal) -> None:
         self._last_invalid = refusal
@@ -165,23 +167,11 @@ def _difference(pressure: float, low: float, high: float, tolerance: float, part
             f"{allowed}: leak, weak supply or stuck valve",
         )
     if pressure > high + part * tolerance:
+        looks_absolute = high == 0.0 and ATMOSPHERE[0] <= pressure <= ATMOSPHERE[1]
+        absolute = f"it looks like an absolute pressure: {MUST_BE_GAUGE}"
         return Refusal(
             Reason.PRESSURE_HIGH,
             f"measured_pressure {pressure:.6g} Pa stays above the command of at most {high:.6g} Pa "
-            f"{allowed}: {_cause_of_high(pressure, high)}",
+            f"{allowed}: {absolute if looks_absolute else 'it does not vent'}",
         )
     return NOT_REFUSED
-
-
-def _cause_of_high(pressure: float, high: float) -> str:
-    if high == 0.0 and ATMOSPHERE[0] <= pressure <= ATMOSPHERE[1]:
-        return f"it looks like an absolute pressure: {MUST_BE_GAUGE}"
-    return "it does not vent"
-
-
-def _lost(limits: Limits, last_invalid: Refusal) -> Refusal:
-    return Refusal(
-        Reason.PRESSURE_LOST,
-        f"no usable measured_pressure for more than {limits.measured_pressure_timeout:.3g} s "
-        f"(measured_pressure.timeout){cause(last_invalid)}",
-    )

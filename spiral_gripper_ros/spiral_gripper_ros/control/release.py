@@ -5,16 +5,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Generic
 
-from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
+from spiral_gripper_ros.control.grasp import GraspOutcome, RunningGoal
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 
 _SENSOR_FAULTS = (Reason.PRESSURE_LOST, Reason.PRESSURE_INVALID)
 _REPLACED = Refusal(Reason.GRASP_REPLACED, "the gripper was told to grip again")
-_CANCELED = Refusal(Reason.GRASP_CANCELED, "canceled; the gripper stays released")
+CANCELED = Refusal(Reason.GRASP_CANCELED, "canceled; the gripper stays released")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +28,7 @@ class ReleaseGoal:
     timeout: float | None = None
 
 
-class Release(Generic[PlanT]):
+class Release(RunningGoal[PlanT]):
     """An accepted release: waits for the evidence, a pressure close to 0 measured after it began.
 
     Where nothing has measured the pressure since activation it waits for a time instead. A failed
@@ -40,34 +39,23 @@ class Release(Generic[PlanT]):
         now: time of its acceptance [s].
         limits: its ``pressure_tolerance`` counts as vented, its ``pressure_settle_time`` is the
             while, its ``grasp_timeout`` bounds the wait unless the goal does.
-
-    Attributes:
-        report: what has become of it; final once it has ended.
     """
 
     def __init__(self, goal: ReleaseGoal, now: float, limits: Limits) -> None:
+        super().__init__(now)
         self._timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
-        self._started = now
         self._limits = limits
-        self.report: GraspReport[PlanT] = GraspReport(GraspOutcome.RUNNING, progress=1.0)
+        self.report = replace(self.report, progress=1.0)
         if not (math.isfinite(self._timeout) and self._timeout > 0.0):
             value = f"got {self._timeout:.6g} s; vented all the same"
             text = f"timeout must be a positive finite number, {value}"
-            self.fail(now, Refusal(Reason.INVALID_REQUEST, text))
-
-    def cancel(self, now: float) -> None:
-        """Stop waiting, if it has not ended; what is vented stays vented."""
-        self._end(now, GraspOutcome.CANCELED, _CANCELED)
-
-    def fail(self, now: float, refusal: Refusal) -> None:
-        """End it for a reason, if it has not ended; what is vented stays vented."""
-        self._end(now, GraspOutcome.FAILED, refusal)
+            self.end(now, GraspOutcome.FAILED, Refusal(Reason.INVALID_REQUEST, text))
 
     def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
         """Bring the report up to date, and make it final once the release has ended."""
         if self.report.outcome is not GraspOutcome.RUNNING:
             return
-        limits, elapsed = self._limits, now - self._started
+        limits, elapsed = self._limits, self.elapsed(now)
         self.report = replace(self.report, elapsed=elapsed)
         measured, fault = snapshot.measured, snapshot.pressure_fault
         # An older measurement may be from before a ramp that was under way.
@@ -76,27 +64,26 @@ class Release(Generic[PlanT]):
         # that was too low for the grip, as of a leak, is on its way to 0.
         is_low = fault.reason is Reason.PRESSURE_LOW
         fails = is_low and new is not None and new < -limits.pressure_tolerance
+        refusal = None
         if snapshot.state is State.INACTIVE:
-            self.fail(now, snapshot.refusal)
+            refusal = snapshot.refusal
         elif snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
-            self.fail(now, _REPLACED)
+            refusal = _REPLACED
         elif not snapshot.is_measured:
             if elapsed >= limits.pressure_settle_time:
-                self._end(now, GraspOutcome.SUCCEEDED, NOT_REFUSED)
+                refusal = NOT_REFUSED
         elif new is not None and abs(new) <= limits.pressure_tolerance:
-            self._end(now, GraspOutcome.SUCCEEDED, NOT_REFUSED)
+            refusal = NOT_REFUSED
         elif fails or fault.reason in _SENSOR_FAULTS:
             text = f"0 Pa is commanded, but nothing shows that the gripper is vented: {fault.text}"
-            self.fail(now, Refusal(fault.reason, text))
-        elif elapsed > self._timeout:
+            refusal = Refusal(fault.reason, text)
+        elif elapsed > self._timeout and new is None:
             text = f"nothing was measured in the {elapsed:.3g} s since the release"
-            late = Refusal(Reason.PRESSURE_LOST, text)
-            if new is not None:
-                text = f"still {new:.6g} Pa {elapsed:.3g} s after the release"
-                late = Refusal(Reason.PRESSURE_HIGH, text)
-            self.fail(now, late)
-
-    def _end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:
-        if self.report.outcome is GraspOutcome.RUNNING:
-            elapsed = now - self._started
-            self.report = replace(self.report, outcome=outcome, refusal=refusal, elapsed=elapsed)
+            refusal = Refusal(Reason.PRESSURE_LOST, text)
+        elif elapsed > self._timeout:
+            text = f"still {new:.6g} Pa {elapsed:.3g} s after the release"
+            refusal = Refusal(Reason.PRESSURE_HIGH, text)
+        if refusal is not None:
+            succeeds = refusal is NOT_REFUSED
+            outcome = GraspOutcome.SUCCEEDED if succeeds else GraspOutcome.FAILED
+            self.end(now, outcome, refusal)
