@@ -21,6 +21,7 @@ from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.closing.plots import close_figure
 from spiral_gripper.reports.grip.plots import grip_figure
 from spiral_gripper.reports.plots import design_figure, feasibility_figure, regime_figure
+from spiral_gripper.reports.shaded import tube_surface
 from spiral_gripper.reports.shape_plots import shape_figure
 
 # A curve's chart begins at this fraction of the largest radius.
@@ -55,7 +56,8 @@ def plot(result: object) -> Figure:
 
 def _wrap(wrap: Wrap) -> Figure:
     title = f"{shown(wrap.object_radius, 'm')} at {shown(wrap.pressure, 'Pa')}"
-    return shape_figure(wrap.state.positions, wrap.outer_radius, title, place_object(wrap))
+    tube = tube_surface(wrap.state.positions, wrap.outer_radius)
+    return shape_figure([tube], title, place_object(wrap))
 
 
 def _curve(curve: WrapCurve) -> Figure:

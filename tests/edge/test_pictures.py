@@ -27,7 +27,12 @@ from spiral_gripper import display_units, load_description, plot
 from spiral_gripper.bench.residual_plot import pressure_figure
 from spiral_gripper.reports.grip.plots import MOST_PANELS, window_figure
 from spiral_gripper.reports.plots import section_figure
-from spiral_gripper.reports.shaded import OBJECT_RINGS, draw_surfaces, turned_surface
+from spiral_gripper.reports.shaded import (
+    OBJECT_RINGS,
+    draw_surfaces,
+    tube_surface,
+    turned_surface,
+)
 from spiral_gripper.reports.shape_plots import shape_figure
 from spiral_gripper.reports.winding_sheet import winding_figures
 
@@ -69,9 +74,9 @@ def test_a_picture_is_to_scale_in_millimeters_and_shows_the_front_only():
 
 def test_a_shape_has_its_objects_projection_as_outline_or_none():
     positions = np.linspace([0.0, 0.0, 0.0], [0.3, 0.1, 0.1], 30)
-    assert not shape_figure(positions, 0.0055, "title").axes[0].patches
+    assert not shape_figure([tube_surface(positions, 0.0055)], "title").axes[0].patches
     placement = ObjectPlacement((1.0, 2.0, 3.0), (0.0, 0.6, 0.8), 0.5, 2.5, 0.0)
-    figure = shape_figure(positions, 0.0055, "title", placement)
+    figure = shape_figure([tube_surface(positions, 0.0055)], "title", placement)
     assert [axes.get_xlabel() for axes in figure.axes] == ["y [mm]", "z [mm]"]
     assert [len(axes.patches) for axes in figure.axes] == [3, 3]
     body, *ends = (patch.get_xy() for patch in figure.axes[1].patches)

@@ -65,10 +65,11 @@ def shape(
     else:
         print_rows(title, rows_of(SHAPE, solved))
     if plot is not None:
+        from spiral_gripper.reports.shaded import tube_surface
         from spiral_gripper.reports.shape_plots import shape_figure
 
-        positions, radius = solved.state.positions, mount.tube.outer_radius
-        write_picture(shape_figure(positions, radius, title), plot)
+        tube = tube_surface(solved.state.positions, mount.tube.outer_radius)
+        write_picture(shape_figure([tube], title), plot)
 
 
 @click.command()

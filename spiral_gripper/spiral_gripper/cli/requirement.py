@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -18,6 +17,7 @@ from spiral_gripper.cli.types import (
     PRESSURE,
     SINGLE_FIBER_ANGLE,
     mount_options,
+    together,
     turns_option,
     unit_vector,
 )
@@ -25,11 +25,9 @@ from spiral_gripper.cli.types import (
 if TYPE_CHECKING:
     from spiral_core.design.requirement import DesignRequirement
 
-Decorated = TypeVar("Decorated", bound=Callable[..., object])
-
 PREFERENCES: Final = ("least-strain", "least-pressure", "shortest", "largest-margin")
 
-_OPTIONS: Final = (
+requirement_options = together(
     click.option("--radius-min", type=LENGTH, required=True, help="Radius of the smallest object."),
     click.option("--radius-max", type=LENGTH, required=True, help="Radius of the largest object."),
     click.option(
@@ -95,15 +93,8 @@ _OPTIONS: Final = (
         show_default=True,
         help="Which of several feasible designs to choose.",
     ),
+    mount_options,
 )
-
-
-def requirement_options(function: Decorated) -> Decorated:
-    """Add every option that states a requirement."""
-    function = mount_options(function)
-    for option in reversed(_OPTIONS):
-        function = option(function)
-    return function
 
 
 def requirement_from(options: dict[str, Any], *, contact: bool = False) -> DesignRequirement:
@@ -127,26 +118,24 @@ def requirement_from(options: dict[str, Any], *, contact: bool = False) -> Desig
     tubing = load_tubing(options.pop("tubing"))
     sizes = tuple(parse_tube_size(text) for text in options.pop("tubes"))
     preference = options.pop("prefer").upper().replace("-", "_")
-    mount = _mount(options)
+    gravity = gravity_from(options, (1.0, 0.0, 0.0))
+    axis = options.pop("object_axis")
+    axis = axis and unit_vector("--object-axis", axis)
     names = {field.name for field in dataclasses.fields(DesignRequirement)}
     given = {name: options.pop(name) for name in list(options) if name in names}
     requirement = DesignRequirement(
         tubes=sizes or tubing.sizes,
         elastomers=(tubing.elastomer,),
         preference=Preference[preference],
-        **{name: value for name, value in {**given, **mount}.items() if value not in (None, ())},
+        **{
+            name: value
+            for name, value in {**given, "gravity": gravity, "object_axis": axis}.items()
+            if value not in (None, ())
+        },
     )
-    typed_warnings = [warning for size in sizes for warning in warnings_of_size(size)]
-    for warning in (*tubing.warnings, *typed_warnings):
+    for warning in (*tubing.warnings, *(told for size in sizes for told in warnings_of_size(size))):
         click.echo(f"warning: {warning}", err=True)
     return requirement
-
-
-def _mount(options: dict[str, Any]) -> dict[str, Any]:
-    """Return gravity and object axis, as far as they are given."""
-    gravity = gravity_from(options, default=(1.0, 0.0, 0.0))
-    axis = options.pop("object_axis")
-    return {"gravity": gravity, "object_axis": unit_vector("--object-axis", axis) if axis else None}
 
 
 def gravity_from(
@@ -161,11 +150,22 @@ def gravity_from(
     Raises:
         click.BadParameter: the direction is none.
     """
-    from spiral_core.wrap.gripper import STANDARD_GRAVITY
-
     direction, magnitude = options.pop("gravity_direction"), options.pop("gravity_magnitude")
     if not direction and magnitude is None:
         return None
-    x, y, z = unit_vector("--gravity-direction", direction or default)
+    return gravity_of(direction or default, magnitude)
+
+
+def gravity_of(
+    direction: tuple[float, ...], magnitude: float | None = None
+) -> tuple[float, float, float]:
+    """Return an acceleration [m/s^2]; without a magnitude it is the Earth's.
+
+    Raises:
+        click.BadParameter: the direction is none.
+    """
+    from spiral_core.wrap.gripper import STANDARD_GRAVITY
+
     size = STANDARD_GRAVITY if magnitude is None else magnitude
+    x, y, z = unit_vector("--gravity-direction", direction)
     return (size * x, size * y, size * z)

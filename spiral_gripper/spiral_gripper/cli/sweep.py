@@ -7,22 +7,20 @@ import math
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 import click
 
 from spiral_gripper.cli.group import Group
 from spiral_gripper.cli.output import print_json, write_picture
-from spiral_gripper.cli.requirement import requirement_from, requirement_options
+from spiral_gripper.cli.requirement import gravity_of, requirement_from, requirement_options
 from spiral_gripper.cli.types import (
     FRICTION,
     NUMBER,
     POSITIVE_LENGTH,
-    Decorated,
     Suffixed,
     output_options,
     plot_option,
-    unit_vector,
 )
 from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
 
@@ -35,13 +33,11 @@ def sweep() -> None:
     """Compute many designs or grips at once."""
 
 
-def jobs_option(function: Decorated) -> Decorated:
-    """Add ``--jobs``."""
-    return click.option(
-        "--jobs",
-        type=click.IntRange(1, MOST_JOBS),
-        help="Number of processes.  [default: one per core]",
-    )(function)
+jobs_option = click.option(
+    "--jobs",
+    type=click.IntRange(1, MOST_JOBS),
+    help="Number of processes.  [default: one per core]",
+)
 
 
 @sweep.command("map")
@@ -93,18 +89,17 @@ def feasibility(
     jobs: int | None,
     as_json: bool,
     plot: Path | None,
-    **options: object,
+    **options: Any,  # noqa: ANN401  # of the requirement
 ) -> None:
     """Map where the seven steps of design find grippers, over fiber angle and tube radius.
 
     They judge a wrap by the tip criterion; design also closes its gripper on the objects.
     The angles are those between the first and the last --beta, by default 40 to 85 deg.
     """
-    given = cast("tuple[float, ...]", options["fiber_angles_beta"])
-    betas = given or (math.radians(40.0), math.radians(85.0))
+    betas = options["fiber_angles_beta"] or (math.radians(40.0), math.radians(85.0))
     if not min(betas) < max(betas):
         raise click.UsageError("give --beta twice, the first and the last angle, or not at all")
-    if len(cast("tuple[float, ...]", options["fiber_angles_gamma"])) > 1:
+    if len(options["fiber_angles_gamma"]) > 1:
         raise click.UsageError("give --gamma once at most: map varies --beta and the tube")
     if options["tubes"]:
         raise click.UsageError(
@@ -119,13 +114,11 @@ def feasibility(
 
     from spiral_core.design.sweep import feasibility_map
 
-    beta_grid = np.linspace(min(betas), max(betas), angles)
-    radius_grid = np.linspace(tube_radius_min, tube_radius_max, tube_radii)
     with _workers(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
         result = feasibility_map(
             requirement,
-            [float(beta) for beta in beta_grid],
-            [float(radius) for radius in radius_grid],
+            np.linspace(min(betas), max(betas), angles).tolist(),
+            np.linspace(tube_radius_min, tube_radius_max, tube_radii).tolist(),
             wall,
             executor,
             progress,
@@ -133,8 +126,10 @@ def feasibility(
     if as_json:
         print_json(result)
     else:
-        share = float((result.room >= 0.0).mean())
-        click.echo(f"{100.0 * share:.0f} % of {result.room.size} candidates are feasible")
+        click.echo(
+            f"{100.0 * (result.room >= 0.0).mean():.0f} % of {result.room.size} candidates "
+            "are feasible"
+        )
     if plot is not None:
         from spiral_gripper.reports.plots import feasibility_figure
 
@@ -232,14 +227,10 @@ def grips(
     recommended pressure after slow closing. Ctrl-C prints the grips that are done; exit code 1.
     """
     from spiral_core.grip.grip import GripOutcome, grip_cases, solve_cases
-    from spiral_core.wrap.gripper import STANDARD_GRAVITY
     from spiral_gripper.cli.gripper import described
     from spiral_gripper.reports.grip.study import StudyFile, case_as_dict, print_outcomes
 
-    mounts = [unit_vector("--gravity-direction", direction) for direction in directions]
-    gravities = [
-        (STANDARD_GRAVITY * x, STANDARD_GRAVITY * y, STANDARD_GRAVITY * z) for x, y, z in mounts
-    ]
+    gravities = [gravity_of(direction) for direction in directions]
     designs = [described(name).gripper for name in grippers]
     cases = grip_cases(designs, radii, frictions or None, gravities or None)
     store = StudyFile(results, cases)

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 import click
 
@@ -76,12 +77,14 @@ class QuantityType(click.ParamType):  # type: ignore[type-arg]  # generic for th
         _note(converted, str(value), self.dimension, param, ctx)
         most = self._parsed(self.most) if self.most else math.inf
         if not (self.above < converted and self.least <= converted <= most):
-            bounds = (
-                (f"above {self.above:g}", self.above > -math.inf),
-                (f"at least {self.least:g}", self.least > -math.inf),
-                (f"at most {self.most}", self.most),
+            bounds = {
+                f"above {self.above:g}": self.above,
+                f"at least {self.least:g}": self.least,
+                f"at most {self.most}": most,
+            }
+            requirement = " and ".join(
+                text for text, bound in bounds.items() if abs(bound) < math.inf
             )
-            requirement = " and ".join(text for text, bounds_it in bounds if bounds_it)
             self.fail(f"it must be {requirement}, got {value!r}", param, ctx)
         return converted
 
@@ -132,22 +135,20 @@ class Suffixed(click.ParamType):  # type: ignore[type-arg]  # generic for the ch
             self.fail(f"its name must end in {', '.join(self.suffixes)}, got {value!r}", param, ctx)
         if not path.parent.is_dir():
             self.fail(f"there is no folder {str(path.parent)!r}", param, ctx)
-        if not path.exists():
-            try:
-                TemporaryFile(dir=path.parent).close()
-            except OSError as error:
-                from spiral_gripper.files.storage import reason_of
+        if path.exists():
+            if not path.is_file():
+                self.fail(f"{path} is not a plain file", param, ctx)
+            if self.new:
+                self.fail(f"{path} exists already and is kept; name another file", param, ctx)
+            return path
+        try:
+            TemporaryFile(dir=path.parent).close()
+        except FileNotFoundError:  # such as /proc: the folder itself is there
+            self.fail(f"{path.parent} takes no files: write to another folder", param, ctx)
+        except OSError as error:
+            from spiral_gripper.files.storage import reason_of
 
-                reason = (
-                    "write to another folder"  # such as /proc: the folder itself is there
-                    if isinstance(error, FileNotFoundError)
-                    else reason_of(error)
-                )
-                self.fail(f"{path.parent} takes no files: {reason}", param, ctx)
-        if path.exists() and not path.is_file():
-            self.fail(f"{path} is not a plain file", param, ctx)
-        if self.new and path.exists():
-            self.fail(f"{path} exists already and is kept; name another file", param, ctx)
+            self.fail(f"{path.parent} takes no files: {reason_of(error)}", param, ctx)
         return path
 
 
@@ -177,10 +178,14 @@ def typed_units(givens: Mapping[str, list[TypedValue]]) -> dict[Dimension, str]:
     from spiral_gripper.files.units import Dimension, unit_of
 
     units: dict[Dimension, str] = {}
-    for one in (one for values in givens.values() for one in values if one.dimension):
+    for one in _with_units(givens):
         dimension = Dimension[one.dimension]
         units.setdefault(dimension, unit_of(one.text, dimension))
     return units
+
+
+def _with_units(givens: Mapping[str, list[TypedValue]]) -> list[TypedValue]:
+    return [one for values in givens.values() for one in values if one.dimension]
 
 
 def error_text(error: SpiralError, givens: Mapping[str, list[TypedValue]]) -> str:
@@ -204,9 +209,7 @@ grippable radius is 3.782 cm
 
     texts = {
         Quantity(one.value, Dimension[one.dimension].si_unit): one.text
-        for values in givens.values()
-        for one in values
-        if one.dimension
+        for one in _with_units(givens)
     }
     message: object = error
     if isinstance(error, InvalidInputError):
@@ -245,24 +248,9 @@ REPORT_FILE: Final = Suffixed(REPORT_SUFFIXES)
 YAML_FILE: Final = Suffixed((".yaml",), new=True)
 
 
-def json_option(function: Decorated) -> Decorated:
-    """Add ``--json``."""
-    return click.option(
-        "--json", "as_json", is_flag=True, help="Print JSON, in SI units, for programs."
-    )(function)
-
-
-def units_option(function: Decorated) -> Decorated:
-    """Add ``--units``: the units in which the command prints and draws."""
-    return click.option(
-        "--units",
-        "display_units",
-        metavar="UNITS",
-        expose_value=False,
-        is_eager=True,
-        callback=_choose_units,
-        help='Units of tables, messages and pictures, such as "psi,mm".',
-    )(function)
+def together(*options: Callable[[Any], Any]) -> Callable[[Decorated], Decorated]:
+    """Return a decorator that adds options, the first one on top."""
+    return lambda function: reduce(lambda f, option: option(f), reversed(options), function)
 
 
 def _choose_units(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
@@ -281,100 +269,83 @@ def _choose_units(ctx: click.Context, param: click.Parameter, value: str | None)
         _note(math.nan, f"1 {unit}", dimension_of(unit).name, param, ctx)
 
 
-def output_options(function: Decorated) -> Decorated:
-    """Add ``--json`` for programs and ``--units`` for people."""
-    return json_option(units_option(function))
-
-
-def plot_option(function: Decorated) -> Decorated:
-    """Add ``--plot``."""
-    return click.option(
-        "--plot", type=FIGURE_FILE, help="Write a picture to a .png, .svg or .pdf file."
-    )(function)
-
-
-def turns_option(function: Decorated) -> Decorated:
-    """Add ``--turns``."""
-    return click.option(
-        "--turns",
-        "turns_required",
-        type=NUMBER,
-        default=str(DEFAULT_TURNS),
-        show_default=True,
-        metavar="N",
-        help="Turns about the largest object.",
-    )(function)
-
-
-def gripper_argument(function: Decorated) -> Decorated:
-    """Add the gripper: the name of a shipped one, or a description file."""
-    return click.argument("gripper", metavar="GRIPPER")(function)
-
-
-def object_options(function: Decorated) -> Decorated:
-    """Add ``--radius`` and ``--profile``: the object."""
-    profile = click.option(
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="Print JSON, in SI units, for programs."
+)
+# The units in which the command prints and draws.
+units_option = click.option(
+    "--units",
+    "display_units",
+    metavar="UNITS",
+    expose_value=False,
+    is_eager=True,
+    callback=_choose_units,
+    help='Units of tables, messages and pictures, such as "psi,mm".',
+)
+output_options = together(json_option, units_option)
+plot_option = click.option(
+    "--plot", type=FIGURE_FILE, help="Write a picture to a .png, .svg or .pdf file."
+)
+turns_option = click.option(
+    "--turns",
+    "turns_required",
+    type=NUMBER,
+    default=str(DEFAULT_TURNS),
+    show_default=True,
+    metavar="N",
+    help="Turns about the largest object.",
+)
+gripper_argument = click.argument("gripper", metavar="GRIPPER")
+object_options = together(
+    click.option("--radius", type=LENGTH, help="Radius of a cylinder."),
+    click.option(
         "--profile",
         type=click.Path(exists=True, dir_okay=False, path_type=Path),
         help="CSV file of the object's radius along its axis, in place of --radius; its header: "
         "position [mm], radius [mm].",
-    )
-    radius = click.option("--radius", type=LENGTH, help="Radius of a cylinder.")
-    return radius(profile(function))
-
-
-def place_options(function: Decorated) -> Decorated:
-    """Add ``--place`` and ``--find-place``: where the object lies."""
-    place = click.option(
+    ),
+)
+place_options = together(
+    click.option(
         "--place",
         type=LENGTH,
         nargs=3,
         metavar="X Y Z",
         help="The object's middle in the base frame; by default where the free coil lies.",
-    )
-    find = click.option(
+    ),
+    click.option(
         "--find-place",
         is_flag=True,
         help="Where the object is not held, look for a place near by where it is.",
-    )
-    return place(find(function))
-
-
-def mount_options(function: Decorated) -> Decorated:
-    """Add ``--gravity-direction``, ``--gravity-magnitude`` and ``--object-axis``."""
-    for option in (
-        click.option(
-            "--object-axis",
-            type=NUMBER,
-            nargs=3,
-            metavar="X Y Z",
-            help="Direction of the object in the base frame; by default fitted to the coil.",
-        ),
-        click.option(
-            "--gravity-magnitude",
-            type=ACCELERATION,
-            help='Acceleration of gravity; "0 m/s^2" leaves gravity out.',
-        ),
-        click.option(
-            "--gravity-direction",
-            type=NUMBER,
-            nargs=3,
-            metavar="X Y Z",
-            help="Direction of gravity in the base frame, where the tube leaves along +x: 1 0 0 "
-            "for a gripper that hangs.",
-        ),
-    ):
-        function = option(function)
-    return function
-
-
-def sensitivity_option(function: Decorated) -> Decorated:
-    """Add ``--sensitivity``."""
-    return click.option(
-        "--sensitivity",
-        is_flag=True,
-        help="Change every input to both sides and print what that changes, the most first.",
-    )(function)
+    ),
+)
+mount_options = together(
+    click.option(
+        "--gravity-direction",
+        type=NUMBER,
+        nargs=3,
+        metavar="X Y Z",
+        help="Direction of gravity in the base frame, where the tube leaves along +x: 1 0 0 "
+        "for a gripper that hangs.",
+    ),
+    click.option(
+        "--gravity-magnitude",
+        type=ACCELERATION,
+        help='Acceleration of gravity; "0 m/s^2" leaves gravity out.',
+    ),
+    click.option(
+        "--object-axis",
+        type=NUMBER,
+        nargs=3,
+        metavar="X Y Z",
+        help="Direction of the object in the base frame; by default fitted to the coil.",
+    ),
+)
+sensitivity_option = click.option(
+    "--sensitivity",
+    is_flag=True,
+    help="Change every input to both sides and print what that changes, the most first.",
+)
 
 
 def unit_vector(name: str, vector: tuple[float, ...]) -> tuple[float, float, float]:

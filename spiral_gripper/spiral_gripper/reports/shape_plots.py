@@ -11,7 +11,7 @@ from matplotlib.patches import Polygon
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units
-from spiral_gripper.reports.shaded import Surface, draw_surfaces, same_scale, tube_surface
+from spiral_gripper.reports.shaded import Surface, draw_surfaces, same_scale
 from spiral_gripper.reports.style import COLORS, paper_style, set_title
 
 # Points on the rim of a drawn cylinder.
@@ -29,24 +29,18 @@ VIEWS: tuple[tuple[str, Vector, Vector], ...] = (
 
 @paper_style()
 def shape_figure(
-    positions: Array,
-    outer_radius: float,
-    title: str,
-    placement: ObjectPlacement | None = None,
+    surfaces: list[Surface], title: str, placement: ObjectPlacement | None = None
 ) -> Figure:
     """Return a shape from two sides, to scale: the base's x points down, as a gripper hangs.
 
-    The coil is free: an object is a dashed outline, where it must lie.
-
     Args:
-        positions: nodes of the shape (n, 3) [m].
-        outer_radius: of the tube [m].
+        surfaces: of the tube, and of an object that it touches.
         title: the gripper's name and the pressure.
-        placement: of the object, or None.
+        placement: of an object that a free coil must lie on: a dashed outline; or None.
     """
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
     set_title(figure, title)
-    draw_sides(figure, [tube_surface(positions, outer_radius)], placement)
+    draw_sides(figure, surfaces, placement)
     if placement is not None:
         figure.legend(loc="outside lower center")
     return figure

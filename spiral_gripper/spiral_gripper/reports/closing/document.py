@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -35,6 +36,8 @@ from spiral_gripper.reports.fields import Field, Rows
 
 # Speed of an arm that stops before the approach [m/s].
 MOVE = 0.25
+# Pulls that are looked at, and what holds against them.
+HELD = {Pull.AWAY: "holds away from the base", Pull.TOWARDS: "holds towards the base"}
 # Rates that advice looks at, as times in which the pressure rises [s].
 RISES = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 
@@ -138,39 +141,25 @@ def solve_close(
         if closing.is_complete and (question.spread or not orderly):
             spread = closing_spread(closing, damping=question.damping, progress=progress)
         if closing.is_complete and question.advise:
-            growing = growing_advice(
-                setup, pressure, [pressure / rise for rise in RISES], wait=question.wait,
-                damping=question.damping, progress=progress,
-            )  # fmt: skip
-            for so_far in growing:
+            rates = [pressure / rise for rise in RISES]
+            for so_far in growing_advice(
+                setup, pressure, rates, wait=question.wait, damping=question.damping,
+                progress=progress,
+            ):  # fmt: skip
                 advice = so_far
     except KeyboardInterrupt:
         if not frames:
             raise
         interrupted = True
-    frequency, settling = _hanging(question)
+    frequency = settling = None
+    with suppress(SolverError):  # they are not known
+        settling = settling_after_move(question.gripper, 0.0, MOVE, damping=question.damping)
+        frequency = float(vibrations(question.gripper, 0.0, 2).frequencies[0])
+    closing = TimedClosing(setup, course, tuple(frames))
     return SolvedClose(
-        question=question,
-        pressure=pressure,
-        closing=TimedClosing(setup, course, tuple(frames)),
-        forces=forces,
-        frequency=frequency,
-        settling=settling,
-        orderly=orderly,
-        spread=spread,
-        advice=advice,
-        interrupted=interrupted,
-    )
-
-
-def _hanging(question: CloseQuestion) -> tuple[float | None, float | None]:
-    """Return the hanging tube's lowest frequency [Hz] and settling time [s]; None if unknown."""
-    gripper, damping = question.gripper, question.damping
-    try:
-        settling = settling_after_move(gripper, 0.0, MOVE, damping=damping)
-        return float(vibrations(gripper, 0.0, 2).frequencies[0]), settling
-    except SolverError:
-        return None, None
+        question, pressure, closing, forces, frequency, settling, orderly, spread, advice,
+        interrupted,
+    )  # fmt: skip
 
 
 def _forces(closing: TimedClosing) -> tuple[HoldingForce, ...]:
@@ -179,7 +168,7 @@ def _forces(closing: TimedClosing) -> tuple[HoldingForce, ...]:
         settled = closing.grip_at_rest()
     except SolverError:
         return ()
-    return tuple(holding_force(settled, pull) for pull in (Pull.AWAY, Pull.TOWARDS))
+    return tuple(holding_force(settled, pull) for pull in HELD)
 
 
 def _ended(solved: SolvedClose) -> Rows:
@@ -193,17 +182,17 @@ def _ended(solved: SolvedClose) -> Rows:
 
 def _presses(solved: SolvedClose) -> str:
     # friction keeps what the closing left: up to 3 % of the normal force between two orderly ones
-    text = _force(2 if solved.spread is None else 3)
-    bounds = None if solved.spread is None else solved.spread.normal_force
-    return _with_spread(solved.closing.point.normal_force, bounds, text)
+    force, spread = solved.closing.point.normal_force, solved.spread
+    if spread is None:
+        return _force(2)(force)
+    return _with_spread(force, spread.normal_force, _force(3))
 
 
 def _held(solved: SolvedClose) -> Rows:
     """Return what holds both ways, with its spread where that is known."""
-    names = {Pull.AWAY: "holds away from the base", Pull.TOWARDS: "holds towards the base"}
     known = {} if solved.spread is None else solved.spread.holding_forces
     rows = [
-        (names[one.pull], _with_spread(one.force, known.get(one.pull), _force(3)))
+        (HELD[one.pull], _with_spread(one.force, known.get(one.pull), _force(3)))
         for one in solved.forces
     ]
     if solved.spread is not None:
@@ -243,18 +232,20 @@ def _advice(solved: SolvedClose) -> dict[str, Any] | None:
 
 def _spread(solved: SolvedClose) -> dict[str, Any] | None:
     """Return lowest and highest figures; None where they are not known."""
-    spread = solved.spread
-    if spread is None:
-        return None
 
     def known(bounds: tuple[float, float]) -> tuple[float, float] | None:
         return None if math.isnan(bounds[0]) else bounds
 
-    return {
-        "normal_force": known(spread.normal_force),
-        "contact_fraction": known(spread.contact_fraction),
-        "holding_forces": {p.name.lower(): known(b) for p, b in spread.holding_forces.items()},
-    }
+    spread = solved.spread
+    return (
+        None
+        if spread is None
+        else {
+            "normal_force": known(spread.normal_force),
+            "contact_fraction": known(spread.contact_fraction),
+            "holding_forces": {p.name.lower(): known(b) for p, b in spread.holding_forces.items()},
+        }
+    )
 
 
 def _frames(solved: SolvedClose) -> list[dict[str, Any]]:
@@ -286,10 +277,6 @@ def _with_spread(
     return f"{text(value)} ({text(bounds[0])} to {text(bounds[1])})"
 
 
-def _percent(fraction: float) -> str:
-    return f"{100.0 * fraction:.0f} %"
-
-
 def _force(digits: int) -> Callable[[float], str]:
     return lambda force: shown(force, "N", digits)
 
@@ -300,13 +287,6 @@ def _seconds(time: float | None, within: float = 0.0, never: str = "not within t
         return never
     digits = 2 if within < 0.05 else 1 if within < 0.5 else 0
     return f"{time:.{digits}f} s"
-
-
-def _waited(time: float | None) -> str:
-    """Return a time that may be endless, or not known, as text."""
-    if time is None:
-        return "not known"
-    return f"{time:.1f} s" if math.isfinite(time) else "never: nothing damps it"
 
 
 CLOSE: Final = (
@@ -327,7 +307,7 @@ CLOSE: Final = (
     )),
     Field("contact_fraction", "in contact", lambda s: s.closing.contact_fractions[-1], lambda s: (
         _with_spread(s.closing.contact_fractions[-1], s.spread and s.spread.contact_fraction,
-                     _percent)
+                     lambda share: f"{100.0 * share:.0f} %")
     )),
     Field("turns", "turns", "closing.point.turns", "{:.2f}"),
     Field("normal_force", "presses with", "closing.point.normal_force", _presses),
@@ -339,6 +319,8 @@ CLOSE: Final = (
         "not known" if s.frequency is None else f"{s.frequency:.3g} Hz"
     )),
     Field("hanging_settling_time", lambda _: f"  rests after a stop from {shown(MOVE, 'm/s', 3)}",
-          "settling", lambda s: _waited(s.settling)),
+          "settling", lambda s: "not known" if s.settling is None else (
+        f"{s.settling:.1f} s" if math.isfinite(s.settling) else "never: nothing damps it"
+    )),
     Field("frames", "", _frames),
 )  # fmt: skip

@@ -62,7 +62,7 @@ def write_animation(
     last = closing.frames[-1].time
     count = min(MOST_PICTURES, max(2, round(last * PICTURE_RATE)), len(closing.frames))
     chosen = np.rint(np.linspace(0, len(closing.frames) - 1, count)).astype(int)
-    limits = _limits(closing)
+    limits, reach = _limits(closing), _object_reach(closing)
     figure = Figure(figsize=(6.0, 3.6), layout="constrained")
     FigureCanvasAgg(figure)
     writer = PillowWriter(fps=max(1, round(count / max(last, 1e-3))))
@@ -70,24 +70,19 @@ def write_animation(
         written = Path(folder) / "closing.gif"
         with writer.saving(figure, str(written), DOTS):
             for done, index in enumerate(chosen, start=1):
-                _draw_frame(figure, closing, int(index), limits)
+                frame = closing.frames[index]
+                pressure = closing.course.at(frame.time)
+                surfaces = coil_surfaces(GripPoint(pressure, closing.setup, frame.state), reach)
+                figure.clear()
+                figure.suptitle(f"{frame.time:.2f} s, {shown(pressure, 'Pa', 3)}")
+                for number, view in enumerate(VIEWS, start=1):
+                    axes = figure.add_subplot(1, len(VIEWS), number)
+                    draw_side(axes, surfaces, view)
+                    axes.set(xlim=limits[0], ylim=limits[1])
                 writer.grab_frame()
                 if progress is not None:
                     progress(done, count)
         write_file(path, written.read_bytes())
-
-
-def _draw_frame(figure: Figure, closing: TimedClosing, index: int, limits: Limits) -> None:
-    """Draw one frame, in both views."""
-    frame = closing.frames[index]
-    pressure = closing.course.at(frame.time)
-    point = GripPoint(pressure, closing.setup, frame.state)
-    figure.clear()
-    figure.suptitle(f"{frame.time:.2f} s, {shown(pressure, 'Pa', 3)}")
-    for number, view in enumerate(VIEWS, start=1):
-        axes = figure.add_subplot(1, len(VIEWS), number)
-        draw_side(axes, coil_surfaces(point, _object_reach(closing)), view)
-        axes.set(xlim=limits[0], ylim=limits[1])
 
 
 def _object_reach(closing: TimedClosing) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from spiral_core.errors import NotGrippableError
 from spiral_core.grip.grip import Grip, solve_grip
@@ -114,34 +115,27 @@ def solve_question(
         NotGrippableError: the object is not held at any pressure.
     """
     window, mark = closed_window(question, progress)
-    asked = sorted(set(question.pressures)) or None
+    asked = sorted(set(question.pressures))
     grip = solve_grip(
-        window.setup, question.pulls, pressures=asked, window=window, progress=progress
+        window.setup, question.pulls, pressures=asked or None, window=window, progress=progress
     )
     refusal = recommended = None
     try:
         recommended = grip.recommended_pressure(question.payload, force_max=question.force_max)
     except NotGrippableError as error:
         refusal = error.constraint
-    if question.pressures:  # computed already
-        looked_at = sorted(set(question.pressures)).index(question.pressures[0])
+    if asked:  # computed already
+        looked_at = asked.index(question.pressures[0])
         point = grip.points[looked_at]
         held = {pull: found[looked_at] for pull, found in grip.forces.items()}
     else:
         point = window.at(grip.recommended_pressure() if recommended is None else recommended)
         held = holding_forces(point, question.pulls)
     rest = follow_loss(window)
+    rest_held = {} if rest is None else holding_forces(rest, question.pulls)
+    nudged = nudged_windows(window.setup) if question.spread else ()
     return SolvedGrip(
-        question=question,
-        grip=grip,
-        recommended=recommended,
-        point=point,
-        held=held,
-        refusal=refusal,
-        rest=rest,
-        rest_held={} if rest is None else holding_forces(rest, question.pulls),
-        mark=mark,
-        nudged=nudged_windows(window.setup) if question.spread else (),
+        question, grip, recommended, point, held, refusal, rest, rest_held, mark, nudged
     )
 
 
@@ -160,9 +154,8 @@ def placed(
     found = find_place(setup, executor, progress)
     if found is None:
         reason = f"of {PLACES_TRIED} places in and near the coil none holds it"
+        reason = joined("; ", (reason, what_helps(setup, executor)))
         radius = float(setup.obstacle.shape.feature_radius)
-        helps = what_helps(setup, executor)
-        reason = joined("; ", (reason, helps))
         raise NotGrippableError(radius, reason, -1.0, nearest_held_radius(setup))
     if found is setup:
         return question
@@ -199,15 +192,13 @@ def closed_window(
     window = grip_window(setup, progress=progress)
     if window.onset_wrap is None:
         refusal = not_held(window)
-        if question.spread:
-            onsets = (nudged.onset_wrap for nudged in nudged_windows(setup))
-            wrapped = [onset for onset in onsets if onset is not None]
-            if wrapped:
+        for nudged in nudged_windows(setup) if question.spread else ():
+            if nudged.onset_wrap is not None:
                 reason = Message(
                     "{}; moved aside by {} it is wrapped from {}: no experiment can decide",
                     refusal.constraint,
                     Quantity(NUDGE * setup.gripper.tube.length, "m"),
-                    Quantity(wrapped[0], "Pa"),
+                    Quantity(nudged.onset_wrap, "Pa"),
                 )
                 raise NotGrippableError(refusal.radius, reason, refusal.margin, None)
         if question.place is not None:
@@ -217,35 +208,24 @@ def closed_window(
         raise NotGrippableError(refusal.radius, reason, refusal.margin, refusal.nearest_radius)
     for pressure in question.pressures:
         if pressure > window.top:
-            at = window.top if window.loss is None else window.loss
-            asked, end = Quantity(pressure, "Pa"), Quantity(at, "Pa")
+            end = Quantity(window.top if window.loss is None else window.loss, "Pa")
+            asked = Quantity(pressure, "Pa")
             reason = Message("{} is too much: at {} {}", asked, end, window.end.value)
-            radius = float(window.setup.obstacle.shape.feature_radius)
+            radius = float(setup.obstacle.shape.feature_radius)
             raise NotGrippableError(radius, reason, window.top - pressure, None)
     return window, mark
 
 
 def setup_of(question: GripQuestion) -> tuple[GripSetup, float | None]:
     """Return the setup, and the place on the profile's axis in the coil's middle [m]."""
-    closing = Closing.FRICTIONLESS if question.frictionless else Closing.SLOW
-    if question.profile is not None:
-        profile = read_profile(question.profile)
-        setup = lay_profile_into_coil(
-            question.gripper,
-            profile,
-            friction=question.friction,
-            closing=closing,
-            center=question.place,
-        )
-        shape = setup.obstacle.shape
-        first = shape.heights[0] if isinstance(shape, Profile) else 0.0
-        return setup, profile.start - first
-    radius = float(question.radius or 0.0)
-    setup = lay_into_coil(
-        question.gripper,
-        radius,
-        friction=question.friction,
-        closing=closing,
-        center=question.place,
-    )
-    return setup, None
+    options: dict[str, Any] = {
+        "friction": question.friction,
+        "closing": Closing.FRICTIONLESS if question.frictionless else Closing.SLOW,
+        "center": question.place,
+    }
+    if question.profile is None:
+        return lay_into_coil(question.gripper, float(question.radius or 0.0), **options), None
+    profile = read_profile(question.profile)
+    setup = lay_profile_into_coil(question.gripper, profile, **options)
+    shape = setup.obstacle.shape
+    return setup, profile.start - (shape.heights[0] if isinstance(shape, Profile) else 0.0)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -69,22 +70,14 @@ def wrap_figure(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None, tit
         closed: what contact says, or None.
         title: up to the pressure.
     """
-    if closed is None:
-        outer_radius = free.gripper.tube.outer_radius
-        title = f"{title} {shown(free.wrap.pressure, 'Pa')}"
-        if isinstance(free, SolvedWrap):
-            return shape_figure(free.wrap.state.positions, outer_radius, title, free.placement)
-        return shape_figure(free.state.positions, outer_radius, title)
-    return _coil_figure(closed.point, f"{title} {shown(closed.point.pressure, 'Pa')}")
-
-
-@paper_style()
-def _coil_figure(point: GripPoint, title: str) -> Figure:
-    """Return the coil on its object from two sides, to scale, as the gripper hangs."""
-    figure = Figure(figsize=(3.5, 3.4), layout="constrained")
-    set_title(figure, title)
-    draw_sides(figure, coil_surfaces(point))
-    return figure
+    if closed is not None:
+        point = closed.point
+        return shape_figure(coil_surfaces(point), f"{title} {shown(point.pressure, 'Pa')}")
+    state, placement = (
+        (free.wrap.state, free.placement) if isinstance(free, SolvedWrap) else (free.state, None)
+    )
+    tube = tube_surface(state.positions, free.gripper.tube.outer_radius)
+    return shape_figure([tube], f"{title} {shown(free.wrap.pressure, 'Pa')}", placement)
 
 
 def _accuracy(grip: Grip) -> str:
@@ -102,27 +95,18 @@ def draw_forces(axes: Axes, grip: Grip) -> None:
     straight = [pull for pull in grip.forces if not is_twist(pull)]
     for number, pull in enumerate(straight):
         axes.plot(
-            pressures,
-            in_units(grip.force(pull), "N"),
-            "os^"[number % 3] + ("-", "--")[number > 1],
-            ms=4 - number % 3,
-            lw=1.8 - 0.4 * min(number, 2),
-            color=COLORS[number],
-            label=PULLS[pull],
-        )
+            pressures, in_units(grip.force(pull), "N"),
+            "os^"[number % 3] + ("-", "--")[number > 1], ms=4 - number % 3,
+            lw=1.8 - 0.4 * min(number, 2), color=COLORS[number], label=PULLS[pull],
+        )  # fmt: skip
     for number, pull in enumerate(straight):
         least = [held.force if held.is_lower_bound else np.nan for held in grip.forces[pull]]
         axes.plot(pressures, in_units(least, "N"), "o", ms=2, mfc="white", mec=COLORS[number])
     if any(held.is_lower_bound for pull in straight for held in grip.forces[pull]):
         axes.plot([], [], "o", ms=3, mfc="white", mec="black", label="open: at least")
     window = grip.window
-    axes.plot(
-        in_units(window.pressures, "Pa"),
-        in_units(window.normal_forces, "N"),
-        ":",
-        color="#888888",
-        label="normal force, sum",
-    )
+    at, forces = in_units(window.pressures, "Pa"), in_units(window.normal_forces, "N")
+    axes.plot(at, forces, ":", color="#888888", label="normal force, sum")
     axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label("force", "N"))
     axes.set_xlim(0.0, 1.02 * float(in_units(window.loss or window.top, "Pa")))
     axes.set_ylim(0.0, None)
@@ -139,16 +123,18 @@ def shade_window(axes: Axes, grip: Grip) -> None:
         (curling, end, CURLING_COLOR, "end curls"),
     ):
         low, high = in_units(ends, "Pa")
-        if not low < high:
-            continue
-        axes.axvspan(low, high, color=color, alpha=0.2, lw=0.0, label=label)
-    tip = grip.setup.tip_pressure
-    if tip is not None:
-        axes.axvline(
-            float(in_units(tip, "Pa")), color=COLORS[0], ls="--", lw=0.8, label="tip criterion"
-        )
-    if window.loss is not None:
-        axes.axvline(float(in_units(window.loss, "Pa")), color="black", lw=1.2, label="lost")
+        if low < high:
+            axes.axvspan(low, high, color=color, alpha=0.2, lw=0.0, label=label)
+    tip_style: dict[str, Any] = {
+        "color": COLORS[0],
+        "ls": "--",
+        "lw": 0.8,
+        "label": "tip criterion",
+    }
+    loss_style: dict[str, Any] = {"color": "black", "lw": 1.2, "label": "lost"}
+    for pressure, style in ((grip.setup.tip_pressure, tip_style), (window.loss, loss_style)):
+        if pressure is not None:
+            axes.axvline(float(in_units(pressure, "Pa")), **style)
 
 
 def study_accuracy(cases: Sequence[GripCase], outcomes: Sequence[GripOutcome]) -> str:
@@ -195,26 +181,22 @@ def window_figure(
 def _draw_windows(axes: Axes, found: Sequence[tuple[float, GripOutcome]]) -> None:
     """Draw where the wrap begins, the end curls and the grip is lost, over the radius."""
     radii = in_units([radius for radius, _ in found], "m")
-    edges = {
-        name: in_units([_or_nan(getattr(outcome, name)) for _, outcome in found], "Pa")
-        for name in ("onset_wrap", "onset_curling", "loss", "tip_criterion", "pressure")
-    }
-    top = np.where(np.isnan(edges["loss"]), np.nanmax([*edges.values()]), edges["loss"])
-    curling = np.where(np.isnan(edges["onset_curling"]), top, edges["onset_curling"])
+    names = ("onset_wrap", "onset_curling", "loss", "tip_criterion", "pressure")
+    # Missing ones are NaN.
+    known = np.array([[getattr(one, name) for _, one in found] for name in names], np.float64)
+    wrapped, curling, loss, tip, recommended = edges = in_units(known, "Pa")
+    top = np.where(np.isnan(loss), np.nanmax(edges), loss)
+    curling = np.where(np.isnan(curling), top, curling)
     for low, high, color, label in (
-        (edges["onset_wrap"], curling, PERFECT_COLOR, "wrapped"),
+        (wrapped, curling, PERFECT_COLOR, "wrapped"),
         (curling, top, CURLING_COLOR, "end curls"),
     ):
         axes.fill_between(radii, low, high, color=color, alpha=0.35, lw=0.0, label=label)
-    axes.plot(radii, edges["loss"], "_", color="black", ms=9, mew=1.5, label="lost")
-    axes.plot(radii, edges["pressure"], "o-", color=COLORS[0], ms=3, label="recommended")
-    axes.plot(radii, edges["tip_criterion"], "--", color=COLORS[4], lw=0.9, label="tip criterion")
+    axes.plot(radii, loss, "_", color="black", ms=9, mew=1.5, label="lost")
+    axes.plot(radii, recommended, "o-", color=COLORS[0], ms=3, label="recommended")
+    axes.plot(radii, tip, "--", color=COLORS[4], lw=0.9, label="tip criterion")
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set_ylim(bottom=0.0)
-
-
-def _or_nan(value: float | None) -> float:
-    return float("nan") if value is None else value
 
 
 def coil_surfaces(point: GripPoint, reach: tuple[float, float] | None = None) -> list[Surface]:
@@ -222,8 +204,10 @@ def coil_surfaces(point: GripPoint, reach: tuple[float, float] | None = None) ->
 
     ``reach`` is where the object ends, along its axis [m]; None takes it as far as the tube goes.
     """
-    tube = tube_surface(point.state.positions, point.outer_radius)
-    return [tube, object_surface(point, reach)]
+    return [
+        tube_surface(point.state.positions, point.outer_radius),
+        object_surface(point, reach),
+    ]
 
 
 def object_surface(point: GripPoint, reach: tuple[float, float] | None = None) -> Surface:
@@ -232,17 +216,11 @@ def object_surface(point: GripPoint, reach: tuple[float, float] | None = None) -
     axis, center = setup.axis, np.asarray(setup.obstacle.position)
     heights = (point.state.positions - center) @ axis
     margin = 4.0 * point.outer_radius
-    first, last = (float(heights.min()), float(heights.max())) if reach is None else reach
+    first, last = reach or (float(heights.min()), float(heights.max()))
     low, high = first - margin, last + margin
-    radii = [surface_radius(point, height) for height in np.linspace(low, high, OBJECT_RINGS)]
-    return turned_surface(np.stack((center + low * axis, center + high * axis)), np.array(radii))
-
-
-def surface_radius(point: GripPoint, height: float) -> float:
-    """Return the object's radius at a height along its axis [m], from its signed distance."""
-    shape = point.setup.obstacle.shape
-    radius = float(shape.feature_radius)
+    # The radius at each height, from the object's signed distance.
+    shape, places = setup.obstacle.shape, np.zeros((OBJECT_RINGS, 3))
+    places[:, 0], places[:, 2] = shape.feature_radius, np.linspace(low, high, OBJECT_RINGS)
     for _ in range(20):
-        gap, _, _ = shape.distance(np.array([[radius, 0.0, height]]))
-        radius = max(radius - float(gap[0]), 0.0)
-    return radius
+        places[:, 0] = np.maximum(places[:, 0] - shape.distance(places)[0], 0.0)
+    return turned_surface(np.stack((center + low * axis, center + high * axis)), places[:, 0])

@@ -13,13 +13,13 @@ from rich.table import Table
 
 from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip
 from spiral_core.grip.holding import HoldingForce, Pull, is_twist
-from spiral_core.grip.window import NUDGE, GripPoint
+from spiral_core.grip.window import NUDGE
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import distances_from_axis, touching_nodes
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper.files.shown import axis_label, number, shown, shown_message
-from spiral_gripper.reports.fields import Field, Rows, document_of, plain, rows_of
+from spiral_gripper.reports.fields import Field, Rows, document_of, rows_of
 from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.wrap_document import (
     COIL,
@@ -46,6 +46,8 @@ BESIDE_CONTACT = 2
 IN_A_TABLE = 4
 # Ends of windows that differ by less than this fraction are printed as one.
 SAME = 1e-3
+# Ends of a window, and what they are called.
+ENDS = {"onset_wrap": "wrapped from", "onset_curling": "curls from", "loss": "lost at"}
 
 
 def wrap_rows(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> list[tuple[str, str]]:
@@ -79,19 +81,15 @@ def wrap_as_dict(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) ->
 
 def print_forces(solved: SolvedGrip, console: Console) -> None:
     """Print contact and holding forces against pressure, a line for each pressure."""
-    pulls = list(solved.grip.forces)
-    groups = [pulls[:BESIDE_CONTACT]]
-    rest = pulls[BESIDE_CONTACT:]
-    groups += [rest[i : i + IN_A_TABLE] for i in range(0, len(rest), IN_A_TABLE)]
-    for count, group in enumerate(groups):
-        console.print(_force_table(solved.grip, group, contact=count == 0))
-    found = [each for held in solved.grip.forces.values() for each in held]
-    if any(each.is_lower_bound for each in found):
-        ends = sorted({each.end.value for each in found if each.is_lower_bound})
+    grip, pulls = solved.grip, list(solved.grip.forces)
+    console.print(_force_table(grip, pulls[:BESIDE_CONTACT], contact=True))
+    for first in range(BESIDE_CONTACT, len(pulls), IN_A_TABLE):
+        console.print(_force_table(grip, pulls[first : first + IN_A_TABLE], contact=False))
+    found = [each for held in grip.forces.values() for each in held]
+    ends = sorted({each.end.value for each in found if each.is_lower_bound})
+    if ends:
         console.print(f">: at least; {'; or '.join(ends)}")
-    if any(
-        _is_driven(each) for each in [*found, *solved.held.values(), *solved.rest_held.values()]
-    ):
+    if any(map(_is_driven, (*found, *solved.held.values(), *solved.rest_held.values()))):
         console.print(
             "0: the coil itself drives the object this way, and gives way before it holds"
         )
@@ -106,39 +104,32 @@ def _force_table(grip: Grip, pulls: list[Pull], *, contact: bool) -> Table:
     columns = [axis_label("pressure", "Pa")]
     if contact:
         columns += ["regime", axis_label("in contact", "m"), axis_label("presses with", "N")]
-    columns += [axis_label(PULLS[pull], unit_of(pull)) for pull in pulls]
-    for column in columns:
+    for column in [*columns, *(axis_label(PULLS[pull], unit_of(pull)) for pull in pulls)]:
         table.add_column(escape(column), justify="left" if column == "regime" else "right")
     for index, point in enumerate(grip.points):
-        cells = [number(point.pressure, "Pa")]
-        if contact:
-            cells += [
-                point.regime.value,
-                number(point.contact_length, "m", 3),
-                number(point.normal_force, "N", 3),
-            ]
-        table.add_row(*cells, *(_figure(grip.forces[pull][index]) for pull in pulls))
+        length, force = number(point.contact_length, "m", 3), number(point.normal_force, "N", 3)
+        table.add_row(
+            number(point.pressure, "Pa"),
+            *((point.regime.value, length, force) if contact else ()),
+            *(_figure(grip.forces[pull][index]) for pull in pulls),
+        )
     return table
 
 
 def _holds(solved: SolvedGrip) -> Rows:
     """Return what is held against each pull, and how many times over a payload."""
-    diameter = 2.0 * float(solved.grip.setup.obstacle.shape.feature_radius)
+    setup, payload = solved.grip.setup, solved.question.payload
+    diameter = 2.0 * float(setup.obstacle.shape.feature_radius)
     rows = [
         (f"  holds {PULLS[pull]}", _held(solved.held[pull], diameter))
         for pull in solved.grip.forces
     ]
-    payload = solved.question.payload
-    return rows if payload is None else [*rows, _payload_row(solved, payload)]
-
-
-def _payload_row(solved: SolvedGrip, payload: float) -> tuple[str, str]:
-    """Return how many times over a payload is held."""
-    held = solved.held[Pull.DOWN]
-    gravity = float(np.linalg.norm(solved.grip.setup.gripper.gravity))
-    ratio = held.force / (payload * gravity)
-    text = "not known" if math.isnan(ratio) else f"{_mark(held)}{ratio:.2f} x held"
-    return f"  payload {shown(payload, 'kg')}", f"{text}, {PAYLOAD_SAFETY:g} wanted"
+    if payload is not None:
+        held = solved.held[Pull.DOWN]
+        ratio = held.force / (payload * _size(np.array(setup.gripper.gravity)))
+        text = "not known" if math.isnan(ratio) else f"{_mark(held)}{ratio:.2f} x held"
+        rows.append((f"  payload {shown(payload, 'kg')}", f"{text}, {PAYLOAD_SAFETY:g} wanted"))
+    return rows
 
 
 def _radius(solved: SolvedGrip) -> str:
@@ -163,20 +154,15 @@ def _recommended(solved: SolvedGrip) -> str:
     return _or_not(pressure)
 
 
-def _against_tip(grip: Grip) -> str:
+def _against_tip(solved: SolvedGrip) -> str:
     """Return the onset of the wrap, and how far the tip criterion is from it."""
-    tip = grip.setup.tip_pressure
-    text = shown(grip.onset_wrap, "Pa")
+    grip = solved.grip
+    tip, text = grip.setup.tip_pressure, shown(grip.onset_wrap, "Pa")
     if tip is None:
         return text
     percent = 100.0 * (grip.onset_wrap / tip - 1.0)
     other = "tip criterion's" if grip.setup.gripper.object_axis is None else "free coil's"
     return f"{text}, {percent:+.1f} % from the {other} {shown(tip, 'Pa')}"
-
-
-def _reaction(point: GripPoint) -> str:
-    force, moment = point.base_reaction[:3], point.base_reaction[3:]
-    return f"{shown(_size(force), 'N', 3)}, {shown(_size(moment), 'N m', 3)}"
 
 
 def _remaining(solved: SolvedGrip) -> str | None:
@@ -200,9 +186,10 @@ def _held(held: HoldingForce, diameter: float) -> str:
     text = f"{_mark(held)}{_value(held.force, held.pull)}"
     if _is_driven(held):
         return f"{text}: the coil itself drives it this way"
-    if is_twist(held.pull):
-        return f"{text}, peak at {shown(held.displacement, 'rad')}"
-    text = f"{text}, peak at {shown(held.displacement, 'm')}"
+    twist = is_twist(held.pull)
+    text = f"{text}, peak at {shown(held.displacement, 'rad' if twist else 'm')}"
+    if twist:
+        return text
     if held.displacement > diameter * (1.0 + 1e-9):
         near = _value(held.within(diameter), held.pull)
         text = f"{text}; {near} within one diameter, {shown(diameter, 'm')}"
@@ -228,12 +215,6 @@ def _value(force: float, pull: Pull) -> str:
     return "not known" if math.isnan(force) else shown(force, unit_of(pull), 3)
 
 
-def _mean_line_force(point: GripPoint) -> float | None:
-    """Return the mean normal force per length that touches [N/m]; None where none does."""
-    length = point.contact_length
-    return point.normal_force / length if length > 0.0 else None
-
-
 def _size(vector: Array) -> float:
     return float(np.linalg.norm(vector))
 
@@ -250,62 +231,53 @@ def unit_of(pull: Pull) -> str:
 
 def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
     """Return a grip for programs, in SI."""
-    question, grip, point = solved.question, solved.grip, solved.point
+    grip, point, payload = solved.grip, solved.point, solved.question.payload
     diameter = 2.0 * float(grip.setup.obstacle.shape.feature_radius)
-    document = document_of(GRIP, solved)
-    document["at_pressure"] = plain(
-        {
-            "pressure": point.pressure,
-            "arc_length": point.state.arc_lengths,
-            "line_force": point.line_force,
-            "positions": point.state.positions,
-            **{_name(pull): solved.held[pull].force for pull in grip.forces},
-        }
-    )
+    document: dict[str, Any] = document_of(GRIP, solved)
+    document["at_pressure"] = {
+        "pressure": point.pressure,
+        "arc_length": point.state.arc_lengths,
+        "line_force": point.line_force,
+        "positions": point.state.positions,
+        **{_name(pull): solved.held[pull].force for pull in grip.forces},
+    }
     if solved.mark is not None:
         document["profile_position"] = solved.mark
     for pull, found in grip.forces.items():
-        for suffix, figures in {
-            "": [each.force for each in found],
-            "_displacement": [each.displacement for each in found],
-            "_stiffness": [each.stiffness for each in found],
-            "_end": [each.end for each in found],
-            "_is_lower_bound": [each.is_lower_bound for each in found],
-        }.items():
-            document[_name(pull) + suffix] = plain(figures)
+        name = _name(pull)
+        document[name] = [each.force for each in found]
+        for figure in ("displacement", "stiffness", "end", "is_lower_bound"):
+            document[f"{name}_{figure}"] = [getattr(each, figure) for each in found]
         if not is_twist(pull):
-            near = [each.within(diameter) for each in found]
-            document[f"{_name(pull)}_within_diameter"] = plain(near)
-    if question.payload is not None:
-        document["payload"] = question.payload
-        document["payload_ratio"] = plain(grip.payload_ratio(question.payload))
+            document[f"{name}_within_diameter"] = [each.within(diameter) for each in found]
+    if payload is not None:
+        document |= {"payload": payload, "payload_ratio": grip.payload_ratio(payload)}
     return document
 
 
 def _after_loss(solved: SolvedGrip) -> dict[str, float | bool] | None:
     """Return what is left of a grip after its loss, as plain data."""
     rest = solved.rest
-    if rest is None:
-        return None
-    forces = {_name(pull): held.force for pull, held in solved.rest_held.items()}
-    return {
-        "pressure": rest.pressure,
-        "wrapped": rest.is_wrapped,
-        "contact_length": rest.contact_length,
-        "turns": rest.turns,
-        "normal_force": rest.normal_force,
-        **forces,
-    }
+    return (
+        None
+        if rest is None
+        else {
+            "pressure": rest.pressure,
+            "wrapped": rest.is_wrapped,
+            "contact_length": rest.contact_length,
+            "turns": rest.turns,
+            "normal_force": rest.normal_force,
+            **{_name(pull): held.force for pull, held in solved.rest_held.items()},
+        }
+    )
 
 
 def _lift_off(solved: SolvedGrip) -> str | None:
     """Return where the tip lifts off, and what follows."""
     window = solved.grip.window
-    if window.lift_off is None:
-        return None
     free = window.points[-1].regime is WrapRegime.OVERHANG
     rest = "the tip hangs free from there on" if free else "the tip touches again above it"
-    return f"{shown(window.lift_off, 'Pa')}; {rest}"
+    return None if window.lift_off is None else f"{shown(window.lift_off, 'Pa')}; {rest}"
 
 
 def _lost(solved: SolvedGrip) -> str:
@@ -321,125 +293,68 @@ def _lost(solved: SolvedGrip) -> str:
 def _spread(solved: SolvedGrip) -> dict[str, list[float | None]] | None:
     """Return each end of the window as it is and with the object moved aside; None: not asked."""
     windows = (solved.grip.window, *solved.nudged)
-    if len(windows) == 1:
-        return None
-    ends = ("onset_wrap", "onset_curling", "loss")
-    return {end: [getattr(window, end) for window in windows] for end in ends}
+    return {end: [getattr(one, end) for one in windows] for end in ENDS} if solved.nudged else None
 
 
 def _spread_text(solved: SolvedGrip) -> str | None:
     """Return how far each end of the window scatters."""
-    found = _spread(solved)
-    if found is None:
-        return None
-    names = {"onset_wrap": "wrapped from", "onset_curling": "curls from", "loss": "lost at"}
-    texts = []
-    for end, values in found.items():
+    found, texts = _spread(solved), []
+    for end, values in (found or {}).items():
         known = [value for value in values if value is not None]
         if not known:
             continue
-        text = f"{names[end]} {shown(min(known), 'Pa')}"
+        text = f"{ENDS[end]} {shown(min(known), 'Pa')}"
         if max(known) > (1.0 + SAME) * min(known):
             text += f" to {shown(max(known), 'Pa')}"
         texts.append(text if len(known) == len(values) else f"{text} or not at all")
-    return "; ".join(texts)
-
-
-def _range(solved: SolvedGrip) -> str:
-    low, high = (shown(pressure, "Pa") for pressure in solved.grip.recommended_range)
-    return f"{low} to {high}: {solved.grip.range_end.value}"
-
-
-def _center_label(solved: SolvedGrip) -> str:
-    mark = "middle" if solved.mark is None else f"{shown(solved.mark, 'm')} mark"
-    return f"object's {mark} at (x, y, z)"
+    return None if found is None else "; ".join(texts)
 
 
 # Parts of the tables of a grip and of a wrap.
 _CLOSED: Final = (
     Field("gripper", "", "grip.setup.gripper.name"),
-    Field(
-        "object_radius",
-        "object radius",
-        "grip.setup.obstacle.shape.feature_radius",
-        _radius,
-    ),
+    Field("object_radius", "object radius", "grip.setup.obstacle.shape.feature_radius", _radius),
     Field("friction", "friction coefficient", "grip.setup.obstacle.friction"),
     Field("closing", "how it closes", "grip.setup.closing", "{.value}"),
-    Field(
-        "falls_by_choice",
-        "upright, without pressure",
-        "grip.setup.falls_by_choice",
-        lambda s: FALLS_BY_CHOICE if s.grip.setup.falls_by_choice else None,
-    ),
+    Field("falls_by_choice", "upright, without pressure", "grip.setup.falls_by_choice",
+          lambda s: FALLS_BY_CHOICE if s.grip.setup.falls_by_choice else None),
     Field("elements", "", "grip.setup.element_count"),
     Field("tip_criterion", "", "grip.setup.tip_pressure"),
-    Field("onset_wrap", "wrapped from", "grip.window.onset_wrap", lambda s: _against_tip(s.grip)),
-    Field(
-        "onset_curling",
-        "end curls from",
-        "grip.window.onset_curling",
-        lambda s: _or_not(s.grip.window.onset_curling),
-    ),
+    Field("onset_wrap", "wrapped from", "grip.window.onset_wrap", _against_tip),
+    Field("onset_curling", "end curls from", "grip.window.onset_curling",
+          lambda s: _or_not(s.grip.window.onset_curling)),
     Field("lift_off", "tip lifts off at", "grip.window.lift_off", _lift_off),
     Field("loss", "lost at", "grip.window.loss", _lost),
     Field("end", "", "grip.window.end"),
-)
+)  # fmt: skip
 _RECOMMENDED: Final = (
-    Field("recommended_range", "recommended range", "grip.recommended_range", _range),
+    Field("recommended_range", "recommended range", "grip.recommended_range", lambda s: " to ".join(
+        shown(end, "Pa") for end in s.grip.recommended_range) + f": {s.grip.range_end.value}"),
     Field("range_end", "", "grip.range_end"),
-    Field(
-        "recommended_pressure",
-        "recommended pressure",
-        "recommended",
-        _recommended,
-    ),
-)
+    Field("recommended_pressure", "recommended pressure", "recommended", _recommended),
+)  # fmt: skip
 _AT: Final = (
-    Field(
-        "",
-        lambda s: f"at {shown(s.point.pressure, 'Pa')}",
-        "point.regime",
-        "{.value}",
-    ),
-    Field(
-        "",
-        "  in contact",
-        "point",
-        lambda s: f"{shown(s.point.contact_length, 'm')}, {s.point.turns:.3g} turns",
-    ),
-    Field(
-        "",
-        "  presses with",
-        "point.normal_force",
-        lambda s: f"{shown(s.point.normal_force, 'N', 3)} in all",
-    ),
-    Field(
-        "",
-        "  pressure on the object",
-        "point.contact_pressure",
-        lambda s: f"up to about {shown(s.point.contact_pressure, 'Pa')}",
-    ),
-)
+    Field("", lambda s: f"at {shown(s.point.pressure, 'Pa')}", "point.regime", "{.value}"),
+    Field("", "  in contact", "point",
+          lambda s: f"{shown(s.point.contact_length, 'm')}, {s.point.turns:.3g} turns"),
+    Field("", "  presses with", "point",
+          lambda s: f"{shown(s.point.normal_force, 'N', 3)} in all"),
+    Field("", "  pressure on the object", "point",
+          lambda s: f"up to about {shown(s.point.contact_pressure, 'Pa')}"),
+)  # fmt: skip
 _PLACE: Final = (
-    Field("object_center", _center_label, "grip.setup.obstacle.position", "m"),
-    Field(
-        "object_axis",
-        "along",
-        "grip.setup.axis",
-        "({:.3f}, {:.3f}, {:.3f})",
-    ),
+    Field("object_center", lambda s: (
+        f"object's {'middle' if s.mark is None else shown(s.mark, 'm') + ' mark'} at (x, y, z)"
+    ), "grip.setup.obstacle.position", "m"),
+    Field("object_axis", "along", "grip.setup.axis", "({:.3f}, {:.3f}, {:.3f})"),
     Field("object_orientation", "", "grip.setup.obstacle.orientation"),
-)
+)  # fmt: skip
 GRIP: Final = (
     *_CLOSED,
     Field("after_loss", "  after that", _after_loss, _remaining),
-    Field(
-        "spread",
-        lambda s: f"moved aside by {shown(NUDGE * s.question.gripper.tube.length, 'm', 1)}",
-        _spread,
-        _spread_text,
-    ),
+    Field("spread", lambda s: (
+        f"moved aside by {shown(NUDGE * s.question.gripper.tube.length, 'm', 1)}"
+    ), _spread, _spread_text),
     Field("refusal", "NOT HELD", "refusal", lambda s: s.refusal and shown_message(s.refusal)),
     *_RECOMMENDED,
     Field("pressures", "", "grip.pressures"),
@@ -449,10 +364,13 @@ GRIP: Final = (
     Field("contact_pressure", "", "grip.contact_pressure"),
     Field("base_reaction", "", lambda s: [each.base_reaction for each in s.grip.points]),
     *_AT,
-    Field("", "  mount carries", "point.base_reaction", lambda s: _reaction(s.point)),
+    Field("", "  mount carries", "point.base_reaction", lambda s: (
+        f"{shown(_size(s.point.base_reaction[:3]), 'N', 3)}, "
+        f"{shown(_size(s.point.base_reaction[3:]), 'N m', 3)}"
+    )),
     Field("", "", "held", _holds),
     *_PLACE,
-)
+)  # fmt: skip
 # A wrap without the forces that it holds; ``pressure`` is that of the perfect wrap.
 WRAPPED: Final = (
     Field("gripped", "gripped", lambda _: True, lambda _: "yes"),
@@ -462,7 +380,9 @@ WRAPPED: Final = (
     Field("at_pressure", "", "point.pressure"),
     Field("regime", "", "point.regime"),
     Field("stable", "", "point.state.stable"),
-    Field("line_force", "", lambda s: _mean_line_force(s.point)),
+    Field("line_force", "", lambda s: (
+        s.point.normal_force / s.point.contact_length if s.point.contact_length > 0.0 else None
+    )),
     *_AT,
     *_PLACE,
-)
+)  # fmt: skip

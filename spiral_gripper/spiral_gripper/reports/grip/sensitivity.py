@@ -108,8 +108,10 @@ class Sensitivity:
     def changes(self, base: Figures, key: str) -> tuple[float, float]:
         """Return by how much less and more of it change a figure; NaN: there is none any more."""
         at = base[key]
-        sides = (self.less.get(key), self.more.get(key))
-        less, more = (math.nan if at is None or v is None else v - at for v in sides)
+        less, more = (
+            math.nan if at is None or there is None else there - at
+            for there in (self.less.get(key), self.more.get(key))
+        )
         return less, more
 
     def size(self, base: Figures, key: str) -> float:
@@ -136,21 +138,23 @@ class Varied:
         keys = [key for key in self.method.columns if self.base.get(key)]
         table = Table(title="by so much less / more", title_justify="left")
         table.add_column("input")
-        for key in keys:
-            name, unit = self.method.columns[key]
+        for name, unit in (self.method.columns[key] for key in keys):
             label = f"{name} [%]" if unit == "%" else axis_label(name, unit)
             table.add_column(escape(label), justify="right")
         for each in self.inputs:
-            cells = []
-            for key in keys:
-                unit = self.method.columns[key][1]
-                scale = 100.0 / (self.base[key] or 1.0) if unit == "%" else scale_of(unit).factor
-                finest = RESOLUTIONS.get(key, 0.0) * (self.base[key] or 0.0)
-                changes = each.changes(self.base, key)
-                texts = [_text(change, scale, finest) for change in changes]
-                cells.append(" / ".join(texts))
+            cells = (
+                " / ".join(self._text(c, key) for c in each.changes(self.base, key)) for key in keys
+            )
             table.add_row(each.input.label, *cells)
         return table
+
+    def _text(self, change: float, key: str) -> str:
+        """Return a change as text; 0 where it is within what the figure is resolved to."""
+        if math.isnan(change):
+            return "none"
+        unit, at = self.method.columns[key][1], self.base[key] or 1.0
+        scale = 100.0 / at if unit == "%" else scale_of(unit).factor
+        return f"{scale * change:+.2g}" if abs(change) > RESOLUTIONS.get(key, 0.0) * at else "0"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures for programs, in SI."""
@@ -167,13 +171,6 @@ class Varied:
                 for each in self.inputs
             ],
         }
-
-
-def _text(change: float, scale: float, finest: float) -> str:
-    """Return a change as text; 0 where it is within what the figure is resolved to."""
-    if math.isnan(change):
-        return "none"
-    return f"{scale * change:+.2g}" if abs(change) > finest else "0"
 
 
 def tip_figures(question: GripQuestion, _: float) -> Figures:
