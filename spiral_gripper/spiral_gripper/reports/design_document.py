@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any, Final
 
 from spiral_core.actuator.actuator import Winding
@@ -14,7 +16,7 @@ from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.description_text import changed_text, description_fields, put_fields
 from spiral_gripper.files.fields import law_name
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
-from spiral_gripper.reports.fields import Field, document_of, plain
+from spiral_gripper.reports.fields import Field, Rows, document_of, plain
 
 
 def report_as_dict(report: DesignReport) -> dict[str, Any]:
@@ -29,11 +31,11 @@ def report_as_dict(report: DesignReport) -> dict[str, Any]:
         "candidates": report.candidates,
         "tried": [
             {
-                "candidate": evaluation.candidate.label,
-                "feasible": evaluation.feasible,
-                "binding": _margin(evaluation.binding),
+                "candidate": one.candidate.label,
+                "feasible": one.feasible,
+                "binding": _margin(one.binding),
             }
-            for evaluation in report.tried
+            for one in report.tried
         ],
     }
 
@@ -64,22 +66,13 @@ def description_text(design: Design, name: str) -> str:
     return f"# Written by spiral-gripper design: {sentence}.\n{changed_text(root)}"
 
 
-def _grip(grip: GripFigures) -> dict[str, Any]:
-    return {**plain(grip), "strain": grip.strain}
-
-
 def _margin(margin: Margin) -> dict[str, Any]:
-    return {
-        **plain(margin),
-        "unit": margin.constraint.unit,
-        "room": margin.room,
-        "relative": margin.relative,
-        "met": margin.is_met,
-    }
+    return _with(margin, unit="constraint.unit", room="room", relative="relative", met="is_met")
 
 
-def _winding(winding: Winding) -> dict[str, Any]:
-    return {**plain(winding), "hand": winding.hand}
+def _with(value: object, **names: str) -> dict[str, Any]:
+    """Return a dataclass as plain data, with some of its properties, by key and dotted name."""
+    return {**plain(value), **{key: attrgetter(name)(value) for key, name in names.items()}}
 
 
 def _mm(length: float) -> str:
@@ -103,23 +96,13 @@ def _fiber_angles(design: Design) -> str:
     return f"{shown(fibers.alpha, 'rad')}, {shown(fibers.beta, 'rad')}, {single}"
 
 
-def _roll(design: Design) -> str:
-    if design.roll is None:
-        return "arbitrary: gravity is along the tube"
-    return f"gravity {shown(design.roll, 'rad')} about the tube from the single fiber"
-
-
-def _reach(design: Design) -> str:
-    limit = shown(design.gripper.pressure_max, "Pa")
-    return f"{shown_range(design.radius_min, design.radius_max)} up to {limit}"
-
-
-def winding_text(winding: Winding) -> str:
-    """Return how a family is wound."""
-    return (
-        f"{winding.hand}-handed, pitch {_mm(winding.pitch)}, {winding.turns:.1f} turns, "
-        f"fiber {_mm(winding.fiber_length)}"
-    )
+def winding_rows_of(windings: Sequence[Winding]) -> Rows:
+    """Return how each family is wound."""
+    rows = []
+    for w in windings:
+        text = f"{w.hand}-handed, pitch {_mm(w.pitch)}, {w.turns:.1f} turns"
+        rows.append((f"winding at {shown(w.angle, 'rad')}", f"{text}, fiber {_mm(w.fiber_length)}"))
+    return rows
 
 
 def _placement_text(place: ObjectPlacement) -> str:
@@ -150,23 +133,27 @@ DESIGN: Final = (
     )),
     Field("helix_length", "", "helix_length"),
     Field("cut_length", "cut length", "cut_length", "m"),
-    Field("windings", "", lambda d: [_winding(w) for w in d.windings], lambda d: [
-        (f"winding at {shown(w.angle, 'rad')}", winding_text(w)) for w in d.windings
-    ]),
+    Field("windings", "", lambda d: [_with(w, hand="hand") for w in d.windings],
+          lambda d: winding_rows_of(d.windings)),
     Field("pressure_max", "", "gripper.pressure_max"),
     Field("radius_min", "", "radius_min"),
     Field("radius_max", "", "radius_max"),
     Field("largest", lambda d: f"object of {_mm(d.largest.radius)}",
-          lambda d: _grip(d.largest), lambda d: _grip_text(d.largest)),
+          lambda d: _with(d.largest, strain="strain"), lambda d: _grip_text(d.largest)),
     Field("smallest", lambda d: f"object of {_mm(d.smallest.radius)}",
-          lambda d: _grip(d.smallest), lambda d: _grip_text(d.smallest)),
+          lambda d: _with(d.smallest, strain="strain"), lambda d: _grip_text(d.smallest)),
     Field("placements", "", "placements", lambda d: [
         (f"object of {_mm(place.radius)} lies at", _placement_text(place))
         for place in d.placements
     ]),
-    Field("roll", "roll of the clamp", "roll", _roll),
-    Field("", "grips", "radius_max", _reach),
-    Field("curve", "", lambda d: [_grip(point) for point in d.curve]),
+    Field("roll", "roll of the clamp", "roll", lambda d: (
+        "arbitrary: gravity is along the tube" if d.roll is None
+        else f"gravity {shown(d.roll, 'rad')} about the tube from the single fiber"
+    )),
+    Field("", "grips", "radius_max", lambda d: (
+        f"{shown_range(d.radius_min, d.radius_max)} up to {shown(d.gripper.pressure_max, 'Pa')}"
+    )),
+    Field("curve", "", lambda d: [_with(point, strain="strain") for point in d.curve]),
     Field("margins", "", lambda d: [_margin(margin) for margin in d.margins]),
 )  # fmt: skip
 POINT: Final = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from spiral_core.design.report import DesignReport, DesignStep
+from spiral_core.design.report import DesignReport
 from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.design_document import DESIGN
 from spiral_gripper.reports.fields import rows_of
@@ -46,7 +46,8 @@ def write_report(report: DesignReport, path: Path) -> None:
         met = "(met)" if step.satisfied else "(not met)"
         page.heading(f"Step {step.number}: {step.title}", met, good=step.satisfied)
         page.paragraph(shown_message(step.remark))
-        page.table(_HEADER, _figures(step))
+        figures = [(shown_message(one.name), shown(one.value, one.unit)) for one in step.figures]
+        page.table(_HEADER, figures)
     page.write(path)
 
 
@@ -66,10 +67,4 @@ def _requirement_rows(report: DesignReport) -> Rows:
         ("gravity in the base frame", f"{', '.join(f'{g:.4g}' for g in wanted.gravity)} m/s^2"),
         ("preference", wanted.preference.value),
         ("candidates", f"{report.candidates}, {len(report.tried)} of them solved as rods"),
-    ]
-
-
-def _figures(step: DesignStep) -> Rows:
-    return [
-        (shown_message(figure.name), shown(figure.value, figure.unit)) for figure in step.figures
     ]

@@ -98,12 +98,11 @@ class Page:
         Raises:
             FileError: it cannot be written.
         """
-        if path.suffix.lower() == ".md":
-            write_file(path, "\n".join(self.markdown))
-            return
-        head = f'<head><meta charset="utf-8"><title>{self._title}</title><style>{_STYLE}</style>'
-        body = "\n".join(self.html)
-        write_file(
-            path,
-            f'<!DOCTYPE html>\n<html lang="en">{head}</head><body>\n{body}\n</body></html>\n',
-        )
+        text = "\n".join(self.markdown)
+        if path.suffix.lower() != ".md":
+            head = (
+                f'<head><meta charset="utf-8"><title>{self._title}</title><style>{_STYLE}</style>'
+            )
+            body = "\n".join(self.html)
+            text = f'<!DOCTYPE html>\n<html lang="en">{head}</head><body>\n{body}\n</body></html>\n'
+        write_file(path, text)

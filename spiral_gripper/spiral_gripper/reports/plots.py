@@ -50,12 +50,9 @@ def design_figure(report: DesignReport) -> Figure:
         axes.text(0.5, 0.5, "nothing wraps the largest object", ha="center")
         return figure
     curve, wanted = report.design.curve, report.requirement
-    axes.plot(
-        in_units([point.radius for point in curve], "m"),
-        in_units([point.pressure for point in curve], "Pa"),
-        color=PERFECT_COLOR,
-        label="perfect wrap",
-    )
+    radii = in_units([point.radius for point in curve], "m")
+    pressures = in_units([point.pressure for point in curve], "Pa")
+    axes.plot(radii, pressures, color=PERFECT_COLOR, label="perfect wrap")
     low, high = in_units([wanted.radius_min, wanted.radius_max], "m").tolist()
     axes.axvspan(low, high, color=CURLING_COLOR, alpha=0.18, lw=0.0, label="objects required")
     if wanted.pressure_max is not None:
@@ -128,14 +125,17 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
     figure, axes_list = panels(3)
     for number, curve in enumerate(curves):
         label = f"{math.degrees(curve.fiber_angle_beta):.4g}°"
+        useful = curve.radius_ratio > 0.0
         ratios = (curve.radius_ratio, curve.object_length_ratio, curve.length_ratio)
         for axes, ratio in zip(axes_list, ratios, strict=True):
-            useful = curve.radius_ratio > 0.0
             axes.plot(curve.stretch[useful], ratio[useful], color=color_of(number), label=label)
     titles = ("object radius / r", "object length / r", "gripper length / r")
     for axes, title in zip(axes_list, titles, strict=True):
         axes.set(xlabel="stretch λ₁", ylabel=title)
-        axes.set_ylim(0.0, _useful_top(axes))
+        # Away from rest, where the curves are infinite.
+        values = [np.asarray(line.get_ydata(), dtype=np.float64) for line in axes.get_lines()]
+        top = max(np.interp(0.15 * len(v), np.arange(len(v)), v) for v in values)
+        axes.set_ylim(0.0, float(1.1 * top))
     axes_list[0].set_ylim(0.0, LARGEST_RATIO)
     set_title(figure, f"tube of {name}, helix model", 110)
     figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper", title="β")
@@ -146,18 +146,16 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
 def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -> Figure:
     """Return radius, gripper length, object length against pressure, with and without gravity."""
     figure, axes_list = panels(3)
-    fields = {
-        "radius": "object radius",
-        "gripper_length": "gripper length needed",
-        "object_length": "object length needed",
-    }
-    for axes, (field, title) in zip(axes_list, fields.items(), strict=True):
-        for data, style, color, label in (
-            (heavy, "-", COLORS[0], "with gravity"),
-            (weightless, "--", COLORS[2], "gravity zero"),
-        ):
-            pressure, values = in_units(data.pressure, "Pa"), in_units(getattr(data, field), "m")
-            axes.plot(pressure, values, style, color=color, label=label)
+    titles = ("object radius", "gripper length needed", "object length needed")
+    for data, style, color, label in (
+        (heavy, "-", COLORS[0], "with gravity"),
+        (weightless, "--", COLORS[2], "gravity zero"),
+    ):
+        figures = (data.radius, data.gripper_length, data.object_length)
+        for axes, values in zip(axes_list, figures, strict=True):
+            at = in_units(data.pressure, "Pa")
+            axes.plot(at, in_units(values, "m"), style, color=color, label=label)
+    for axes, title in zip(axes_list, titles, strict=True):
         axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(title, "m"))
         axes.set_ylim(bottom=0.0)
     set_title(figure, name, 110)
@@ -172,14 +170,8 @@ def feasibility_figure(result: FeasibilityMap) -> Figure:
     betas, radii = np.degrees(result.fiber_angles_beta), in_units(result.inner_radii, "m")
     percent = 100.0 * np.clip(result.room, -1.0, 1.0)
     bound = max(1.0, float(np.abs(percent).max()))
-    mesh = axes.pcolormesh(
-        betas,
-        radii,
-        percent.T,
-        cmap="RdBu",
-        norm=TwoSlopeNorm(0.0, -bound, bound),
-        shading="nearest",
-    )
+    norm = TwoSlopeNorm(0.0, -bound, bound)
+    mesh = axes.pcolormesh(betas, radii, percent.T, cmap="RdBu", norm=norm, shading="nearest")
     figure.colorbar(mesh, ax=axes, label="room on the nearest limit [%]")
     if percent.min() < 0.0 < percent.max():
         axes.contour(betas, radii, percent.T, levels=[0.0], colors="black", linewidths=1.2)
@@ -221,18 +213,18 @@ def section_figure(actuator: Actuator, pressures: Sequence[float], name: str) ->
     figure, axes_list = panels(len(pressures))
     tube, actuation = actuator.tube, FreeActuation(actuator)
     path = section_path(actuator.fiber_set)
-    stretches = [actuation.stretch_from_pressure(pressure) for pressure in pressures]
-    rings = [
-        motion_at(path.fibers, np.array([path.strain_from_stretch(stretch)])).ring
-        for stretch in stretches
-    ]
+    rings = []
+    for stretch in map(actuation.stretch_from_pressure, pressures):
+        strain = np.array([path.strain_from_stretch(stretch)])
+        rings.append(motion_at(path.fibers, strain).ring)
     top = float(max((1.0 + ring.stretch_change + np.abs(ring.bend)).max() for ring in rings))
     shades = Normalize(1.0, max(top, 1.0 + 1e-9))
     for axes, ring, pressure in zip(axes_list, rings, pressures, strict=True):
         _draw_section(axes, ring, tube, shades)
         axes.set_title(shown(pressure, "Pa"))
-    colors = ScalarMappable(shades, "viridis")
-    figure.colorbar(colors, ax=axes_list, label="axial stretch", shrink=0.8)
+    figure.colorbar(
+        ScalarMappable(shades, "viridis"), ax=axes_list, label="axial stretch", shrink=0.8
+    )
     set_title(figure, f"{name}: the straight fiber is at the dot", 110)
     return figure
 
@@ -252,9 +244,3 @@ def _draw_section(axes: Axes, ring: Ring, tube: Tube, shades: Normalize) -> None
     axes.use_sticky_edges = False  # pcolormesh would touch the frame
     axes.margins(0.08)
     axes.grid(visible=False)
-
-
-def _useful_top(axes: Axes) -> float:
-    """Return the top of an axis that shows the curves away from rest, where they are infinite."""
-    values = [np.asarray(line.get_ydata(), dtype=np.float64) for line in axes.get_lines()]
-    return float(1.1 * max(np.interp(0.15 * len(v), np.arange(len(v)), v) for v in values))

@@ -55,12 +55,9 @@ def solve_model(gripper: Gripper, radius: float) -> RobotModel:
         NotGrippableError: the object cannot be wrapped.
         SolverError: a shape could not be certified.
     """
-    wrap = WrapCurve(gripper).wrap_for_radius(radius)
-    outer = gripper.tube.outer_radius
-    shapes = [
-        solve_shape(gripper, pressure).state.positions
-        for pressure in np.linspace(0.0, wrap.pressure, SWEPT_SHAPES).tolist()
-    ]
+    wrap, outer = WrapCurve(gripper).wrap_for_radius(radius), gripper.tube.outer_radius
+    pressures = np.linspace(0.0, wrap.pressure, SWEPT_SHAPES).tolist()
+    shapes = [solve_shape(gripper, pressure).state.positions for pressure in pressures]
     swept = np.concatenate([*shapes, wrap.state.positions])
     return RobotModel(
         name=gripper.name,

@@ -69,10 +69,10 @@ def write_winding_sheet(actuator: Actuator, name: str, end_allowance: float, pat
             with PdfPages(content, metadata={"CreationDate": None}) as file:
                 for page in pages:
                     file.savefig(page)
-        elif len(pages) == 1:
-            pages[0].savefig(content, format="svg", metadata={"Date": None})
-        else:
+        elif len(pages) > 1:
             raise InvalidInputError("pages of an SVG", len(pages), "1; write a .pdf")
+        else:
+            pages[0].savefig(content, format="svg", metadata={"Date": None})
     write_file(path, content.getvalue())
 
 
@@ -85,8 +85,7 @@ def _page(
     Seen from outside, the tube's axis upwards; a right-handed fiber rises to the right. On each
     turn a fiber is drawn again, one circumference to the left; the strip's edges cut it off.
     """
-    size = (PAGE_WIDTH / MILLIMETERS_PER_INCH, PAGE_HEIGHT / MILLIMETERS_PER_INCH)
-    figure = Figure(figsize=size)
+    figure = Figure(figsize=(PAGE_WIDTH / MILLIMETERS_PER_INCH, PAGE_HEIGHT / MILLIMETERS_PER_INCH))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, PAGE_WIDTH), ylim=(0.0, PAGE_HEIGHT))
     axes.set_axis_off()

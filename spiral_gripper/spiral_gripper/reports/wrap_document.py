@@ -115,23 +115,12 @@ def solve_wrap(gripper: Gripper, radius: float, pressure: float | None) -> Solve
     regime = force = None
     if pressure is not None:
         regime = curve.regime(pressure, radius)
-        force = line_force(
-            gripper.stiffness,
-            gripper.unloaded_shape(pressure),
-            radius,
-            wrap.helix_angle,
-            gripper.tube.outer_radius,
-        )
+        shape, outer = gripper.unloaded_shape(pressure), gripper.tube.outer_radius
+        force = line_force(gripper.stiffness, shape, radius, wrap.helix_angle, outer)
+    snaps = tuple(snap for snap in curve.snap_pressures if snap < wrap.pressure)
+    known = (curve.radius_min, curve.radius_max)
     return SolvedWrap(
-        gripper,
-        radius,
-        wrap,
-        place_object(wrap),
-        tuple(snap for snap in curve.snap_pressures if snap < wrap.pressure),
-        (curve.radius_min, curve.radius_max),
-        pressure,
-        regime,
-        force,
+        gripper, radius, wrap, place_object(wrap), snaps, known, pressure, regime, force
     )
 
 
@@ -144,22 +133,14 @@ def solve_profile(gripper: Gripper, path: Path) -> SolvedProfile:
     """
     curve = WrapCurve(gripper)
     wrap = wrap_for_profile(curve, read_profile(path))
-    state = curve.state_at_pressure(wrap.pressure)
-    return SolvedProfile(gripper, wrap, (curve.radius_min, curve.radius_max), state)
-
-
-def _regime(solved: SolvedWrap) -> str | None:
-    return None if solved.regime is None else solved.regime.value
+    known, state = (curve.radius_min, curve.radius_max), curve.state_at_pressure(wrap.pressure)
+    return SolvedProfile(gripper, wrap, known, state)
 
 
 def _line_force(solved: SolvedWrap) -> str | None:
     if solved.line_force is None or solved.regime is WrapRegime.OVERHANG:
         return None
     return shown(solved.line_force, "N/m")
-
-
-def _stable(solved: SolvedShape) -> str:
-    return "yes, certified" if solved.state.stable else "no"
 
 
 SHAPE: Final = (
@@ -174,7 +155,9 @@ SHAPE: Final = (
     Field("stretch", "stretch", "unloaded_shape.stretch", "{:.5g}"),
     Field("backbone_length", "length", "unloaded_shape.backbone_length", "m"),
     Field("status", "", "state.status"),
-    Field("stable", "stable", "state.stable", _stable),
+    Field("stable", "stable", "state.stable", lambda solved: (
+        "yes, certified" if solved.state.stable else "no"
+    )),
     Field("discretization_error", "discretization error", "state.discretization_error", "m"),
     Field("folds", "folds passed on the way", "state.folds"),
     Field("arc_lengths", "", "state.arc_lengths"),
@@ -206,7 +189,8 @@ WRAP: Final = (
         shown_range(*solved.radius_range)
     )),
     Field("at_pressure", "", "pressure"),
-    Field("regime", lambda solved: f"at {shown(solved.pressure or 0.0, 'Pa')}", "regime", _regime),
+    Field("regime", lambda solved: f"at {shown(solved.pressure or 0.0, 'Pa')}", "regime",
+          lambda solved: solved.regime and solved.regime.value),
     Field("line_force", "normal force per length there", "line_force", _line_force),
 )  # fmt: skip
 COVERED: Final = (
@@ -233,7 +217,7 @@ def profile_as_dict(solved: SolvedProfile) -> dict[str, Any]:
     return {
         "gripper": solved.gripper.name,
         **plain(solved.wrap),
-        "radius_range": list(solved.radius_range),
+        "radius_range": solved.radius_range,
     }
 
 
@@ -248,10 +232,10 @@ def read_profile(path: Path) -> ObjectProfile:
     for name in PROFILE_COLUMNS:
         if name not in table.columns:
             table.note(table.header_line, name, HEADER_REQUIREMENT)
-        else:
-            for row in table.rows:
-                if name not in row.values:
-                    table.note(row.line, name, "is blank, but a profile requires it")
+            continue
+        for row in table.rows:
+            if name not in row.values:
+                table.note(row.line, name, "is blank, but a profile requires it")
     table.raise_problems()
     positions, radii = ([row.values[name] for row in table.rows] for name in PROFILE_COLUMNS)
     try:
