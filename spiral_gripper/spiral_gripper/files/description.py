@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from spiral_core import (
     ActuationLimitError,
@@ -16,7 +16,6 @@ from spiral_core import (
     CurvatureForm,
     FiberAngles,
     Gripper,
-    HyperelasticLaw,
     InvalidInputError,
     MeasuredActuation,
     OneFamily,
@@ -38,11 +37,10 @@ from spiral_gripper.files.document import Document, read_document
 from spiral_gripper.files.errors import DescriptionError, ProblemKind
 from spiral_gripper.files.fields import (
     FIELDS,
-    LAWS,
+    MEASURED,
     REQUIRED,
     Values,
-    Vector,
-    constants_of,
+    material_of,
     noted,
     read_values,
 )
@@ -143,7 +141,8 @@ def parse_description(text: str, source: Path) -> GripperDescription:
         DescriptionError: the text cannot be used; the error holds every problem with its place.
     """
     document = read_document(text, str(source), FIELDS, REQUIRED)
-    values = read_values(document)
+    measured = any(name in document.entries for name in MEASURED)
+    values = read_values(document, REQUIRED | MEASURED if measured else REQUIRED)
     parts: dict[str, Any] = {}
     for part, make in _PARTS.items():
         with noted(document):
@@ -178,18 +177,17 @@ def _description(
 ) -> GripperDescription:
     """Return the description, whose parts have been checked one by one."""
     actuator = _actuator(values, parts)
-    density = cast("float", values["material.density"])
+    density, pressure_max = values["material.density"], values["limits.pressure_max"]
     unlimited = _unlimited(values, actuator)
-    pressure_max = cast("float", values["limits.pressure_max"])
     warnings = warnings_of_description(document, actuator, density)
     _check_pressure(pressure_max, unlimited.actuation, warnings)
     warnings += warnings_of_pressure(document, actuator, pressure_max)
     return GripperDescription(
         source=source,
-        description=str(values.get("description", "")),
+        description=values.get("description", ""),
         actuator=actuator,
         density=density,
-        extra_mass_per_length=cast("float", values.get("extra_mass_per_length", 0.0)),
+        extra_mass_per_length=values.get("extra_mass_per_length", 0.0),
         gripper=replace(unlimited, pressure_max=pressure_max),
         written={name: entry.raw for name, entry in document.entries.items()},
         values=values,
@@ -199,22 +197,23 @@ def _description(
 
 def _unlimited(values: Values, actuator: Actuator) -> Gripper:
     """Return the gripper with its actuation's own pressure limit."""
-    magnitude = cast("float", values.get("mount.gravity_magnitude", STANDARD_GRAVITY))
-    x, y, z = cast("Vector", values["mount.gravity_direction"])
+    magnitude = values.get("mount.gravity_magnitude", STANDARD_GRAVITY)
+    x, y, z = values["mount.gravity_direction"]
     gripper = gripper_from_actuator(
-        str(values["name"]),
+        values["name"],
         actuator,
-        density=cast("float", values["material.density"]),
-        extra_mass_per_length=cast("float", values.get("extra_mass_per_length", 0.0)),
+        density=values["material.density"],
         stiffness=_stiffness(values, actuator),
         gravity=(magnitude * x, magnitude * y, magnitude * z),
         **_arguments(
-            values, "mount.object_axis", "grip.turns_required", "grip.friction_coefficient"
+            values, "extra_mass_per_length", "mount.object_axis", "grip.turns_required",
+            "grip.friction_coefficient",
         ),
-    )
-    measured = _measured_actuation(values)
-    if measured is None:
+    )  # fmt: skip
+    curve = _arguments(values, *MEASURED)
+    if not curve:
         return gripper
+    measured = MeasuredActuation(backbone_length=values["tube.length"], **curve)
     return replace(gripper, actuation=measured, pressure_max=measured.pressure_limit)
 
 
@@ -277,11 +276,11 @@ def _stiffness(values: Values, actuator: Actuator) -> Section:
         annulus = stiffness_from_actuator(actuator)
         both = {"bending": annulus.bending, "torsional": annulus.torsional} | stated
         return Section.inextensible(**both)
-    pressure = cast("float", values["stiffness.section_at"])
+    pressure = values["stiffness.section_at"]
     if stated:
         requirement = "left out where bending or torsional is stated"
         raise InvalidInputError("section_at", pressure, requirement)
-    if not 0.0 <= pressure <= cast("float", values["limits.pressure_max"]):
+    if not 0.0 <= pressure <= values["limits.pressure_max"]:
         raise InvalidInputError("section_at", pressure, "from 0 to limits.pressure_max")
     try:
         return stiffness_from_section(actuator, pressure)
@@ -292,12 +291,11 @@ def _stiffness(values: Values, actuator: Actuator) -> Section:
 
 def _single_fibers(values: Values) -> tuple[SingleFiber, ...]:
     """Return the single fibers: one straight one, unless the file lists others."""
-    angles = cast("tuple[float, ...]", values.get("fibers.single_angles", (0.0,)))
-    places = cast("tuple[float, ...]", values.get("fibers.single_positions", (0.0,) * len(angles)))
+    angles = values.get("fibers.single_angles", (0.0,))
+    places = values.get("fibers.single_positions", (0.0,) * len(angles))
     if len(places) != len(angles):
-        raise InvalidInputError(
-            "single_positions", len(places), f"as many as single_angles, {len(angles)}"
-        )
+        requirement = f"as many as single_angles, {len(angles)}"
+        raise InvalidInputError("single_positions", len(places), requirement)
     try:
         return tuple(SingleFiber(*pair) for pair in zip(angles, places, strict=True))
     except InvalidInputError as error:
@@ -312,29 +310,11 @@ def _tube(values: Values) -> Tube:
 def _fibers(values: Values) -> FiberAngles | OneFamily:
     if values["fibers.beta"] is not None:
         return FiberAngles(**_arguments(values, "fibers.alpha", "fibers.beta"))
-    alpha = cast("float", values["fibers.alpha"])
+    alpha = values["fibers.alpha"]
     try:
         return OneFamily(alpha)
     except InvalidInputError as error:
         raise InvalidInputError("alpha", alpha, error.requirement, error.unit) from None
-
-
-def _material(values: Values) -> HyperelasticLaw:
-    law = str(values["material.law"])
-    constants = _arguments(values, *(f"material.{name}" for name in constants_of(law)))
-    material: HyperelasticLaw = LAWS[law](**constants)
-    return material
-
-
-def _measured_actuation(values: Values) -> MeasuredActuation | None:
-    """Return the measured curve that a file may hold in place of the law's."""
-    if "measured.pressures" not in values:
-        return None
-    length = cast("float", values["tube.length"])
-    return MeasuredActuation(
-        backbone_length=length,
-        **_arguments(values, "measured.pressures", "measured.curvatures", "measured.torsions"),
-    )
 
 
 def _arguments(values: Values, *names: str) -> dict[str, Any]:
@@ -347,5 +327,5 @@ _PARTS: Mapping[str, Callable[[Values], object]] = {
     "tube": _tube,
     "fibers": _fibers,
     "single_fibers": _single_fibers,
-    "material": _material,
+    "material": material_of,
 }

@@ -45,9 +45,18 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """The entries of one file by dotted name, its sections, and the problems found so far."""
+    """The entries of one file by dotted name, its sections, and the problems found so far.
+
+    Attributes:
+        file: the file's name for messages.
+        fields: the dotted names allowed; what stands before a dot is a section.
+        entries: what the file holds, by dotted name.
+        sections: where each section begins.
+        problems: what is wrong.
+    """
 
     file: str
+    fields: Collection[str]
     entries: dict[str, Entry] = field(default_factory=dict)
     sections: dict[str, Entry] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
@@ -68,6 +77,53 @@ class Document:
         """Raise everything noted so far as one DescriptionError, if there is anything."""
         if self.problems:
             raise DescriptionError(self.problems)
+
+    def walk(self, node: MappingNode, section: str = "") -> None:
+        """Sort the keys of one mapping into entries, sections and problems."""
+        for key_node, value_node in node.value:
+            key, value = _entry(key_node), _entry(value_node)
+            name = f"{section}.{key.text or key.raw}" if section else key.text or key.raw
+            first = self.entries.get(name) or self.sections.get(name)
+            if first is not None:
+                advice = f"keep one of the two, here and on line {first.line}"
+                self.note(ProblemKind.DUPLICATE, name, key, advice)
+            elif name in self.fields and "." not in key.text:
+                self.entries[name] = value
+            elif members := self._members(name):
+                self.sections[name] = key
+                if value.tag == "map":
+                    self.walk(value_node, name)
+                elif value.tag != "null":
+                    wanted = f"a section with the fields {', '.join(members)}"
+                    self.note(ProblemKind.WRONG, name, value, wanted, value.raw)
+            else:
+                self.note(ProblemKind.UNKNOWN, name, key, self._advice(name, section))
+
+    def _members(self, section: str) -> list[str]:
+        """Return the names a section may hold; at the top, the sections and the fields in none."""
+        if not section:
+            return list(dict.fromkeys(name.split(".")[0] for name in self.fields))
+        return [name.split(".")[1] for name in self.fields if name.startswith(f"{section}.")]
+
+    def _advice(self, name: str, section: str) -> str:
+        """Return the nearest field to an unknown name, or the list of what would be allowed."""
+        prefix = f"{section}." if section else ""
+        key, members = name.removeprefix(prefix), self._members(section)
+        if name in self.fields:  # written with its dot
+            return f"write {' in the section '.join(reversed(name.split('.')))}"
+        if key.endswith("diameter") and f"{prefix}{key[:-8]}radius" in self.fields:
+            return f"give {prefix}{key[:-8]}radius, half of it"
+        elsewhere = [known for known in self.fields if known.split(".")[-1] == key]
+        nearest = [f"{prefix}{near}" for near in get_close_matches(key, members, n=1)]
+        for meant in (*elsewhere, *nearest):
+            return f"did you mean {meant}?"
+        where = f"the fields of {section}" if section else "the fields"
+        return f"{where} are {', '.join(members)}"
+
+    def looks_like_a_file_of_its_kind(self) -> bool:
+        """Return whether an unknown name is a known one with a mistake: it may be quoted."""
+        known = {part for name in self.fields for part in (name, name.partition(".")[0])}
+        return any(get_close_matches(problem.field, known) for problem in self.problems)
 
 
 def read_document(
@@ -92,11 +148,11 @@ def read_document(
     """
     from ruamel.yaml.nodes import MappingNode
 
-    document = Document(file)
+    document = Document(file, fields)
     root = _compose(text, file)
     if isinstance(root, MappingNode):
-        _walk(root, "", document, fields)
-        if document.entries or document.sections or _looks_like(document, fields):
+        document.walk(root)
+        if document.entries or document.sections or document.looks_like_a_file_of_its_kind():
             return document
     # What it holds instead is not quoted: it may be any file, named by who may not read it.
     found = "is empty" if root is None else "holds none of a description's fields"
@@ -105,33 +161,25 @@ def read_document(
     raise DescriptionError([Problem(ProblemKind.UNREADABLE, file, None, None, "", None, reason)])
 
 
-def _looks_like(document: Document, fields: Collection[str]) -> bool:
-    """Return whether an unknown name is a known one with a mistake, so that it may be quoted."""
-    known = {part for name in fields for part in (name, name.partition(".")[0])}
-    return any(get_close_matches(problem.field, known) for problem in document.problems)
-
-
 def _compose(text: str, file: str) -> Node | None:
     """Return the root node of a YAML text, None if there is none; raise what is not YAML."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
     from ruamel.yaml.reader import ReaderError
 
-    line: int | None = None
-    column: int | None = None
+    place: tuple[int | None, int | None] = (None, None)
     try:
         root: Node | None = YAML(typ="safe", pure=True).compose(text)
         return root
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        if mark is not None:
-            line, column = mark.line + 1, mark.column + 1
         reason = " ".join(part for part in (error.context, error.problem) if part)
-        place = _missing_colon(error, text.splitlines())
-        if place is not None:
-            (line, column), reason = place, "a colon is missing here"
+        missing = _missing_colon(error, text.splitlines())
+        if missing is not None:
+            place, reason = missing, "a colon is missing here"
+        elif mark := error.problem_mark or error.context_mark:
+            place = (mark.line + 1, mark.column + 1)
     except ReaderError as error:
-        line = text.count("\n", 0, error.position) + 1
+        place = (text.count("\n", 0, error.position) + 1, None)
         reason = f"character {error.position} is not allowed: {error.reason}"
     except RecursionError:
         reason = "lists or mappings are nested too deep"
@@ -139,7 +187,7 @@ def _compose(text: str, file: str) -> Node | None:
         reason = str(error)
     # Names of aliases and tags are words of the file, which may be any.
     reason = re.sub(r" '[\w!%&*][^']+'", "", " ".join(reason.split()))
-    raise DescriptionError([Problem(ProblemKind.NOT_YAML, file, line, column, "", None, reason)])
+    raise DescriptionError([Problem(ProblemKind.NOT_YAML, file, *place, "", None, reason)])
 
 
 def _missing_colon(error: MarkedYAMLError, lines: list[str]) -> tuple[int, int] | None:
@@ -158,34 +206,6 @@ def _missing_colon(error: MarkedYAMLError, lines: list[str]) -> tuple[int, int] 
     return line + 1, len(lines[line].rstrip()) + 1
 
 
-def _walk(node: MappingNode, section: str, document: Document, fields: Collection[str]) -> None:
-    """Sort the keys of one mapping into entries, sections and problems."""
-    for key_node, value_node in node.value:
-        key, value = _entry(key_node), _entry(value_node)
-        name = f"{section}.{key.text or key.raw}" if section else key.text or key.raw
-        first = document.entries.get(name) or document.sections.get(name)
-        if first is not None:
-            advice = f"keep one of the two, here and on line {first.line}"
-            document.note(ProblemKind.DUPLICATE, name, key, advice)
-        elif name in fields and "." not in key.text:
-            document.entries[name] = value
-        elif any(known.startswith(f"{name}.") for known in fields):
-            document.sections[name] = key
-            if value.tag == "map":
-                _walk(value_node, name, document, fields)
-            elif value.tag != "null":
-                members = ", ".join(_members(name, fields))
-                document.note(
-                    ProblemKind.WRONG,
-                    name,
-                    value,
-                    f"a section with the fields {members}",
-                    value.raw,
-                )
-        else:
-            document.note(ProblemKind.UNKNOWN, name, key, _advice(name, section, fields))
-
-
 def _entry(node: Node) -> Entry:
     """Return what one node holds; items of a list only where they are no lists themselves."""
     mark = node.start_mark
@@ -197,27 +217,3 @@ def _entry(node: Node) -> Entry:
         return Entry(*place, text=node.value)
     scalars = [item for item in node.value if tag == "seq" and not isinstance(item.value, list)]
     return Entry(*place, items=tuple(_entry(item) for item in scalars))
-
-
-def _members(section: str, fields: Collection[str]) -> list[str]:
-    """Return the names a section may hold; at the top, the sections and the fields in none."""
-    if not section:
-        return list(dict.fromkeys(name.split(".")[0] for name in fields))
-    return [name.split(".")[1] for name in fields if name.startswith(f"{section}.")]
-
-
-def _advice(name: str, section: str, fields: Collection[str]) -> str:
-    """Return the nearest field to an unknown name, or the list of what would be allowed."""
-    key = name.removeprefix(f"{section}.")
-    elsewhere = [known for known in fields if known.split(".")[-1] == key]
-    nearest = get_close_matches(key, _members(section, fields), n=1)
-    if name in fields:  # written with its dot
-        return f"write {' in the section '.join(reversed(name.split('.')))}"
-    if key.endswith("diameter") and f"{section}.{key[:-8]}radius" in fields:
-        return f"give {section}.{key[:-8]}radius, half of it"
-    if elsewhere:
-        return f"did you mean {elsewhere[0]}?"
-    if nearest:
-        return f"did you mean {f'{section}.' if section else ''}{nearest[0]}?"
-    where = f"the fields of {section}" if section else "the fields"
-    return f"{where} are {', '.join(_members(section, fields))}"

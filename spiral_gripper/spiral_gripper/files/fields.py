@@ -10,17 +10,18 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from textwrap import shorten
 from types import MappingProxyType
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from spiral_core import (
     CurvatureForm,
     Gent,
+    HyperelasticLaw,
     InvalidInputError,
     MooneyRivlin,
     NeoHookean,
@@ -59,8 +60,9 @@ _DIRECTION: Final = (
 )
 
 Vector = tuple[float, float, float]
-Value = float | str | bool | Vector | tuple[float, ...] | None
-Values: TypeAlias = dict[str, Value]
+# SI floats for quantities, tuples of them for lists; floats, text and booleans; unit vectors for
+# directions; None for an object axis that is fitted.
+Values: TypeAlias = dict[str, Any]
 
 
 class _RefusedError(Exception):
@@ -83,7 +85,7 @@ class Field:
 
     kind: str
     requirement: str
-    read: Callable[[Entry], Value]
+    read: Callable[[Entry], Any]
     allowed: str = "any"
     default: str = ""
     required: bool = False
@@ -187,9 +189,10 @@ FIELDS: Final = MappingProxyType(
     {
         "name": Field("name", f"one line of {_TEXT}", _read_name, required=True),
         "description": Field("text", _TEXT, _read_text, default="empty"),
-        "tube.inner_radius": _quantity(Dimension.LENGTH, required=True),
-        "tube.wall_thickness": _quantity(Dimension.LENGTH, required=True),
-        "tube.length": _quantity(Dimension.LENGTH, required=True),
+        **dict.fromkeys(
+            ("tube.inner_radius", "tube.wall_thickness", "tube.length"),
+            _quantity(Dimension.LENGTH, required=True),
+        ),
         "fibers.alpha": _quantity(Dimension.ANGLE, _WOUND, required=True),
         "fibers.beta": _family(Dimension.ANGLE, f"{_WOUND}, or `{NO_FAMILY}`"),
         "fibers.straight_fiber_radius": _quantity(Dimension.LENGTH, default="`tube.inner_radius`"),
@@ -201,10 +204,10 @@ FIELDS: Final = MappingProxyType(
             "angles", Dimension.ANGLE, '"[0 deg]"; "[]" is none', "as many as the angles", "0 deg"
         ),
         "material.law": _choice(tuple(LAWS), required=True),
-        "material.c1": _quantity(Dimension.PRESSURE, "by the law"),
-        "material.c2": _quantity(Dimension.PRESSURE, "by the law"),
-        "material.c3": _quantity(Dimension.PRESSURE, "by the law"),
-        "material.shear_modulus": _quantity(Dimension.PRESSURE, "by the law"),
+        **dict.fromkeys(
+            ("material.c1", "material.c2", "material.c3", "material.shear_modulus"),
+            _quantity(Dimension.PRESSURE, "by the law"),
+        ),
         "material.extension_limit": _number("by the law"),
         "material.density": _quantity(Dimension.DENSITY, required=True),
         "measured.pressures": _list(
@@ -222,11 +225,9 @@ FIELDS: Final = MappingProxyType(
         "model.pressure_law": _choice(tuple(law.value for law in PressureLaw), "`section`"),
         "model.twist_shear": _switch("`true`"),
         "model.thick_wall": _switch("`false`"),
-        "stiffness.bending": _quantity(
-            Dimension.FLEXURAL_STIFFNESS, default="from tube and material"
-        ),
-        "stiffness.torsional": _quantity(
-            Dimension.FLEXURAL_STIFFNESS, default="from tube and material"
+        **dict.fromkeys(
+            ("stiffness.bending", "stiffness.torsional"),
+            _quantity(Dimension.FLEXURAL_STIFFNESS, default="from tube and material"),
         ),
         "stiffness.section_at": _quantity(
             Dimension.PRESSURE, "0 to the pressure limit", "stiffness of the annulus"
@@ -245,12 +246,14 @@ FIELDS: Final = MappingProxyType(
     }
 )  # fmt: skip
 
-REQUIRED: Final = tuple(name for name, field in FIELDS.items() if field.required)
+REQUIRED: Final = {name: field.requirement for name, field in FIELDS.items() if field.required}
 CONSTANTS: Final = tuple(
     dict.fromkeys(constant.name for law in LAWS.values() for constant in dataclasses.fields(law))
 )
 # The fields of a measured curve: all of them or none.
-MEASURED: Final = "measured."
+MEASURED: Final = {
+    name: field.requirement for name, field in FIELDS.items() if name.startswith("measured.")
+}
 # The core's argument names are the last parts of the dotted names.
 _FIELD_OF_ARGUMENT: Final = {name.rpartition(".")[2]: name for name in FIELDS} | {
     "single_fibers": "fibers.single_angles"
@@ -265,6 +268,15 @@ def constants_of(law: str) -> tuple[str, ...]:
         ('shear_modulus', 'extension_limit')
     """
     return tuple(constant.name for constant in dataclasses.fields(LAWS[law]))
+
+
+def material_of(values: Values) -> HyperelasticLaw:
+    """Return the material that values of fields describe."""
+    law: str = values["material.law"]
+    material: HyperelasticLaw = LAWS[law](
+        *(values[f"material.{name}"] for name in constants_of(law))
+    )
+    return material
 
 
 def law_name(law: type) -> str:
@@ -296,80 +308,38 @@ def fiber_angle_requirement(angle: float, text: str) -> str:
     return f"{requirement} ({text}, if counted from 0 to 180 deg, is {meant} here)"
 
 
-def read_value(name: str, entry: Entry) -> Value:
-    """Return the value of a field from what a file holds in its place.
-
-    Args:
-        name: dotted name of the field, a key of :data:`FIELDS`.
-        entry: what the file holds there.
-
-    Returns:
-        SI floats for quantities, and tuples of them for lists; floats, text and booleans; unit
-        vectors for directions; None for an object axis that is fitted.
-
-    Raises:
-        InvalidInputError: the entry is not what the field requires.
-
-    Example:
-        >>> read_value("tube.length", Entry(1, 1, "500 mm", "str", "500 mm"))
-        0.5
-    """
-    field = FIELDS[name]
-    try:
-        return field.read(entry)
-    except InvalidInputError as error:
-        requirement = error.requirement
-    except _RefusedError as refused:
-        requirement = f"{field.requirement}{refused}"
-    raise InvalidInputError(name, entry.raw, requirement)
-
-
-def read_values(document: Document) -> Values:
-    """Return the values of a document's entries, by dotted name.
-
-    Raises:
-        DescriptionError: fields are unknown, repeated, missing or wrong; all of them are in it.
-    """
-    curve = any(name.startswith(MEASURED) for name in document.entries)
-    required = {
-        name: field.requirement
-        for name, field in FIELDS.items()
-        if field.required or (curve and name.startswith(MEASURED))
-    }
-    return read_entries(document, document.entries, required)
-
-
-def read_entries(document: Document, names: Iterable[str], required: Mapping[str, str]) -> Values:
-    """Return the values of the named entries.
+def read_values(document: Document, required: Mapping[str, str]) -> Values:
+    """Return the values of a document's entries that are fields of the format.
 
     Args:
         document: the file's entries.
-        names: of those to read.
         required: fields that a file must have, and what they must be.
 
     Raises:
         DescriptionError: fields are unknown, repeated, missing or wrong; all of them are in it.
     """
     values: Values = {}
-    for name in names:
-        entry = document.entries[name]
+    for name, entry in document.entries.items():
+        field = FIELDS.get(name)
+        if field is None:  # such as the sizes of a tubing file
+            continue
         if entry.tag == "null":
-            document.note(ProblemKind.MISSING, name, entry, FIELDS[name].requirement)
+            document.note(ProblemKind.MISSING, name, entry, field.requirement)
             continue
         try:
-            values[name] = read_value(name, entry)
+            values[name] = field.read(entry)
         except InvalidInputError as error:
             document.note(ProblemKind.WRONG, name, entry, error.requirement, entry.raw)
+        except _RefusedError as refused:
+            requirement = f"{field.requirement}{refused}"
+            document.note(ProblemKind.WRONG, name, entry, requirement, entry.raw)
     law = values.get("material.law")
-    needed: dict[str, str] = {}
-    if isinstance(law, str):  # else it is noted as missing or wrong
-        constants = constants_of(law)
-        for name in (f"material.{constant}" for constant in CONSTANTS):
-            if name.rpartition(".")[2] in constants:
-                needed[name] = FIELDS[name].requirement
-            elif name in document.entries:
-                advice = f"the constants of {law} are {', '.join(constants)}"
-                document.note(ProblemKind.UNKNOWN, name, document.entries[name], advice)
+    constants = constants_of(law) if law else ()  # else it is noted as missing or wrong
+    needed = {name: FIELDS[name].requirement for name in (f"material.{one}" for one in constants)}
+    for name in (f"material.{one}" for one in CONSTANTS if law):
+        if name in document.entries and name not in needed:
+            advice = f"the constants of {law} are {', '.join(constants)}"
+            document.note(ProblemKind.UNKNOWN, name, document.entries[name], advice)
     for name, requirement in {**needed, **required}.items():
         if name not in document.entries:
             section = document.sections.get(name.rpartition(".")[0])

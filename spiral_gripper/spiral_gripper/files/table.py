@@ -98,8 +98,8 @@ class Row:
     """
 
     line: int
-    values: Mapping[str, float]
-    texts: Mapping[str, str]
+    values: dict[str, float] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,24 +108,24 @@ class Table:
 
     Attributes:
         file: the file's name for messages.
+        header_line: line of the headings.
         columns: the columns that are read, by name.
         rows: the lines of numbers.
-        header_line: line of the headings.
         problems: what is wrong.
     """
 
     file: str
+    header_line: int = 1
     columns: dict[str, Column] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
-    header_line: int = 1
     problems: list[BadCell] = field(default_factory=list)
 
-    def note(self, line: int | None, name: str, reason: str) -> None:
-        """Note a problem in a column, which may be one that the file lacks."""
+    def note(self, line: int | None, name: str, reason: str, number: int | None = None) -> None:
+        """Note a problem in a column; with a number, in the column of this heading."""
         column = self.columns.get(name)
-        heading = name if column is None else column.heading
-        number = None if column is None else column.number
-        self.problems.append(BadCell(self.file, line, number, heading, reason))
+        if column is not None and number is None:
+            name, number = column.heading, column.number
+        self.problems.append(BadCell(self.file, line, number, name, reason))
 
     def raise_problems(self) -> None:
         """Raise everything noted so far as one TableError, if there is anything."""
@@ -176,16 +176,36 @@ def read_table(
         (2, 13790, 0.0015)
     """
     lines = csv_lines(text, file)
+    header_line, headings = lines[0] if lines else (1, [])
+    table = Table(file, header_line)
     if not lines:
-        raise TableError([BadCell(file, None, None, "", "the file holds no table")])
-    header_line, headings = lines[0]
-    table = Table(file, header_line=header_line)
-    _read_header(table, headings, known, units, ignored)
+        table.note(None, "", "the file holds no table")
+    if len(headings) == 1 and re.search(r"[;\t]", headings[0]):
+        reason = "columns must be separated by commas, and decimals by points"
+        table.note(header_line, headings[0], reason, 1)
+        table.raise_problems()
+    for number, heading in enumerate(headings, start=1):
+        if heading in ignored:
+            continue
+        try:
+            column = _column(number, heading, known, units)
+        except InvalidInputError as error:
+            table.note(header_line, heading, error.requirement, number)
+            continue
+        if column.name in table.columns:
+            table.note(header_line, column.name, f"stands in column {number} again")
+        table.columns[column.name] = column
+    for name in (units or {}).keys() - known.keys():
+        reason = f"a unit is stated for this, which is no column; those are {', '.join(known)}"
+        table.note(None, name, reason)
+    for heading in ignored:
+        if heading not in headings:
+            table.note(header_line, heading, "is to be ignored, but there is no such heading")
     table.raise_problems()
     for line, cells in lines[1:]:
         _read_row(table, line, cells, len(headings))
     if len(lines) == 1:
-        table.problems.append(BadCell(file, None, None, "", "the file holds headings but no rows"))
+        table.note(None, "", "the file holds headings but no rows")
     table.raise_problems()
     return table
 
@@ -213,63 +233,34 @@ def csv_lines(text: str, file: str) -> list[tuple[int, list[str]]]:
     return lines
 
 
-def _read_header(
-    table: Table,
-    headings: list[str],
-    known: Mapping[str, Dimension],
-    units: Mapping[str, str] | None,
-    ignored: Collection[str],
-) -> None:
-    """Note the columns of a table, and what is wrong with their headings."""
-    if len(headings) == 1 and re.search(r"[;\t]", headings[0]):
-        reason = "columns must be separated by commas, and decimals by points"
-        table.problems.append(BadCell(table.file, table.header_line, 1, headings[0], reason))
-        return
-    for number, heading in enumerate(headings, start=1):
-        if heading in ignored:
-            continue
-        try:
-            column = _column(number, heading, known, units)
-        except InvalidInputError as error:
-            reason = error.requirement
-            table.problems.append(BadCell(table.file, table.header_line, number, heading, reason))
-            continue
-        if column.name in table.columns:
-            table.note(table.header_line, column.name, f"stands in column {number} again")
-        table.columns[column.name] = column
-    for name in [*(set(units or {}) - known.keys())]:
-        reason = f"a unit is stated for this, which is no column; those are {', '.join(known)}"
-        table.note(None, name, reason)
-    missing = [heading for heading in ignored if heading not in headings]
-    for heading in missing:
-        table.note(table.header_line, heading, "is to be ignored, but there is no such heading")
-
-
 def _column(
     number: int, heading: str, known: Mapping[str, Dimension], units: Mapping[str, str] | None
 ) -> Column:
     """Return what a heading means; the error's requirement is the whole message."""
     name, unit = _name_and_unit(heading, known)
+    by_option = units is not None
+
+    def refused(reason: str, remedy: str = "") -> InvalidInputError:
+        return InvalidInputError("", heading, reason + (remedy if by_option else ""))
+
     if name not in known:
-        remedy = "" if units is None else f'; leave it out by --ignore "{heading}"'
         near = get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]}?" if near else f"known columns are {', '.join(known)}"
-        raise InvalidInputError("", heading, f"is not a known column ({hint}){remedy}")
-    stated = (units or {}).get(name)
+        remedy = f'; leave it out by --ignore "{heading}"'
+        raise refused(f"is not a known column ({hint})", remedy)
+    stated, dimension = (units or {}).get(name), known[name]
     if unit and stated and unit != stated:
-        raise InvalidInputError("", heading, f'has its own unit, but "{stated}" is stated for it')
+        raise refused(f'has its own unit, but "{stated}" is stated for it')
     unit = unit or stated or ""
-    dimension = known[name]
     if not unit:
         example = dimension.usual_units[0]
-        remedy = "" if units is None else f', or --unit "{name}={example}"'
-        raise InvalidInputError("", heading, f'has no unit; write "{name} [{example}]"{remedy}')
+        remedy = f', or --unit "{name}={example}"'
+        raise refused(f'has no unit; write "{name} [{example}]"', remedy)
     try:
         convert_from_si(1.0, unit, dimension)
     except InvalidInputError as error:
         usual = ", ".join(dimension.usual_units)
-        requirement = f"must have {error.requirement}; usual are {usual}"
-        raise InvalidInputError("", heading, requirement) from None
+        raise refused(f"must have {error.requirement}; usual are {usual}") from None
     return Column(number, heading, name, unit, dimension)
 
 
@@ -290,21 +281,18 @@ def _read_row(table: Table, line: int, cells: list[str], count: int) -> None:
         reason = f"has {len(cells)} cells, but the header has {count}"
         if len(cells) > count:
             reason += " (a decimal comma? decimals follow a point)"
-        table.problems.append(BadCell(table.file, line, None, "", reason))
+        table.note(line, "", reason)
         return
-    values: dict[str, float] = {}
+    row = Row(line)
     for name, column in table.columns.items():
         cell = cells[column.number - 1]
         if not cell:
             continue
+        text = f"{cell} {column.unit}"
         try:
             parse_number(cell)
-            values[name] = parse_quantity(f"{cell} {column.unit}", column.dimension)
+            row.values[name], row.texts[name] = parse_quantity(text, column.dimension), text
         except InvalidInputError:
             reason = f"must be a plain number, with its unit in the heading, got {cell!r}"
             table.note(line, name, reason)
-    texts = {
-        name: f"{cells[table.columns[name].number - 1]} {table.columns[name].unit}"
-        for name in values
-    }
-    table.rows.append(Row(line, values, texts))
+    table.rows.append(row)

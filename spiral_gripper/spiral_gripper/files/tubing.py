@@ -19,11 +19,9 @@ from spiral_gripper.files.errors import ProblemKind
 from spiral_gripper.files.fields import (
     CONSTANTS,
     FIELDS,
-    LAWS,
-    Values,
-    constants_of,
+    material_of,
     noted,
-    read_entries,
+    read_values,
 )
 from spiral_gripper.files.plausibility import warnings_of_tubing
 from spiral_gripper.files.units import Dimension, parse_quantity
@@ -99,10 +97,12 @@ def parse_tubing(text: str, source: Path) -> Tubing:
     document = read_document(text, str(source), _FIELDS, (*_REQUIRED, _SIZES))
     sizes = _read_sizes(document)
     required = {name: FIELDS[name].requirement for name in _REQUIRED}
-    required[_SIZES] = f"a list of {SIZE_REQUIREMENT}"
-    values = read_entries(document, (name for name in document.entries if name != _SIZES), required)
+    values = read_values(document, {**required, _SIZES: f"a list of {SIZE_REQUIREMENT}"})
     with noted(document):
-        elastomer = _elastomer(values)
+        law = material_of(values)
+        pressure_law = PressureLaw(values.get(_LAW, PressureLaw.SECTION.value))
+        density = values["material.density"]
+        elastomer = Elastomer(values["name"], law, density, pressure_law)
     document.raise_problems()
     offered = tuple(size for _, size in sizes)
     warnings = warnings_of_tubing(document, sizes, elastomer.law, elastomer.density)
@@ -140,15 +140,14 @@ def parse_tube_size(text: str) -> TubeSize:
     return size
 
 
-def _read_sizes(document: Document) -> tuple[tuple[Entry, TubeSize], ...]:
+def _read_sizes(document: Document) -> list[tuple[Entry, TubeSize]]:
     """Return the sizes that a document lists, each with its entry; what is wrong is noted."""
     entry = document.entries.get(_SIZES)
-    if entry is None:
-        return ()
-    if not entry.items:
+    items = () if entry is None else entry.items
+    if entry is not None and not items:
         document.note(ProblemKind.WRONG, _SIZES, entry, f"a list of {SIZE_REQUIREMENT}", entry.raw)
-    sizes = ((item, _read_size(document, item)) for item in entry.items)
-    return tuple((item, size) for item, size in sizes if size is not None)
+    sizes = ((item, _read_size(document, item)) for item in items)
+    return [(item, size) for item, size in sizes if size is not None]
 
 
 def _read_size(document: Document, item: Entry) -> TubeSize | None:
@@ -157,11 +156,3 @@ def _read_size(document: Document, item: Entry) -> TubeSize | None:
     except InvalidInputError as error:
         document.note(ProblemKind.WRONG, _SIZES, item, error.requirement, item.raw)
         return None
-
-
-def _elastomer(values: Values) -> Elastomer:
-    law = str(values["material.law"])
-    constants = {name: values[f"material.{name}"] for name in constants_of(law)}
-    density = values["material.density"]
-    pressure_law = PressureLaw(values.get(_LAW, PressureLaw.SECTION.value))
-    return Elastomer(str(values["name"]), LAWS[law](**constants), density, pressure_law)  # type: ignore[arg-type]
