@@ -7,8 +7,7 @@ interval as a comment. No file is ever overwritten.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import count
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,7 @@ from spiral_core.calibration.fit import Calibration
 from spiral_core.calibration.model import constants_of
 from spiral_core.calibration.regression import DEFAULT_LEVEL
 from spiral_core.message import Message
-from spiral_gripper.files.catalog import available_grippers, find_description, read_description_text
+from spiral_gripper.files.catalog import GRIPPERS, read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
 from spiral_gripper.files.description_text import changed_text, read_for_change, written
 from spiral_gripper.files.errors import DescriptionError
@@ -173,17 +172,13 @@ def _named(preposition: str, files: Sequence[Path]) -> str:
 
 def _write_new(source: Path, text: str, target: Path | None, word: str) -> Path:
     """Write a text that is a valid description to a file that does not exist."""
-    for path in _names_beside(source, word) if target is None else [target]:
-        _require_valid(source, text, path)
-        if target is None and path.exists():
-            continue
-        write_file(path, text, replace=False)
-        return path
-    raise AssertionError("names beside a file never run out")
-
-
-def _require_valid(source: Path, text: str, path: Path) -> None:
-    """Raise if a text is not a valid description."""
+    # Beside a gripper that is shipped with the package would be inside of the package.
+    folder = Path() if source.parent == GRIPPERS.path else source.parent
+    beside = f"{source.stem}_{word}"
+    path, number = target or folder / f"{beside}{source.suffix}", 1
+    while target is None and path.exists():
+        number += 1
+        path = folder / f"{beside}_{number}{source.suffix}"
     try:
         parse_description(text, path)
     except DescriptionError as error:
@@ -191,16 +186,5 @@ def _require_valid(source: Path, text: str, path: Path) -> None:
         found = f"{first.field}, {first.value} in {source}"
         reason = Message("{}, must be {}; change it there", found, first.requirement)
         raise FileError(str(path), "written", reason) from None
-
-
-def _names_beside(source: Path, word: str) -> Iterator[Path]:
-    """Yield names for a new file beside another: with a word, then with a number too.
-
-    Beside a gripper that is shipped with the package would be inside of the package: those go to
-    the current folder.
-    """
-    shipped = source.stem in available_grippers() and find_description(source.stem) == source
-    folder = Path() if shipped else source.parent
-    yield folder / f"{source.stem}_{word}{source.suffix}"
-    for number in count(2):
-        yield folder / f"{source.stem}_{word}_{number}{source.suffix}"
+    write_file(path, text, replace=False)
+    return path

@@ -27,18 +27,16 @@ def warnings_of(calibration: Calibration) -> list[str]:
 
 def outlier_warnings(calibration: Calibration, measurements: Sequence[Measurements]) -> list[str]:
     """Return a warning for each reading that chance does not explain, with its file and line."""
-    places = _places(measurements)
-    off = calibration.standardized_residuals
-    return [
-        f"{places[k]}: the reading at {shown(calibration.readings[k].pressure, 'Pa')} is "
-        f"{abs(off[k]):.1f} standard errors off the fit to the others, more than chance allows; "
-        + (
-            "--robust left it out"
-            if k in calibration.excluded
-            else "check it, or leave it out with --robust"
+    places, found = _places(measurements), []
+    for k in calibration.outliers:
+        out = k in calibration.excluded
+        remedy = "--robust left it out" if out else "check it, or leave it out with --robust"
+        found.append(
+            f"{places[k]}: the reading at {shown(calibration.readings[k].pressure, 'Pa')} is "
+            f"{abs(calibration.standardized_residuals[k]):.1f} standard errors off the fit to the "
+            f"others, more than chance allows; {remedy}"
         )
-        for k in calibration.outliers
-    ]
+    return found
 
 
 def copy_warnings(measurements: Sequence[Measurements]) -> list[str]:
@@ -50,11 +48,8 @@ def copy_warnings(measurements: Sequence[Measurements]) -> list[str]:
         if reading in first and reading.pressure > 0.0:
             copies.append(f"{place} (of {first[reading]})")
         first.setdefault(reading, place)
-    if not copies:
-        return []
-    return [
-        f"copies of other readings: {', '.join(copies)}; they narrow the intervals: leave them out"
-    ]
+    advice = "they narrow the intervals: leave them out"
+    return [f"copies of other readings: {', '.join(copies)}; {advice}"] if copies else []
 
 
 def rival_warnings(results: Sequence[RadiusPressure]) -> list[str]:
@@ -64,11 +59,9 @@ def rival_warnings(results: Sequence[RadiusPressure]) -> list[str]:
         for rival in one.rivals:
             if one.own_interval.low <= rival.pressure <= one.own_interval.high:
                 continue
-            other = (
-                f"predicts {shown(rival.pressure, 'Pa')}"
-                if math.isfinite(rival.pressure)
-                else "cannot grip it"
-            )
+            other = "cannot grip it"
+            if math.isfinite(rival.pressure):
+                other = f"predicts {shown(rival.pressure, 'Pa')}"
             found.append(
                 f"{shown(one.radius, 'm')}: the readings do not tell the fitted law from "
                 f"{rival.law}, which {other}, not {shown(one.pressure, 'Pa')}; the interval covers "

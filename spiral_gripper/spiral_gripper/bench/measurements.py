@@ -27,25 +27,15 @@ from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 
 COLUMNS: Final = MappingProxyType(
     {
-        "pressure": Dimension.PRESSURE,
-        "pressure_error": Dimension.PRESSURE,
-        "section_length": Dimension.LENGTH,
-        "extension": Dimension.LENGTH,
-        "extension_error": Dimension.LENGTH,
-        "twist": Dimension.ANGLE,
-        "twist_error": Dimension.ANGLE,
-        "bend_angle": Dimension.ANGLE,
-        "bend_angle_error": Dimension.ANGLE,
-        "x": Dimension.LENGTH,
-        "y": Dimension.LENGTH,
-        "z": Dimension.LENGTH,
-        "arc_length": Dimension.LENGTH,
-        "position_error": Dimension.LENGTH,
-        "object_radius": Dimension.LENGTH,
-        "object_radius_error": Dimension.LENGTH,
+        **dict.fromkeys(("pressure", "pressure_error"), Dimension.PRESSURE),
+        **dict.fromkeys(("section_length", "extension", "extension_error"), Dimension.LENGTH),
+        **dict.fromkeys(
+            ("twist", "twist_error", "bend_angle", "bend_angle_error"), Dimension.ANGLE
+        ),
+        **dict.fromkeys(("x", "y", "z", "arc_length", "position_error"), Dimension.LENGTH),
+        **dict.fromkeys(("object_radius", "object_radius_error"), Dimension.LENGTH),
         "time": Dimension.TIME,
-        "displacement": Dimension.LENGTH,
-        "displacement_error": Dimension.LENGTH,
+        **dict.fromkeys(("displacement", "displacement_error"), Dimension.LENGTH),
     }
 )
 
@@ -108,28 +98,23 @@ def measurements_of(table: Table, tube_length: float, options: CalibrationOption
         (0.0025, 0.1)
     """
     length = tube_length if options.section_length is None else options.section_length
-    found = _readings(table, KINDS, options, length)
+    found = readings_of(table, KINDS, options, length)
     lines, readings = zip(*found, strict=True)
     units = {name: column.unit for name, column in table.columns.items()}
     return Measurements(Path(table.file), readings, lines, units)
 
 
-def swing_readings(table: Table, options: CalibrationOptions) -> list[SwingReading]:
-    """Return the readings of a free swing.
-
-    Raises:
-        TableError: it cannot be used; the error names every bad line and column.
-    """
-    return [reading for _, reading in _readings(table, (SWING,), options)]
-
-
-def _readings(
+def readings_of(
     table: Table,
     possible: tuple[Kind, ...],
     options: CalibrationOptions,
     section_length: float = math.nan,
 ) -> list[tuple[int, Any]]:
-    """Return line and reading of each measurement of these kinds; there is at least one."""
+    """Return line and reading of each measurement of these kinds; there is at least one.
+
+    Raises:
+        TableError: it cannot be used; the error names every bad line and column.
+    """
     kinds = [kind for kind in possible if kind.name in table.columns]
     _check_columns(table, possible, kinds, options)
     table.raise_problems()
@@ -175,34 +160,26 @@ def _on_section(
     kind: type[ExtensionReading | TwistReading | BendReading], name: str
 ) -> Callable[[Values, float, float], Reading]:
     """Return what makes readings of one value of a section of the tube."""
-    return lambda values, error, pressure_error: kind(
-        values["pressure"], values[name], values["section_length"], error, pressure_error
+    return lambda values, *errors: kind(
+        values["pressure"], values[name], values["section_length"], *errors
     )
-
-
-def _shape(values: Values, error: float, pressure_error: float) -> Reading:
-    position = (values["x"], values["y"], values["z"])
-    return ShapeReading(
-        values["pressure"], position, values.get("arc_length"), error, pressure_error
-    )
-
-
-def _grip(values: Values, error: float, pressure_error: float) -> Reading:
-    return GripReading(values["pressure"], values["object_radius"], error, pressure_error)
-
-
-def _swing(values: Values, error: float, _: float) -> SwingReading:
-    return SwingReading(values["time"], values["displacement"], error)
 
 
 KINDS = (
     Kind("extension", "extension", ("pressure",), _on_section(ExtensionReading, "extension")),
     Kind("twist", "twist", ("pressure",), _on_section(TwistReading, "twist")),
     Kind("bend_angle", "bend_angle", ("pressure",), _on_section(BendReading, "bend_angle")),
-    Kind("x", "position", ("pressure", "y", "z"), _shape),
-    Kind("object_radius", "object_radius", ("pressure",), _grip),
-)
-SWING = Kind("displacement", "displacement", ("time", "pressure"), _swing)
+    Kind("x", "position", ("pressure", "y", "z"), lambda values, *errors: ShapeReading(
+        values["pressure"], (values["x"], values["y"], values["z"]), values.get("arc_length"),
+        *errors,
+    )),
+    Kind("object_radius", "object_radius", ("pressure",), lambda values, *errors: GripReading(
+        values["pressure"], values["object_radius"], *errors
+    )),
+)  # fmt: skip
+SWING = Kind("displacement", "displacement", ("time", "pressure"), lambda values, error, _: (
+    SwingReading(values["time"], values["displacement"], error)
+))  # fmt: skip
 # What an error can be stated for beside the files, and the column that it is the error of.
 ERROR_COLUMNS = MappingProxyType(
     {"pressure": "pressure", **{kind.error_name: kind.name for kind in KINDS}}
@@ -241,17 +218,14 @@ def _check_columns(
         for name in kind.needs:
             if name not in table.columns:
                 table.note(line, name, f"is missing; {kind.name} requires it")
-        if (
-            f"{kind.error_name}_error" not in table.columns
-            and kind.error_name not in options.errors
-        ):
+        what, column = kind.error_name, f"{kind.error_name}_error"
+        if column not in table.columns and what not in options.errors:
             example = COLUMNS[kind.name].usual_units[0]
             reason = (
-                f"is missing; state how well {kind.error_name} was measured in a column "
-                f'"{kind.error_name}_error [{example}]", or for all readings with '
-                f'--error "{kind.error_name}=0.5 {example}"'
+                f'is missing; state how well {what} was measured in a column "{column} [{example}]"'
+                f', or for all readings with --error "{what}=0.5 {example}"'
             )
-            table.note(line, f"{kind.error_name}_error", reason)
+            table.note(line, column, reason)
 
 
 def _reading(
@@ -270,10 +244,17 @@ def _reading(
         table.note(row.line, name, f"is blank, but {kind.name} requires it")
     if missing:
         return None
+
+    def error(name: str, column: str) -> float:
+        """Return the standard error of a value: its own column's, or the stated one."""
+        own, stated = values.get(f"{name}_error"), options.errors.get(name)
+        if own is None and stated is not None:
+            return stated_error(stated, name, values[column])
+        return own or 0.0
+
     try:
-        error = _error(values, kind.error_name, kind.name, options)
-        pressure_error = _error(values, "pressure", "pressure", options) or 0.0
-        return kind.make(values, error or 0.0, pressure_error)
+        errors = error(kind.error_name, kind.name), error("pressure", "pressure")
+        return kind.make(values, *errors)
     except InvalidInputError as problem:
         field_names = {
             "error": f"{kind.error_name}_error",
@@ -286,17 +267,6 @@ def _reading(
         got = f", got {written}" if written else " and is blank"
         table.note(row.line, name, f"must be {problem.requirement}{got}")
         return None
-
-
-def _error(
-    values: Values, error_name: str, measured_name: str, options: CalibrationOptions
-) -> float | None:
-    """Return the standard error of a value: its own column's, or the stated one."""
-    own = values.get(f"{error_name}_error")
-    stated = options.errors.get(error_name)
-    if own is not None or stated is None:
-        return own
-    return stated_error(stated, error_name, values[measured_name])
 
 
 def stated_error(text: str, name: str, value: float) -> float:

@@ -106,40 +106,34 @@ def needed_modulus(trial: Trial, readings: Sequence[Reading]) -> float | None:
     low, high = (math.log(end / stated) for end in MODULI)
     count = math.ceil((high - low) / MODULUS_STEP) + 1
     factors = [math.exp(x) for x in sorted(np.linspace(low, high, count).tolist(), key=abs)]
-    left, factor = min(
-        ((discrepancy(trial, readings, 1.0 / f, 1.0), f) for f in factors), key=lambda one: one[0]
-    )
-    return factor * stated if left < EXPLAINED else None
+    lefts = [discrepancy(trial, readings, 1.0 / factor, 1.0) for factor in factors]
+    best = int(np.argmin(lefts))
+    return factors[best] * stated if lefts[best] < EXPLAINED else None
 
 
 def discrepancy(
     trial: Trial, readings: Sequence[Reading], pressure_factor: float, response_factor: float
 ) -> float:
     """Return the median |ln(predicted / measured)| of the readings with both factors applied."""
-    values = [
-        _discrepancy_of_one(trial, reading, pressure_factor, response_factor)
-        for reading in readings
-        if reading.pressure > 0.0 and any(reading.measured)
-    ]
+
+    def of_one(reading: Reading) -> float:
+        measured = np.array(reading.measured) * response_factor
+        try:
+            asked = replace(reading, pressure=reading.pressure * pressure_factor)
+            predicted = predict(trial, [asked])
+        except SpiralError:
+            return HOPELESS
+        if isinstance(reading, ShapeReading):
+            # How far apart the points are, against the nearer one's distance from the base: a
+            # factor between two lengths counts as for the other kinds, and so does the direction.
+            vectors = (predicted - measured, predicted, measured)
+            apart, *sizes = (float(np.linalg.norm(vector)) for vector in vectors)
+            return math.log1p(min(apart / min(sizes), math.exp(HOPELESS)))
+        ratio = float(predicted[0] / measured[0])
+        return min(abs(math.log(ratio)), HOPELESS) if ratio > 0.0 else HOPELESS
+
+    values = [of_one(one) for one in readings if one.pressure > 0.0 and any(one.measured)]
     return float(np.median(values)) if values else 0.0
-
-
-def _discrepancy_of_one(
-    trial: Trial, reading: Reading, pressure_factor: float, response_factor: float
-) -> float:
-    measured = np.array(reading.measured) * response_factor
-    try:
-        predicted = predict(trial, [replace(reading, pressure=reading.pressure * pressure_factor)])
-    except SpiralError:
-        return HOPELESS
-    if isinstance(reading, ShapeReading):
-        # How far apart the points are, against the nearer one's distance from the base: a factor
-        # between two lengths counts as for the other kinds, and so does the direction.
-        apart = float(np.linalg.norm(predicted - measured))
-        nearer = min(float(np.linalg.norm(predicted)), float(np.linalg.norm(measured)))
-        return math.log1p(min(apart / nearer, math.exp(HOPELESS)))
-    ratio = float(predicted[0] / measured[0])
-    return min(abs(math.log(ratio)), HOPELESS) if ratio > 0.0 else HOPELESS
 
 
 def other_explanations(

@@ -11,7 +11,6 @@ from contextlib import suppress
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from spiral_core import (
     BendReading,
@@ -93,7 +92,7 @@ def pressure_figure(calibration: Calibration, name: str, level: float) -> Figure
 
 
 def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_over: Axes) -> None:
-    """Draw one kind of reading into the two panels of its row."""
+    """Draw one kind of reading: measured, fitted (a line, or the crosses of shapes), residuals."""
     name, unit = _AXES[kind]
     readings = calibration.readings
     chosen = np.repeat([isinstance(r, kind) for r in readings], [len(r.measured) for r in readings])
@@ -102,8 +101,21 @@ def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_ov
     predicted = in_units(calibration.predictions[chosen], unit)
     errors = in_units(calibration.errors[chosen], unit)
     residuals = calibration.residuals[chosen]
-    measured = predicted - residuals * errors
-    _draw_fit(fit, kind, at, measured, predicted, 2.0 * errors)
+    shape = kind is ShapeReading
+    parts = zip("xyz", _COORDINATES, strict=True) if shape else [("", _MEASURED)]
+    for offset, (coordinate, color) in enumerate(parts):
+        one = slice(offset, None, 3 if shape else 1)
+        fit.errorbar(
+            at[one], (predicted - residuals * errors)[one], 2.0 * errors[one], fmt="o", color=color,
+            markersize=4 if shape else 3.5, label=f"{coordinate}, measured".removeprefix(", "),
+        )  # fmt: skip
+        if shape:
+            fit.plot(at[one], predicted[one], "x", color="black", markersize=7)
+    if shape:
+        fit.plot([], [], "x", color="black", label="fitted")
+    else:
+        order = np.argsort(at, kind="stable")
+        fit.plot(at[order], predicted[order], "-", color=_FITTED, label="fitted")
     left_over.axhspan(-2.0, 2.0, color="#e6e6e6", lw=0.0, label="± 2 stated errors")
     left_over.axhline(0.0, color="black", linewidth=0.8)
     left_over.plot(at, residuals, "o", color=_MEASURED, markersize=3.5)
@@ -114,27 +126,3 @@ def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_ov
     for axes in (fit, left_over):
         style_axes(axes)
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
-
-
-def _draw_fit(
-    axes: Axes,
-    kind: type[Reading],
-    at: NDArray[np.float64],
-    measured: NDArray[np.float64],
-    predicted: NDArray[np.float64],
-    errors: NDArray[np.float64],
-) -> None:
-    """Draw measured values with error bars, and the fitted ones as a line (shapes: as crosses)."""
-    if kind is ShapeReading:
-        for offset, (name, color) in enumerate(zip("xyz", _COORDINATES, strict=True)):
-            one = slice(offset, None, 3)
-            axes.errorbar(
-                at[one], measured[one], errors[one],
-                fmt="o", color=color, markersize=4, label=f"{name}, measured",
-            )  # fmt: skip
-            axes.plot(at[one], predicted[one], "x", color="black", markersize=7)
-        axes.plot([], [], "x", color="black", label="fitted")
-        return
-    axes.errorbar(at, measured, errors, fmt="o", color=_MEASURED, markersize=3.5, label="measured")
-    order = np.argsort(at, kind="stable")
-    axes.plot(at[order], predicted[order], "-", color=_FITTED, label="fitted")

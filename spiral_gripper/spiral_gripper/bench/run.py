@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -139,10 +140,9 @@ def calibrate_gripper(
     """
     choice = run_calibration(description, measurements, options)
     best = choice.best
-    modulus = modulus_warning(description, best, measurements)
     warnings = [
         *warnings_of(best),
-        *([] if modulus is None else [modulus]),
+        *_modulus_warnings(description, best, measurements),
         *outlier_warnings(best, measurements),
         *copy_warnings(measurements),
     ]
@@ -153,10 +153,23 @@ def calibrate_gripper(
         warnings.insert(
             0, f"the readings do not tell the constants of {own}, the file's law, apart{remedy}"
         )
-    pressures, refusals = _pressures(choice, options)
+    pressures: list[RadiusPressure] = []
+    refusals: list[SpiralError] = []
+    rivals = rival_fits(best, choice.calibrations) if options.radii else ()
+    for radius in options.radii:
+        answer = _pressure(best, radius, options, rivals)
+        (refusals if isinstance(answer, SpiralError) else pressures).append(answer)  # type: ignore[arg-type]
+    cross_validation = None
+    with suppress(InvalidInputError):  # too few readings
+        cross_validation = leave_one_out(best)
     warnings += rival_warnings(pressures)
     return CalibrationResult(
-        choice, _cross_validation(best), tuple(warnings), pressures, refusals, options.level
+        choice,
+        cross_validation,
+        tuple(warnings),
+        tuple(pressures),
+        tuple(refusals),
+        options.level,
     )
 
 
@@ -193,62 +206,47 @@ def run_calibration(
     options = options or CalibrationOptions()
     for one in measurements:
         if not options.accept_implausible:
-            _refuse_mix_ups(description, one)
-        _refuse_contradictions(description, one, options)
+            _refuse_mix_ups(_trial(description), one)
+        _refuse_contradictions(_trial(description), one, robust=options.robust)
     readings = [reading for one in measurements for reading in one.readings]
+
+    def outcome(law: str) -> Calibration | tuple[str, SpiralError]:
+        try:
+            model = calibration_model(description, law, options)
+            return calibrate(model, readings, robust=options.robust)
+        except SpiralError as error:
+            return (law, error)
+
     laws = options.laws or (law_name(type(description.actuator.material)),)
-    outcomes = [_outcome(description, law, options, readings) for law in laws]
+    outcomes = [outcome(law) for law in laws]
     if not options.laws and laws != (SIMPLEST_LAW,) and _is_undecided(outcomes[0]):
-        outcomes.append(_outcome(description, SIMPLEST_LAW, options, readings))
-    if not any(isinstance(outcome, Calibration) for outcome in outcomes):
-        raise next(one[1] for one in outcomes if not isinstance(one, Calibration))
+        outcomes.append(outcome(SIMPLEST_LAW))
+    if all(isinstance(one, tuple) for one in outcomes):
+        raise outcomes[0][1]  # type: ignore[index]
     return choose_law(outcomes)
 
 
-def modulus_warning(
+def _trial(description: GripperDescription) -> Trial:
+    return Trial(FreeActuation(description.actuator), description.gripper)
+
+
+def _modulus_warnings(
     description: GripperDescription, best: Calibration, measurements: Sequence[Measurements]
-) -> str | None:
+) -> list[str]:
     """Return a warning if the fitted rubber is far from the one that the description states."""
     stated = description.actuator.material.small_strain_modulus
     fitted = best.actuator.material.small_strain_modulus
     if 1.0 / FAR_MODULUS <= fitted / stated <= FAR_MODULUS:
-        return None
-    trial = Trial(FreeActuation(description.actuator), description.gripper)
+        return []
     others = [
         explanation
         for one in measurements
-        for kind in _by_kind(one.readings).values()
-        for explanation in other_explanations(trial, kind, one.units)
+        for kind in _by_kind(one.readings)
+        for explanation in other_explanations(_trial(description), kind, one.units)
     ]
     instead = f"; what would explain it too: {', '.join(dict.fromkeys(others))}" if others else ""
-    return (
-        f"the fitted rubber's modulus is {fitted / stated:.3g} times the description's "
-        f"({fitted * 1e-6:.3g} MPa, not {stated * 1e-6:.3g} MPa){instead}"
-    )
-
-
-def _cross_validation(calibration: Calibration) -> CrossValidation | None:
-    """Return the leave-one-out errors, or None if there are too few readings for them."""
-    try:
-        return leave_one_out(calibration)
-    except InvalidInputError:
-        return None
-
-
-def _pressures(
-    choice: LawChoice, options: CalibrationOptions
-) -> tuple[tuple[RadiusPressure, ...], tuple[SpiralError, ...]]:
-    """Return the pressures for the radii that were asked for, and why some have none."""
-    found: list[RadiusPressure] = []
-    refused: list[SpiralError] = []
-    rivals = rival_fits(choice.best, choice.calibrations) if options.radii else ()
-    for radius in options.radii:
-        answer = _pressure(choice.best, radius, options, rivals)
-        if isinstance(answer, SpiralError):
-            refused.append(answer)
-        else:
-            found.append(answer)
-    return tuple(found), tuple(refused)
+    ratio = f"the fitted rubber's modulus is {fitted / stated:.3g} times the description's"
+    return [f"{ratio} ({fitted * 1e-6:.3g} MPa, not {stated * 1e-6:.3g} MPa){instead}"]
 
 
 def _pressure(
@@ -277,20 +275,6 @@ def _is_undecided(outcome: Calibration | tuple[str, SpiralError]) -> bool:
     return any(set(weak.names) <= set(constants) for weak in weak_directions(outcome))
 
 
-def _outcome(
-    description: GripperDescription,
-    law: str,
-    options: CalibrationOptions,
-    readings: Sequence[Reading],
-) -> Calibration | tuple[str, SpiralError]:
-    """Return the fit of one law, or its name and why there is none."""
-    try:
-        model = calibration_model(description, law, options)
-        return calibrate(model, readings, robust=options.robust)
-    except SpiralError as error:
-        return (law, error)
-
-
 def calibration_model(
     description: GripperDescription, law: str, options: CalibrationOptions
 ) -> CalibrationModel:
@@ -301,28 +285,27 @@ def calibration_model(
     """
     stated = description.gripper.stiffness
     derived = stiffness_from_actuator(description.actuator)
-    if stated.coupling != 0.0 or stated.sideways != stated.bending:
-        stated = derived
+    whole = stated.coupling != 0.0 or stated.sideways != stated.bending
+
+    def kept(name: str) -> float | None:
+        value, own = getattr(stated, name), getattr(derived, name)
+        return None if whole or abs(value - own) <= SAME_STIFFNESS * own else value
+
     return CalibrationModel(
         actuator=description.actuator,
         law=LAWS[law],
         quantities=options.quantities,
         fixed=options.fixed,
         gripper=description.gripper,
-        bending_stiffness=_if_stated(stated.bending, derived.bending),
-        torsional_stiffness=_if_stated(stated.torsional, derived.torsional),
+        bending_stiffness=kept("bending"),
+        torsional_stiffness=kept("torsional"),
     )
 
 
-def _if_stated(value: float, derived: float) -> float | None:
-    return None if abs(value - derived) <= SAME_STIFFNESS * derived else value
-
-
-def _refuse_mix_ups(description: GripperDescription, measurements: Measurements) -> None:
+def _refuse_mix_ups(trial: Trial, measurements: Measurements) -> None:
     """Raise TableError for readings that no elastomer gives, but a mix-up of units does."""
-    trial = Trial(FreeActuation(description.actuator), description.gripper)
     problems = []
-    for kind, readings in _by_kind(measurements.readings).items():
+    for readings in _by_kind(measurements.readings):
         if discrepancy(trial, readings, 1.0, 1.0) < EXPLAINED or needed_modulus(trial, readings):
             continue
         names = possible_mix_ups(trial, readings, measurements.units)
@@ -333,41 +316,36 @@ def _refuse_mix_ups(description: GripperDescription, measurements: Measurements)
             f"no elastomer gives these readings with the described tube, but {' or '.join(names)} "
             "would; correct the unit, or take them as they are with --accept-implausible"
         )
-        heading = f"pressure, {COLUMN_OF[kind]}"
+        heading = f"pressure, {COLUMN_OF[type(readings[0])]}"
         problems.append(BadCell(str(measurements.source), line, None, heading, reason))
     if problems:
         raise TableError(problems)
 
 
-def _refuse_contradictions(
-    description: GripperDescription, measurements: Measurements, options: CalibrationOptions
-) -> None:
+def _refuse_contradictions(trial: Trial, measurements: Measurements, *, robust: bool) -> None:
     """Raise TableError for readings that no constants bring together, with their lines."""
-    trial = Trial(FreeActuation(description.actuator), description.gripper)
-    readings = measurements.readings
     # Of the described tube, whose limit may lie below a reading.
-    within = [
-        k
-        for k, one in enumerate(readings)
+    chosen = [
+        (line, one)
+        for line, one in zip(measurements.lines, measurements.readings, strict=True)
         if one.pressure <= trial.actuation_for(one).pressure_limit
         and not isinstance(one, ShapeReading | GripReading)
     ]
-    chosen = [readings[k] for k in within]
     problems = []
-    for one in contradictions(trial, chosen, robust=options.robust):
-        lines = [measurements.lines[within[k]] for k in one.places]
-        dimension = COLUMNS[one.quantity]
-        values = " and ".join(shown(value, dimension.si_unit) for value in one.values)
-        others = "".join(f" (with line {line})" for line in lines[1:])
+    for one in contradictions(trial, [reading for _, reading in chosen], robust=robust):
+        line, *lines = (chosen[place][0] for place in one.places)
+        unit = COLUMNS[one.quantity].si_unit
+        values = " and ".join(shown(value, unit) for value in one.values)
+        others = "".join(f" (with line {line})" for line in lines)
         reason = f"must be {one.reason}, got {values}{others}"
-        problems.append(BadCell(str(measurements.source), lines[0], None, one.quantity, reason))
+        problems.append(BadCell(str(measurements.source), line, None, one.quantity, reason))
     if problems:
-        raise TableError(sorted(problems, key=lambda problem: problem.line or 0))
+        raise TableError(problems)
 
 
-def _by_kind(readings: Sequence[Reading]) -> dict[type[Reading], list[Reading]]:
+def _by_kind(readings: Sequence[Reading]) -> list[list[Reading]]:
     """Return readings sorted by what they measure."""
     by_kind: dict[type[Reading], list[Reading]] = {}
     for reading in readings:
         by_kind.setdefault(type(reading), []).append(reading)
-    return by_kind
+    return list(by_kind.values())

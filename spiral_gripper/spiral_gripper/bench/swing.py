@@ -10,8 +10,7 @@ from typing import Any, Final, NamedTuple
 from spiral_core import InvalidInputError, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.regression import Scatter
 from spiral_core.calibration.swing import SwingFit
-from spiral_core.rod.motion.swing import Swing
-from spiral_gripper.bench.measurements import COLUMNS, swing_readings
+from spiral_gripper.bench.measurements import COLUMNS, SWING, readings_of
 from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.report import interval_text
 from spiral_gripper.files.description import GripperDescription
@@ -56,10 +55,15 @@ def fit_free_swing(
         SolverError: the fit did not converge.
     """
     readings, pressure = _read(path, options)
-    swing = _measured_swing(description, pressure)
+    most = description.gripper.pressure_max
+    if not pressure <= most:
+        requirement = f"at most the gripper's limit, {shown(most, 'Pa')}"
+        raise InvalidInputError("pressure", shown(pressure, "Pa"), requirement)
+    swing = vibrations(description.gripper, pressure, 1).swings[0]
     length, places = description.gripper.tube.length, [one.displacement for one in readings]
-    if not max(places) - min(places) <= 2.0 * length:
-        told = f"a swing {shown(max(places) - min(places), 'm', 3)} wide"
+    width = max(places) - min(places)
+    if not width <= 2.0 * length:
+        told = f"a swing {shown(width, 'm', 3)} wide"
         requirement = f"at most twice the tube's length, {shown(length, 'm', 3)}: check the unit"
         raise InvalidInputError("displacement", told, requirement)
     fit = fit_swing(swing, readings, air=options.fixed.get("air"))
@@ -98,7 +102,7 @@ def _value_rows(solved: SolvedSwing) -> Rows:
     ]
 
 
-SWING: Final = (
+FREE_SWING: Final = (
     Field("values", "", _values),
     Field("level", "", "level"),
     Field("frequency", lambda s: f"free swing of {s.fit.frequency:.3g} Hz", "fit.frequency",
@@ -111,19 +115,10 @@ SWING: Final = (
 )  # fmt: skip
 
 
-def _measured_swing(description: GripperDescription, pressure: float) -> Swing:
-    """Return the slowest vibration of the gripper at a pressure [Pa]."""
-    most = description.gripper.pressure_max
-    if not pressure <= most:
-        requirement = f"at most the gripper's limit, {shown(most, 'Pa')}"
-        raise InvalidInputError("pressure", shown(pressure, "Pa"), requirement)
-    return vibrations(description.gripper, pressure, 1).swings[0]
-
-
 def _read(path: Path, options: CalibrationOptions) -> tuple[list[SwingReading], float]:
     """Return the readings of a file, and the one pressure at which they were made [Pa]."""
     table = read_table_file(path, COLUMNS, options.units, options.ignored)
-    readings = swing_readings(table, options)
+    readings = [reading for _, reading in readings_of(table, (SWING,), options)]
     pressure = table.rows[0].values["pressure"]
     for row in table.rows:
         if not row.values["pressure"] == pressure >= 0.0:

@@ -244,14 +244,14 @@ def _fit_swing(
     as_json: bool,
 ) -> int:
     """Fit the damping to a free swing and print it."""
-    from spiral_gripper.bench.swing import SWING, fit_free_swing, require_one_file
+    from spiral_gripper.bench.swing import FREE_SWING, fit_free_swing, require_one_file
     from spiral_gripper.reports.fields import document_of, rows_of
 
     solved = fit_free_swing(description, require_one_file(files), options)
     if as_json:
-        print_json(document_of(SWING, solved))
+        print_json(document_of(FREE_SWING, solved))
     else:
-        print_lines(rows_of(SWING, solved))
+        print_lines(rows_of(FREE_SWING, solved))
     return 0
 
 

@@ -26,7 +26,6 @@ from spiral_core import (
     gripper_from_actuator,
     stiffness_from_actuator,
 )
-from spiral_core.actuator.actuator import ActuationModel
 from spiral_core.brief import brief_repr
 from spiral_core.message import Message, Quantity
 from spiral_core.rounding import rounded_down
@@ -163,13 +162,10 @@ def parse_description(text: str, source: Path) -> GripperDescription:
 def _check_range(name: str, values: Values) -> None:
     """Refuse a value that is negative, or larger than anybody means."""
     require, largest = _RANGES[name]
-    value, dimension = values.get(name), FIELDS[name].dimension
-    if value is None or dimension is None:
-        return
-    argument = name.rpartition(".")[2]
-    if require(argument, value) > largest:
+    dimension, argument = FIELDS[name].dimension, name.rpartition(".")[2]
+    if name in values and dimension and require(argument, values[name]) > largest:
         most = Message("at most {}", Quantity(largest, dimension.si_unit, rounded_down))
-        raise InvalidInputError(argument, value, most, dimension.si_unit)
+        raise InvalidInputError(argument, values[name], most, dimension.si_unit)
 
 
 def _description(
@@ -179,8 +175,16 @@ def _description(
     actuator = _actuator(values, parts)
     density, pressure_max = values["material.density"], values["limits.pressure_max"]
     unlimited = _unlimited(values, actuator)
+    actuation = unlimited.actuation
     warnings = warnings_of_description(document, actuator, density)
-    _check_pressure(pressure_max, unlimited.actuation, warnings)
+    if pressure_max > actuation.pressure_limit:
+        requirement = Message(
+            "at most {}, the actuator's own limit{}: {}",
+            Quantity(actuation.pressure_limit, "Pa", rounded_down),
+            "".join(f" ({warning})" for warning in warnings),
+            actuation.limit.value,
+        )
+        raise InvalidInputError("pressure_max", pressure_max, requirement, "Pa")
     warnings += warnings_of_pressure(document, actuator, pressure_max)
     return GripperDescription(
         source=source,
@@ -241,20 +245,6 @@ def vary_gripper(description: GripperDescription, field: str, value: float) -> G
     return replace(gripper, pressure_max=limit)
 
 
-def _check_pressure(
-    pressure_max: float, actuation: ActuationModel, warnings: tuple[str, ...]
-) -> None:
-    """Refuse a pressure past the actuator's own limit, with the warnings that may explain it."""
-    if pressure_max > actuation.pressure_limit:
-        requirement = Message(
-            "at most {}, the actuator's own limit{}: {}",
-            Quantity(actuation.pressure_limit, "Pa", rounded_down),
-            "".join(f" ({warning})" for warning in warnings),
-            actuation.limit.value,
-        )
-        raise InvalidInputError("pressure_max", pressure_max, requirement, "Pa")
-
-
 def _actuator(values: Values, parts: dict[str, Any]) -> Actuator:
     choices = _arguments(
         values, "fibers.straight_fiber_radius", "model.twist_shear", "model.thick_wall"
@@ -297,7 +287,7 @@ def _single_fibers(values: Values) -> tuple[SingleFiber, ...]:
         requirement = f"as many as single_angles, {len(angles)}"
         raise InvalidInputError("single_positions", len(places), requirement)
     try:
-        return tuple(SingleFiber(*pair) for pair in zip(angles, places, strict=True))
+        return tuple(map(SingleFiber, angles, places))
     except InvalidInputError as error:
         field, allowed = _SINGLE_FIBER_FIELDS[error.field]
         raise InvalidInputError(field, error.value, allowed) from None

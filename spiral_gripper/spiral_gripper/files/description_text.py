@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from spiral_core import Actuator, FiberAngles, Gripper
 from spiral_gripper.files.catalog import read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
-from spiral_gripper.files.fields import FIELDS, law_name
+from spiral_gripper.files.fields import FIELDS, constants_of, law_name
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.files.units import convert_from_si
 
@@ -99,27 +99,25 @@ def description_fields(actuator: Actuator, gripper: Gripper) -> dict[str, object
 
     Twelve digits are written, so that a file means this gripper.
     """
-    tube, fibers, law = gripper.tube, actuator.fibers, actuator.material
+    fibers, law, name = actuator.fibers, actuator.material, law_name(type(actuator.material))
     angles = (fibers.alpha, fibers.beta) if isinstance(fibers, FiberAngles) else (fibers.angle,)
-    constants = dataclasses.fields(law)  # type: ignore[arg-type]  # every law of a file is one
-    values: dict[str, float] = {
-        "tube.inner_radius": tube.inner_radius,
-        "tube.wall_thickness": tube.wall_thickness,
-        "tube.length": tube.length,
+    size = math.hypot(*gripper.gravity)
+    values: dict[str, float | None] = {
+        **{f"tube.{one}": size for one, size in dataclasses.asdict(gripper.tube).items()},
         "limits.pressure_max": gripper.pressure_max,
         "grip.turns_required": gripper.turns_required,
-        "mount.gravity_magnitude": math.hypot(*gripper.gravity),
+        "grip.friction_coefficient": gripper.friction_coefficient,
+        "mount.gravity_magnitude": size,
         **dict(zip(("fibers.alpha", "fibers.beta"), angles, strict=False)),
-        **{f"material.{constant.name}": getattr(law, constant.name) for constant in constants},
+        **{f"material.{constant}": getattr(law, constant) for constant in constants_of(name)},
     }
-    if gripper.friction_coefficient is not None:
-        values["grip.friction_coefficient"] = gripper.friction_coefficient
+    down = [round(g / size, _DIGITS) for g in gripper.gravity] if size > 0.0 else [1.0, 0.0, 0.0]
     fields: dict[str, object] = {
         "name": gripper.name,
-        "mount.gravity_direction": _direction(gripper.gravity),
+        "mount.gravity_direction": down,
         "mount.object_axis": "fitted" if gripper.object_axis is None else [*gripper.object_axis],
-        "material.law": law_name(type(law)),
-        **{name: written(name, value) for name, value in values.items()},
+        "material.law": name,
+        **{one: written(one, value) for one, value in values.items() if value is not None},
     }
     singles = [fiber.angle for fiber in actuator.single_fibers]
     if any(singles):
@@ -139,9 +137,3 @@ def written(name: str, value: float, digits: int = _DIGITS) -> str | float:
         return float(f"{value:.{digits}g}")
     unit = dimension.usual_units[0]
     return f"{convert_from_si(value, unit, dimension):.{digits}g} {unit}"
-
-
-def _direction(gravity: tuple[float, float, float]) -> list[float]:
-    """Return the direction of gravity; straight down for a gripper without gravity."""
-    size = math.hypot(*gravity)
-    return [round(g / size, _DIGITS) for g in gravity] if size > 0.0 else [1.0, 0.0, 0.0]

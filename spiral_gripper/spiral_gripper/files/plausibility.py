@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from spiral_core import Actuator, HyperelasticLaw
 from spiral_core.design.requirement import TubeSize
@@ -65,12 +65,12 @@ def warnings_of_tubing(
         law: of the elastomer.
         density: of the elastomer [kg/m^3].
     """
-    found = [
+    found = (
         f"{document.file}:{item.line}:{item.column}: {warning}"
         for item, size in sizes
         for warning in warnings_of_size(size)
-    ]
-    return (*_placed(document, list(_of_material(law, density))), *found)
+    )
+    return (*_placed(document, _of_material(law, density)), *found)
 
 
 def warnings_of_size(size: TubeSize, thin_wall: float = math.inf) -> tuple[str, ...]:
@@ -85,13 +85,12 @@ def warnings_of_size(size: TubeSize, thin_wall: float = math.inf) -> tuple[str, 
     return tuple(f"{name} of {size.name} {warning}" for name, warning in found)
 
 
-def _placed(document: Document, warnings: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+def _placed(document: Document, warnings: Iterable[tuple[str, str]]) -> tuple[str, ...]:
     """Return warnings about fields as lines with their place and what is written there."""
     found = []
     for name, warning in warnings:
         entry = document.entries.get(name)
-        place = entry or document.sections[name]
-        value = "" if entry is None else f" {entry.raw}"
+        place, value = (entry, f" {entry.raw}") if entry else (document.sections[name], "")
         found.append(f"{document.file}:{place.line}:{place.column}: {name}{value} {warning}")
     return tuple(found)
 

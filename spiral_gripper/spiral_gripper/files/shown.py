@@ -48,13 +48,7 @@ _USUAL: Final[Mapping[str, Scale]] = MappingProxyType(
         "1": Scale(1.0, ""),
     }
 )
-CHOSEN: Final = (
-    Dimension.PRESSURE,
-    Dimension.LENGTH,
-    Dimension.ANGLE,
-    Dimension.FORCE,
-    Dimension.MASS,
-)
+CHOSEN: Final = tuple(Dimension[name] for name in ("PRESSURE", "LENGTH", "ANGLE", "FORCE", "MASS"))
 # Larger than this, a number is easier to read in SI.
 _LONGEST: Final = 1e5
 _present: ContextVar[Mapping[str, Scale]] = ContextVar("units", default=_USUAL)
@@ -112,14 +106,14 @@ def units_shown(names: Mapping[Dimension, str]) -> Iterator[None]:
         dimension.si_unit: Scale(convert_from_si(1.0, unit, dimension), unit)
         for dimension, unit in names.items()
     }
-    pressure, force, length = (
+    (p, pressure), (f, force), (m, length) = (
         named.get(si) or _USUAL.get(si) or Scale(1.0, si) for si in ("Pa", "N", "m")
     )
     derived = {
-        "N m": Scale(force.factor * length.factor, f"{force.unit} {length.unit}"),
-        "N m^2": Scale(force.factor * length.factor**2, f"{force.unit} {length.unit}^2"),
-        "N/m": Scale(force.factor / length.factor, f"{force.unit}/{length.unit}"),
-        "Pa/s": Scale(pressure.factor, f"{pressure.unit}/s"),
+        "N m": Scale(f * m, f"{force} {length}"),
+        "N m^2": Scale(f * m**2, f"{force} {length}^2"),
+        "N/m": Scale(f / m, f"{force}/{length}"),
+        "Pa/s": Scale(p, f"{pressure}/s"),
     }
     token = _present.set({**_USUAL, **derived, **named})
     try:

@@ -75,13 +75,9 @@ def read_text(path: Path) -> str:
     Raises:
         FileError: there is no such file, it is a device or a pipe, too large, or not UTF-8 text.
     """
-    try:
+    with _reasons_of(path, "read"):
         # A pipe without a writer would block when it is opened.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    except OSError as error:
-        raise FileError(str(path), "read", reason_of(error)) from None
-    except ValueError:
-        raise FileError(repr(str(path)), "read", "its name holds a null character") from None
     mode = os.fstat(handle).st_mode
     if not stat.S_ISREG(mode):
         os.close(handle)
@@ -114,7 +110,7 @@ def write_file(path: Path, content: str | bytes, *, replace: bool = True) -> Non
         FileError: the file exists and may not be replaced, or it cannot be written.
     """
     data = content.encode("utf-8") if isinstance(content, str) else content
-    with _reasons_of(path):
+    with _reasons_of(path, "written"):
         target = Path(os.path.realpath(path))  # a link stays a link
         if target.exists() and not target.is_file():
             raise FileError(str(path), "written", "it is not a plain file")
@@ -137,11 +133,11 @@ def write_file(path: Path, content: str | bytes, *, replace: bool = True) -> Non
 
 
 @contextmanager
-def _reasons_of(path: Path) -> Iterator[None]:
+def _reasons_of(path: Path, action: str) -> Iterator[None]:
     """Turn what the operating system reports into a FileError."""
     try:
         yield
     except OSError as error:
-        raise FileError(str(path), "written", reason_of(error)) from None
+        raise FileError(str(path), action, reason_of(error)) from None
     except ValueError:
-        raise FileError(repr(str(path)), "written", "its name holds a null character") from None
+        raise FileError(repr(str(path)), action, "its name holds a null character") from None

@@ -223,10 +223,9 @@ def convert_from_si(value: float, unit: str, dimension: Dimension) -> float:
         >>> convert_from_si(0.5, "mm", Dimension.LENGTH)
         500.0
     """
+    size = Decimal(require_finite(dimension.quantity, value))
     try:
-        return float(
-            Decimal(require_finite(dimension.quantity, value)) / _si_factor(unit, dimension)
-        )
+        return float(size / _si_factor(unit, dimension))
     except _UnitProblemError as problem:
         requirement = f"a unit of {dimension.quantity} ({problem})"
         raise InvalidInputError("unit", unit, requirement) from None
@@ -239,20 +238,14 @@ class _UnitProblemError(Exception):
 def _split(text: object, dimension: Dimension, name: str) -> tuple[Decimal, str]:
     """Return the number and the unit's text of a quantity."""
     match = _QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
-    if match is None:
-        hint = _hint(text, dimension)
-        raise InvalidInputError(name, text, dimension.requirement + hint)
-    return Decimal(match["number"]) / Decimal(match["divisor"] or 1), match["unit"]
-
-
-def _hint(text: object, dimension: Dimension) -> str:
-    """Return how a decimal comma or a number without a unit is written; nothing for other texts."""
-    if _DECIMAL_COMMA.match(str(text)) is not None:
-        return f' (decimals follow a point, not a comma: "{str(text).replace(",", ".")}")'
-    if _DECIMAL.fullmatch(str(text)) is None:
-        return ""
-    first, second = dimension.usual_units[:2]
-    return f' (write "{text} {first}" or "{text} {second}" or whichever unit is meant)'
+    if match is not None:
+        return Decimal(match["number"]) / Decimal(match["divisor"] or 1), match["unit"]
+    hint, first, second = "", *dimension.usual_units[:2]
+    if _DECIMAL_COMMA.match(str(text)):
+        hint = f' (decimals follow a point, not a comma: "{str(text).replace(",", ".")}")'
+    elif _DECIMAL.fullmatch(str(text)):
+        hint = f' (write "{text} {first}" or "{text} {second}" or whichever unit is meant)'
+    raise InvalidInputError(name, text, dimension.requirement + hint)
 
 
 def _si_factor(unit_text: str, dimension: Dimension) -> Decimal:
