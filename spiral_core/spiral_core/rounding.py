@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rounding to significant digits towards one side: printed ends of a range must lie inside it."""
+"""Rounding for print: ends of a range towards its inside, shares in percent."""
 
 from __future__ import annotations
 
@@ -24,3 +24,13 @@ def rounded_up(value: float, digits: int) -> float:
         (0.03783, 12.0)
     """
     return float(Context(digits, ROUND_CEILING).create_decimal(repr(float(value))))
+
+
+def signed_percent(share: float) -> str:
+    """Return a share in percent with its sign; one that rounds to zero has no minus.
+
+    Example:
+        >>> signed_percent(-0.2), signed_percent(-1e-12)
+        ('-20.0 %', '+0.0 %')
+    """
+    return f"{round(100.0 * share, 1) + 0.0:+.1f} %"

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -133,13 +134,16 @@ def test_the_band_is_the_interval_of_the_calibration():
     ]
     fit = calibrate(CalibrationModel(truth, gripper=GRIPPER), readings)
     assert plot(fit).axes[1].get_lines()[1].get_ydata() == pytest.approx(fit.residuals)
-    (axes,) = pressure_figure(fit, "mine", 0.95).axes
+    figure = pressure_figure(fit, "my_gripper", 0.95)
+    (axes,) = figure.axes
     band = next(area for area in axes.collections if area.get_hatch())
     corners = band.get_paths()[0].vertices
     radius = corners[:, 0].min()
     (one,) = pressure_uncertainty(fit, [1e-3 * radius], 0.95)
     ends = sorted({round(p, 6) for r, p in corners.tolist() if r == radius})
     assert ends == pytest.approx([1e-3 * end for end in one.interval], rel=1e-6)
+    FigureCanvasAgg(figure).draw()
+    assert axes.title.get_window_extent().x1 < figure.legends[0].get_window_extent().x0
     alone = replace(fit, model=replace(fit.model, gripper=None))
     assert pressure_figure(alone, "mine", 0.95) is None
 

@@ -8,6 +8,7 @@ from contextlib import suppress
 import pytest
 
 from spiral_core import InvalidInputError
+from spiral_core.design.margin import Constraint, Margin
 from spiral_core.message import Message, Quantity
 from spiral_gripper import display_units
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
@@ -78,3 +79,8 @@ def test_no_usual_unit_is_left_where_all_are_chosen(said, arguments, code, verdi
     assert re.search(verdict, printed)
     named = printed.replace("9.5 mm x 0.8 mm", "")  # the tube's name, as it was typed
     assert re.findall(r"\d (?:mm|m|kPa|Pa|deg|N|N mm|kg)\b", named) == []
+
+
+def test_a_margin_that_rounds_to_nothing_has_no_minus():
+    assert Margin(Constraint.TURNS, 1.05 - 1e-12, 1.05).sentence.endswith("(met, +0.0 %)")
+    assert Margin(Constraint.TURNS, 1.0, 1.05).sentence.endswith("(violated, -4.8 %)")

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`spiral-gripper plan | grasp | release | status | watch`, to a node in a process of its own."""
 
+import json
 import re
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 from ros.harness import DEADLINE
@@ -144,3 +146,11 @@ def test_what_cannot_be_is_refused_in_one_line_before_anything_is_sent(capsys, a
     captured = capsys.readouterr()
     assert words in captured.err
     assert (captured.out, captured.err.count("\n")) == ("", 1)
+
+
+def test_json_has_null_for_what_is_no_number(monkeypatch, capsys):
+    document = {"pressure": float("nan"), "forces": [1.0, float("inf")]}
+    answer = SimpleNamespace(document=document, lines=[], good=True)
+    monkeypatch.setattr(commands, "status", lambda namespace: answer)
+    assert run(["status", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"pressure": None, "forces": [1.0, None]}

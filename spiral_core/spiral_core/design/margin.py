@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from spiral_core.message import Message, Quantity
+from spiral_core.rounding import signed_percent
 
 # Relative rounding of the searches behind the figures; a limit met to this is met.
 TOLERANCE = 1e-9
@@ -103,8 +104,8 @@ class Margin:
         name, wanted, unit = self.constraint.value, self.constraint.wanted, self.constraint.unit
         value, bound = Quantity(self.value, unit), Quantity(self.bound, unit)
         verdict = "met" if self.is_met else "violated"
-        template = "{}: {}, {} {} ({}, {:+.1f} %)"
-        return Message(template, name, value, wanted, bound, verdict, 100.0 * self.relative)
+        share = signed_percent(self.relative)
+        return Message("{}: {}, {} {} ({}, {})", name, value, wanted, bound, verdict, share)
 
 
 def tightest(margins: tuple[Margin, ...]) -> Margin:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from textwrap import wrap
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -39,6 +40,8 @@ SECTION_ANGLES = 181
 LARGEST_RATIO = 20.0
 # A pressure limit this many times above the rest of a chart is told in the legend only.
 FAR_LIMIT = 2.0
+# Letters of a title over axes with a legend beside them.
+TITLE_WIDTH = 36
 
 
 @paper_style()
@@ -95,7 +98,7 @@ def regime_figure(
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
     title = name if chart.onset_wrap is not None else f"{name}, by the tip criterion"
-    axes.set_title(title, parse_math=False)
+    axes.set_title("\n".join(wrap(title, TITLE_WIDTH)), parse_math=False)
     figure.legend(loc="outside right upper")
     return figure
 

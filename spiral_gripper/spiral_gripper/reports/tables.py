@@ -13,6 +13,7 @@ from rich.table import Table
 from spiral_core.actuator.actuator import Actuator, windings_of
 from spiral_core.design.evaluation import Evaluation
 from spiral_core.design.report import Design, DesignReport
+from spiral_core.rounding import signed_percent
 from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.design_document import DESIGN, winding_rows_of
 from spiral_gripper.reports.fields import Rows, rows_of
@@ -71,7 +72,7 @@ def print_points(title: str, points: Sequence[Evaluation], console: Console) -> 
             escape(point.candidate.tube.name),
             shown_message(point.candidate.angles).removeprefix("beta "),
             *("" if value is None else shown(value, unit) for value, unit in figures),
-            f"{point.binding.constraint.value} {100.0 * point.binding.relative:+.1f} %",
+            f"{point.binding.constraint.value} {signed_percent(point.binding.relative)}",
         )
     console.print(table)
 
@@ -109,6 +110,6 @@ def margin_rows(design: Design) -> list[tuple[str, str, str, str]]:
     for margin in sorted(design.margins, key=lambda margin: margin.relative):
         limit = margin.constraint
         bound = f"{limit.wanted} {shown(margin.bound, limit.unit)}"
-        room = f"{100.0 * margin.relative:+.1f} %"
+        room = signed_percent(margin.relative)
         rows.append((limit.value, shown(margin.value, limit.unit), bound, room))
     return rows

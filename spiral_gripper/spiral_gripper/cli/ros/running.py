@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from typing import Any
 
 import click
 
-from spiral_gripper.cli.output import waiting
+from spiral_gripper.cli.output import print_json, waiting
 from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import require_namespace
 from spiral_gripper.cli.types import (
@@ -56,7 +55,7 @@ overpressure_option: Callable[[Decorated], Decorated] = click.option(
 def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
     """Print an answer; return 0 if it is good, else 1."""
     if as_json:
-        click.echo(json.dumps(answer.document, indent=2, ensure_ascii=False))
+        print_json(answer.document)
     else:
         click.echo("\n".join(answer.lines))
     return 0 if answer.good else 1

@@ -16,6 +16,7 @@ from spiral_core.grip.holding import HoldingForce, Pull, is_twist
 from spiral_core.grip.window import NUDGE
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Array
+from spiral_core.rounding import signed_percent
 from spiral_core.wrap.placement import distances_from_axis, touching_nodes
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper.files.shown import axis_label, number, shown, shown_message
@@ -160,9 +161,9 @@ def _against_tip(solved: SolvedGrip) -> str:
     tip, text = grip.setup.tip_pressure, shown(grip.onset_wrap, "Pa")
     if tip is None:
         return text
-    percent = 100.0 * (grip.onset_wrap / tip - 1.0)
+    percent = signed_percent(grip.onset_wrap / tip - 1.0)
     other = "tip criterion's" if grip.setup.gripper.object_axis is None else "free coil's"
-    return f"{text}, {percent:+.1f} % from the {other} {shown(tip, 'Pa')}"
+    return f"{text}, {percent} from the {other} {shown(tip, 'Pa')}"
 
 
 def _remaining(solved: SolvedGrip) -> str | None:
