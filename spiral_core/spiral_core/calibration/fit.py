@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -148,7 +148,7 @@ class Calibration(Fit):
         others scatter, or as stated if these scatter improbably little.
         """
         tests = studentized(self.residuals, self.jacobian, _owners(self.readings), self.fitted)
-        return np.array([one.ratio / one.accepted_scale for one in tests.values()])
+        return np.array([one.ratio / one.accepted for one in tests.values()])
 
     @property
     def outliers(self) -> tuple[int, ...]:
@@ -261,20 +261,25 @@ def calibrate(
         read = joined(" and ", (Quantity(value, unit) for value in one.values))
         pressure = Quantity(readings[one.places[0]].pressure, "Pa")
         raise InvalidInputError(one.quantity, Message("{} at {}", read, pressure), one.reason)
-    problem = Problem(model, readings, effective_errors(first, readings))
+    problem, owners = Problem(model, readings, effective_errors(first, readings)), _owners(readings)
     try:
         values, at_bound = problem.solve(values)
     except SolverError as error:
         raise _held_or(error, model) from None
     weighing = any(reading.pressure_error > 0.0 for reading in readings)
     excluded: tuple[int, ...] = ()
+    kept = owners >= 0
     for _ in range(ROUNDS if weighing or robust else 0):
         problem = Problem(model, readings, effective_errors(model.trial(values), readings))
-        before, excluded = excluded, problem.outliers(values) if robust else ()
+        before = excluded
+        if robust:
+            linear = problem.residuals(values), problem.jacobian(values)
+            excluded = outliers(*linear, owners, trust_stated=False)
         if not weighing and set(excluded) == set(before):
             break
-        values, at_bound = problem.without(excluded).solve(values)
-    kept = ~np.isin(_owners(readings), excluded)
+        kept = ~np.isin(owners, excluded)
+        chosen = tuple(one for k, one in enumerate(readings) if k not in excluded)
+        values, at_bound = Problem(model, chosen, problem.errors[kept]).solve(values)
     residuals, jacobian = problem.residuals(values), problem.jacobian(values)
     covariance, error_scale = covariance_and_scale(residuals[kept], jacobian[kept])
     calibration = Calibration(
@@ -350,15 +355,6 @@ class Problem:
     readings: tuple[Reading, ...]
     errors: Array
 
-    def without(self, excluded: Sequence[int]) -> Problem:
-        """Return the problem without some readings, by their places."""
-        readings = tuple(one for k, one in enumerate(self.readings) if k not in excluded)
-        return replace(
-            self,
-            readings=readings,
-            errors=self.errors[~np.isin(_owners(self.readings), excluded)],
-        )
-
     def residuals(self, values: Array) -> Array:
         """Return (m,) predicted minus measured over the error.
 
@@ -386,11 +382,6 @@ class Problem:
             columns.append(change / step.sum())
         return np.column_stack(columns)
 
-    def outliers(self, values: Array) -> tuple[int, ...]:
-        """Return the places of the readings that chance does not explain, the farthest first."""
-        residuals, jacobian = self.residuals(values), self.jacobian(values)
-        return outliers(residuals, jacobian, _owners(self.readings), trust_stated=False)
-
     def solve(self, start: Array) -> tuple[Array, tuple[str, ...]]:
         """Return the minimum near ``start`` (p,), and which parameters ended at a bound.
 
@@ -406,7 +397,11 @@ class Problem:
         self.residuals(begin * scales)  # the start must be an answer: say why if not
 
         def residuals(x: Array) -> Array:
-            return self._residuals_or_nan(x * scales)
+            """Return the residuals, or NaN where there are none: the step is then shortened."""
+            try:
+                return self.residuals(x * scales)
+            except SpiralError:
+                return np.full(len(self.errors), np.nan)
 
         def jacobian(x: Array) -> Array:
             scaled: Array = self.jacobian(x * scales) * scales
@@ -427,15 +422,7 @@ class Problem:
             raise SolverError(CalibrationStatus.ITERATION_LIMIT, found.optimality, found.nfev)
         active = np.minimum(found.x - low, high - found.x) < 2.0 * DIFFERENCE_STEP
         _require_stationary(found.fun, np.asarray(found.jac)[:, ~active], found.nfev)
-        bound = zip(self.model.names, active, strict=True)
-        return found.x * scales, tuple(name for name, hit in bound if hit)
-
-    def _residuals_or_nan(self, values: Array) -> Array:
-        """Return the residuals, or NaN throughout where there are none: the step is shortened."""
-        try:
-            return self.residuals(values)
-        except SpiralError:
-            return np.full(len(self.errors), np.nan)
+        return found.x * scales, tuple(np.array(self.model.names)[active].tolist())
 
 
 def _require_stationary(residuals: Array, jacobian: Array, evaluations: int) -> None:
@@ -468,9 +455,8 @@ def _require_seen(calibration: Calibration) -> None:
     if not names:
         return
     scales = calibration.model.scales / max(calibration.error_scale, 1.0)
-    effects = (calibration.jacobian[calibration.fitted] * scales)[
-        :, np.isin(calibration.names, names)
-    ]
+    free = np.isin(calibration.names, names)
+    effects = (calibration.jacobian[calibration.fitted] * scales)[:, free]
     _, singular, directions = np.linalg.svd(effects, full_matrices=False)
     if singular[-1] >= UNSEEN:
         return
@@ -567,8 +553,7 @@ def _sharing(names: Sequence[str], direction: Array) -> tuple[str, ...]:
 
 def _advice(calibration: Calibration, names: Sequence[str]) -> str:
     """Return what would tell these parameters apart."""
-    stiffnesses = (FittedQuantity.BENDING_STIFFNESS, FittedQuantity.TORSIONAL_STIFFNESS)
-    if any(quantity.value in names for quantity in stiffnesses):
+    if {"bending_stiffness", "torsional_stiffness"} & set(names):
         if not any(isinstance(reading, ShapeReading) for reading in calibration.readings):
             return (
                 "only a shape that gravity bends depends on EI and GJ; "

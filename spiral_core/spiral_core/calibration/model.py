@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeAlias, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -49,10 +49,6 @@ GENT_EXTENSION_LIMIT = 50.0
 EXTENSION_LIMIT_MAX = 1.0e4
 
 
-# A mounted gripper, its unloaded shape and its loaded state, by pressure.
-_Shapes: TypeAlias = dict[float, tuple[Gripper, UnloadedShape, RodState]]
-
-
 class FittedQuantity(Enum):
     """What can be fitted beside the law's constants; the value is its name in the result."""
 
@@ -73,30 +69,24 @@ class Trial:
     actuation: FreeActuation
     gripper: Gripper | None = None
 
-    @property
-    def straight(self) -> FreeActuation:
-        """A straight section of the tube, without single fibers: its wall stretches evenly.
+    def actuation_for(self, reading: Reading) -> FreeActuation:
+        """Return what a reading was measured on: the straight section or the finished actuator.
 
-        Extension and twist are measured on it. The uniform law does not tell it from the actuator.
+        Extension and twist are measured on a straight section of the tube, without single fibers:
+        its wall stretches evenly. The uniform law does not tell it from the actuator.
         """
         actuator = self.actuation.actuator
-        if actuator.pressure_law is PressureLaw.UNIFORM:
+        whole = not isinstance(reading, ExtensionReading | TwistReading)
+        if whole or actuator.pressure_law is PressureLaw.UNIFORM:
             return self.actuation
         return actuation_of(actuator.without_single_fibers())
-
-    def actuation_for(self, reading: Reading) -> FreeActuation:
-        """Return what a reading was measured on: the straight section or the finished actuator."""
-        is_straight = isinstance(reading, ExtensionReading | TwistReading)
-        return self.straight if is_straight else self.actuation
 
     def highest_beyond(self, readings: Iterable[Reading]) -> ActuationLimitError | None:
         """Return the error of the highest reading, if it is past what it was measured on."""
         for reading in sorted(readings, key=lambda one: one.pressure, reverse=True):
-            on = self.actuation_for(reading)
-            if not reading.pressure <= on.pressure_limit:
-                return ActuationLimitError(
-                    on.limit, "pressure", reading.pressure, on.pressure_limit
-                )
+            on, pressure = self.actuation_for(reading), reading.pressure
+            if not pressure <= on.pressure_limit:
+                return ActuationLimitError(on.limit, "pressure", pressure, on.pressure_limit)
         return None
 
 
@@ -172,13 +162,9 @@ class CalibrationModel:
     @property
     def scales(self) -> Array:
         """A magnitude of each parameter (p,), > 0, in which steps are measured."""
-        modulus = self.actuator.material.small_strain_modulus
         known = _starting_values(self.actuator, self.fitted_law)
-        known |= {
-            name: modulus / 6.0
-            for name in constants_of(self.fitted_law)
-            if name != "extension_limit"
-        }
+        moduli = {*constants_of(self.fitted_law)} - {"extension_limit"}
+        known |= dict.fromkeys(moduli, self.actuator.material.small_strain_modulus / 6.0)
         return np.array([known[name] for name in self.names])
 
     @property
@@ -206,23 +192,20 @@ class CalibrationModel:
         constants = {name: float(given[name]) for name in constants_of(self.fitted_law)}
         material = cast("Any", self.fitted_law)(**constants)
         actuator = replace(self.actuator, material=material)
-        radius = given.get(FittedQuantity.STRAIGHT_FIBER_RADIUS.value)
-        return (
-            actuator if radius is None else replace(actuator, straight_fiber_radius=float(radius))
-        )
+        if FittedQuantity.STRAIGHT_FIBER_RADIUS.value not in given:
+            return actuator
+        return replace(actuator, straight_fiber_radius=float(given["straight_fiber_radius"]))
 
     def stiffness_from(self, values: Iterable[float]) -> Section:
         """Return EI and GJ with these parameter values: fitted, given, or the material's."""
         given = dict(zip(self.names, values, strict=True))
         material = stiffness_from_actuator(self.actuator_from(values))
-        bending, torsional = (
-            given.get(name, own if stated is None else stated)
-            for name, stated, own in (
-                ("bending_stiffness", self.bending_stiffness, material.bending),
-                ("torsional_stiffness", self.torsional_stiffness, material.torsional),
-            )
+        bending = given.get("bending_stiffness", self.bending_stiffness)
+        torsional = given.get("torsional_stiffness", self.torsional_stiffness)
+        return Section.inextensible(
+            bending=material.bending if bending is None else float(bending),
+            torsional=material.torsional if torsional is None else float(torsional),
         )
-        return Section.inextensible(bending=float(bending), torsional=float(torsional))
 
     def trial(self, values: Iterable[float]) -> Trial:
         """Return what readings are predicted from at these parameter values.
@@ -330,30 +313,58 @@ def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
         ActuationLimitError: a pressure is past the limit of this trial's actuator.
         SolverError: a shape could not be certified.
     """
-    mounted = [one.pressure for one in readings if isinstance(one, ShapeReading | GripReading)]
-    shapes = _shapes(trial.gripper, mounted)
-    components = [_predict_one(trial, shapes, reading) for reading in readings]
-    return np.array([value for values in components for value in values], dtype=np.float64)
+    mounted: dict[float, tuple[Gripper, UnloadedShape, RodState]] = {}
+    state: RodState | None = None
+    found: list[float] = []
+    for reading in readings:
+        pressure = reading.pressure
+        if not isinstance(reading, ShapeReading | GripReading):
+            actuation = trial.actuation_for(reading)
+            shape, length = actuation.unloaded_shape(pressure), actuation.actuator.tube.length
+            rate = shape.torsion if isinstance(reading, TwistReading) else shape.curvature
+            per_length = rate * (shape.backbone_length / length)
+            if isinstance(reading, ExtensionReading):
+                per_length = actuation.stretch_from_pressure(pressure) - 1.0
+            found.append(per_length * reading.section_length)
+            continue
+        if pressure not in mounted:
+            if trial.gripper is None:
+                raise InvalidInputError(
+                    "gripper", None, "given: shapes and grips depend on the mount"
+                )
+            shape = trial.actuation.unloaded_shape(pressure)
+            # Each from the one before, with the same number of elements for every trial: so
+            # predictions depend smoothly on it.
+            state = solve_rod(
+                trial.gripper.rod(shape),
+                trial.gripper.load(shape),
+                elements=None if state is None else len(state.arc_lengths) - 1,
+                start=state,
+                estimate_error=False,
+            )
+            mounted[pressure] = trial.gripper, shape, state
+        if isinstance(reading, ShapeReading):
+            found += _position(*mounted[pressure], reading.arc_length)
+        else:
+            found.append(wrapped_radius(*mounted[pressure])[0])
+    return np.array(found, dtype=np.float64)
 
 
-def _shapes(gripper: Gripper | None, pressures: Sequence[float]) -> _Shapes:
-    """Return the mounted gripper's shapes by pressure, each solved from the one before."""
-    found: _Shapes = {}
-    start: RodState | None = None
-    for pressure in dict.fromkeys(pressures):
-        if gripper is None:
-            raise InvalidInputError("gripper", None, "given: shapes and grips depend on the mount")
-        shape = gripper.actuation.unloaded_shape(pressure)
-        start = solve_rod(
-            gripper.rod(shape),
-            gripper.load(shape),
-            # The same number for every trial, so that predictions depend smoothly on it.
-            elements=None if start is None else len(start.arc_lengths) - 1,
-            start=start,
-            estimate_error=False,
-        )
-        found[pressure] = gripper, shape, start
-    return found
+def _position(
+    gripper: Gripper, shape: UnloadedShape, state: RodState, arc_length: float | None
+) -> list[float]:
+    """Return the position of a point of the backbone [m]; without an arc length, of the tip."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    length = gripper.tube.length
+    if arc_length is None:
+        return [float(x) for x in state.tip_position]
+    if not arc_length <= length:
+        requirement = Message("at most the length, {}", Quantity(length, "m", rounded_down))
+        raise InvalidInputError("arc_length", arc_length, requirement, "m")
+    spline = CubicHermiteSpline(state.arc_lengths, state.positions, state.tangents)
+    position: list[float] = spline(arc_length / length * shape.backbone_length).tolist()
+    return position
 
 
 class Contradiction(NamedTuple):
@@ -395,13 +406,12 @@ def contradictions(
         places = [k for k, one in enumerate(readings) if isinstance(one, kind)]
         chosen = [readings[k] for k in places]
         errors = np.array([one.error for one in chosen])
-        expected, measured = predict(trial, chosen), measured_values(chosen)
+        expected, measured = predict(trial, chosen) / errors, measured_values(chosen) / errors
         signs = "negative" if expected.sum() < 0.0 else "positive"
         reason = f"{signs} for these fibers ({hint})"
-        ways = np.sign(expected) * measured / errors
         # The factor that would meet them best, over its standard error.
-        weight = float(np.linalg.norm(expected / errors))
-        together = float(expected / errors @ (measured / errors)) < -CONTRADICTION * weight
+        together = expected @ measured < -CONTRADICTION * np.linalg.norm(expected)
+        ways = np.sign(expected) * measured
         for k, way in zip(places, ways.tolist(), strict=True):
             if way < 0.0 and (together or (way < -CONTRADICTION and not robust)):
                 found.append(Contradiction((k,), kind.quantity, readings[k].measured, reason))
@@ -418,24 +428,18 @@ def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]
     for places in (group for group in groups.values() if len(group) > 1):
         values = np.array([readings[k].measured for k in places])
         errors = effective_errors(trial, [readings[k] for k in places]).reshape(values.shape)
-        order, columns = np.argsort(values, axis=0, kind="stable"), np.arange(values.shape[1])
-        low, high = order[0], order[-1]
-        apart = np.ptp(values, axis=0) / np.hypot(errors[high, columns], errors[low, columns])
+        pairs = np.argsort(values, axis=0, kind="stable")[[0, -1]]  # lowest and highest
+        apart = np.ptp(values, axis=0) / np.hypot(*np.take_along_axis(errors, pairs, axis=0))
         worst = int(np.argmax(apart))
         if apart[worst] > FAR_APART:
-            pair = int(low[worst]), int(high[worst])
+            pair = pairs[:, worst].tolist()
             reason = (
                 f"alike: at one pressure they are {apart[worst]:.3g} standard errors of their "
                 "difference apart; state the error that repeats show, or fit without outliers"
             )
-            found.append(
-                Contradiction(
-                    tuple(places[k] for k in pair),
-                    readings[places[0]].quantity,
-                    tuple(float(values[k, worst]) for k in pair),
-                    reason,
-                )
-            )
+            read = tuple(values[pair, worst].tolist())
+            quantity = readings[places[0]].quantity
+            found.append(Contradiction(tuple(places[k] for k in pair), quantity, read, reason))
     return found
 
 
@@ -452,10 +456,9 @@ def effective_errors(trial: Trial, readings: Sequence[Reading]) -> Array:
     Source: J. Orear, American Journal of Physics 50, 1982, 912-916 (effective variance).
     """
     counts = [len(reading.measured) for reading in readings]
-    own: Array = np.repeat([reading.error for reading in readings], counts)
-    errors = np.repeat([reading.pressure_error for reading in readings], counts)
+    own, errors = np.repeat([(r.error, r.pressure_error) for r in readings], counts, axis=0).T
     if not errors.any():
-        return own
+        return np.asarray(own)
     limit = trial.actuation.pressure_limit
     low = [replace(r, pressure=r.pressure * (1.0 - PRESSURE_STEP)) for r in readings]
     high = [replace(r, pressure=min(limit, r.pressure * (1.0 + PRESSURE_STEP))) for r in readings]
@@ -464,38 +467,6 @@ def effective_errors(trial: Trial, readings: Sequence[Reading]) -> Array:
     slopes = (predict(trial, high) - predict(trial, low)) / np.repeat(steps, counts)
     total: Array = np.hypot(own, slopes * errors)
     return total
-
-
-def _predict_one(trial: Trial, shapes: _Shapes, reading: Reading) -> tuple[float, ...]:
-    if isinstance(reading, ExtensionReading):
-        stretch = trial.straight.stretch_from_pressure(reading.pressure)
-        return ((stretch - 1.0) * reading.section_length,)
-    if isinstance(reading, TwistReading | BendReading):
-        actuation = trial.actuation_for(reading)
-        shape = actuation.unloaded_shape(reading.pressure)
-        rate = shape.torsion if isinstance(reading, TwistReading) else shape.curvature
-        elongation = shape.backbone_length / actuation.actuator.tube.length
-        return (rate * elongation * reading.section_length,)
-    if isinstance(reading, ShapeReading):
-        return _position(*shapes[reading.pressure], reading.arc_length)
-    radius, _ = wrapped_radius(*shapes[reading.pressure])
-    return (radius,)
-
-
-def _position(
-    gripper: Gripper, shape: UnloadedShape, state: RodState, arc_length: float | None
-) -> tuple[float, ...]:
-    """Return the position of a point of the backbone [m]; without an arc length, of the tip."""
-    from scipy.interpolate import CubicHermiteSpline
-
-    length = gripper.tube.length
-    if arc_length is None:
-        return tuple(float(x) for x in state.tip_position)
-    if not arc_length <= length:
-        requirement = Message("at most the length, {}", Quantity(length, "m", rounded_down))
-        raise InvalidInputError("arc_length", arc_length, requirement, "m")
-    spline = CubicHermiteSpline(state.arc_lengths, state.positions, state.tangents)
-    return tuple(float(x) for x in spline(arc_length / length * shape.backbone_length))
 
 
 # Until the start reaches the highest measured pressure it is made stiffer by these factors: a
@@ -513,12 +484,10 @@ def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> Arr
     Raises:
         ActuationLimitError: the measured pressures are past what any start reaches.
     """
-    beyond: ActuationLimitError | None = None
+    stiffened, beyond = np.array([name != "extension_limit" for name in model.names]), None
     for factor in STIFFENING:
-        factors = [1.0 if name == "extension_limit" else factor for name in model.names]
-        values: Array = np.array(factors) * model.start()
-        trial = Trial(actuation_of(model.actuator_from(values)))
-        beyond = trial.highest_beyond(readings)
+        values: Array = np.where(stiffened, factor, 1.0) * model.start()
+        beyond = Trial(actuation_of(model.actuator_from(values))).highest_beyond(readings)
         if beyond is None:
             return values
     raise cast("ActuationLimitError", beyond)

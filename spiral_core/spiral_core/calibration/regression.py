@@ -89,6 +89,12 @@ def scatter_of(error_scale: float, degrees_of_freedom: int) -> Scatter:
     return Scatter.AS_STATED
 
 
+def _accepted(error_scale: float, degrees_of_freedom: int) -> float:
+    """Return the scale of the errors, or 1 where they scatter improbably little."""
+    scatter = scatter_of(error_scale, max(degrees_of_freedom, 1))
+    return 1.0 if scatter is Scatter.TOO_SMALL else error_scale
+
+
 class Interval(NamedTuple):
     """A confidence interval, in the unit of what it is for."""
 
@@ -185,8 +191,8 @@ class Fit:
         Raises:
             InvalidInputError: there is no such parameter, or ``level`` is not between 0 and 1.
         """
-        value, error = self.value(name), float(self.standard_errors[self.index(name)])
-        half = self.interval_factor(level) * error
+        value = self.value(name)
+        half = self.interval_factor(level) * float(self.standard_errors[self.index(name)])
         return Interval(value - half, value + half)
 
 
@@ -201,15 +207,13 @@ def covariance_and_scale(residuals: Array, jacobian: Array) -> tuple[Array, floa
         jacobian: (m, p) their derivatives by the parameters.
     """
     freedom = len(residuals) - jacobian.shape[1]
-    variance = float(residuals @ residuals) / freedom
-    scale = math.sqrt(variance)
+    scale = math.sqrt(float(residuals @ residuals) / freedom)
     lengths = np.linalg.norm(jacobian, axis=0)
     lengths = np.where(lengths > 0.0, lengths, np.finfo(np.float64).tiny ** 0.25)
     _, singular, directions = np.linalg.svd(jacobian / lengths, full_matrices=False)
     floor = np.finfo(np.float64).eps * max(float(singular[0]), 1.0)
     scaled = directions / np.maximum(singular, floor)[:, None] / lengths
-    accepted = 1.0 if scatter_of(scale, freedom) is Scatter.TOO_SMALL else variance
-    return accepted * scaled.T @ scaled, scale
+    return _accepted(scale, freedom) ** 2 * scaled.T @ scaled, scale
 
 
 def slope(function: Callable[[Array], Array], at: Array, step: Array) -> Array | None:
@@ -242,17 +246,13 @@ class Studentized(NamedTuple):
             components.
         scale: of the others' errors, over the stated ones.
         freedom: degrees of freedom of that scale.
+        accepted: that scale, or 1 where they scatter improbably little.
     """
 
     ratio: float
     scale: float
     freedom: int
-
-    @property
-    def accepted_scale(self) -> float:
-        """The scale of the others' errors, or 1 where they scatter improbably little."""
-        small = scatter_of(self.scale, max(self.freedom, 1)) is Scatter.TOO_SMALL
-        return 1.0 if small else self.scale
+    accepted: float
 
 
 def studentized(
@@ -269,18 +269,19 @@ def studentized(
     lengths = np.linalg.norm(jacobian[fitted], axis=0)
     columns = jacobian / np.where(lengths > 0.0, lengths, 1.0)
     found = {}
-    for one in dict.fromkeys(owners.tolist()):
-        others = fitted & (owners != one)
+    for place in dict.fromkeys(owners.tolist()):
+        own = owners == place
+        others = fitted & ~own
         base, singular, directions = np.linalg.svd(columns[others], full_matrices=False)
         seen = singular > UNSEEN_BY_OTHERS * singular[0]
-        parts = base.T[seen] @ residuals[others]
+        base, turned = base[:, seen], columns[own] @ directions[seen].T / singular[seen]
+        parts = base.T @ residuals[others]
         freedom = int(others.sum() - seen.sum())
-        left = residuals[others] - base.T[seen].T @ parts
-        scale = float(np.linalg.norm(left)) / math.sqrt(max(freedom, 1))
-        turned = columns[owners == one] @ directions[seen].T / singular[seen]
-        off = residuals[owners == one] - turned @ parts
-        ratios = off / np.sqrt(1.0 + np.sum(turned**2, axis=1))
-        found[one] = Studentized(float(max(ratios, key=abs)), scale, freedom)
+        scale = float(np.linalg.norm(residuals[others] - base @ parts))
+        scale /= math.sqrt(max(freedom, 1))
+        ratios = (residuals[own] - turned @ parts) / np.sqrt(1.0 + np.sum(turned**2, axis=1))
+        ratio = float(max(ratios, key=abs))
+        found[place] = Studentized(ratio, scale, freedom, _accepted(scale, freedom))
     return found
 
 
@@ -302,17 +303,16 @@ def outliers(
     found = 0
     for _ in range(int(SHARE_MAX * (len(set(owners.tolist())) - jacobian.shape[1]))):
         tests = studentized(residuals, jacobian, owners, kept)
-        worst = max(owners[kept], key=lambda k: abs(tests[k].ratio) / tests[k].accepted_scale)
+        worst = max(owners[kept], key=lambda k: abs(tests[k].ratio) / tests[k].accepted)
         test = tests[worst]
         if test.freedom < FREEDOM_MIN:
             break
         upper = 1.0 - 0.5 * FALSE_ALARM / int(kept.sum())
         by_scatter = float(stdtrit(test.freedom, upper)) * test.scale
         by_stated = float(ndtri(upper)) * max(test.scale, 1.0)
-        if test.accepted_scale != test.scale:
+        limit = min(by_scatter, by_stated) if trust_stated else by_scatter
+        if test.accepted != test.scale:
             limit = by_stated
-        else:
-            limit = min(by_scatter, by_stated) if trust_stated else by_scatter
         order.append(int(worst))
         kept &= owners != worst
         if abs(test.ratio) > limit:

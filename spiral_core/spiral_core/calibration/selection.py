@@ -11,7 +11,7 @@ import numpy as np
 
 from spiral_core.brief import brief_repr
 from spiral_core.calibration.fit import Calibration, calibrate
-from spiral_core.calibration.model import measured_values, predict
+from spiral_core.calibration.model import predict
 from spiral_core.calibration.readings import Reading
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Array
@@ -96,34 +96,29 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
     if len(groups) < 2:
         found = f"{len(groups)} pressures above 0"
         raise InvalidInputError("readings", found, "made at two pressures above 0 at least")
-    told: list[Reading] = []
-    predicted: list[float] = []
+    largest: dict[type[Reading], float] = {}
+    for one in readings:
+        largest[type(one)] = max(largest.get(type(one), 0.0), *map(abs, one.measured))
+    rows: list[tuple[float, ...]] = []
     missed: list[float] = []
     for group in groups:
         others = [reading for reading in readings if reading not in group]
         try:
-            values = _predicted_from(calibration, others, group)
+            fit = calibrate(calibration.model, others, start=calibration.values.tolist())
+            beyond = fit.trial.highest_beyond(group)
+            if beyond is not None:
+                raise beyond
+            predicted = iter(predict(fit.trial, group).tolist())
         except SpiralError:
             missed.append(group[0].pressure)
             continue
-        told.extend(group)
-        predicted.extend(values)
-    if not told:
+        for one in group:
+            of_one = one.pressure, one.error, largest[type(one)]
+            rows += [(value, next(predicted), *of_one) for value in one.measured]
+    if not rows:
         raise InvalidInputError("readings", f"{len(groups)} pressures", "enough to leave one out")
-    largest = {
-        kind: np.abs(measured_values([one for one in readings if type(one) is kind])).max()
-        for kind in {type(one) for one in told}
-    }
-    rows = [(one.pressure, one.error, largest[type(one)]) for one in told for _ in one.measured]
-    pressures, errors, largest_of_kind = np.array(rows).T
-    return CrossValidation(
-        measured_values(told),
-        np.array(predicted),
-        pressures,
-        errors,
-        largest_of_kind,
-        tuple(missed),
-    )
+    measured, foreseen, pressures, errors, most = np.array(rows).T
+    return CrossValidation(measured, foreseen, pressures, errors, most, tuple(missed))
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,11 +169,8 @@ def choose_law(calibrations: Sequence[Calibration | tuple[str, SpiralError]]) ->
         raise InvalidInputError("calibrations", len(fits), "one successful fit at least")
     if any(one.readings != fits[0].readings for one in fits):
         raise InvalidInputError("calibrations", "different readings", "fits to the same readings")
-    ordered = sorted(
-        fits,
-        key=lambda one: (one.information_criterion, len(one.values), one.bayesian_criterion),
-    )
-    return LawChoice(tuple(ordered), tuple((name, str(error)) for name, error in failures))
+    fits.sort(key=lambda c: (c.information_criterion, len(c.values), c.bayesian_criterion))
+    return LawChoice(tuple(fits), tuple((name, str(error)) for name, error in failures))
 
 
 def _by_pressure(readings: Sequence[Reading]) -> list[list[Reading]]:
@@ -190,14 +182,3 @@ def _by_pressure(readings: Sequence[Reading]) -> list[list[Reading]]:
             groups.append([])
         groups[-1].append(reading)
     return groups
-
-
-def _predicted_from(
-    calibration: Calibration, others: Sequence[Reading], group: Sequence[Reading]
-) -> Array:
-    """Return what a fit to the other readings predicts for one group."""
-    fit = calibrate(calibration.model, others, start=calibration.values.tolist())
-    beyond = fit.trial.highest_beyond(group)
-    if beyond is not None:
-        raise beyond
-    return predict(fit.trial, group)

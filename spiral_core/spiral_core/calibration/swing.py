@@ -43,8 +43,8 @@ LEAST_SWING = 0.5
 OTHER_SWING = 1.6
 # Frequencies tried at first, over that of the description.
 TRIED = np.linspace(0.3, 3.0, 541)
-# Steps of the amplitude's integration (Runge-Kutta, fourth order).
-STEPS = 200
+# Of the integration of amplitude and phase: far below the steps by which the fit differentiates.
+ACCURACY = 1e-10
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,22 +114,47 @@ def fit_swing(
 
     Source: docs/derivations/motion.md, section 3.
     """
+    from scipy.integrate import odeint
     from scipy.optimize import least_squares
 
     if air is not None:
         require_non_negative("air", air)
+    if len(readings) < FEWEST_READINGS:
+        raise InvalidInputError("readings", len(readings), f"at least {FEWEST_READINGS}")
     ordered = sorted(readings, key=lambda one: one.time)
-    data = _Data(swing, ordered, air)
-    frequency, cosine, sine, offset = data.first_guess()
+    times, measured, errors = np.array([(r.time, r.displacement, r.error) for r in ordered]).T
+    times = times - times[0]
+    frequency, cosine, sine, offset = _first_guess(swing, times, measured)
     size = math.hypot(cosine, sine)
-    start = [1.0, *([1.0] if air is None else []), frequency / swing.frequency, 0.0]
-    start += [1.0, math.atan2(-sine, cosine), offset / size]
-    damped = 1 if air is not None else 2
+    names = ("retardation_time", "air") if air is None else ("retardation_time",)
+    units = np.array((DEFAULT_RETARDATION_TIME, 1.0))[: len(names)]
+    damped = len(names)
+    # The damping, then frequency, its change, amplitude, phase and offset, over their magnitudes.
+    start = [1.0] * damped + [frequency / swing.frequency, 0.0, 1.0]
+    start += [math.atan2(-sine, cosine), offset / size]
     low = np.full(len(start), -np.inf)
     low[:damped], low[damped + 2] = 0.0, 1e-6
 
+    def damping_of(x: Array) -> Damping:
+        return Damping(*(units * x[:damped]).tolist(), *(() if air is None else (air,)))
+
     def residuals(x: Array) -> Array:
-        return data.residuals(x, size)
+        """Return fitted minus measured over the errors (m,)."""
+        damping, (frequency, bend, amplitude, phase, offset) = damping_of(x), x[damped:]
+        linear = float(swing.decay_rate(np.array(0.0), damping))
+        slow, fast = damping.air * swing.air_creeping, damping.air * swing.air_inertial
+
+        def rates(state: Array, _: float) -> tuple[float, float]:
+            """Return the derivatives of log A and of the integral of (A / size)^2."""
+            one = math.exp(state[0])
+            return -(linear + slow * one ** (1.0 / 3.0) + fast * one), (one / size) ** 2
+
+        begin = math.log(amplitude * size), 0.0
+        log, squared = odeint(rates, begin, times, rtol=ACCURACY, atol=ACCURACY).T
+        turned = swing.frequency * (frequency * times + bend * squared)
+        fitted = size * offset + np.exp(log) * np.cos(phase + 2.0 * math.pi * turned)
+        weighted: Array = (fitted - measured) / errors
+        return weighted
 
     found = least_squares(
         residuals, start, bounds=(low, np.inf), x_scale="jac", jac="3-point", max_nfev=200
@@ -137,108 +162,49 @@ def fit_swing(
     if found.status <= 0:
         raise SolverError(CalibrationStatus.ITERATION_LIMIT, float(found.optimality), found.nfev)
     covariance, error_scale = covariance_and_scale(found.fun, np.asarray(found.jac))
-    names = ("retardation_time", "air")[:damped]
-    units = np.array((DEFAULT_RETARDATION_TIME, 1.0))[:damped]
-    values = units * found.x[:damped]
     return SwingFit(
         names=names,
-        values=values,
+        values=units * found.x[:damped],
         covariance=covariance[:damped, :damped] * np.outer(units, units),
         residuals=found.fun,
-        degrees_of_freedom=len(ordered) - len(start),
+        degrees_of_freedom=len(times) - len(start),
         error_scale=error_scale,
-        at_bound=tuple(n for n, v in zip(names, found.x, strict=False) if v < 1e-4),
-        damping=Damping(float(values[0]), float(values[1]) if air is None else air),
+        at_bound=tuple(name for name, x in zip(names, found.x, strict=False) if x < 1e-4),
+        damping=damping_of(found.x),
         frequency=float(found.x[damped] * swing.frequency),
         amplitude=float(found.x[damped + 2] * size),
     )
 
 
-class _Data:
-    """Readings as arrays, and what the model says of them."""
-
-    def __init__(self, swing: Swing, readings: list[SwingReading], air: float | None) -> None:
-        self.swing, self.air = swing, air
-        if len(readings) < FEWEST_READINGS:
-            raise InvalidInputError("readings", len(readings), f"at least {FEWEST_READINGS}")
-        self.times = np.array([one.time for one in readings])
-        self.measured = np.array([one.displacement for one in readings])
-        self.errors = np.array([one.error for one in readings])
-        self.times = self.times - self.times[0]
-
-    def first_guess(self) -> tuple[float, float, float, float]:
-        """Return frequency [Hz], cosine, sine and offset [m] of the swing; refuse another's."""
-        own, ends = self.swing.frequency, float(self.times[-1])
-        if not len(self.times) >= LEAST_READINGS * ends * own:
-            per = len(self.times) / (ends * own)
-            each = f"at least {LEAST_READINGS:g} in each swing of {own:.3g} Hz"
-            requirement = f"{each} (check the unit of time)"
-            raise InvalidInputError("readings", f"{per:.2g} in a swing", requirement)
-        best = (math.inf, 0.0, np.zeros(3))
-        assumed = Damping()
-        for frequency in TRIED * own:
-            decay = np.exp(-self.times * 0.5 * self.swing.material * assumed.retardation_time)
-            angle = 2.0 * math.pi * frequency * self.times
-            columns = np.column_stack(
-                (decay * np.cos(angle), decay * np.sin(angle), np.ones_like(decay))
-            )
-            parts, left, *_ = np.linalg.lstsq(columns, self.measured, rcond=None)
-            if left.size and left[0] < best[0]:
-                best = (float(left[0]), float(frequency), parts)
-        frequency, parts = best[1], best[2]
-        if not own / OTHER_SWING < frequency < own * OTHER_SWING:
-            raise InvalidInputError(
-                "time",
-                f"a swing of {frequency:.3g} Hz",
-                f"readings of the described gripper's swing, {own:.3g} Hz: check the unit of "
-                "time, the mount, the pressure and the weight",
-            )
-        if not ends * frequency >= LEAST_PERIODS:
-            least = Quantity(LEAST_PERIODS / frequency, "s")
-            requirement = Message("at least {:g} swings, {}", LEAST_PERIODS, least)
-            raise InvalidInputError("time", ends, requirement, "s")
-        variance = float(np.sum((self.measured - self.measured.mean()) ** 2))
-        if not best[0] < (1.0 - LEAST_SWING) * variance:
-            requirement = "a swing of the tip that decays"
-            raise InvalidInputError("displacement", "no such swing", requirement)
-        return frequency, float(parts[0]), float(parts[1]), float(parts[2])
-
-    def residuals(self, x: Array, size: float) -> Array:
-        """Return fitted minus measured over the errors (m,)."""
-        values = x.tolist()
-        air = values.pop(1) if self.air is None else self.air
-        damping = Damping(max(values[0], 0.0) * DEFAULT_RETARDATION_TIME, max(air, 0.0))
-        frequency, bend, amplitude, phase, offset = values[1:]
-        times, amplitudes = self._decay(abs(amplitude) * size, damping)
-        squares = (amplitudes / size) ** 2
-        stretch = np.cumsum(0.5 * (squares[1:] + squares[:-1])) * (times[1] - times[0])
-        squared = np.interp(self.times, times, np.append(0.0, stretch))
-        turned = frequency * self.times + bend * squared
-        angle = phase + 2.0 * math.pi * self.swing.frequency * turned
-        # the logarithm of the amplitude bends little between 200 steps
-        decay = np.exp(np.interp(self.times, times, np.log(amplitudes)))
-        fitted: Array = size * offset + decay * np.cos(angle)
-        weighted: Array = (fitted - self.measured) / self.errors
-        return weighted
-
-    def _decay(self, start: float, damping: Damping) -> tuple[Array, Array]:
-        """Return times [s] and amplitudes [m] of even steps, by Runge and Kutta's method."""
-        times = np.linspace(0.0, float(self.times[-1]), STEPS + 1)
-        step, amplitudes = times[1] - times[0], np.empty(STEPS + 1)
-        amplitudes[0] = amplitude = max(start, 1e-300)
-        linear = float(self.swing.decay_rate(np.array(0.0), damping))
-        slow = damping.air * self.swing.air_creeping
-        fast = damping.air * self.swing.air_inertial
-
-        def rate(log: float) -> float:
-            size = math.exp(log)
-            return -(linear + slow * math.cbrt(size) + fast * size)
-
-        log = math.log(amplitude)
-        for i in range(STEPS):
-            first = rate(log)
-            second = rate(log + 0.5 * step * first)
-            third = rate(log + 0.5 * step * second)
-            log += step / 6.0 * (first + 2.0 * (second + third) + rate(log + step * third))
-            amplitudes[i + 1] = math.exp(log)
-        return times, amplitudes
+def _first_guess(swing: Swing, times: Array, measured: Array) -> Array:
+    """Return frequency [Hz], cosine, sine and offset [m] of the swing; refuse another's."""
+    own, end = swing.frequency, float(times[-1])
+    if not len(times) >= LEAST_READINGS * end * own:
+        each = f"at least {LEAST_READINGS:g} in each swing of {own:.3g} Hz"
+        requirement = f"{each} (check the unit of time)"
+        per = len(times) / (end * own)
+        raise InvalidInputError("readings", f"{per:.2g} in a swing", requirement)
+    decay = np.exp(-times * 0.5 * swing.material * DEFAULT_RETARDATION_TIME)
+    least, best = math.inf, np.zeros(4)
+    for frequency in TRIED * own:
+        angle = 2.0 * math.pi * frequency * times
+        columns = np.stack((decay * np.cos(angle), decay * np.sin(angle), np.ones_like(decay)), 1)
+        parts = np.linalg.lstsq(columns, measured, rcond=None)[0]
+        left = float(np.sum((columns @ parts - measured) ** 2))
+        if left < least:
+            least, best = left, np.append(frequency, parts)
+    frequency = float(best[0])
+    if not own / OTHER_SWING < frequency < own * OTHER_SWING:
+        raise InvalidInputError(
+            "time",
+            f"a swing of {frequency:.3g} Hz",
+            f"readings of the described gripper's swing, {own:.3g} Hz: check the unit of "
+            "time, the mount, the pressure and the weight",
+        )
+    if not end * frequency >= LEAST_PERIODS:
+        shortest = Quantity(LEAST_PERIODS / frequency, "s")
+        requirement = Message("at least {:g} swings, {}", LEAST_PERIODS, shortest)
+        raise InvalidInputError("time", end, requirement, "s")
+    if not least < (1.0 - LEAST_SWING) * float(np.sum((measured - measured.mean()) ** 2)):
+        raise InvalidInputError("displacement", "no such swing", "a swing of the tip that decays")
+    return best

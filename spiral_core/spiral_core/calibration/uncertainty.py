@@ -243,8 +243,7 @@ def _curve(calibration: Calibration, values: Array) -> WrapCurve:
 
 def _pressures(calibration: Calibration, radii: Sequence[float], values: Array) -> Array:
     """Return the pressure [Pa] of each radius for some parameters."""
-    curve = _curve(calibration, values)
-    return np.array([curve.pressure_from_radius(float(radius)) for radius in radii])
+    return _curve(calibration, values).pressures_from_radii(radii)
 
 
 def _principal_directions(calibration: Calibration) -> Array:
@@ -261,14 +260,12 @@ def _principal_directions(calibration: Calibration) -> Array:
 
 def _draws(calibration: Calibration, seed: int, draws: int) -> Array:
     """Return (draws, p) parameters from the fit's multivariate t distribution."""
-    generator = np.random.default_rng(seed)
+    generator, freedom = np.random.default_rng(seed), calibration.degrees_of_freedom
     directions = _principal_directions(calibration)
-    normal = generator.standard_normal((draws, len(directions)))
-    freedom = calibration.degrees_of_freedom
-    widening = np.sqrt(freedom / generator.chisquare(freedom, draws))
-    if calibration.scatter is Scatter.TOO_SMALL:  # the stated errors stand
-        widening = np.ones(draws)
-    drawn: Array = calibration.values + widening[:, None] * (normal @ directions)
+    steps = generator.standard_normal((draws, len(directions))) @ directions
+    if calibration.scatter is not Scatter.TOO_SMALL:  # else the stated errors stand
+        steps *= np.sqrt(freedom / generator.chisquare(freedom, draws))[:, None]
+    drawn: Array = calibration.values + steps
     return drawn
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,6 +17,7 @@ from spiral_core.actuator.curvature import longest_stretch, unloaded_shape_from_
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
+from spiral_core.design.sweep import in_turn
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import Progress, grip_window
@@ -216,26 +218,20 @@ def contact_chart(
         NotGrippableError: a radius is outside the grippable range.
     """
     chart = regime_chart(curve, radius_min, radius_max, CONTACT_POINTS)
-    in_turn = map if executor is None else executor.map
-    windows: list[tuple[float, float, float]] = []
-    for window in in_turn(partial(_window, curve.gripper), chart.radius.tolist()):
-        windows.append(window)
-        if progress is not None:
-            progress(len(windows), CONTACT_POINTS)
+    window = partial(_window, curve.gripper)
+    windows = in_turn(window, chart.radius.tolist(), executor, progress)
     onset, curling, loss = np.array(windows).T
     return replace(chart, onset_wrap=onset, onset_curling=curling, loss=loss)
 
 
 def _window(gripper: Gripper, radius: float) -> tuple[float, float, float]:
     """Return where the wrap of a radius [m] begins, curls and is lost [Pa]; NaN where not."""
-    try:
+    with suppress(SpiralError):
         window = grip_window(lay_into_coil(gripper, radius))
-    except SpiralError:
-        return math.nan, math.nan, math.nan
-    if window.onset_wrap is None:
-        return math.nan, math.nan, math.nan
-    curling, loss = _or_nan([window.onset_curling, window.loss])
-    return window.onset_wrap, curling, loss
+        if window.onset_wrap is not None:
+            curling, loss = _or_nan([window.onset_curling, window.loss])
+            return window.onset_wrap, curling, loss
+    return math.nan, math.nan, math.nan
 
 
 def _design_space(
@@ -258,4 +254,4 @@ def _design_space(
 
 
 def _or_nan(values: Sequence[float | None]) -> Array:
-    return np.array([np.nan if value is None else value for value in values])
+    return np.array(values, dtype=np.float64)  # None is not a number

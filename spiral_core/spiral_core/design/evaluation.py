@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 from spiral_core.actuator.actuation import FreeActuation
@@ -145,8 +146,11 @@ def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> 
     """
     # The helix's figures do not depend on the length; one the size of the object will do.
     actuation = FreeActuation(candidate.actuator(requirement, length=requirement.radius_max))
-    largest = _grip_or_none(actuation, requirement.radius_max, requirement.turns_required)
-    smallest = _grip_or_none(actuation, requirement.radius_min, requirement.turns_required)
+    largest = smallest = None
+    with suppress(NotGrippableError):
+        largest = helix_grip(actuation, requirement.radius_max, requirement.turns_required)
+    with suppress(NotGrippableError):
+        smallest = helix_grip(actuation, requirement.radius_min, requirement.turns_required)
     margins = []
     closest = helix_radius(actuation, actuation.stretch_limit)
     widest, _ = widest_helix(actuation)
@@ -154,8 +158,7 @@ def estimate_candidate(requirement: DesignRequirement, candidate: Candidate) -> 
         margins.append(Margin(Constraint.LARGEST_RADIUS, widest, requirement.radius_max))
     if closest > 0.0:  # else the coil closes on itself before the actuator ends
         margins.append(Margin(Constraint.SMALLEST_RADIUS, closest, requirement.radius_min))
-    if smallest is not None:
-        margins += _smallest_margins(requirement, candidate, smallest)
+    margins += _smallest_margins(requirement, candidate, smallest)
     if largest is not None:
         margins += _largest_margins(requirement, largest, largest.length_needed)
     return Estimate(candidate, largest, smallest, tuple(margins))
@@ -181,30 +184,36 @@ def evaluate_candidate(
     Raises:
         SolverError: a shape could not be certified.
     """
-    candidate = estimate.candidate
+    candidate, margins = estimate.candidate, list(estimate.margins)
+    smallest = [m for m in margins if m.constraint is Constraint.SMALLEST_RADIUS]
     if estimate.largest is None:
         return Evaluation(estimate, None, {}, estimate.margins)
     turns = requirement.turns_required * longest_length(requirement, candidate) / estimate.length
     if turns < HOPELESS_TURNS * requirement.turns_required:
         few = Margin(Constraint.TURNS, turns, requirement.turns_required)
-        return Evaluation(estimate, None, {}, (*estimate.margins, few))
+        return Evaluation(estimate, None, {}, (*margins, few))
     search = LengthSearch(requirement, candidate, estimate.length, held)
     try:
         exact = search.figures(near_miss)
     except NotGrippableError as error:  # even the largest object is too thin
         least = Margin(Constraint.SMALLEST_RADIUS, error.nearest_radius or 0.0, error.radius)
-        return Evaluation(estimate, None, {}, (*_without_smallest(estimate), least))
+        others = (margin for margin in margins if margin not in smallest)
+        return Evaluation(estimate, None, {}, (*others, least))
     if exact is None:
         reach = Margin(Constraint.LARGEST_RADIUS, search.reached, requirement.radius_max)
-        return Evaluation(estimate, None, search.held, (*estimate.margins, reach))
+        return Evaluation(estimate, None, search.held, (*margins, reach))
+    # The helix model's smallest radius, at the actuator's own limit, unless the rod misses the
+    # object: the rod was solved only as far as the smallest object needs.
+    if exact.smallest is None:
+        least = Margin(Constraint.SMALLEST_RADIUS, exact.radius_min, requirement.radius_min)
+        smallest = [least]
     margins = [
-        *_smallest_radius_margins(requirement, estimate, exact),
+        *smallest,
         *_largest_margins(requirement, exact.largest, exact.length),
         Margin(Constraint.TURNS, exact.largest.turns, requirement.turns_required),
         Margin(Constraint.LARGEST_RADIUS, exact.radius_max, requirement.radius_max),
+        *_smallest_margins(requirement, candidate, exact.smallest),
     ]
-    if exact.smallest is not None:
-        margins += _smallest_margins(requirement, candidate, exact.smallest)
     if requirement.payload is not None and all(margin.is_met for margin in margins):
         # Contact is loaded only when a payload is asked for.
         from spiral_core.design.payload import carried_mass
@@ -223,26 +232,10 @@ def solve_candidate(
     return evaluate_candidate(requirement, estimate_candidate(requirement, candidate), held)
 
 
-def _without_smallest(estimate: Estimate) -> tuple[Margin, ...]:
-    return tuple(m for m in estimate.margins if m.constraint is not Constraint.SMALLEST_RADIUS)
-
-
-def _smallest_radius_margins(
-    requirement: DesignRequirement, estimate: Estimate, exact: ExactFigures
-) -> tuple[Margin, ...]:
-    """Return the helix model's, at the actuator's own limit, unless the rod misses the object.
-
-    The rod was solved only as far as the smallest object needs.
-    """
-    if exact.smallest is None:
-        return (Margin(Constraint.SMALLEST_RADIUS, exact.radius_min, requirement.radius_min),)
-    return tuple(m for m in estimate.margins if m.constraint is Constraint.SMALLEST_RADIUS)
-
-
 def rank(candidate: Estimate | Evaluation) -> tuple[int, bool, float]:
     """Return the sort key of a candidate: fewest violations, those that wrap, largest margin."""
-    violated = sum(not margin.is_met for margin in candidate.margins)
     hangs = isinstance(candidate, Evaluation) and candidate.exact is None
+    violated = sum(not margin.is_met for margin in candidate.margins)
     return violated, hangs, -candidate.binding.relative
 
 
@@ -265,44 +258,32 @@ def preference_key(preference: Preference, candidate: Estimate | Evaluation) -> 
     return (False, figure[preference])
 
 
-def _grip_or_none(actuation: FreeActuation, radius: float, turns: float) -> GripFigures | None:
-    try:
-        return helix_grip(actuation, radius, turns)
-    except NotGrippableError:
-        return None
-
-
 def _smallest_margins(
-    requirement: DesignRequirement, candidate: Candidate, figures: GripFigures
-) -> tuple[Margin, ...]:
-    """Return the room on the constraints that the smallest object decides."""
-    diameter = 2.0 * candidate.tube.outer_radius
-    limits = (
+    requirement: DesignRequirement, candidate: Candidate, figures: GripFigures | None
+) -> list[Margin]:
+    """Return the room on the constraints that the smallest object decides, if it is wrapped."""
+    if figures is None:
+        return []
+    return _limited(
         (Constraint.STRAIN, figures.strain, requirement.strain_max),
         (Constraint.PRESSURE, figures.pressure, requirement.pressure_max),
-        (Constraint.TURN_CLEARANCE, figures.turn_spacing, diameter),
+        (Constraint.TURN_CLEARANCE, figures.turn_spacing, 2.0 * candidate.tube.outer_radius),
     )
-    return _limited(limits)
 
 
 def _largest_margins(
     requirement: DesignRequirement, figures: GripFigures, length: float
-) -> tuple[Margin, ...]:
+) -> list[Margin]:
     """Return the room on the constraints that the largest object decides.
 
     Object length and turn spacing grow with the radius as the coil does.
     """
-    limits = (
+    return _limited(
         (Constraint.OBJECT_LENGTH, figures.object_length, requirement.object_length),
         (Constraint.LENGTH, length, requirement.length_max),
     )
-    return _limited(limits)
 
 
-def _limited(
-    limits: tuple[tuple[Constraint, float, float | None], ...],
-) -> tuple[Margin, ...]:
+def _limited(*limits: tuple[Constraint, float, float | None]) -> list[Margin]:
     """Return a margin for each limit that is given."""
-    return tuple(
-        Margin(constraint, value, bound) for constraint, value, bound in limits if bound is not None
-    )
+    return [Margin(one, value, bound) for one, value, bound in limits if bound is not None]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -23,20 +24,17 @@ from spiral_core.design.evaluation import (
     preference_key,
     rank,
 )
-from spiral_core.design.helix_estimate import GripFigures
 from spiral_core.design.margin import Constraint
 from spiral_core.design.relaxations import relaxations_of
 from spiral_core.design.report import Design, DesignReport, Relaxation
 from spiral_core.design.requirement import DesignRequirement, Preference
 from spiral_core.design.rod_correction import (
     NEAR_MISS,
-    ExactFigures,
     grip_figures,
 )
 from spiral_core.design.steps import steps_of
 from spiral_core.errors import NoCoilError
 from spiral_core.wrap.curve import WrapCurve
-from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import place_object
 
 # Points of the answer's pressure-radius curve.
@@ -211,9 +209,17 @@ def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None
     top = max(gripper.pressure_max, exact.pressure_max)
     curve = WrapCurve(replace(gripper, pressure_max=top))
     actuator = candidate.actuator(requirement, exact.length)
-    points = _curve(requirement, curve, exact)
-    smallest = points[-1] if exact.smallest is None else exact.smallest
-    largest_radius = min(exact.largest.radius, curve.radius_max)
+    # The length was corrected on another range of pressures, where the largest radius may be
+    # larger by 3e-9 of itself.
+    first = min(requirement.radius_max, curve.radius_max)
+    radii = np.linspace(first, max(requirement.radius_min, exact.radius_min), CURVE_POINTS)
+    points = tuple(grip_figures(curve.wrap_for_radius(r)) for r in radii.tolist())
+    smallest = exact.smallest or points[-1]
+    extremes = min(exact.largest.radius, curve.radius_max), smallest.radius
+    largest, least = (place_object(curve.wrap_for_radius(radius)) for radius in extremes)
+    radius_min = curve.radius_max
+    with suppress(NoCoilError):  # a limit too low for any object, in a design that is not feasible
+        radius_min = WrapCurve(gripper).radius_min
     return Design(
         tube=candidate.tube,
         elastomer=candidate.elastomer,
@@ -224,34 +230,9 @@ def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None
         helix_length=chosen.estimate.length,
         largest=exact.largest,
         smallest=smallest,
-        radius_min=_smallest_radius(gripper, curve.radius_max),
+        radius_min=radius_min,
         radius_max=curve.radius_max,
         curve=points,
-        placements=(
-            place_object(curve.wrap_for_radius(largest_radius)),
-            place_object(curve.wrap_for_radius(smallest.radius)),
-        ),
+        placements=(largest, least),
         margins=chosen.margins,
     )
-
-
-def _smallest_radius(gripper: Gripper, otherwise: float) -> float:
-    """Return the smallest radius within a gripper's pressure limit [m]."""
-    try:
-        return WrapCurve(gripper).radius_min
-    except NoCoilError:  # a limit too low for any object, in a design that is not feasible
-        return otherwise
-
-
-def _curve(
-    requirement: DesignRequirement, curve: WrapCurve, exact: ExactFigures
-) -> tuple[GripFigures, ...]:
-    """Return the pressure-radius curve over the objects, as far as the gripper reaches.
-
-    The length was corrected on another range of pressures, where the largest radius may be larger
-    by 3e-9 of itself.
-    """
-    first = min(requirement.radius_max, curve.radius_max)
-    last = max(requirement.radius_min, exact.radius_min)
-    radii = np.linspace(first, last, CURVE_POINTS)
-    return tuple(grip_figures(curve.wrap_for_radius(float(r))) for r in radii)

@@ -185,47 +185,12 @@ class LengthSearch:
         lengths around it, it is longer than needed by at most :data:`LENGTH_TOLERANCE`.
 
         Args:
-            near_miss: see :meth:`run`.
+            near_miss: log of the centerline's radius that a length may lack so that, where the
+                secant finds none that will do, all lengths are gone through.
 
         Raises:
             NotGrippableError: even the largest object is thinner than the smallest radius solved.
             SolverError: a shape could not be certified.
-        """
-        length = self.run(near_miss)
-        if length is None:
-            return None
-        curve, wanted = self.curve(length), self.requirement
-        largest, smallest = grip_figures(curve.wrap_for_radius(wanted.radius_max)), None
-        if wanted.radius_min >= curve.radius_min:
-            smallest = grip_figures(curve.wrap_for_radius(wanted.radius_min))
-        return ExactFigures(
-            gripper=replace(curve.gripper, pressure_max=self._limit(curve.gripper, smallest)),
-            largest=largest,
-            smallest=smallest,
-            pressure_max=self.pressure_max,
-            radius_min=curve.radius_min,
-            radius_max=self.held[length],
-        )
-
-    def _limit(self, gripper: Gripper, smallest: GripFigures | None) -> float:
-        """Return the largest pressure to command [Pa].
-
-        It is the one required; where none is, what the smallest object needs and
-        :data:`PRESSURE_RESERVE`: the actuator's own limit may be far past what its tube bears.
-        """
-        limit = self.requirement.pressure_max
-        if limit is None:
-            if smallest is None:
-                return self.pressure_max
-            limit = (1.0 + PRESSURE_RESERVE) * smallest.pressure
-        return min(limit, gripper.actuation.pressure_limit)
-
-    def run(self, near_miss: float) -> float | None:
-        """Return the shortest length that holds every object [m]; None if no length does.
-
-        Args:
-            near_miss: log of the centerline's radius that a length may lack so that, where the
-                secant finds none that will do, all lengths are gone through.
         """
         self._approach()
         length = self._narrowed()
@@ -235,7 +200,28 @@ class LengthSearch:
                 self._scan(self.longest)
         elif length > self.limit and LEAST_SLOPE * math.log(length / self.limit) <= near_miss:
             self._scan(self.limit)
-        return self._narrowed()
+        length = self._narrowed()
+        if length is None:
+            return None
+        curve, wanted = self.curve(length), self.requirement
+        largest, smallest = grip_figures(curve.wrap_for_radius(wanted.radius_max)), None
+        if wanted.radius_min >= curve.radius_min:
+            smallest = grip_figures(curve.wrap_for_radius(wanted.radius_min))
+        # The actuator's own limit may be far past what its tube bears.
+        limit = wanted.pressure_max
+        if limit is None:
+            limit = self.pressure_max
+            if smallest is not None:
+                limit = (1.0 + PRESSURE_RESERVE) * smallest.pressure
+        limit = min(limit, curve.gripper.actuation.pressure_limit)
+        return ExactFigures(
+            gripper=replace(curve.gripper, pressure_max=limit),
+            largest=largest,
+            smallest=smallest,
+            pressure_max=self.pressure_max,
+            radius_min=curve.radius_min,
+            radius_max=self.held[length],
+        )
 
     def curve(self, length: float) -> WrapCurve:
         """Return the wraps of a length [m] that coils."""
@@ -250,7 +236,7 @@ class LengthSearch:
             return
         wanted = self.requirement.radius_max
         length = min(self.start, length_at_sag(self.requirement, self.candidate, SAG_AT_START))
-        length = min(max(length, self._shortest(wanted)), self.longest)
+        length = min(max(length, self.shortest(wanted)), self.longest)
         if any(self.held.values()):  # known for another largest object: from the best of them
             length = max(self.held, key=self.held.__getitem__)
         excess, slope = self._excess(length), 1.0
@@ -273,12 +259,16 @@ class LengthSearch:
 
         If none does within the limit of the length, what it can hold there is located.
         """
-        shortest = self._shortest(self.requirement.radius_max)
-        for length in self._lengths(longest):
+        shortest = self.shortest(self.requirement.radius_max)
+        for length in self.lengths(longest):
             if length >= shortest and self._excess(length) >= 0.0:
                 break
-        self.reach(longest)
-        lengths = [x for x in self._lengths(longest) if x in self.held]
+        self.reached = 0.0
+        for length in reversed([x for x in self.lengths(longest) if x <= self.limit]):
+            if length < self.shortest(CREST * self.reached):
+                break
+            self.reached = max(self.reached, self._solved(length))
+        lengths = [x for x in self.lengths(longest) if x in self.held]
         for low, crest, end in zip(lengths, lengths[1:], lengths[2:], strict=False):
             high = self.reached if crest <= self.limit else self.requirement.radius_max
             fall = self.held[crest] - min(self.held[low], self.held[end])
@@ -289,21 +279,13 @@ class LengthSearch:
                 if place <= self.limit:
                     self.reached = max(self.reached, self._solved(place))
 
-    def reach(self, longest: float) -> None:
-        """Find the most that lengths up to one [m] hold, from the longest that is allowed."""
-        self.reached = 0.0
-        for length in reversed([x for x in self._lengths(longest) if x <= self.limit]):
-            if length < self._shortest(CREST * self.reached):
-                break
-            self.reached = max(self.reached, self._solved(length))
-
-    def _lengths(self, longest: float) -> list[float]:
+    def lengths(self, longest: float, shortest: float | None = None) -> list[float]:
         """Return the lengths up to one that are gone through [m]: they depend on no object."""
-        first, last = (math.log(x, RUNG) for x in (self._shortest(0.0), longest))
+        first, last = (math.log(x, RUNG) for x in (shortest or self.shortest(0.0), longest))
         rungs = {RUNG**k for k in range(math.ceil(first), math.floor(last) + 1)}
         return sorted(rungs | {min(self.limit, longest), longest})
 
-    def _shortest(self, radius: float) -> float:
+    def shortest(self, radius: float) -> float:
         """Return a length [m] that is too short for an object of a radius [m]."""
         outer, wanted = self.candidate.tube.outer_radius, self.requirement.radius_max
         shorter = SHORTEST if self.requirement.object_axis is None else SHORTEST_ABOUT_AXIS
@@ -360,24 +342,6 @@ class LengthSearch:
         return self.held[length]
 
 
-class TurnSearch(LengthSearch):
-    """As :class:`LengthSearch`, with turns about the largest object for radii."""
-
-    def _solved(self, length: float) -> float:
-        """Return the turns of a length [m] about the largest object; 0 if it is not held."""
-        if length not in self.held:
-            self.held[length] = 0.0
-            with suppress(NoCoilError, NotGrippableError, SolverError):
-                wrap = self.curve(length).wrap_for_radius(self.requirement.radius_max)
-                self.held[length] = wrap.turns
-        return self.held[length]
-
-    def _shortest(self, turns: float) -> float:
-        """Return a length [m] that is too short for some turns."""
-        longest = super()._shortest(self.requirement.radius_max)
-        return max(turns, DEFAULT_TURNS) / self.requirement.turns_required * longest
-
-
 def most_turns(requirement: DesignRequirement, candidate: Candidate, start: float) -> float:
     """Return about the most turns that a length makes about the largest object, by one scan.
 
@@ -388,9 +352,16 @@ def most_turns(requirement: DesignRequirement, candidate: Candidate, start: floa
     """
     few = replace(requirement, turns_required=DEFAULT_TURNS)
     share = DEFAULT_TURNS / requirement.turns_required
-    search = TurnSearch(few, candidate, share * start)
-    search.reach(min(LONGEST * start, longest_length(requirement, candidate)))
-    return search.reached
+    search = LengthSearch(few, candidate, share * start)
+    longest = min(LONGEST * start, longest_length(requirement, candidate))
+    most, shortest = 0.0, search.shortest(requirement.radius_max)
+    lengths = [x for x in search.lengths(longest, shortest) if x <= search.limit]
+    for length in reversed(lengths):
+        if length < max(CREST * most / DEFAULT_TURNS, 1.0) * shortest:
+            break
+        with suppress(NoCoilError, NotGrippableError, SolverError):
+            most = max(most, search.curve(length).wrap_for_radius(requirement.radius_max).turns)
+    return most
 
 
 def longest_length(requirement: DesignRequirement, candidate: Candidate) -> float:

@@ -14,6 +14,8 @@ from spiral_core.design.requirement import DesignRequirement
 from spiral_core.design.rod_correction import ExactFigures
 from spiral_core.message import Message, Quantity, joined
 
+Figure = tuple[str, float, str]
+
 
 def steps_of(
     requirement: DesignRequirement,
@@ -31,205 +33,137 @@ def steps_of(
         chosen: the one that was taken, or that comes nearest.
         design: made of it; None if it cannot wrap the largest object.
     """
-    return (
-        _tube(requirement, chosen),
-        _ratios(requirement, chosen.estimate),
-        _angle(requirement, estimates, tried, chosen),
-        _length(requirement, chosen.estimate),
-        _object_length(requirement, chosen.estimate),
-        _correction(requirement, chosen),
-        _design_space(chosen, design),
-        *([_closing(chosen)] if chosen.closed else []),
-    )
+    candidate, estimate, exact = chosen.candidate, chosen.estimate, chosen.exact
+    tube, radius, turns = candidate.tube, candidate.tube.inner_radius, requirement.turns_required
+    steps: list[DesignStep] = []
 
+    def step(title: str, satisfied: bool, remark: str, *figures: Figure) -> None:
+        quantities = tuple(StepQuantity(*figure) for figure in figures)
+        steps.append(DesignStep(len(steps) + 1, title, satisfied, remark, quantities))
 
-def _tube(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
-    """Step 1: the tube, chosen from those on offer or given."""
-    tube = chosen.candidate.tube
-    offer = f"{len(requirement.tubes)} on offer" if len(requirement.tubes) > 1 else "as given"
-    return DesignStep(
-        1,
+    # 1: the tube, chosen from those on offer or given
+    offered = len(requirement.tubes)
+    offer = f"{offered} on offer" if offered > 1 else "as given"
+    step(
         "tube",
-        satisfied=True,
-        remark=f"{tube.name}, {chosen.candidate.elastomer.name} ({offer})",
-        figures=(
-            StepQuantity("inner radius", tube.inner_radius, "m"),
-            StepQuantity("wall thickness", tube.wall_thickness, "m"),
-            StepQuantity("outer radius", tube.outer_radius, "m"),
-            StepQuantity("tubes on offer", float(len(requirement.tubes)), "1"),
-        ),
+        True,
+        f"{tube.name}, {candidate.elastomer.name} ({offer})",
+        ("inner radius", radius, "m"),
+        ("wall thickness", tube.wall_thickness, "m"),
+        ("outer radius", tube.outer_radius, "m"),
+        ("tubes on offer", float(offered), "1"),
     )
 
-
-def _ratios(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
-    """Step 2: the objects' radii over the tube's."""
-    radius = estimate.candidate.tube.inner_radius
+    # 2: the objects' radii over the tube's
     low, high = requirement.radius_min / radius, requirement.radius_max / radius
-    return DesignStep(
-        2,
+    step(
         "radius ratios",
-        satisfied=True,
-        remark=f"objects of {low:.3g} to {high:.3g} tube radii",
-        figures=(
-            StepQuantity("smallest object radius / tube radius", low, "1"),
-            StepQuantity("largest object radius / tube radius", high, "1"),
-        ),
+        True,
+        f"objects of {low:.3g} to {high:.3g} tube radii",
+        ("smallest object radius / tube radius", low, "1"),
+        ("largest object radius / tube radius", high, "1"),
     )
 
-
-def _angle(
-    requirement: DesignRequirement,
-    estimates: Sequence[Estimate],
-    tried: Sequence[Evaluation],
-    chosen: Evaluation,
-) -> DesignStep:
-    """Step 3: the fiber angle that the preference selects, and why the others are not taken."""
-    estimate = chosen.estimate
-    margins = _only(
-        estimate.margins,
-        Constraint.SMALLEST_RADIUS,
-        Constraint.STRAIN,
-        Constraint.TURN_CLEARANCE,
-    )
-    chosen_angles = estimate.candidate
-    figures = [StepQuantity("fiber angle beta", chosen_angles.fiber_angle_beta, "rad")]
+    # 3: the fiber angle that the preference selects, and why the others are not taken
+    figures: list[Figure] = [("fiber angle beta", candidate.fiber_angle_beta, "rad")]
     if any(requirement.fiber_angles_gamma):
-        gamma = chosen_angles.fiber_angle_gamma
-        figures.append(StepQuantity("angle of the single fiber gamma", gamma, "rad"))
-    figures += _interval(estimate)
+        figures.append(("angle of the single fiber gamma", candidate.fiber_angle_gamma, "rad"))
+    figures += _strains(estimate)
     verdicts = []
-    for other in _same_tube(estimates, estimate):
+    for other in estimates:
+        rival = other.candidate
+        if (rival.tube, rival.elastomer) != (tube, candidate.elastomer):
+            continue
         if other.smallest is not None:
-            name = Message("strain at the smallest object, {}", other.candidate.angles)
-            figures.append(StepQuantity(name, other.smallest.strain, "1"))
-        verdict = _verdict(other, tried, chosen)
-        verdicts.append(Message("{} {}", other.candidate.angles, verdict))
-    return DesignStep(
-        3,
-        "fiber angle",
-        satisfied=_met(margins),
-        remark=Message("{}: {}", requirement.preference.value, joined("; ", verdicts)),
-        figures=tuple(figures),
-    )
+            label = Message("strain at the smallest object, {}", rival.angles)
+            figures.append((label, other.smallest.strain, "1"))
+        verdicts.append(Message("{} {}", rival.angles, _verdict(other, tried, chosen)))
+    shape = Constraint.SMALLEST_RADIUS, Constraint.STRAIN, Constraint.TURN_CLEARANCE
+    remark: str = Message("{}: {}", requirement.preference.value, joined("; ", verdicts))
+    step("fiber angle", _met(estimate.margins, *shape), remark, *figures)
 
-
-def _length(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
-    """Step 4: the length of the required turns about the largest object, as a helix."""
-    radius = estimate.candidate.tube.inner_radius
-    largest = estimate.largest
-    figures = [StepQuantity("turns required", requirement.turns_required, "1")]
+    # 4: the length of the required turns about the largest object, as a helix
+    largest, figures = estimate.largest, [("turns required", turns, "1")]
     if largest is not None:
-        figures += [
-            StepQuantity("helix length", largest.length_needed, "m"),
-            StepQuantity("helix length / tube radius", largest.length_needed / radius, "1"),
-        ]
-    return DesignStep(
-        4,
-        "length",
-        satisfied=largest is not None and _met(_only(estimate.margins, Constraint.LENGTH)),
-        remark=f"{requirement.turns_required:.4g} turns about the largest object, as a helix",
-        figures=tuple(figures),
-    )
+        figures.append(("helix length", largest.length_needed, "m"))
+        figures.append(("helix length / tube radius", largest.length_needed / radius, "1"))
+    met = largest is not None and _met(estimate.margins, Constraint.LENGTH)
+    step("length", met, f"{turns:.4g} turns about the largest object, as a helix", *figures)
 
-
-def _object_length(requirement: DesignRequirement, estimate: Estimate) -> DesignStep:
-    """Step 5: the length of object that those turns cover."""
-    radius = estimate.candidate.tube.inner_radius
-    figures = []
+    # 5: the length of object that those turns cover
+    figures, remark = [], "the object's length is not limited"
     for name, grip in _grips(estimate):
         covered = grip.object_length
-        figures += [
-            StepQuantity(f"object length at the {name} object", covered, "m"),
-            StepQuantity(f"object length / tube radius, {name}", covered / radius, "1"),
-        ]
-    margins = _only(estimate.margins, Constraint.OBJECT_LENGTH)
-    remark = margins[0].sentence if margins else "the object's length is not limited"
+        figures.append((f"object length at the {name} object", covered, "m"))
+        figures.append((f"object length / tube radius, {name}", covered / radius, "1"))
+    for margin in estimate.margins:
+        if margin.constraint is Constraint.OBJECT_LENGTH:
+            remark = margin.sentence
     if requirement.object_length is not None:
-        figures.append(StepQuantity("object length available", requirement.object_length, "m"))
-    return DesignStep(5, "object length", _met(margins), remark, tuple(figures))
+        figures.append(("object length available", requirement.object_length, "m"))
+    step("object length", _met(estimate.margins, Constraint.OBJECT_LENGTH), remark, *figures)
 
-
-def _correction(requirement: DesignRequirement, chosen: Evaluation) -> DesignStep:
-    """Step 6: the rod under gravity, its length corrected."""
-    title = "correction for gravity"
-    exact, estimate = chosen.exact, chosen.estimate
-    tried = StepQuantity("lengths solved", float(len(chosen.held)), "1")
+    # 6: the rod under gravity, its length corrected
+    solved = "lengths solved", float(len(chosen.held)), "1"
     if exact is None:
-        return DesignStep(
-            6, title, satisfied=False, remark=_worst(chosen.margins), figures=(tried,)
+        step("correction for gravity", False, _worst(chosen.margins), solved)
+    else:
+        actuation = FreeActuation(candidate.actuator(requirement, exact.length))
+        figures = [
+            ("length", exact.length, "m"),
+            ("length / helix length", exact.length / estimate.length, "1"),
+            ("turns at the largest object", exact.largest.turns, "1"),
+            *_strains(exact),
+            ("object length at the largest object", exact.largest.object_length, "m"),
+            ("least distance between turns", min(g.turn_spacing for _, g in _grips(exact)), "m"),
+        ]
+        for name, grip in _grips(exact):
+            widened = helix_radius(actuation, grip.stretch)
+            figures.append((f"radius range widened to, {name}", widened, "m"))
+        others = [m for m in chosen.margins if m.constraint is not Constraint.PRESSURE]
+        remark = Message(
+            "as a rod under gravity {} instead of {}; {}",
+            Quantity(exact.length, "m"),
+            Quantity(estimate.length, "m"),
+            "all met" if _met(others) else _worst(others),
         )
-    actuation = FreeActuation(chosen.candidate.actuator(requirement, exact.length))
-    spacing = min(grip.turn_spacing for _, grip in _grips(exact))
-    figures = [
-        StepQuantity("length", exact.length, "m"),
-        StepQuantity("length / helix length", exact.length / estimate.length, "1"),
-        StepQuantity("turns at the largest object", exact.largest.turns, "1"),
-        *_interval(exact),
-        StepQuantity("object length at the largest object", exact.largest.object_length, "m"),
-        StepQuantity("least distance between turns", spacing, "m"),
-        *(
-            StepQuantity(
-                f"radius range widened to, {name}", helix_radius(actuation, grip.stretch), "m"
-            )
-            for name, grip in _grips(exact)
-        ),
-        tried,
-    ]
-    margins = [m for m in chosen.margins if m.constraint is not Constraint.PRESSURE]
-    remark = Message(
-        "as a rod under gravity {} instead of {}; {}",
-        Quantity(exact.length, "m"),
-        Quantity(estimate.length, "m"),
-        "all met" if _met(margins) else _worst(margins),
-    )
-    return DesignStep(6, title, _met(margins), remark, tuple(figures))
+        step("correction for gravity", _met(others), remark, *figures, solved)
 
-
-def _design_space(chosen: Evaluation, design: Design | None) -> DesignStep:
-    """Step 7: pressure against radius, and the limits that it meets."""
-    title = "exact design space"
-    margins = _only(chosen.margins, Constraint.PRESSURE, Constraint.SMALLEST_RADIUS)
+    # 7: pressure against radius, and the limits that it meets
     if design is None:
-        return DesignStep(7, title, satisfied=False, remark="nothing to show", figures=())
-    figures = (
-        StepQuantity("pressure at the largest object", design.largest.pressure, "Pa"),
-        StepQuantity("pressure at the smallest object", design.smallest.pressure, "Pa"),
-        StepQuantity("smallest radius within the pressure limit", design.radius_min, "m"),
-        StepQuantity("largest radius", design.radius_max, "m"),
-        StepQuantity("largest pressure", design.gripper.pressure_max, "Pa"),
-    )
-    ends = (
-        Message("{} at {}", Quantity(end.pressure, "Pa"), Quantity(end.radius, "m"))
-        for end in (design.largest, design.smallest)
-    )
-    remark = joined(" to ", ends)
-    return DesignStep(7, title, _met(margins), remark, figures)
+        step("exact design space", False, "nothing to show")
+    else:
+        ends = (
+            Message("{} at {}", Quantity(end.pressure, "Pa"), Quantity(end.radius, "m"))
+            for end in (design.largest, design.smallest)
+        )
+        step(
+            "exact design space",
+            _met(chosen.margins, Constraint.PRESSURE, Constraint.SMALLEST_RADIUS),
+            joined(" to ", ends),
+            ("pressure at the largest object", design.largest.pressure, "Pa"),
+            ("pressure at the smallest object", design.smallest.pressure, "Pa"),
+            ("smallest radius within the pressure limit", design.radius_min, "m"),
+            ("largest radius", design.radius_max, "m"),
+            ("largest pressure", design.gripper.pressure_max, "Pa"),
+        )
 
-
-def _closing(chosen: Evaluation) -> DesignStep:
-    """Step 8: what closing on the objects with contact ended with."""
-    figures, said = [], []
-    for one in chosen.closed:
-        name = Quantity(one.radius, "m")
-        if one.onset is None:
-            said.append(Message("{} is not wrapped: {}", name, one.reason))
-            continue
-        figures.append(StepQuantity(Message("wrapped from, {}", name), one.onset, "Pa"))
-        if one.shift:
-            figures.append(StepQuantity(Message("object shifted by, {}", name), one.shift, "m"))
-            said.append(Message("{} is wrapped from another place than the free coil's", name))
-    remark = joined("; ", said) or "all objects are wrapped where the free coil lies"
-    satisfied = all(one.onset is not None for one in chosen.closed)
-    return DesignStep(8, "closing with contact", satisfied, remark, tuple(figures))
-
-
-def _same_tube(estimates: Sequence[Estimate], chosen: Estimate) -> list[Estimate]:
-    wanted = chosen.candidate
-    return [
-        e
-        for e in estimates
-        if (e.candidate.tube, e.candidate.elastomer) == (wanted.tube, wanted.elastomer)
-    ]
+    # 8: what closing on the objects with contact ended with
+    if chosen.closed:
+        said, figures = [], []
+        for one in chosen.closed:
+            size = Quantity(one.radius, "m")
+            if one.onset is None:
+                said.append(Message("{} is not wrapped: {}", size, one.reason))
+                continue
+            figures.append((Message("wrapped from, {}", size), one.onset, "Pa"))
+            if one.shift:
+                figures.append((Message("object shifted by, {}", size), one.shift, "m"))
+                said.append(Message("{} is wrapped from another place than the free coil's", size))
+        remark = joined("; ", said) or "all objects are wrapped where the free coil lies"
+        met = all(one.onset is not None for one in chosen.closed)
+        step("closing with contact", met, remark, *figures)
+    return tuple(steps)
 
 
 def _verdict(estimate: Estimate, tried: Sequence[Evaluation], chosen: Evaluation) -> str:
@@ -250,11 +184,8 @@ def _grips(model: Estimate | ExactFigures) -> list[tuple[str, GripFigures]]:
     return [(name, grip) for name, grip in both if grip is not None]
 
 
-def _interval(model: Estimate | ExactFigures) -> list[StepQuantity]:
-    return [
-        StepQuantity(f"strain at the {name} object", grip.strain, "1")
-        for name, grip in _grips(model)
-    ]
+def _strains(model: Estimate | ExactFigures) -> list[Figure]:
+    return [(f"strain at the {name} object", grip.strain, "1") for name, grip in _grips(model)]
 
 
 def _worst(margins: Iterable[Margin]) -> str:
@@ -262,9 +193,6 @@ def _worst(margins: Iterable[Margin]) -> str:
     return f"{margin.constraint.value} {100.0 * margin.relative:+.3g} %"
 
 
-def _only(margins: Iterable[Margin], *constraints: Constraint) -> list[Margin]:
-    return [margin for margin in margins if margin.constraint in constraints]
-
-
-def _met(margins: Iterable[Margin]) -> bool:
-    return all(margin.is_met for margin in margins)
+def _met(margins: Iterable[Margin], *constraints: Constraint) -> bool:
+    """Return whether margins are met, of all constraints or of some."""
+    return all(m.is_met for m in margins if not constraints or m.constraint in constraints)

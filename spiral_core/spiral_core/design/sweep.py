@@ -28,6 +28,7 @@ from spiral_core.rod.types import Array
 from spiral_core.validation import require_positive
 
 _Question = TypeVar("_Question")
+_Answer = TypeVar("_Answer")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +68,8 @@ def solve_points(
         InvalidInputError: pressure would not extend an actuator with these angles.
         SolverError: a shape could not be certified.
     """
-    return _solved(partial(solve_candidate, requirement), candidates, executor, progress)
+    solve = partial(solve_candidate, requirement)
+    return tuple(in_turn(solve, candidates, executor, progress))
 
 
 def feasibility_map(
@@ -158,7 +160,7 @@ def closed_pareto_set(
         rest = [point for point in best if point.candidate not in closed]
         if not rest:
             return best
-        found = _solved(partial(_closed, requirement), rest, executor, progress)
+        found = in_turn(partial(_closed, requirement), rest, executor, progress)
         judged_points = {point.candidate: point for point in found}
         closed.update(judged_points)
         left = [judged_points.get(point.candidate, point) for point in left]
@@ -169,20 +171,19 @@ def _closed(requirement: DesignRequirement, point: Evaluation) -> Evaluation:
     return judged(point, close_on_objects(requirement, point, lambda _: None))
 
 
-def _solved(
-    solve: Callable[[_Question], Evaluation],
+def in_turn(
+    solve: Callable[[_Question], _Answer],
     questions: Sequence[_Question],
     executor: Executor | None,
     progress: Progress | None,
-) -> tuple[Evaluation, ...]:
-    """Return every question solved, in the order given."""
-    in_turn = map if executor is None else executor.map
-    points: list[Evaluation] = []
-    for point in in_turn(solve, questions):
-        points.append(point)
+) -> list[_Answer]:
+    """Return the answers in the order of the questions; the last two: see :func:`solve_points`."""
+    answers: list[_Answer] = []
+    for answer in (map if executor is None else executor.map)(solve, questions):
+        answers.append(answer)
         if progress is not None:
-            progress(len(points), len(questions))
-    return tuple(points)
+            progress(len(answers), len(questions))
+    return answers
 
 
 def _costs(point: Evaluation) -> tuple[float, float, float]:
