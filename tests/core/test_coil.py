@@ -8,14 +8,17 @@ import math
 import numpy as np
 import pytest
 from core.actuator_cases import repeatable
+from core.gripper_cases import linear_gripper
 from core.rod_cases import gripper_rod
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from spiral_core import InvalidInputError, Rod, RodLoad, RodState, Section, solve_rod
-from spiral_core.wrap.coil import coil_axis, coil_from_state, helix_angle
+from spiral_core.actuator.actuator import UnloadedShape
+from spiral_core.wrap.coil import coil_from_state
 from spiral_core.wrap.helix import Helix
+from spiral_core.wrap.wrap import wrapped_radius
 
 LENGTH = 0.5
 TURN = math.tau / math.hypot(21.0, 13.5)
@@ -30,6 +33,14 @@ def helix_state(torsion: float, curvature: float = 21.0) -> RodState:
 def weighed(torsion: float = -13.5, z: float = 0.81, elements: int = 60) -> RodState:
     case = gripper_rod(length=LENGTH, torsion=torsion, gravity=(0.3, 0.5, z))
     return solve_rod(case.rod, case.load, elements=elements, estimate_error=False)
+
+
+def coil_axis(
+    state: RodState, axis: tuple[float, float, float] | None, turn: float
+) -> tuple[float, float, float]:
+    """Return the axis of the cylinder that a shape fits, whose free coil turns once in a length."""
+    shape = UnloadedShape(math.tau / turn, 0.0, LENGTH)
+    return wrapped_radius(linear_gripper(object_axis=axis), shape, state)[1]
 
 
 @pytest.mark.parametrize("curvature", [1e-6, 1e-3, 1.0, 21.0, 60.0])
@@ -65,14 +76,13 @@ def test_a_given_axis_is_kept_and_turned_along_the_advance() -> None:
     assert np.dot(axes[0], state.tip_position) > 0.0
     assert tuple(map(abs, axes[0])) == (0.6, 0.0, 0.8)
     angle = math.acos(state.tangents[-1, 0])
-    assert helix_angle(state, (1.0, 0.0, 0.0)) == pytest.approx(angle, abs=1e-9)
+    assert coil_from_state(state, (1.0, 0.0, 0.0)).helix_angle == pytest.approx(angle, abs=1e-9)
 
 
 @pytest.mark.parametrize("axis", [(math.nan, 0.0, 1.0), (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)])
 def test_what_is_no_axis_is_refused(axis: tuple[float, float, float]) -> None:
-    for ask in (coil_axis, helix_angle):
-        with pytest.raises(InvalidInputError, match="axis"):
-            ask(helix_state(-13.5), axis, *(0.1,) * (ask is coil_axis))
+    with pytest.raises(InvalidInputError, match="axis"):
+        coil_from_state(helix_state(-13.5), axis)
 
 
 def test_a_fitted_axis_turns_with_the_shape_and_not_with_the_elements() -> None:

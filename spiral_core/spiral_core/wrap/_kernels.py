@@ -9,21 +9,27 @@ from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import (
     TANGENT,
     Array,
+    Mat,
     Vec,
     add,
     cross,
+    diagonal,
     dot,
+    matadd,
+    matmul,
+    matscale,
+    outer,
+    put_vector,
     quaternion_at,
     scale,
+    subtract,
     to_base,
     vector_at,
 )
 from spiral_core.rod.types import Vector
 
-# Jacobi's method squares the rotations that are left with every sweep: three or four sweeps reach
-# rounding, and the off-diagonal counts as zero at this fraction of the trace.
-SWEEPS = 12
-DIAGONAL = 1e-17
+# Squarings that leave the largest eigenvalue of a matrix alone; far fewer where it stands apart.
+SQUARINGS, ALONE = 40, 1e-15
 # Tangents taken from the last turn to fit its axis; more change the axis by less than the rod's own
 # error.
 AXIS_SAMPLES = 33
@@ -62,8 +68,8 @@ def tangent_between(orientations: Array, strains: Array, h: float, i: int, f: fl
 
 
 @compiled
-def tangent_covariance(orientations: Array, strains: Array, h: float, window: float) -> Array:
-    """Return the covariance (3, 3) of tangents, evenly sampled over the last ``window`` [m]."""
+def tangent_covariance(orientations: Array, strains: Array, h: float, window: float) -> Mat:
+    """Return the covariance of tangents, evenly sampled over the last ``window`` [m]."""
     n = orientations.shape[0] - 1
     mean = (0.0, 0.0, 0.0)
     tangents = np.empty((AXIS_SAMPLES, 3))
@@ -72,72 +78,53 @@ def tangent_covariance(orientations: Array, strains: Array, h: float, window: fl
         i = max(0, min(n - 1, int(place)))
         t = tangent_between(orientations, strains, h, i, place - i)
         mean = add(mean, scale(1.0 / AXIS_SAMPLES, t))
-        for k in range(3):
-            tangents[j, k] = t[k]
-    covariance = np.zeros((3, 3))
+        put_vector(tangents[j], 0, t)
+    covariance = diagonal(0.0, 0.0, 0.0)
     for j in range(AXIS_SAMPLES):
-        for k in range(3):
-            for m in range(3):
-                covariance[k, m] += (tangents[j, k] - mean[k]) * (tangents[j, m] - mean[m])
+        apart = subtract(vector_at(tangents, j), mean)
+        covariance = matadd(covariance, outer(apart, apart))
     return covariance
 
 
 @compiled
-def rotate_to_zero(a: Array, v: Array, p: int, q: int) -> None:
-    """Turn the coordinates p < q so that the symmetric a (3, 3) has a[p, q] = 0, and v along."""
-    if a[p, q] == 0.0:
-        return
-    half = 0.5 * (a[q, q] - a[p, p]) / a[p, q]
-    tangent = math.copysign(1.0, half) / (abs(half) + math.sqrt(half * half + 1.0))
-    cosine = 1.0 / math.sqrt(tangent * tangent + 1.0)
-    sine = tangent * cosine
-    for k in range(3):
-        x, y = a[k, p], a[k, q]
-        a[k, p], a[k, q] = cosine * x - sine * y, sine * x + cosine * y
-    for k in range(3):
-        x, y = a[p, k], a[q, k]
-        a[p, k], a[q, k] = cosine * x - sine * y, sine * x + cosine * y
-        x, y = v[k, p], v[k, q]
-        v[k, p], v[k, q] = cosine * x - sine * y, sine * x + cosine * y
-    a[p, q] = a[q, p] = 0.0
+def least_direction(m: Mat) -> Vec:
+    """Return the unit eigenvector of the smallest eigenvalue of a symmetric matrix; of 0 any.
 
-
-@compiled
-def least_direction(symmetric: Array) -> Vec:
-    """Return the unit eigenvector of the smallest eigenvalue of a symmetric (3, 3) matrix.
-
-    By Jacobi's rotations: as accurate as LAPACK, without its cost for so small a matrix.
+    The adjugate has the same eigenvectors, and there its largest eigenvalue: squared again and
+    again, it keeps that one alone.
     """
-    a, v = np.empty((3, 3)), np.zeros((3, 3))
-    for i in range(3):
-        v[i, i] = 1.0
-        for k in range(3):
-            a[i, k] = symmetric[i, k]
-    negligible = DIAGONAL * (abs(a[0, 0]) + abs(a[1, 1]) + abs(a[2, 2]))
-    for _ in range(SWEEPS):
-        if max(abs(a[0, 1]), abs(a[0, 2]), abs(a[1, 2])) <= negligible:
+    x, y, z = m[0:3], m[3:6], m[6:9]
+    m = cross(y, z) + cross(z, x) + cross(x, y)
+    trace = m[0] + m[4] + m[8]
+    if not trace > 0.0:
+        return TANGENT
+    for _ in range(SQUARINGS):
+        m = matscale(1.0 / trace, m)
+        m = matmul(m, m)
+        trace = m[0] + m[4] + m[8]
+        if trace >= 1.0 - ALONE:
             break
-        for p in range(2):
-            for q in range(p + 1, 3):
-                rotate_to_zero(a, v, p, q)
-    least = 0
-    for k in range(1, 3):
-        if a[k, k] < a[least, least]:
-            least = k
-    return (v[0, least], v[1, least], v[2, least])
+    longest = m[0:3]
+    for row in (m[3:6], m[6:9]):
+        if dot(row, row) > dot(longest, longest):
+            longest = row
+    return scale(1.0 / math.sqrt(dot(longest, longest)), longest)
 
 
 @compiled
 def advancing_axis(
     orientations: Array, strains: Array, tip: Array, h: float, turn_length: float, axis: Vec
 ) -> Vec:
-    """Return a coil's axis (:func:`spiral_core.wrap.coil.coil_axis`); nodes are ``h`` [m] apart."""
+    """Return the axis of a coil (unit vector), pointing the way it advances from base to tip.
+
+    A given axis keeps its direction; otherwise it is fitted to the coil's end: the direction in
+    which the tangents of the last turn vary least, the eigenvector of the smallest eigenvalue of
+    their covariance. For a helix that is exactly its axis. Nodes are ``h`` [m] apart.
+    """
     if axis == FITTED:
         window = min(turn_length, h * (orientations.shape[0] - 1))
         axis = least_direction(tangent_covariance(orientations, strains, h, window))
-    if axis[0] * tip[0] + axis[1] * tip[1] + axis[2] * tip[2] < 0.0:
-        return (-axis[0], -axis[1], -axis[2])
-    return axis
+    return scale(-1.0, axis) if dot(axis, (tip[0], tip[1], tip[2])) < 0.0 else axis
 
 
 @compiled

@@ -85,15 +85,19 @@ def coil_from_state(state: RodState, axis: Vector) -> Coil:
 
     Args:
         state: the shape.
-        axis: unit vector in the base frame, pointing the way the coil advances
-            (:func:`coil_axis`).
-    """
-    from spiral_core.wrap._kernels import turns_about  # compile only when a coil is asked for
+        axis: unit vector in the base frame, pointing the way the coil advances.
 
-    angle = helix_angle(state, axis)
-    step = float(state.arc_lengths[1])
+    Raises:
+        InvalidInputError: the axis is no unit vector.
+    """
+    # Compile only when a coil is asked for.
+    from spiral_core.wrap._kernels import angle_at_tip, turns_about
+
+    x, y, z = require_unit_vector("axis", axis)
+    orientations, step = np.array(state.orientations), float(state.arc_lengths[1])
+    angle = angle_at_tip(orientations, (x, y, z))
     least = max(LEAST_SINE * math.sin(angle), STRAIGHT_SINE)
-    turns = turns_about(np.array(state.orientations), np.array(state.strains), step, axis, least)
+    turns = turns_about(orientations, np.array(state.strains), step, axis, least)
     return Coil(
         axis=axis,
         helix_angle=angle,
@@ -101,50 +105,3 @@ def coil_from_state(state: RodState, axis: Vector) -> Coil:
         advances=state.positions @ np.asarray(axis),
         arc_lengths=state.arc_lengths,
     )
-
-
-def coil_axis(state: RodState, axis: Vector | None, turn_length: float) -> Vector:
-    """Return the axis of a coil (unit vector), pointing the way it advances from base to tip.
-
-    A given axis keeps its direction; otherwise it is fitted to the coil's end: the direction in
-    which the tangents of the last turn vary least, the eigenvector of the smallest eigenvalue of
-    their covariance. For a helix that is exactly its axis.
-
-    Args:
-        state: the shape.
-        axis: unit vector in the base frame, in either sense; None fits it.
-        turn_length: arc length of one turn at the tip [m], the window of that fit.
-
-    Raises:
-        InvalidInputError: the given axis is no unit vector.
-    """
-    # Compile only when a coil is asked for.
-    from spiral_core.wrap._kernels import FITTED, advancing_axis
-
-    step = float(state.arc_lengths[1])
-    given = FITTED if axis is None else _checked(axis)
-    return advancing_axis(
-        np.array(state.orientations),
-        np.array(state.strains),
-        np.array(state.positions[-1]),
-        step,
-        float(turn_length),
-        given,
-    )
-
-
-def helix_angle(state: RodState, axis: Vector) -> float:
-    """Return the angle between the tip's tangent and a unit axis [rad].
-
-    Raises:
-        InvalidInputError: the axis is no unit vector.
-    """
-    from spiral_core.wrap._kernels import angle_at_tip
-
-    return angle_at_tip(np.array(state.orientations), _checked(axis))
-
-
-def _checked(axis: Vector) -> Vector:
-    """Return an axis as floats; raise InvalidInputError if it is no unit vector."""
-    x, y, z = require_unit_vector("axis", axis)
-    return (x, y, z)

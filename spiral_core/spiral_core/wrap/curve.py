@@ -16,7 +16,7 @@ from spiral_core.message import Message, Quantity
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_finite, require_in_range, require_positive
-from spiral_core.wrap.branch import BranchEnd, CoiledRange, SubBranch
+from spiral_core.wrap.branch import BranchEnd, CoiledRange
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.scan import PressureScan
 from spiral_core.wrap.wrap import PERFECT_BAND, Wrap, WrapRegime, wrapped_radius
@@ -210,7 +210,24 @@ class WrapCurve:
         return WrapRegime.OVERHANG if fits > radius else WrapRegime.CURLING
 
     def _refuse(self, radius: float) -> NoReturn:
-        raise _not_grippable(radius, self._branches, self.gripper)
+        """Raise NotGrippableError: what ends the range at the nearest radius is the reason."""
+        ends = [end for branch in self._branches for end in branch.ends]
+        nearest, kind = min(ends, key=lambda end: abs(end[0].object_radius - radius))
+        word = "between two parts of the grippable range"
+        if not self.radius_min <= radius <= self.radius_max:
+            word = "too thick" if radius > self.radius_max else "too thin"
+        at = Quantity(nearest.pressure, "Pa")
+        limit = Quantity(self.gripper.pressure_max, "Pa")
+        reason = {
+            BranchEnd.TURNS: f"for {self.gripper.turns_required:g} turns of this length",
+            BranchEnd.PRESSURE_LIMIT: Message("for the pressure limit of {}", limit),
+            BranchEnd.CLOSED: Message("for the tube: the coil closes on itself at {}", at),
+            BranchEnd.SNAP: Message("for this shape: the tube snaps into another one near {}", at),
+            BranchEnd.EXTREME: Message("for the coil: its radius turns back at {}", at),
+        }
+        edge = nearest.object_radius
+        text = Message("{} {}", word, reason[kind])
+        raise NotGrippableError(radius, text, -abs(radius - edge), edge)
 
     def _search(self, table: WrapTable, radius: float) -> Wrap | None:
         """Return the wrap of a radius on a table's sub-branch: a secant search inside a bracket.
@@ -318,39 +335,3 @@ def _no_coil(coiled: CoiledRange, gripper: Gripper) -> NoCoilError:
         closes_at=min(closed, default=None),
         at_actuator_limit=gripper.pressure_max >= gripper.actuation.pressure_limit,
     )
-
-
-def _not_grippable(
-    radius: float, branches: Sequence[SubBranch], gripper: Gripper
-) -> NotGrippableError:
-    """Return why no pressure wraps a radius [m].
-
-    What ends the coiled range at the nearest radius that can be gripped is the reason.
-    """
-    ends = [end for branch in branches for end in branch.ends]
-    ends.sort(key=lambda end: end[0].object_radius)
-    if radius > ends[-1][0].object_radius:
-        word, (nearest, kind) = "too thick", ends[-1]
-    elif radius < ends[0][0].object_radius:
-        word, (nearest, kind) = "too thin", ends[0]
-    else:
-        word = "between two parts of the grippable range"
-        nearest, kind = min(ends, key=lambda end: abs(end[0].object_radius - radius))
-    return NotGrippableError(
-        radius,
-        Message("{} {}", word, _reason(kind, nearest, gripper)),
-        -abs(radius - nearest.object_radius),
-        nearest.object_radius,
-    )
-
-
-def _reason(end: BranchEnd, nearest: Wrap, gripper: Gripper) -> str:
-    if end is BranchEnd.TURNS:
-        return f"for {gripper.turns_required:g} turns of this length"
-    if end is BranchEnd.PRESSURE_LIMIT:
-        return Message("for the pressure limit of {}", Quantity(gripper.pressure_max, "Pa"))
-    template = {
-        BranchEnd.CLOSED: "for the tube: the coil closes on itself at {}",
-        BranchEnd.SNAP: "for this shape: the tube snaps into another one near {}",
-    }.get(end, "for the coil: its radius turns back at {}")
-    return Message(template, Quantity(nearest.pressure, "Pa"))

@@ -48,8 +48,19 @@ def coil_place(wrap: Wrap, gripper: Gripper) -> ObjectPlacement:
         wrap: about the axis that fits the coil.
         gripper: that makes it, with the object's direction, if that is known.
     """
-    placement = place_object(_about(wrap, gripper.object_axis))
-    return replace(placement, center=_clear_of_base(placement, gripper.tube.outer_radius))
+    if gripper.object_axis is not None:  # turned the way the coil advances
+        sign = 1.0 if float(np.dot(gripper.object_axis, wrap.axis)) >= 0.0 else -1.0
+        x, y, z = (sign * component for component in gripper.object_axis)
+        wrap = replace(wrap, axis=(x, y, z))
+    placement = place_object(wrap)
+    center, axis = np.asarray(placement.center), np.asarray(placement.axis)
+    across = center - (center @ axis) * axis
+    distance = float(np.linalg.norm(across))
+    needed = placement.radius + (1.0 + CLEARANCE) * wrap.outer_radius
+    if 0.0 < distance < needed:  # moved square to its axis until the base lies outside
+        center = center + (needed / distance - 1.0) * across
+    x, y, z = center.tolist()
+    return replace(placement, center=(x, y, z))
 
 
 def place_object(wrap: Wrap) -> ObjectPlacement:
@@ -128,24 +139,3 @@ def _fitted_center(points: Array, start: Array, contact_radius: float) -> Array:
         if float(np.linalg.norm(step)) <= FIT_TOLERANCE * contact_radius:
             break
     return center
-
-
-def _about(wrap: Wrap, axis: Vector | None) -> Wrap:
-    """Return a wrap about a given axis, which points the way the coil advances."""
-    if axis is None:
-        return wrap
-    sign = 1.0 if float(np.dot(axis, wrap.axis)) >= 0.0 else -1.0
-    x, y, z = (sign * component for component in axis)
-    return replace(wrap, axis=(x, y, z))
-
-
-def _clear_of_base(placement: ObjectPlacement, outer_radius: float) -> Vector:
-    """Return the object's center [m], moved square to its axis until the base lies outside."""
-    center, axis = np.asarray(placement.center), np.asarray(placement.axis)
-    across = center - (center @ axis) * axis
-    distance = float(np.linalg.norm(across))
-    needed = placement.radius + (1.0 + CLEARANCE) * outer_radius
-    if 0.0 < distance < needed:
-        center = center + (needed / distance - 1.0) * across
-    x, y, z = center.tolist()
-    return (x, y, z)

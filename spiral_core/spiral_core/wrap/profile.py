@@ -9,6 +9,7 @@ it is a perfect wrap, and thicker places are past theirs, in the regime the pape
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -52,8 +53,7 @@ class ObjectProfile:
     radii: ArrayLike
 
     def __post_init__(self) -> None:
-        positions = _samples("positions", self.positions)
-        radii = _samples("radii", self.radii)
+        positions, radii = (_samples(name, getattr(self, name)) for name in ("positions", "radii"))
         if positions.size < 2 or positions.shape != radii.shape:
             raise InvalidInputError("radii", self.radii, "as many as positions, at least two")
         if not bool(np.all(np.diff(positions) > 0.0)):
@@ -146,14 +146,19 @@ def wrap_for_profile(curve: WrapCurve, profile: ObjectProfile) -> ProfileWrap:
         SolverError: a shape could not be certified.
     """
     evenly = np.linspace(profile.start, profile.end, STARTS).tolist()
-    starts = [*evenly, *(start for start, _ in _grippable_parts(curve, profile))]
-    windows = [_window(curve, profile, start) for start in starts]
+    parts = _grippable_parts(curve, profile)
+    windows = [_window(curve, profile, start) for start in (*evenly, *(part[0] for part in parts))]
     fitting = [window for window in windows if window is not None]
     if not fitting:
-        raise _refusal(curve, profile)
+        raise _refusal(curve, profile, max(parts, key=lambda part: part[1] - part[0]))
     start, end = min(fitting, key=lambda window: np.ptp(profile.extremes(*window)))
     thin, thick = profile.extremes(start, end)
     pressure = curve.pressure_from_radius(thin)
+    stations = []
+    for position in np.linspace(start, end, STATIONS).tolist():
+        radius = profile.radius_at(position)
+        own, regime = curve.pressure_from_radius(radius), curve.regime(pressure, radius)
+        stations.append(Station(position, radius, own, regime))
     return ProfileWrap(
         start=start,
         end=end,
@@ -162,10 +167,7 @@ def wrap_for_profile(curve: WrapCurve, profile: ObjectProfile) -> ProfileWrap:
         pressure=pressure,
         pressure_of_thickest=curve.pressure_from_radius(thick),
         pressure_of_mean=curve.pressure_from_radius(0.5 * (thin + thick)),
-        stations=tuple(
-            _station(curve, profile, float(position), pressure)
-            for position in np.linspace(start, end, STATIONS)
-        ),
+        stations=tuple(stations),
     )
 
 
@@ -189,38 +191,27 @@ def _window(curve: WrapCurve, profile: ObjectProfile, start: float) -> tuple[flo
     return None
 
 
-def _station(curve: WrapCurve, profile: ObjectProfile, position: float, pressure: float) -> Station:
-    radius = profile.radius_at(position)
-    return Station(
-        position=position,
-        radius=radius,
-        pressure=curve.pressure_from_radius(radius),
-        regime=curve.regime(pressure, radius),
-    )
-
-
-def _refusal(curve: WrapCurve, profile: ObjectProfile) -> NotGrippableError:
-    """Return why no place does: too thin, too thick, or too short."""
+def _refusal(
+    curve: WrapCurve, profile: ObjectProfile, longest: tuple[float, float]
+) -> NotGrippableError:
+    """Return why no place does: too thin, too thick, or the longest part in range too short."""
+    low, high = curve.radius_min, curve.radius_max
     thin, thick = profile.extremes(profile.start, profile.end)
-    if thick < curve.radius_min:
-        return NotGrippableError(
-            thick, "too thin everywhere", thick - curve.radius_min, curve.radius_min
-        )
-    if thin > curve.radius_max:
-        return NotGrippableError(
-            thin, "too thick everywhere", curve.radius_max - thin, curve.radius_max
-        )
-    start, end = max(_grippable_parts(curve, profile), key=lambda part: part[1] - part[0])
-    _, thickest = profile.extremes(start, end)
-    needed = curve.wrap_for_radius(min(thickest, curve.radius_max)).object_length_needed or 0.0
+    if thick < low:
+        return NotGrippableError(thick, "too thin everywhere", thick - low, low)
+    if thin > high:
+        return NotGrippableError(thin, "too thick everywhere", high - thin, high)
+    _, thickest = profile.extremes(*longest)
+    needed = curve.wrap_for_radius(min(thickest, high)).object_length_needed or 0.0
+    length = longest[1] - longest[0]
     reason = Message(
         "its longest part of {} to {} in radius is {} long, and the coil covers {}",
-        Quantity(curve.radius_min, "m", rounded_up),
-        Quantity(curve.radius_max, "m", rounded_down),
-        Quantity(end - start, "m"),
+        Quantity(low, "m", rounded_up),
+        Quantity(high, "m", rounded_down),
+        Quantity(length, "m"),
         Quantity(needed, "m"),
     )
-    return NotGrippableError(thickest, reason, end - start - needed, None)
+    return NotGrippableError(thickest, reason, length - needed, None)
 
 
 def _grippable_parts(curve: WrapCurve, profile: ObjectProfile) -> list[tuple[float, float]]:
@@ -235,17 +226,15 @@ def _grippable_parts(curve: WrapCurve, profile: ObjectProfile) -> list[tuple[flo
     parts: list[tuple[float, float]] = []
     for start, end in pairwise(sorted(places)):
         if low <= profile.radius_at(0.5 * (start + end)) <= high:
-            joined = bool(parts) and parts[-1][1] == start
-            begin = parts.pop()[0] if joined else start
+            begin = parts.pop()[0] if parts and parts[-1][1] == start else start
             parts.append((begin, end))
     return parts or [(profile.start, profile.start)]
 
 
 def _samples(field: str, values: ArrayLike) -> Array:
-    try:
+    array: Array = np.zeros(())
+    with suppress(TypeError, ValueError):
         array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInputError(field, values, "a list of finite numbers") from None
     if array.ndim != 1 or not bool(np.isfinite(array).all()):
         raise InvalidInputError(field, values, "a list of finite numbers")
     array.setflags(write=False)
